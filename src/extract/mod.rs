@@ -1,0 +1,1 @@
+//! Isosurface extraction by marching cubes.

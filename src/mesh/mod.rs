@@ -1,0 +1,21 @@
+//! Indexed triangle meshes in double precision.
+
+use glam::DVec3;
+
+/// An indexed triangle mesh.
+///
+/// Faces are counter-clockwise seen from outside. Coordinates are in the units of the file the mesh came from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<DVec3>,
+    /// Three vertex indices per triangle.
+    pub faces: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// A mesh from its positions and faces.
+    pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
+        Self { positions, faces }
+    }
+}

@@ -1,0 +1,1 @@
+//! Joining a patch to the rim of its hole.
