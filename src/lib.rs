@@ -4,4 +4,5 @@
 pub mod extract;
 pub mod io;
 pub mod mesh;
+pub mod spatial;
 pub mod stitch;

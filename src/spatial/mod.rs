@@ -1,0 +1,9 @@
+//! Spatial queries on a triangle mesh: bounding volume hierarchy, closest point, generalized winding number.
+
+mod bvh;
+mod triangle;
+mod winding;
+
+pub use bvh::{Bvh, Closest};
+pub use triangle::{Barycentric, closest_on_triangle};
+pub use winding::WindingTree;

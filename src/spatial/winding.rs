@@ -1,0 +1,224 @@
+//! The generalized winding number, hierarchically.
+//!
+//! Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers", 2013;
+//! far clusters of triangles are replaced by a dipole and a quadrupole as in Barill, Dickson, Schmidt, Levin, Jacobson,
+//! "Fast winding numbers for soups and clouds", 2018.
+
+use std::f64::consts::PI;
+
+use glam::{DMat3, DVec3};
+
+use super::bvh::Bvh;
+
+/// A cluster counts as far beyond this many of its radii.
+const FAR: f64 = 3.0;
+
+#[derive(Clone, Copy)]
+struct Cluster {
+    /// Area-weighted mean of the triangles' centroids.
+    centre: DVec3,
+    /// Largest distance of a corner from `centre`.
+    radius: f64,
+    /// Sum of area × normal.
+    dipole: DVec3,
+    /// Sum of area × (centroid − centre) ⊗ normal.
+    quadrupole: DMat3,
+    area: f64,
+}
+
+/// Sums for the winding number over the nodes of a [`Bvh`].
+pub struct WindingTree {
+    clusters: Vec<Cluster>,
+}
+
+impl WindingTree {
+    /// Gathers the sums, bottom-up.
+    pub fn new(bvh: &Bvh) -> Self {
+        let empty = Cluster {
+            centre: DVec3::ZERO,
+            radius: 0.0,
+            dipole: DVec3::ZERO,
+            quadrupole: DMat3::ZERO,
+            area: 0.0,
+        };
+        let mut clusters = vec![empty; bvh.nodes.len()];
+        let mut stack = vec![(0u32, false)];
+        while let Some((index, ready)) = stack.pop() {
+            let Some(node) = bvh.nodes.get(index as usize) else {
+                break;
+            };
+            if node.count > 0 {
+                clusters[index as usize] = Cluster::of_leaf(bvh, node.first, node.count);
+            } else if ready {
+                let (a, b) = (node.first as usize, node.first as usize + 1);
+                clusters[index as usize] = Cluster::joined(&clusters[a], &clusters[b]);
+            } else {
+                stack.push((index, true));
+                stack.push((node.first, false));
+                stack.push((node.first + 1, false));
+            }
+        }
+        Self { clusters }
+    }
+
+    /// The winding number at `p`: about 1 inside, 0 outside, in between near the holes of an open mesh.
+    pub fn winding_number(&self, bvh: &Bvh, p: DVec3) -> f64 {
+        let q = p - bvh.centre;
+        let mut sum = 0.0;
+        let mut stack: Vec<u32> = Vec::with_capacity(64);
+        if !bvh.nodes.is_empty() {
+            stack.push(0);
+        }
+        while let Some(index) = stack.pop() {
+            let node = bvh.nodes[index as usize];
+            let cluster = &self.clusters[index as usize];
+            if (cluster.centre - q).length_squared() > (FAR * cluster.radius).powi(2) {
+                sum += cluster.far_field(q);
+            } else if node.count == 0 {
+                stack.push(node.first);
+                stack.push(node.first + 1);
+            } else {
+                for c in &bvh.corners[node.first as usize..(node.first + node.count) as usize] {
+                    sum += solid_angle(c[0] - q, c[1] - q, c[2] - q);
+                }
+            }
+        }
+        sum / (4.0 * PI)
+    }
+}
+
+impl Cluster {
+    fn of_leaf(bvh: &Bvh, first: u32, count: u32) -> Self {
+        let corners = &bvh.corners[first as usize..(first + count) as usize];
+        let parts: Vec<(DVec3, DVec3, f64)> = corners
+            .iter()
+            .map(|c| {
+                let n = 0.5 * (c[1] - c[0]).cross(c[2] - c[0]);
+                ((c[0] + c[1] + c[2]) / 3.0, n, n.length())
+            })
+            .collect();
+        let area: f64 = parts.iter().map(|p| p.2).sum();
+        let centre = if area > 0.0 {
+            parts.iter().map(|p| p.0 * p.2).sum::<DVec3>() / area
+        } else {
+            corners[0][0]
+        };
+        let radius = corners
+            .iter()
+            .flatten()
+            .map(|v| v.distance(centre))
+            .fold(0.0, f64::max);
+        Self {
+            centre,
+            radius,
+            dipole: parts.iter().map(|p| p.1).sum(),
+            quadrupole: parts
+                .iter()
+                .fold(DMat3::ZERO, |m, p| m + outer(p.0 - centre, p.1)),
+            area,
+        }
+    }
+
+    fn joined(a: &Self, b: &Self) -> Self {
+        let area = a.area + b.area;
+        let centre = if area > 0.0 {
+            (a.centre * a.area + b.centre * b.area) / area
+        } else {
+            a.centre
+        };
+        let reach = |c: &Self| c.centre.distance(centre) + c.radius;
+        Self {
+            centre,
+            radius: reach(a).max(reach(b)),
+            dipole: a.dipole + b.dipole,
+            quadrupole: a.quadrupole
+                + b.quadrupole
+                + outer(a.centre - centre, a.dipole)
+                + outer(b.centre - centre, b.dipole),
+            area,
+        }
+    }
+
+    fn far_field(&self, q: DVec3) -> f64 {
+        let r = self.centre - q;
+        let r2 = r.length_squared();
+        let r3 = r2 * r2.sqrt();
+        let trace =
+            self.quadrupole.x_axis.x + self.quadrupole.y_axis.y + self.quadrupole.z_axis.z;
+        self.dipole.dot(r) / r3 + trace / r3 - 3.0 * r.dot(self.quadrupole * r) / (r3 * r2)
+    }
+}
+
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// Signed solid angle of a triangle seen from the origin (van Oosterom and Strackee, 1983).
+fn solid_angle(a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let numerator = a.dot(b.cross(c));
+    let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    2.0 * numerator.atan2(denominator)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::Mesh;
+
+    fn sphere(n: u32, keep: impl Fn(DVec3) -> bool) -> Mesh {
+        let mut mesh = Mesh::default();
+        for i in 0..=n {
+            for j in 0..2 * n {
+                let (t, u) = (
+                    PI * f64::from(i) / f64::from(n),
+                    PI * f64::from(j) / f64::from(n),
+                );
+                mesh.positions.push(DVec3::new(
+                    t.sin() * u.cos(),
+                    t.sin() * u.sin(),
+                    t.cos(),
+                ));
+            }
+        }
+        for i in 0..n {
+            for j in 0..2 * n {
+                let (a, b) = (i * 2 * n + j, i * 2 * n + (j + 1) % (2 * n));
+                let (c, d) = (a + 2 * n, b + 2 * n);
+                for f in [[a, c, d], [a, d, b]] {
+                    let centre = f
+                        .iter()
+                        .map(|&v| mesh.positions[v as usize])
+                        .sum::<DVec3>()
+                        / 3.0;
+                    if keep(centre) {
+                        mesh.faces.push(f);
+                    }
+                }
+            }
+        }
+        mesh
+    }
+
+    #[test]
+    fn it_agrees_with_the_sum_of_solid_angles() {
+        let mesh = sphere(24, |c| c.z < 0.6);
+        let bvh = Bvh::new(&mesh, 0..mesh.faces.len() as u32);
+        let tree = WindingTree::new(&bvh);
+        for i in 0..300 {
+            let t = f64::from(i);
+            let p = 1.5 * DVec3::new((t * 0.37).sin(), (t * 0.73).cos(), (t * 0.11).sin());
+            let exact: f64 = mesh
+                .faces
+                .iter()
+                .map(|f| {
+                    let [a, b, c] = f.map(|v| mesh.positions[v as usize] - p);
+                    solid_angle(a, b, c)
+                })
+                .sum::<f64>()
+                / (4.0 * PI);
+            let fast = tree.winding_number(&bvh, p);
+            assert!((fast - exact).abs() < 0.005, "{p}: {fast} against {exact}");
+        }
+    }
+}
