@@ -1,7 +1,7 @@
 //! The generalized winding number, hierarchically.
 //!
 //! Jacobson, Kavan, Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers", 2013;
-//! far clusters of triangles are replaced by a dipole and a quadrupole as in Barill, Dickson, Schmidt, Levin, Jacobson,
+//! far clusters of triangles are replaced by a dipole, a quadrupole and an octupole as in Barill, Dickson, Schmidt, Levin, Jacobson,
 //! "Fast winding numbers for soups and clouds", 2018.
 
 use std::f64::consts::PI;
@@ -11,7 +11,7 @@ use glam::{DMat3, DVec3};
 use super::bvh::Bvh;
 
 /// A cluster counts as far beyond this many of its radii.
-const FAR: f64 = 3.0;
+const FAR: f64 = 2.3;
 
 #[derive(Clone, Copy)]
 struct Cluster {
@@ -23,6 +23,8 @@ struct Cluster {
     dipole: DVec3,
     /// Sum of area × (centroid − centre) ⊗ normal.
     quadrupole: DMat3,
+    /// For each component i of the normal: sum of area × nᵢ × second moment about `centre`.
+    octupole: [DMat3; 3],
     area: f64,
 }
 
@@ -39,6 +41,7 @@ impl WindingTree {
             radius: 0.0,
             dipole: DVec3::ZERO,
             quadrupole: DMat3::ZERO,
+            octupole: [DMat3::ZERO; 3],
             area: 0.0,
         };
         let mut clusters = vec![empty; bvh.nodes.len()];
@@ -103,6 +106,17 @@ impl Cluster {
         } else {
             corners[0][0]
         };
+        let mut octupole = [DMat3::ZERO; 3];
+        for (c, part) in corners.iter().zip(&parts) {
+            // Second moment of a triangle about a point: mean of those of its edge midpoints.
+            let moment = (0..3).fold(DMat3::ZERO, |m, k| {
+                let d = 0.5 * (c[k] + c[(k + 1) % 3]) - centre;
+                m + outer(d, d) * (1.0 / 3.0)
+            });
+            for (i, o) in octupole.iter_mut().enumerate() {
+                *o += moment * part.1[i];
+            }
+        }
         let radius = corners
             .iter()
             .flatten()
@@ -115,6 +129,7 @@ impl Cluster {
             quadrupole: parts
                 .iter()
                 .fold(DMat3::ZERO, |m, p| m + outer(p.0 - centre, p.1)),
+            octupole,
             area,
         }
     }
@@ -126,6 +141,14 @@ impl Cluster {
         } else {
             a.centre
         };
+        let mut octupole = [DMat3::ZERO; 3];
+        for c in [a, b] {
+            let s = c.centre - centre;
+            for (i, o) in octupole.iter_mut().enumerate() {
+                let first = c.quadrupole.col(i);
+                *o += c.octupole[i] + outer(first, s) + outer(s, first) + outer(s, s) * c.dipole[i];
+            }
+        }
         let reach = |c: &Self| c.centre.distance(centre) + c.radius;
         Self {
             centre,
@@ -135,6 +158,7 @@ impl Cluster {
                 + b.quadrupole
                 + outer(a.centre - centre, a.dipole)
                 + outer(b.centre - centre, b.dipole),
+            octupole,
             area,
         }
     }
@@ -145,7 +169,13 @@ impl Cluster {
         let r3 = r2 * r2.sqrt();
         let trace =
             self.quadrupole.x_axis.x + self.quadrupole.y_axis.y + self.quadrupole.z_axis.z;
-        self.dipole.dot(r) / r3 + trace / r3 - 3.0 * r.dot(self.quadrupole * r) / (r3 * r2)
+        let (mut mixed, mut cubic) = (0.0, 0.0);
+        for (i, s) in self.octupole.iter().enumerate() {
+            mixed += 2.0 * s.col(i).dot(r) + (s.x_axis.x + s.y_axis.y + s.z_axis.z) * r[i];
+            cubic += r[i] * r.dot(*s * r);
+        }
+        let first = self.dipole.dot(r) + trace - 3.0 * r.dot(self.quadrupole * r) / r2;
+        (first - 1.5 * mixed / r2 + 7.5 * cubic / (r2 * r2)) / r3
     }
 }
 
