@@ -1,6 +1,15 @@
 //! Indexed triangle meshes in double precision.
 
+pub mod holes;
+pub mod measures;
+pub mod topology;
+mod weld;
+
 use glam::DVec3;
+
+pub use holes::{Hole, find_holes};
+pub use topology::{Defects, Topology};
+pub use weld::{weld_map, welded};
 
 /// An indexed triangle mesh.
 ///

@@ -1,0 +1,239 @@
+//! Boundary loops, and the holes they bound.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::{
+    Mesh,
+    topology::{NONE, Topology, end, start},
+};
+
+/// A hole: one simple boundary loop.
+#[derive(Clone, Debug, Serialize)]
+pub struct Hole {
+    /// Number of the hole, from 1, by falling length.
+    pub id: usize,
+    /// Its vertices, in the direction the faces of a patch use its edges (against the mesh's own).
+    #[serde(skip)]
+    pub rim: Vec<u32>,
+    /// For each edge `rim[i] → rim[i + 1]`, the direction in which the surface would continue: unit, in the plane of the
+    /// face at that edge, pointing out of it.
+    #[serde(skip)]
+    pub conormals: Vec<DVec3>,
+    /// Number of edges.
+    pub edges: usize,
+    /// Length of the loop.
+    pub length: f64,
+    /// Largest distance between two of its vertices.
+    pub diameter: f64,
+    /// Root mean square distance of the vertices from their best plane, over the diameter: 0 is planar.
+    pub planarity: f64,
+    /// Mean of the vertices, weighted by edge length.
+    pub centre: DVec3,
+    /// The piece of the mesh it bounds, from 0.
+    pub piece: u32,
+    /// Whether it is taken for the outer border of an open sheet.
+    pub outer_border: bool,
+}
+
+/// All holes of a mesh, the longest first.
+///
+/// Loops are simple: where the boundary passes a vertex twice it is cut into loops that touch there. Degenerate faces and
+/// faces at non-manifold edges bound nothing. Chains that do not close are left out; their number is the second value.
+pub fn find_holes(mesh: &Mesh, topology: &mut Topology) -> (Vec<Hole>, usize) {
+    let (loops, open_chains) = boundary_loops(mesh, topology);
+    let mut holes: Vec<Hole> = loops
+        .into_iter()
+        .map(|half_edges| describe(mesh, topology, &half_edges))
+        .collect();
+    holes.sort_by(|a, b| {
+        b.length
+            .total_cmp(&a.length)
+            .then_with(|| a.rim.cmp(&b.rim))
+    });
+    for (i, hole) in holes.iter_mut().enumerate() {
+        hole.id = i + 1;
+    }
+    mark_outer_borders(mesh, topology, &mut holes);
+    (holes, open_chains)
+}
+
+/// Simple loops of boundary half-edges, each in the direction of a patch: the mesh's own half-edges backwards.
+fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, usize) {
+    let mut outgoing: Vec<(u32, u32)> = (0..topology.boundary.len() as u32)
+        .filter(|&h| topology.boundary[h as usize])
+        .map(|h| (end(mesh, h), h))
+        .collect();
+    outgoing.sort_unstable();
+    topology.defects.non_manifold_boundary_vertices = count_repeats(&outgoing);
+    let mut used = vec![false; outgoing.len()];
+    let mut position = vec![NONE; mesh.positions.len()];
+    let (mut loops, mut open_chains) = (Vec::new(), 0);
+    for seed in 0..outgoing.len() {
+        if used[seed] {
+            continue;
+        }
+        // A path of half-edges; whenever it comes back to one of its vertices the cycle is taken off.
+        let mut path: Vec<u32> = Vec::new();
+        let mut next = Some(seed);
+        position[outgoing[seed].0 as usize] = 0;
+        while let Some(i) = next {
+            used[i] = true;
+            path.push(outgoing[i].1);
+            let vertex = start(mesh, outgoing[i].1);
+            let at = position[vertex as usize];
+            if at != NONE {
+                let cycle = path.split_off(at as usize);
+                for &h in &cycle {
+                    position[end(mesh, h) as usize] = NONE;
+                }
+                loops.push(cycle);
+            }
+            position[vertex as usize] = path.len() as u32;
+            let first = outgoing.partition_point(|&(v, _)| v < vertex);
+            next = (first..outgoing.len())
+                .take_while(|&k| outgoing[k].0 == vertex)
+                .find(|&k| !used[k]);
+            if next.is_none() {
+                position[vertex as usize] = NONE;
+            }
+        }
+        if !path.is_empty() {
+            open_chains += 1;
+            for &h in &path {
+                position[end(mesh, h) as usize] = NONE;
+            }
+        }
+    }
+    (loops.into_iter().filter(|l| l.len() >= 3).collect(), open_chains)
+}
+
+fn count_repeats(sorted: &[(u32, u32)]) -> usize {
+    let mut count = 0;
+    for i in 1..sorted.len() {
+        let repeats = sorted[i].0 == sorted[i - 1].0;
+        let counted = i >= 2 && sorted[i - 2].0 == sorted[i].0;
+        count += usize::from(repeats && !counted);
+    }
+    count
+}
+
+fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
+    let rim: Vec<u32> = half_edges.iter().map(|&h| end(mesh, h)).collect();
+    let point = |v: u32| mesh.positions[v as usize];
+    let (mut length, mut centre) = (0.0, DVec3::ZERO);
+    let mut conormals = Vec::with_capacity(rim.len());
+    for &h in half_edges {
+        let (a, b) = (point(end(mesh, h)), point(start(mesh, h)));
+        length += a.distance(b);
+        centre += (a + b) * (0.5 * a.distance(b));
+        conormals.push(conormal(mesh, h));
+    }
+    let centre = if length > 0.0 { centre / length } else { point(rim[0]) };
+    let points: Vec<DVec3> = rim.iter().map(|&v| point(v)).collect();
+    let diameter = diameter(&points);
+    let planarity = if diameter > 0.0 {
+        plane_residual(&points) / diameter
+    } else {
+        0.0
+    };
+    Hole {
+        id: 0,
+        edges: rim.len(),
+        rim,
+        conormals,
+        length,
+        diameter,
+        planarity,
+        centre,
+        piece: topology.piece[half_edges[0] as usize / 3],
+        outer_border: false,
+    }
+}
+
+/// Unit vector in the face's plane, across its half-edge, out of the face.
+fn conormal(mesh: &Mesh, half_edge: u32) -> DVec3 {
+    let face = mesh.faces[half_edge as usize / 3];
+    let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
+    let normal = (b - a).cross(c - a);
+    let along = mesh.positions[end(mesh, half_edge) as usize]
+        - mesh.positions[start(mesh, half_edge) as usize];
+    along.cross(normal).normalize_or_zero()
+}
+
+/// Largest distance between two points; for many points, between those extreme in one of 49 directions.
+fn diameter(points: &[DVec3]) -> f64 {
+    let mut candidates: Vec<DVec3> = points.to_vec();
+    if points.len() > 200 {
+        candidates.clear();
+        for i in 0..49 {
+            let z = 1.0 - (f64::from(i) + 0.5) / 49.0;
+            let (s, c) = (f64::from(i) * 2.399_963).sin_cos();
+            let d = DVec3::new(c, s, 0.0) * (1.0 - z * z).sqrt() + DVec3::Z * z;
+            let by = |a: &&DVec3, b: &&DVec3| a.dot(d).total_cmp(&b.dot(d));
+            candidates.extend(points.iter().max_by(by));
+            candidates.extend(points.iter().min_by(by));
+        }
+    }
+    let mut best: f64 = 0.0;
+    for (i, a) in candidates.iter().enumerate() {
+        for b in &candidates[..i] {
+            best = best.max(a.distance_squared(*b));
+        }
+    }
+    best.sqrt()
+}
+
+/// Root mean square distance of points from their plane of least squares.
+fn plane_residual(points: &[DVec3]) -> f64 {
+    let n = points.len() as f64;
+    let mean = points.iter().sum::<DVec3>() / n;
+    let mut m = [[0.0; 3]; 3];
+    for p in points {
+        let d = (*p - mean).to_array();
+        for i in 0..3 {
+            for j in 0..3 {
+                m[i][j] += d[i] * d[j] / n;
+            }
+        }
+    }
+    super::measures::smallest_eigenvalue(&m).max(0.0).sqrt()
+}
+
+/// The outer border of an open sheet: the longest loop of its piece where, on the whole, the surface would continue
+/// away from the loop's centre, and as wide as half the piece.
+fn mark_outer_borders(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
+    let extent = piece_extents(mesh, topology);
+    let mut seen = vec![false; topology.piece_faces.len()];
+    for hole in holes.iter_mut() {
+        let piece = hole.piece as usize;
+        if std::mem::replace(&mut seen[piece], true) {
+            continue;
+        }
+        let mut outward = 0.0;
+        for (i, c) in hole.conormals.iter().enumerate() {
+            let a = mesh.positions[hole.rim[i] as usize];
+            let b = mesh.positions[hole.rim[(i + 1) % hole.rim.len()] as usize];
+            let away = (0.5 * (a + b) - hole.centre).normalize_or_zero();
+            outward += away.dot(*c) * a.distance(b) / hole.length;
+        }
+        hole.outer_border = outward > 0.25 && hole.diameter >= 0.5 * extent[piece];
+    }
+}
+
+/// Diagonal of the bounding box of each piece.
+fn piece_extents(mesh: &Mesh, topology: &Topology) -> Vec<f64> {
+    let mut boxes =
+        vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); topology.piece_faces.len()];
+    for (f, face) in mesh.faces.iter().enumerate() {
+        if topology.piece[f] == NONE {
+            continue;
+        }
+        let b = &mut boxes[topology.piece[f] as usize];
+        for &v in face {
+            b.0 = b.0.min(mesh.positions[v as usize]);
+            b.1 = b.1.max(mesh.positions[v as usize]);
+        }
+    }
+    boxes.iter().map(|b| (b.1 - b.0).length()).collect()
+}

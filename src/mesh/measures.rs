@@ -1,0 +1,18 @@
+//! Small geometric measures.
+
+/// The smallest eigenvalue of a symmetric 3 × 3 matrix (trigonometric solution of the characteristic cubic).
+pub fn smallest_eigenvalue(m: &[[f64; 3]; 3]) -> f64 {
+    let off = m[0][1].powi(2) + m[0][2].powi(2) + m[1][2].powi(2);
+    let q = (m[0][0] + m[1][1] + m[2][2]) / 3.0;
+    if off == 0.0 {
+        return m[0][0].min(m[1][1]).min(m[2][2]);
+    }
+    let d = [m[0][0] - q, m[1][1] - q, m[2][2] - q];
+    let p = ((d[0] * d[0] + d[1] * d[1] + d[2] * d[2] + 2.0 * off) / 6.0).sqrt();
+    let b = |i: usize, j: usize| if i == j { d[i] / p } else { m[i][j] / p };
+    let determinant = b(0, 0) * (b(1, 1) * b(2, 2) - b(1, 2) * b(1, 2))
+        - b(0, 1) * (b(0, 1) * b(2, 2) - b(1, 2) * b(0, 2))
+        + b(0, 2) * (b(0, 1) * b(1, 2) - b(1, 1) * b(0, 2));
+    let angle = (0.5 * determinant).clamp(-1.0, 1.0).acos() / 3.0;
+    q + 2.0 * p * (angle + 2.0 * std::f64::consts::PI / 3.0).cos()
+}

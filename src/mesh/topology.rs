@@ -1,0 +1,215 @@
+//! Edges, pieces, orientation and defects of a triangle mesh.
+
+use std::collections::VecDeque;
+
+use rayon::prelude::*;
+
+use super::Mesh;
+
+/// No neighbour.
+pub const NONE: u32 = u32::MAX;
+
+/// What is wrong with a mesh's connectivity; counts are of the mesh as given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Defects {
+    /// Faces that repeat a vertex or have no area.
+    pub degenerate_faces: usize,
+    /// Edges with more than two faces.
+    pub non_manifold_edges: usize,
+    /// Edges whose two faces run the same way along it.
+    pub misoriented_edges: usize,
+    /// Vertices where the boundary passes more than once.
+    pub non_manifold_boundary_vertices: usize,
+    /// Vertices that share their position with an earlier one.
+    pub duplicate_vertices: usize,
+    /// Pieces of one or two triangles.
+    pub crumbs: usize,
+    /// Faces that had to be turned over, for the computation only, to agree with their piece.
+    pub faces_turned: usize,
+}
+
+/// The connectivity of a mesh.
+///
+/// Half-edge `3 f + k` runs from corner `k` to corner `k + 1` of face `f`.
+pub struct Topology {
+    /// For each half-edge the half-edge on the other side, or [`NONE`] (boundary, non-manifold or degenerate face).
+    pub opposite: Vec<u32>,
+    /// Piece of each face: connected through edges. Degenerate faces have [`NONE`].
+    pub piece: Vec<u32>,
+    /// Number of faces of each piece.
+    pub piece_faces: Vec<usize>,
+    /// For each face, whether it was turned over to agree with its piece.
+    pub turned: Vec<bool>,
+    /// For each half-edge, whether it is the only one on its edge.
+    pub boundary: Vec<bool>,
+    /// What is wrong with it.
+    pub defects: Defects,
+}
+
+fn edge_key(a: u32, b: u32) -> u64 {
+    (u64::from(a.min(b)) << 32) | u64::from(a.max(b))
+}
+
+impl Topology {
+    /// Finds the connectivity of a welded mesh, and turns over, in `mesh`, the faces that disagree with the majority of
+    /// their piece where the piece can be oriented at all.
+    pub fn new(mesh: &mut Mesh) -> Self {
+        let degenerate: Vec<bool> = mesh.faces.par_iter().map(is_degenerate).collect();
+        let edges = sorted_edges(mesh, &degenerate);
+        let mut defects = Defects {
+            degenerate_faces: degenerate.iter().filter(|&&d| d).count(),
+            ..Defects::default()
+        };
+        let mut topology = Self {
+            opposite: vec![NONE; 3 * mesh.faces.len()],
+            piece: vec![NONE; mesh.faces.len()],
+            piece_faces: Vec::new(),
+            turned: vec![false; mesh.faces.len()],
+            boundary: vec![false; 3 * mesh.faces.len()],
+            defects: Defects::default(),
+        };
+        topology.pair(mesh, &edges, &mut defects);
+        topology.defects = defects;
+        topology.find_pieces(&degenerate);
+        if topology.defects.misoriented_edges > 0 {
+            topology.orient(mesh);
+        }
+        topology
+    }
+
+    fn pair(&mut self, mesh: &Mesh, edges: &[(u64, u32)], defects: &mut Defects) {
+        let mut i = 0;
+        while i < edges.len() {
+            let mut j = i + 1;
+            while j < edges.len() && edges[j].0 == edges[i].0 {
+                j += 1;
+            }
+            match j - i {
+                1 => self.boundary[edges[i].1 as usize] = true,
+                2 => {
+                    let (a, b) = (edges[i].1, edges[i + 1].1);
+                    self.opposite[a as usize] = b;
+                    self.opposite[b as usize] = a;
+                    if start(mesh, a) == start(mesh, b) {
+                        defects.misoriented_edges += 1;
+                    }
+                }
+                _ => defects.non_manifold_edges += 1,
+            }
+            i = j;
+        }
+    }
+
+    fn find_pieces(&mut self, degenerate: &[bool]) {
+        let mut stack = Vec::new();
+        for f in 0..self.piece.len() {
+            if self.piece[f] != NONE || degenerate[f] {
+                continue;
+            }
+            let id = self.piece_faces.len() as u32;
+            let mut count = 0;
+            self.piece[f] = id;
+            stack.push(f);
+            while let Some(g) = stack.pop() {
+                count += 1;
+                for k in 0..3 {
+                    let o = self.opposite[3 * g + k];
+                    if o != NONE && self.piece[o as usize / 3] == NONE {
+                        self.piece[o as usize / 3] = id;
+                        stack.push(o as usize / 3);
+                    }
+                }
+            }
+            self.piece_faces.push(count);
+        }
+        self.defects.crumbs = self.piece_faces.iter().filter(|&&n| n <= 2).count();
+    }
+
+    /// Orients every piece that can be oriented as the majority of its faces.
+    fn orient(&mut self, mesh: &mut Mesh) {
+        let n = mesh.faces.len();
+        let mut side = vec![0i8; n];
+        for seed in 0..n {
+            if side[seed] != 0 || self.piece[seed] == NONE {
+                continue;
+            }
+            let mut queue = VecDeque::from([seed]);
+            let mut members = vec![];
+            let mut orientable = true;
+            side[seed] = 1;
+            while let Some(f) = queue.pop_front() {
+                members.push(f);
+                for k in 0..3 {
+                    let h = 3 * f + k;
+                    let o = self.opposite[h];
+                    if o == NONE {
+                        continue;
+                    }
+                    let g = o as usize / 3;
+                    let same = start(mesh, h as u32) != start(mesh, o);
+                    let wanted = if same { side[f] } else { -side[f] };
+                    if side[g] == 0 {
+                        side[g] = wanted;
+                        queue.push_back(g);
+                    } else if side[g] != wanted {
+                        orientable = false;
+                    }
+                }
+            }
+            let minority = members.iter().filter(|&&f| side[f] < 0).count();
+            let turn = if 2 * minority <= members.len() { -1 } else { 1 };
+            if orientable {
+                for &f in members.iter().filter(|&&f| side[f] == turn) {
+                    self.turned[f] = true;
+                }
+            }
+        }
+        for f in 0..n {
+            if self.turned[f] {
+                self.defects.faces_turned += 1;
+                self.turn(mesh, f);
+            }
+        }
+    }
+
+    /// Swaps corners 1 and 2 of a face: half-edges 0 and 2 change places.
+    fn turn(&mut self, mesh: &mut Mesh, f: usize) {
+        mesh.faces[f].swap(1, 2);
+        self.boundary.swap(3 * f, 3 * f + 2);
+        self.opposite.swap(3 * f, 3 * f + 2);
+        for k in [0, 2] {
+            let o = self.opposite[3 * f + k];
+            if o != NONE {
+                self.opposite[o as usize] = (3 * f + k) as u32;
+            }
+        }
+    }
+}
+
+fn is_degenerate(f: &[u32; 3]) -> bool {
+    f[0] == f[1] || f[1] == f[2] || f[2] == f[0]
+}
+
+/// The vertex a half-edge starts from.
+pub fn start(mesh: &Mesh, half_edge: u32) -> u32 {
+    mesh.faces[half_edge as usize / 3][half_edge as usize % 3]
+}
+
+/// The vertex a half-edge leads to.
+pub fn end(mesh: &Mesh, half_edge: u32) -> u32 {
+    mesh.faces[half_edge as usize / 3][(half_edge as usize % 3 + 1) % 3]
+}
+
+fn sorted_edges(mesh: &Mesh, degenerate: &[bool]) -> Vec<(u64, u32)> {
+    let mut edges: Vec<(u64, u32)> = mesh
+        .faces
+        .par_iter()
+        .enumerate()
+        .filter(|(f, _)| !degenerate[*f])
+        .flat_map_iter(|(f, v)| {
+            (0..3).map(move |k| (edge_key(v[k], v[(k + 1) % 3]), (3 * f + k) as u32))
+        })
+        .collect();
+    edges.par_sort_unstable();
+    edges
+}
