@@ -2,7 +2,12 @@
 #![warn(missing_docs)]
 
 pub mod extract;
+pub mod flow;
+pub mod grid;
 pub mod io;
+pub mod linalg;
 pub mod mesh;
+pub mod region;
+pub mod sdf;
 pub mod spatial;
 pub mod stitch;

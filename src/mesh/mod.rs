@@ -1,5 +1,6 @@
 //! Indexed triangle meshes in double precision.
 
+mod adjacency;
 pub mod holes;
 pub mod measures;
 pub mod topology;
@@ -7,6 +8,7 @@ mod weld;
 
 use glam::DVec3;
 
+pub use adjacency::{VertexFaces, face_normal, vertex_normal};
 pub use holes::{Hole, find_holes};
 pub use topology::{Defects, Topology};
 pub use weld::{weld_map, welded};

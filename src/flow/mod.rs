@@ -1,0 +1,15 @@
+//! The discrete Willmore energy of a level set, its gradient and metrics, and the flow to its steady state.
+//!
+//! Droske and Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004), localised to a
+//! narrow band whose weight follows the level. Lengths are in voxels.
+
+mod band;
+mod element;
+mod start;
+mod steady;
+mod willmore;
+
+pub use band::{Band, dilate};
+pub use start::biharmonic_fill;
+pub use steady::{FlowOutcome, FlowSettings, StepRecord, Variant, relax};
+pub use willmore::{Evaluation, Metric, System, WillmoreBand};

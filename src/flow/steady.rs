@@ -1,0 +1,203 @@
+//! Steps of the flow, to its steady state or for a number of steps.
+
+use serde::Serialize;
+
+use super::band::{Band, MARGIN, WIDTH};
+use super::willmore::{Metric, WillmoreBand};
+use crate::grid::SparseGrid;
+use crate::linalg::conjugate_gradient;
+use crate::sdf::redistance;
+
+/// How far out redistancing goes, in voxels.
+const REACH: f64 = WIDTH + MARGIN + 3.5;
+/// κ is raised by doubling, up to this.
+const KAPPA_LIMIT: f64 = 16.0;
+
+/// Which approximation of the Hessian a step uses. All share their steady states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Variant {
+    /// `L2 M⁻¹ L3`, nonsymmetric: the paper's first scheme.
+    I,
+    /// `L3 M⁻¹ L3`: the paper's second scheme.
+    II,
+    /// `L2 M⁻¹ L2`.
+    GaussNewton,
+}
+
+/// How the flow is run.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowSettings {
+    /// The metric of a step.
+    pub variant: Variant,
+    /// Time step in units of h⁴; infinite for the steady state at once.
+    pub time_step: f64,
+    /// Most steps to take.
+    pub max_steps: usize,
+    /// Converged when no node within one voxel of the surface moves by more than this, in voxels.
+    pub tolerance: f64,
+    /// Relative residual of the linear solves.
+    pub solver_tolerance: f64,
+    /// Weight κ of the eikonal term to begin with.
+    pub kappa: f64,
+}
+
+impl Default for FlowSettings {
+    fn default() -> Self {
+        Self {
+            variant: Variant::GaussNewton,
+            time_step: f64::INFINITY,
+            max_steps: 30,
+            tolerance: 1e-3,
+            solver_tolerance: 1e-2,
+            kappa: 1.0,
+        }
+    }
+}
+
+/// One step.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct StepRecord {
+    /// Energy before it.
+    pub energy: f64,
+    /// Largest movement of a node within one voxel of the surface, in voxels.
+    pub movement: f64,
+    /// Fraction of the step taken.
+    pub fraction: f64,
+    /// Iterations of the linear solver.
+    pub iterations: usize,
+}
+
+/// How the flow ended.
+#[derive(Clone, Debug, Serialize)]
+pub struct FlowOutcome {
+    /// The steps.
+    pub steps: Vec<StepRecord>,
+    /// Whether the stopping test was met.
+    pub converged: bool,
+    /// Number of unknowns of the last band.
+    pub unknowns: usize,
+    /// Willmore part of the energy at the start.
+    pub energy_before: f64,
+    /// Willmore part of the energy at the end.
+    pub energy_after: f64,
+    /// Weight of the eikonal term at the end.
+    pub kappa: f64,
+}
+
+/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`. `keep_going` may end it early.
+///
+/// A step solves `A d = −∇E`, clips `d` to one voxel at each node and is halved until the energy falls; κ is raised when
+/// steps grow. So it always ends.
+pub fn relax(
+    grid: &SparseGrid,
+    phi: &mut Vec<f64>,
+    mask: &[bool],
+    settings: &FlowSettings,
+    keep_going: &dyn Fn() -> bool,
+) -> FlowOutcome {
+    let mut outcome = FlowOutcome {
+        steps: Vec::new(),
+        converged: false,
+        unknowns: 0,
+        energy_before: 0.0,
+        energy_after: 0.0,
+        kappa: settings.kappa,
+    };
+    let mut state: Option<(WillmoreBand, Vec<f64>, Vec<f64>)> = None;
+    for step in 0..settings.max_steps {
+        if !keep_going() {
+            break;
+        }
+        let (band, mut values, mut moved) = match state.take() {
+            Some(s) => s,
+            None => {
+                *phi = redistance(grid, phi, mask, REACH);
+                let band = Band::new(grid, phi, mask);
+                let values = band.gather(phi);
+                let moved = vec![0.0; values.len()];
+                let kappa = outcome.kappa;
+                (WillmoreBand { band, kappa }, values, moved)
+            }
+        };
+        outcome.unknowns = band.band.unknowns;
+        if outcome.unknowns == 0 {
+            outcome.converged = true;
+            break;
+        }
+        let (record, willmore) = one_step(&band, &mut values, &mut moved, settings);
+        if step == 0 {
+            outcome.energy_before = willmore;
+        }
+        outcome.steps.push(record);
+        outcome.energy_after = band.evaluate(&values).willmore;
+        band.band.scatter(&values, phi);
+        if !record.energy.is_finite() || !record.movement.is_finite() {
+            break;
+        }
+        if record.movement < settings.tolerance && record.fraction > 0.9 {
+            outcome.converged = true;
+            break;
+        }
+        let grows = grows(&outcome.steps);
+        let worn = moved.iter().any(|m| m.abs() > 0.5 * (WIDTH + MARGIN));
+        if grows && outcome.kappa < KAPPA_LIMIT {
+            outcome.kappa *= 2.0;
+        } else if !worn {
+            state = Some((band, values, moved));
+        }
+    }
+    outcome
+}
+
+/// Steps that do not get smaller over four in a row.
+fn grows(steps: &[StepRecord]) -> bool {
+    let n = steps.len();
+    n >= 5 && n % 4 == 1 && steps[n - 1].movement > 0.7 * steps[n - 5].movement
+}
+
+fn one_step(
+    band: &WillmoreBand,
+    values: &mut Vec<f64>,
+    moved: &mut [f64],
+    settings: &FlowSettings,
+) -> (StepRecord, f64) {
+    let at = band.evaluate(values);
+    let metric = match settings.variant {
+        Variant::GaussNewton => Metric::GaussNewton,
+        Variant::I | Variant::II => Metric::VariantTwo,
+    };
+    let system = band.system(values, &at, metric, settings.time_step);
+    let rhs: Vec<f64> = system.gradient.iter().map(|g| -g).collect();
+    let mut d = vec![0.0; rhs.len()];
+    let solved = conjugate_gradient(&system, &rhs, &mut d, settings.solver_tolerance, 4000);
+    let movement = d
+        .iter()
+        .zip(values.iter())
+        .filter(|(_, v)| v.abs() < 1.0)
+        .map(|(d, _)| d.abs())
+        .fold(0.0, f64::max);
+    d.iter_mut().for_each(|x| *x = x.clamp(-1.0, 1.0));
+    let slope: f64 = system.gradient.iter().zip(&d).map(|(g, d)| g * d).sum();
+    let mut fraction = 1.0;
+    let mut trial = values.clone();
+    for _ in 0..8 {
+        for i in 0..trial.len() {
+            trial[i] = values[i] + fraction * d[i];
+        }
+        if band.evaluate(&trial).energy <= at.energy + 1e-4 * fraction * slope {
+            break;
+        }
+        fraction *= 0.5;
+    }
+    for (m, d) in moved.iter_mut().zip(&d) {
+        *m += fraction * d;
+    }
+    *values = trial;
+    let record = StepRecord {
+        energy: at.energy,
+        movement,
+        fraction,
+        iterations: solved.iterations,
+    };
+    (record, at.willmore)
+}

@@ -1,0 +1,134 @@
+//! Tricubic Lagrange interpolation on sparse nodes.
+
+use glam::DVec3;
+
+use super::sparse::SparseGrid;
+
+/// Weights of the cubic Lagrange polynomial at −1, 0, 1, 2 and their derivatives.
+fn lagrange(t: f64) -> ([f64; 4], [f64; 4]) {
+    let (m, z, p, q) = (t + 1.0, t, t - 1.0, t - 2.0);
+    (
+        [
+            -z * p * q / 6.0,
+            m * p * q / 2.0,
+            -m * z * q / 2.0,
+            m * z * p / 6.0,
+        ],
+        [
+            -(p * q + z * q + z * p) / 6.0,
+            (p * q + m * q + m * p) / 2.0,
+            -(z * q + m * q + m * z) / 2.0,
+            (z * p + m * p + m * z) / 6.0,
+        ],
+    )
+}
+
+/// The 64 values round a cell, ready to be evaluated anywhere in it.
+pub struct Tricubic {
+    base: [i32; 3],
+    values: [f64; 64],
+}
+
+impl Tricubic {
+    /// Gathers the values round the cell that holds `p` (lattice coordinates); none where a node is not stored.
+    pub fn around(grid: &SparseGrid, field: &[f64], p: DVec3) -> Option<Self> {
+        if !p.is_finite() {
+            return None;
+        }
+        let mut base = [0; 3];
+        for a in 0..3 {
+            let top = grid.dims()[a] - 3;
+            if top < 1 {
+                return None;
+            }
+            base[a] = (p[a].floor() as i32).clamp(1, top);
+        }
+        let mut values = [0.0; 64];
+        for i in 0..4 {
+            for j in 0..4 {
+                for k in 0..4 {
+                    let n = [base[0] - 1 + i, base[1] - 1 + j, base[2] - 1 + k];
+                    values[(i * 16 + j * 4 + k) as usize] = field[grid.slot(n)?];
+                }
+            }
+        }
+        Some(Self { base, values })
+    }
+
+    /// True where `p` is in the same cell.
+    pub fn holds(&self, p: DVec3) -> bool {
+        (0..3).all(|a| p[a].floor() as i32 == self.base[a])
+    }
+
+    /// Value and gradient at `p`, in lattice units.
+    pub fn evaluate(&self, p: DVec3) -> (f64, DVec3) {
+        let (wx, dx) = lagrange(p.x - f64::from(self.base[0]));
+        let (wy, dy) = lagrange(p.y - f64::from(self.base[1]));
+        let (wz, dz) = lagrange(p.z - f64::from(self.base[2]));
+        let (mut f, mut g) = (0.0, DVec3::ZERO);
+        for i in 0..4 {
+            for j in 0..4 {
+                let row = &self.values[i * 16 + j * 4..i * 16 + j * 4 + 4];
+                let s = row[0] * wz[0] + row[1] * wz[1] + row[2] * wz[2] + row[3] * wz[3];
+                let d = row[0] * dz[0] + row[1] * dz[1] + row[2] * dz[2] + row[3] * dz[3];
+                f += wx[i] * wy[j] * s;
+                g.x += dx[i] * wy[j] * s;
+                g.y += wx[i] * dy[j] * s;
+                g.z += wx[i] * wy[j] * d;
+            }
+        }
+        (f, g)
+    }
+}
+
+/// Tricubic value and gradient of a field at `p` (lattice coordinates); none where a node is not stored.
+pub fn value_and_gradient(grid: &SparseGrid, field: &[f64], p: DVec3) -> Option<(f64, DVec3)> {
+    Tricubic::around(grid, field, p).map(|t| t.evaluate(p))
+}
+
+/// Trilinear value of a field at `p` (lattice coordinates), over the stored corners only.
+pub fn linear(grid: &SparseGrid, field: &[f64], p: DVec3) -> Option<f64> {
+    let base = p.floor();
+    let t = p - base;
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for a in 0..8 {
+        let o = [(a >> 2) & 1, (a >> 1) & 1, a & 1];
+        let n = [
+            base.x as i32 + o[0],
+            base.y as i32 + o[1],
+            base.z as i32 + o[2],
+        ];
+        let w: f64 = (0..3)
+            .map(|d| if o[d] == 1 { t[d] } else { 1.0 - t[d] })
+            .product();
+        if let (true, Some(slot)) = (w > 0.0, grid.slot(n)) {
+            sum += w * field[slot];
+            weights += w;
+        }
+    }
+    (weights > 0.0).then(|| sum / weights)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cubics_are_reproduced_with_their_gradient() {
+        let grid = SparseGrid::new([8, 8, 8], |_| true);
+        let f = |p: DVec3| p.x * p.x * p.x - 2.0 * p.y * p.z * p.z + p.x * p.y * p.z + 1.0;
+        let field: Vec<f64> = (0..grid.len())
+            .map(|s| {
+                let n = grid.node(s);
+                f(DVec3::new(n[0].into(), n[1].into(), n[2].into()))
+            })
+            .collect();
+        for p in [DVec3::new(2.3, 3.7, 4.1), DVec3::new(0.2, 6.9, 3.0)] {
+            let (v, g) = value_and_gradient(&grid, &field, p).unwrap();
+            let e = 1e-5;
+            let d = |a: DVec3| (f(p + a * e) - f(p - a * e)) / (2.0 * e);
+            assert!((v - f(p)).abs() < 1e-9);
+            assert!((g - DVec3::new(d(DVec3::X), d(DVec3::Y), d(DVec3::Z))).length() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! A regular lattice of which only some blocks of nodes are stored.
+
+use glam::DVec3;
+
+/// Nodes along the edge of a block.
+pub const BLOCK: i32 = 4;
+const BLOCK_NODES: usize = (BLOCK * BLOCK * BLOCK) as usize;
+const ABSENT: u32 = u32::MAX;
+
+/// Integer coordinates of a node.
+pub type NodeIndex = [i32; 3];
+
+/// Where a lattice lies in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lattice {
+    /// World position of node (0, 0, 0).
+    pub origin: DVec3,
+    /// Spacing of the nodes in world units.
+    pub voxel: f64,
+}
+
+impl Lattice {
+    /// World position of a point in lattice coordinates.
+    pub fn to_world(&self, x: DVec3) -> DVec3 {
+        self.origin + x * self.voxel
+    }
+
+    /// Lattice coordinates of a world position.
+    pub fn to_lattice(&self, p: DVec3) -> DVec3 {
+        (p - self.origin) / self.voxel
+    }
+}
+
+/// The stored nodes of a box of `dims` nodes, in blocks of 4 × 4 × 4, in lexicographic order of the blocks.
+#[derive(Clone, Debug)]
+pub struct SparseGrid {
+    dims: NodeIndex,
+    block_dims: NodeIndex,
+    map: Vec<u32>,
+    blocks: Vec<NodeIndex>,
+}
+
+impl SparseGrid {
+    /// A box with the blocks for which `wanted(corner node of the block)` holds. `dims` are rounded up to whole blocks.
+    pub fn new(dims: NodeIndex, mut wanted: impl FnMut(NodeIndex) -> bool) -> Self {
+        let block_dims = dims.map(|d| (d + BLOCK - 1) / BLOCK);
+        let count = block_dims.iter().map(|&d| d as usize).product();
+        let (mut map, mut blocks) = (vec![ABSENT; count], Vec::new());
+        let mut at = 0;
+        for i in 0..block_dims[0] {
+            for j in 0..block_dims[1] {
+                for k in 0..block_dims[2] {
+                    let corner = [i * BLOCK, j * BLOCK, k * BLOCK];
+                    if wanted(corner) {
+                        map[at] = blocks.len() as u32;
+                        blocks.push(corner);
+                    }
+                    at += 1;
+                }
+            }
+        }
+        Self {
+            dims: block_dims.map(|d| d * BLOCK),
+            block_dims,
+            map,
+            blocks,
+        }
+    }
+
+    /// Nodes along each axis of the whole box.
+    pub fn dims(&self) -> NodeIndex {
+        self.dims
+    }
+
+    /// Number of stored nodes.
+    pub fn len(&self) -> usize {
+        self.blocks.len() * BLOCK_NODES
+    }
+
+    /// True where nothing is stored.
+    pub fn is_empty(&self) -> bool {
+        self.blocks.is_empty()
+    }
+
+    /// Corner nodes of the stored blocks.
+    pub fn blocks(&self) -> &[NodeIndex] {
+        &self.blocks
+    }
+
+    /// Where a node is stored, if it is.
+    #[inline]
+    pub fn slot(&self, n: NodeIndex) -> Option<usize> {
+        let inside = (0..3).all(|a| n[a] >= 0 && n[a] < self.dims[a]);
+        if !inside {
+            return None;
+        }
+        let b = [n[0] >> 2, n[1] >> 2, n[2] >> 2];
+        let at = (b[0] * self.block_dims[1] + b[1]) * self.block_dims[2] + b[2];
+        let block = self.map[at as usize];
+        if block == ABSENT {
+            return None;
+        }
+        let local = ((n[0] & 3) << 4) | ((n[1] & 3) << 2) | (n[2] & 3);
+        Some(block as usize * BLOCK_NODES + local as usize)
+    }
+
+    /// The node stored at a slot.
+    #[inline]
+    pub fn node(&self, slot: usize) -> NodeIndex {
+        let corner = self.blocks[slot / BLOCK_NODES];
+        let local = (slot % BLOCK_NODES) as i32;
+        [
+            corner[0] + (local >> 4),
+            corner[1] + ((local >> 2) & 3),
+            corner[2] + (local & 3),
+        ]
+    }
+
+    /// True for nodes at least `margin` nodes away from the faces of the box.
+    pub fn is_interior(&self, n: NodeIndex, margin: i32) -> bool {
+        (0..3).all(|a| n[a] >= margin && n[a] < self.dims[a] - margin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slots_and_nodes_are_inverse_of_each_other() {
+        let grid = SparseGrid::new([9, 8, 13], |c| (c[0] + c[1] + c[2]) % 8 == 0);
+        assert_eq!(grid.dims(), [12, 8, 16]);
+        for slot in 0..grid.len() {
+            assert_eq!(grid.slot(grid.node(slot)), Some(slot));
+        }
+        assert_eq!(grid.slot([4, 0, 0]), None);
+        assert_eq!(grid.slot([-1, 0, 0]), None);
+        assert_eq!(grid.slot([12, 0, 0]), None);
+    }
+}

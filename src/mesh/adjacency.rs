@@ -1,0 +1,59 @@
+//! Faces round each vertex.
+
+use glam::DVec3;
+
+use super::Mesh;
+
+/// For each vertex the faces that use it, as one flat list.
+pub struct VertexFaces {
+    first: Vec<u32>,
+    faces: Vec<u32>,
+}
+
+impl VertexFaces {
+    /// Counts and lists; faces appear in rising order.
+    pub fn new(mesh: &Mesh) -> Self {
+        let mut first = vec![0u32; mesh.positions.len() + 1];
+        for v in mesh.faces.iter().flatten() {
+            first[*v as usize + 1] += 1;
+        }
+        for i in 1..first.len() {
+            first[i] += first[i - 1];
+        }
+        let mut at = first.clone();
+        let mut faces = vec![0; 3 * mesh.faces.len()];
+        for (f, face) in mesh.faces.iter().enumerate() {
+            for &v in face {
+                faces[at[v as usize] as usize] = f as u32;
+                at[v as usize] += 1;
+            }
+        }
+        Self { first, faces }
+    }
+
+    /// The faces round a vertex.
+    pub fn of(&self, vertex: u32) -> &[u32] {
+        let v = vertex as usize;
+        &self.faces[self.first[v] as usize..self.first[v + 1] as usize]
+    }
+}
+
+/// Unit normal of a face, or zero where it has no area.
+pub fn face_normal(mesh: &Mesh, face: u32) -> DVec3 {
+    let [a, b, c] = mesh.faces[face as usize].map(|v| mesh.positions[v as usize]);
+    (b - a).cross(c - a).normalize_or_zero()
+}
+
+/// Angle-weighted unit normal of a vertex (Thürmer and Wüthrich 1998; the sign test of Bærentzen and Aanæs 2005).
+pub fn vertex_normal(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    for &f in around.of(vertex) {
+        let face = mesh.faces[f as usize];
+        let k = face.iter().position(|&v| v == vertex).unwrap_or(0);
+        let p = mesh.positions[vertex as usize];
+        let a = mesh.positions[face[(k + 1) % 3] as usize] - p;
+        let b = mesh.positions[face[(k + 2) % 3] as usize] - p;
+        sum += face_normal(mesh, f) * a.angle_between(b);
+    }
+    sum.normalize_or_zero()
+}

@@ -1,0 +1,175 @@
+//! One lattice of the nested grids: the data at its nodes and which of them are free.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::grid::{BLOCK, Lattice, NodeIndex, SparseGrid, linear, value_and_gradient};
+
+/// Where the distance to the known surface is larger than this many voxels, the nodes round a hole are free: in thin parts
+/// they may be nearer to the opposite wall than to the surface that is missing.
+const DEEP: f64 = 5.5;
+/// Nodes at the faces of the box that are never free.
+const BORDER: i32 = 3;
+/// Blocks farther than this from the coarse surface, in voxels of the finer grid, are not stored.
+const STORED: f64 = 7.0;
+
+/// What is known at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeData {
+    /// Signed distance in world units, negative inside.
+    pub signed: f64,
+    /// Unsigned distance to the known surface in world units.
+    pub distance: f64,
+    /// Whether the point is nearest to a rim, so that the missing surface may be nearer.
+    pub free: bool,
+}
+
+/// A signed distance with a hole in it.
+pub trait DistanceData: Sync {
+    /// The data at `x`; `limit` is an upper bound of the distance, infinite where none is known.
+    fn sample(&self, x: DVec3, limit: f64) -> NodeData;
+    /// Whether `x` is close enough to a hole for the rule of thin parts.
+    fn near_hole(&self, x: DVec3) -> bool;
+}
+
+/// A lattice with φ (in voxels) and the mask of its free nodes.
+#[derive(Clone, Debug)]
+pub struct Level {
+    /// Where the nodes are.
+    pub lattice: Lattice,
+    /// Which nodes are stored.
+    pub grid: SparseGrid,
+    /// Signed distance in voxels.
+    pub phi: Vec<f64>,
+    /// Whether a node is free.
+    pub mask: Vec<bool>,
+}
+
+fn as_point(n: NodeIndex) -> DVec3 {
+    DVec3::new(n[0].into(), n[1].into(), n[2].into())
+}
+
+impl Level {
+    /// The coarsest level: every node of a box of `dims` nodes.
+    pub fn coarsest(lattice: Lattice, dims: NodeIndex, data: &dyn DistanceData) -> Self {
+        let grid = SparseGrid::new(dims, |_| true);
+        let (phi, mask) = fill(&lattice, &grid, data, &|_| None);
+        Self {
+            lattice,
+            grid,
+            phi,
+            mask,
+        }
+    }
+
+    /// The level of half the voxel: blocks near the surface and the mask, φ prolonged where it is free.
+    pub fn refined(&self, data: &dyn DistanceData) -> Self {
+        let lattice = Lattice {
+            origin: self.lattice.origin,
+            voxel: 0.5 * self.lattice.voxel,
+        };
+        let near = near_mask(self);
+        let dims = self.grid.dims().map(|d| 2 * d - 1);
+        let grid = SparseGrid::new(dims, |corner| self.wants(corner, &near));
+        let deep = eroded(self);
+        let known_free = |n: NodeIndex| {
+            let c = n.map(|i| (i + 1) / 2);
+            let value = self.prolong(n)?;
+            self.grid.slot(c).is_some_and(|s| deep[s]).then_some(value)
+        };
+        let (mut phi, mask) = fill(&lattice, &grid, data, &known_free);
+        for s in 0..grid.len() {
+            if mask[s]
+                && let Some(v) = self.prolong(grid.node(s))
+            {
+                phi[s] = v;
+            }
+        }
+        Self {
+            lattice,
+            grid,
+            phi,
+            mask,
+        }
+    }
+
+    /// φ of this level at a node of the next finer one, in its voxels.
+    fn prolong(&self, fine: NodeIndex) -> Option<f64> {
+        let p = 0.5 * as_point(fine);
+        value_and_gradient(&self.grid, &self.phi, p)
+            .map(|v| v.0)
+            .or_else(|| linear(&self.grid, &self.phi, p))
+            .map(|v| 2.0 * v)
+    }
+
+    /// Whether a block of the next finer level is near both the surface and the mask.
+    fn wants(&self, corner: NodeIndex, near: &[bool]) -> bool {
+        let half = BLOCK / 2;
+        let mut wanted = false;
+        for i in 0..=half {
+            for j in 0..=half {
+                for k in 0..=half {
+                    let n = [corner[0] / 2 + i, corner[1] / 2 + j, corner[2] / 2 + k];
+                    match self.grid.slot(n) {
+                        Some(s) => wanted |= near[s] && 2.0 * self.phi[s].abs() < STORED,
+                        None => return false,
+                    }
+                }
+            }
+        }
+        wanted
+    }
+}
+
+/// φ and mask of a grid; `known_free` gives the value of nodes that need no query.
+fn fill(
+    lattice: &Lattice,
+    grid: &SparseGrid,
+    data: &dyn DistanceData,
+    known_free: &(dyn Fn(NodeIndex) -> Option<f64> + Sync),
+) -> (Vec<f64>, Vec<bool>) {
+    let per_block = (BLOCK * BLOCK * BLOCK) as usize;
+    let samples: Vec<Vec<(f64, bool)>> = (0..grid.blocks().len())
+        .into_par_iter()
+        .map(|b| {
+            // Walks the block so that each node bounds the distance of the next.
+            let mut last: Option<(DVec3, f64)> = None;
+            (0..per_block)
+                .map(|i| {
+                    let n = grid.node(b * per_block + i);
+                    if let Some(v) = known_free(n) {
+                        return (v, grid.is_interior(n, BORDER));
+                    }
+                    let x = lattice.to_world(as_point(n));
+                    let limit = last.map_or(f64::INFINITY, |(y, d)| {
+                        (d + x.distance(y)) * (1.0 + 1e-9) + 1e-9 * lattice.voxel
+                    });
+                    let s = data.sample(x, limit);
+                    last = Some((x, s.distance));
+                    let deep = s.distance > DEEP * lattice.voxel && data.near_hole(x);
+                    let free = (s.free || deep) && grid.is_interior(n, BORDER);
+                    (s.signed / lattice.voxel, free)
+                })
+                .collect()
+        })
+        .collect();
+    samples.into_iter().flatten().unzip()
+}
+
+/// Nodes within three steps of the mask.
+fn near_mask(level: &Level) -> Vec<bool> {
+    let mut near = level.mask.clone();
+    for _ in 0..3 {
+        near = crate::flow::dilate(&level.grid, &near);
+    }
+    near
+}
+
+/// Nodes all of whose neighbours are in the mask.
+fn eroded(level: &Level) -> Vec<bool> {
+    let outside: Vec<bool> = level.mask.iter().map(|m| !m).collect();
+    crate::flow::dilate(&level.grid, &outside)
+        .into_iter()
+        .map(|o| !o)
+        .collect()
+}

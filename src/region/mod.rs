@@ -1,0 +1,9 @@
+//! The region of a group of holes: its lattice, its data, and the nested solve on it.
+
+mod group;
+mod level;
+mod nested;
+
+pub use group::{Grouping, Region, group_holes};
+pub use level::{DistanceData, Level, NodeData};
+pub use nested::{LevelReport, NestedSettings, Solved, solve_nested};

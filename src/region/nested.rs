@@ -1,0 +1,91 @@
+//! The nested solve: biharmonic start on the coarsest lattice, the flow on each.
+
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::level::{DistanceData, Level};
+use crate::flow::{FlowOutcome, FlowSettings, biharmonic_fill, relax};
+use crate::grid::{Lattice, NodeIndex};
+
+/// The grids of a nested solve.
+#[derive(Clone, Copy, Debug)]
+pub struct NestedSettings {
+    /// The coarsest lattice.
+    pub lattice: Lattice,
+    /// Its box, in nodes.
+    pub dims: NodeIndex,
+    /// Number of times it is refined by two.
+    pub refinements: usize,
+    /// The flow on each level.
+    pub flow: FlowSettings,
+}
+
+/// What happened on one level.
+#[derive(Clone, Debug, Serialize)]
+pub struct LevelReport {
+    /// Voxel size in world units.
+    pub voxel: f64,
+    /// Stored nodes.
+    pub nodes: usize,
+    /// The flow's steps and end.
+    pub flow: FlowOutcome,
+    /// Seconds spent on sampling the distance, and on the start and the flow.
+    pub seconds: [f64; 2],
+}
+
+/// The finest level after the flow.
+pub struct Solved {
+    /// φ there.
+    pub level: Level,
+    /// All levels, the coarsest first.
+    pub reports: Vec<LevelReport>,
+}
+
+impl Solved {
+    /// Whether the flow became steady on the finest level.
+    pub fn converged(&self) -> bool {
+        self.reports.last().is_some_and(|r| r.flow.converged)
+    }
+}
+
+/// Solves on each level in turn; `keep_going` may end it early.
+pub fn solve_nested(
+    data: &dyn DistanceData,
+    settings: &NestedSettings,
+    keep_going: &dyn Fn() -> bool,
+) -> Solved {
+    let mut clock = Instant::now();
+    let mut level = Level::coarsest(settings.lattice, settings.dims, data);
+    let mut sampling = clock.elapsed().as_secs_f64();
+    let mut reports = Vec::new();
+    clock = Instant::now();
+    let start = biharmonic_fill(&level.grid, &mut level.phi, &level.mask, 1e-4);
+    log::debug!(
+        "biharmonic start: {} iterations, {:.3} s",
+        start.iterations,
+        clock.elapsed().as_secs_f64()
+    );
+    for refinement in 0..=settings.refinements {
+        if refinement > 0 {
+            clock = Instant::now();
+            level = level.refined(data);
+            sampling = clock.elapsed().as_secs_f64();
+            clock = Instant::now();
+        }
+        let flow = relax(
+            &level.grid,
+            &mut level.phi,
+            &level.mask,
+            &settings.flow,
+            keep_going,
+        );
+        reports.push(LevelReport {
+            voxel: level.lattice.voxel,
+            nodes: level.grid.len(),
+            flow,
+            seconds: [sampling, clock.elapsed().as_secs_f64()],
+        });
+    }
+    Solved { level, reports }
+}

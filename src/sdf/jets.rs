@@ -1,0 +1,293 @@
+//! Osculating jets: local polynomial graphs through the vertices round a vertex.
+//!
+//! The facets of a mesh show in its distance field as soon as voxels are smaller than edges. A polynomial of low degree
+//! fitted to the vertices (Cazals and Pouget, "Estimating differential quantities using polynomial fitting of osculating
+//! jets", 2005) follows the sampled surface to third or fourth order in the edge length and averages noise.
+
+use std::collections::VecDeque;
+
+use glam::DVec3;
+
+use crate::linalg::solve_spd;
+use crate::mesh::{Mesh, VertexFaces, vertex_normal};
+
+const MAX_DEGREE: usize = 4;
+const MAX_TERMS: usize = terms(MAX_DEGREE);
+/// Neighbours wanted for a fit.
+const WANTED: usize = 26;
+const MAX_RINGS: usize = 5;
+/// Neighbours whose normals lean farther than this cosine belong to another side of a crease.
+const SAME_SIDE: f64 = 0.35;
+
+const fn terms(degree: usize) -> usize {
+    (degree + 1) * (degree + 2) / 2
+}
+
+/// A polynomial graph `w(u, v)` over the tangent plane of a vertex.
+#[derive(Clone, Debug)]
+pub struct Jet {
+    origin: DVec3,
+    axes: [DVec3; 3],
+    radius: f64,
+    degree: usize,
+    coefficients: [f64; MAX_TERMS],
+    /// From 1 (the vertices lie on a smooth graph) to 0 (they do not: crease, tip, dirt).
+    pub trust: f64,
+}
+
+/// Value, gradient and second derivatives of a polynomial at (u, v).
+struct Graph {
+    w: f64,
+    wu: f64,
+    wv: f64,
+    wuu: f64,
+    wuv: f64,
+    wvv: f64,
+}
+
+fn powers(t: f64) -> [f64; MAX_DEGREE + 1] {
+    let mut p = [1.0; MAX_DEGREE + 1];
+    for i in 1..=MAX_DEGREE {
+        p[i] = p[i - 1] * t;
+    }
+    p
+}
+
+/// Monomials `uᵃ vᵇ` by rising total degree.
+fn monomials(u: f64, v: f64, degree: usize) -> [f64; MAX_TERMS] {
+    let (pu, pv) = (powers(u), powers(v));
+    let mut out = [0.0; MAX_TERMS];
+    let mut at = 0;
+    for d in 0..=degree {
+        for b in 0..=d {
+            out[at] = pu[d - b] * pv[b];
+            at += 1;
+        }
+    }
+    out
+}
+
+impl Jet {
+    fn graph(&self, u: f64, v: f64) -> Graph {
+        let (pu, pv) = (powers(u), powers(v));
+        let mut g = Graph {
+            w: 0.0,
+            wu: 0.0,
+            wv: 0.0,
+            wuu: 0.0,
+            wuv: 0.0,
+            wvv: 0.0,
+        };
+        let mut at = 0;
+        for d in 0..=self.degree {
+            for b in 0..=d {
+                let (a, c) = (d - b, self.coefficients[at]);
+                let (fa, fb) = (a as f64, b as f64);
+                g.w += c * pu[a] * pv[b];
+                if a > 0 {
+                    g.wu += c * fa * pu[a - 1] * pv[b];
+                }
+                if b > 0 {
+                    g.wv += c * fb * pu[a] * pv[b - 1];
+                }
+                if a > 1 {
+                    g.wuu += c * fa * (fa - 1.0) * pu[a - 2] * pv[b];
+                }
+                if b > 1 {
+                    g.wvv += c * fb * (fb - 1.0) * pu[a] * pv[b - 2];
+                }
+                if a > 0 && b > 0 {
+                    g.wuv += c * fa * fb * pu[a - 1] * pv[b - 1];
+                }
+                at += 1;
+            }
+        }
+        g
+    }
+
+    /// Signed distance of `x` from the graph, positive on the side of the normal, by Newton's method on the squared
+    /// distance. None where the foot leaves the neighbourhood the graph was fitted to.
+    pub fn signed_distance(&self, x: DVec3) -> Option<f64> {
+        let d = (x - self.origin) / self.radius;
+        let p = [d.dot(self.axes[0]), d.dot(self.axes[1]), d.dot(self.axes[2])];
+        let (mut u, mut v) = (p[0], p[1]);
+        let limit = 1.3;
+        let clamp = |u: &mut f64, v: &mut f64| {
+            let r = u.hypot(*v);
+            if r > limit {
+                *u *= limit / r;
+                *v *= limit / r;
+            }
+        };
+        clamp(&mut u, &mut v);
+        let mut g = self.graph(u, v);
+        for _ in 0..12 {
+            let e = g.w - p[2];
+            let (ru, rv) = (u - p[0] + e * g.wu, v - p[1] + e * g.wv);
+            let mut h = [
+                1.0 + g.wu * g.wu + e * g.wuu,
+                g.wu * g.wv + e * g.wuv,
+                1.0 + g.wv * g.wv + e * g.wvv,
+            ];
+            if h[0] * h[2] - h[1] * h[1] < 0.1 || h[0] < 0.1 {
+                h = [1.0 + g.wu * g.wu, g.wu * g.wv, 1.0 + g.wv * g.wv];
+            }
+            let det = h[0] * h[2] - h[1] * h[1];
+            let (du, dv) = (
+                -(h[2] * ru - h[1] * rv) / det,
+                -(h[0] * rv - h[1] * ru) / det,
+            );
+            u += du;
+            v += dv;
+            clamp(&mut u, &mut v);
+            g = self.graph(u, v);
+            if du * du + dv * dv < 1e-20 {
+                break;
+            }
+        }
+        if u.hypot(v) >= limit * 0.999 {
+            return None;
+        }
+        let e = p[2] - g.w;
+        let length = ((u - p[0]).powi(2) + (v - p[1]).powi(2) + e * e).sqrt();
+        Some(length.copysign(e) * self.radius)
+    }
+
+    /// Unit normal of the graph at its origin.
+    pub fn normal(&self) -> DVec3 {
+        let g = self.graph(0.0, 0.0);
+        (self.axes[2] - self.axes[0] * g.wu - self.axes[1] * g.wv).normalize()
+    }
+}
+
+/// Fits a jet to the vertices round `vertex`; none where there are too few.
+pub fn fit_jet(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> Option<Jet> {
+    let normal = vertex_normal(mesh, around, vertex);
+    if normal == DVec3::ZERO {
+        return None;
+    }
+    let neighbours = neighbourhood(mesh, around, vertex, normal);
+    if neighbours.len() < 7 {
+        return None;
+    }
+    let origin = mesh.positions[vertex as usize];
+    let (u, v) = normal.any_orthonormal_pair();
+    let axes = [u, v, normal];
+    let radius = neighbours
+        .iter()
+        .map(|&i| mesh.positions[i as usize].distance(origin))
+        .fold(0.0, f64::max);
+    let samples: Vec<[f64; 4]> = neighbours
+        .iter()
+        .map(|&i| {
+            let d = (mesh.positions[i as usize] - origin) / radius;
+            let weight = (-1.5 * d.length_squared()).exp();
+            [d.dot(axes[0]), d.dot(axes[1]), d.dot(axes[2]), weight]
+        })
+        .collect();
+    let (degree, coefficients, deviation) = best_fit(&samples)?;
+    let edge = mean_edge(mesh, around, vertex) / radius;
+    Some(Jet {
+        origin,
+        axes,
+        radius,
+        degree,
+        coefficients,
+        trust: (1.0 - (deviation / edge - 0.12) / 0.15).clamp(0.0, 1.0),
+    })
+}
+
+/// The degree whose fit has the least Bayesian information criterion; residuals below a millionth do not count.
+fn best_fit(samples: &[[f64; 4]]) -> Option<(usize, [f64; MAX_TERMS], f64)> {
+    let n = samples.iter().map(|s| s[3]).sum::<f64>();
+    let count = samples.len() as f64;
+    let mut best: Option<(f64, usize, [f64; MAX_TERMS], f64)> = None;
+    for degree in 1..=MAX_DEGREE {
+        let p = terms(degree);
+        if samples.len() < p + p / 3 {
+            break;
+        }
+        let Some(c) = weighted_fit(samples, degree) else {
+            continue;
+        };
+        let rss: f64 = samples
+            .iter()
+            .map(|s| {
+                let m = monomials(s[0], s[1], degree);
+                let w: f64 = m.iter().zip(&c).map(|(a, b)| a * b).sum();
+                s[3] * (s[2] - w).powi(2)
+            })
+            .sum();
+        let variance = rss / n;
+        let criterion = count * (variance + 1e-12).ln() + p as f64 * count.ln();
+        let deviation = (variance * count / (count - p as f64).max(1.0)).sqrt();
+        if best.as_ref().is_none_or(|b| criterion < b.0) {
+            best = Some((criterion, degree, c, deviation));
+        }
+    }
+    best.map(|b| (b.1, b.2, b.3))
+}
+
+fn weighted_fit(samples: &[[f64; 4]], degree: usize) -> Option<[f64; MAX_TERMS]> {
+    let p = terms(degree);
+    let mut a = vec![0.0; p * p];
+    let mut b = vec![0.0; p];
+    for s in samples {
+        let m = monomials(s[0], s[1], degree);
+        for i in 0..p {
+            for j in 0..=i {
+                a[i * p + j] += s[3] * m[i] * m[j];
+            }
+            b[i] += s[3] * m[i] * s[2];
+        }
+    }
+    for i in 0..p {
+        a[i * p + i] += 1e-10 * a[0];
+    }
+    if !solve_spd(&mut a, &mut b) {
+        return None;
+    }
+    let mut c = [0.0; MAX_TERMS];
+    c[..p].copy_from_slice(&b);
+    Some(c)
+}
+
+/// Vertices round `vertex`, ring by ring until there are enough, without those across a crease.
+fn neighbourhood(mesh: &Mesh, around: &VertexFaces, vertex: u32, normal: DVec3) -> Vec<u32> {
+    let mut found = vec![vertex];
+    let mut queue = VecDeque::from([(vertex, 0)]);
+    while let Some((v, ring)) = queue.pop_front() {
+        if ring >= MAX_RINGS || (ring >= 2 && found.len() >= WANTED) {
+            break;
+        }
+        for &f in around.of(v) {
+            if crate::mesh::face_normal(mesh, f).dot(normal) < SAME_SIDE {
+                continue;
+            }
+            for &w in &mesh.faces[f as usize] {
+                if !found.contains(&w) {
+                    found.push(w);
+                    queue.push_back((w, ring + 1));
+                }
+            }
+        }
+        if found.len() > 120 {
+            break;
+        }
+    }
+    found
+}
+
+fn mean_edge(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> f64 {
+    let p = mesh.positions[vertex as usize];
+    let (mut sum, mut count) = (0.0, 0.0);
+    for &f in around.of(vertex) {
+        for &w in &mesh.faces[f as usize] {
+            if w != vertex {
+                sum += mesh.positions[w as usize].distance(p);
+                count += 1.0;
+            }
+        }
+    }
+    sum / f64::max(count, 1.0)
+}

@@ -1,0 +1,9 @@
+//! The signed distance of a mesh, on the nodes of a lattice.
+
+mod jets;
+mod redistance;
+mod sampler;
+
+pub use jets::{Jet, fit_jet};
+pub use redistance::{project_on_zero_set, redistance};
+pub use sampler::{DistanceSample, RimSet, Sampler};

@@ -1,0 +1,299 @@
+//! Redistancing by closest points on a smooth interpolant.
+//!
+//! Seeds beside the zero set are projected on the zero set of the tricubic interpolant; closest points then spread outward
+//! layer by layer, each projected again. Chopp's bicubic construction ("Some improvements of the fast marching method",
+//! 2001) with closest points carried along.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::grid::{NodeIndex, SparseGrid, Tricubic, value_and_gradient};
+
+const ITERATIONS: usize = 30;
+
+/// Offsets to the 26 neighbours.
+fn neighbours() -> impl Iterator<Item = NodeIndex> {
+    (0..27)
+        .filter(|&i| i != 13)
+        .map(|i| [i / 9 - 1, (i / 3) % 3 - 1, i % 3 - 1])
+}
+
+fn add(n: NodeIndex, o: NodeIndex) -> NodeIndex {
+    [n[0] + o[0], n[1] + o[1], n[2] + o[2]]
+}
+
+fn as_point(n: NodeIndex) -> DVec3 {
+    DVec3::new(n[0].into(), n[1].into(), n[2].into())
+}
+
+/// The point of the zero set of the tricubic interpolant closest to `x`, from the start `p` (lattice coordinates):
+/// damped steps along the gradient and along the zero set. None where it does not converge.
+pub fn project_on_zero_set(
+    grid: &SparseGrid,
+    phi: &[f64],
+    x: DVec3,
+    mut p: DVec3,
+) -> Option<DVec3> {
+    let mut patch = Tricubic::around(grid, phi, p)?;
+    for _ in 0..ITERATIONS {
+        if !patch.holds(p) {
+            patch = Tricubic::around(grid, phi, p)?;
+        }
+        let (f, g) = patch.evaluate(p);
+        let gg = g.length_squared();
+        if gg < 1e-3 {
+            return None;
+        }
+        let away = x - p;
+        let tangential = away - g * (away.dot(g) / gg);
+        let slide = if tangential.length() > 0.5 {
+            0.4 / tangential.length()
+        } else {
+            0.8
+        };
+        let reach = f.abs() / gg.sqrt();
+        let damping = if reach > 0.7 { 0.7 / reach } else { 1.0 };
+        let step = g * (-f / gg * damping) + tangential * slide;
+        p += step;
+        if step.length_squared() < 1e-18 {
+            break;
+        }
+    }
+    let (f, _) = value_and_gradient(grid, phi, p)?;
+    (f.abs() < 1e-3).then_some(p)
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    Far,
+    Done,
+}
+
+struct Front<'a> {
+    grid: &'a SparseGrid,
+    phi: &'a [f64],
+    mask: &'a [bool],
+    out: Vec<f64>,
+    foot: Vec<DVec3>,
+    state: Vec<State>,
+}
+
+/// Replaces `phi` at the masked nodes by the signed distance (in voxels) to its zero set, out to `reach`; farther nodes get
+/// ±(`reach` + 1). Nodes outside the mask are kept, and seed the front where the mask begins.
+pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> Vec<f64> {
+    let mut front = Front {
+        grid,
+        phi,
+        mask,
+        out: phi.to_vec(),
+        foot: vec![DVec3::ZERO; grid.len()],
+        state: vec![State::Far; grid.len()],
+    };
+    let mut layer = front.seed(reach);
+    for _ in 0..(reach as usize + 3) {
+        if layer.is_empty() {
+            break;
+        }
+        layer = front.advance(&layer, reach);
+    }
+    for _ in 0..3 {
+        if !front.sweep() {
+            break;
+        }
+    }
+    for slot in 0..grid.len() {
+        if mask[slot] && front.state[slot] == State::Far {
+            front.out[slot] = (reach + 1.0).copysign(phi[slot]);
+        }
+    }
+    front.out
+}
+
+impl Front<'_> {
+    /// Closest points of the nodes beside the zero set, and of fixed nodes beside the mask.
+    fn seed(&mut self, reach: f64) -> Vec<usize> {
+        let found: Vec<(usize, DVec3)> = (0..self.grid.len())
+            .into_par_iter()
+            .filter_map(|slot| {
+                let foot = if self.mask[slot] {
+                    self.free_seed(slot)
+                } else {
+                    self.fixed_seed(slot, reach)
+                };
+                foot.map(|p| (slot, p))
+            })
+            .collect();
+        for &(slot, p) in &found {
+            self.foot[slot] = p;
+            self.state[slot] = State::Done;
+            if self.mask[slot] {
+                let d = as_point(self.grid.node(slot)).distance(p);
+                self.out[slot] = d.copysign(self.phi[slot]);
+            }
+        }
+        found.into_iter().map(|s| s.0).collect()
+    }
+
+    fn free_seed(&self, slot: usize) -> Option<DVec3> {
+        let n = self.grid.node(slot);
+        let positive = self.phi[slot] > 0.0;
+        let beside = neighbours().any(|o| {
+            self.grid
+                .slot(add(n, o))
+                .is_some_and(|s| (self.phi[s] > 0.0) != positive)
+        });
+        if !beside {
+            return None;
+        }
+        let x = as_point(n);
+        project_on_zero_set(self.grid, self.phi, x, x).or_else(|| {
+            let g = self.central_gradient(n)?;
+            let gg = g.length_squared() + 1e-12;
+            let s = (self.phi[slot] / gg).clamp(-1.8 / gg.sqrt(), 1.8 / gg.sqrt());
+            Some(x - g * s)
+        })
+    }
+
+    /// A fixed node beside the mask knows its distance; its foot counts only where it agrees with that.
+    fn fixed_seed(&self, slot: usize, reach: f64) -> Option<DVec3> {
+        let value = self.phi[slot];
+        if value.abs() >= reach {
+            return None;
+        }
+        let n = self.grid.node(slot);
+        let free = |o: NodeIndex| self.grid.slot(add(n, o)).is_some_and(|s| self.mask[s]);
+        if !neighbours().any(free) {
+            return None;
+        }
+        let g = self.one_sided_gradient(n, value);
+        let gg = g.length_squared();
+        if gg < 1e-6 {
+            return None;
+        }
+        let x = as_point(n);
+        let start = x - g * (value / gg);
+        let agrees = |p: DVec3| (x.distance(p) - value.abs()).abs() < 0.3;
+        if let Some(p) = project_on_zero_set(self.grid, self.phi, x, start)
+            && agrees(p)
+        {
+            return Some(p);
+        }
+        let (f, _) = value_and_gradient(self.grid, self.phi, start)?;
+        (agrees(start) && f.abs() < 0.3).then_some(start)
+    }
+
+    fn central_gradient(&self, n: NodeIndex) -> Option<DVec3> {
+        let mut g = DVec3::ZERO;
+        for a in 0..3 {
+            let mut o = [0; 3];
+            o[a] = 1;
+            let high = self.phi[self.grid.slot(add(n, o))?];
+            o[a] = -1;
+            g[a] = 0.5 * (high - self.phi[self.grid.slot(add(n, o))?]);
+        }
+        Some(g)
+    }
+
+    fn one_sided_gradient(&self, n: NodeIndex, value: f64) -> DVec3 {
+        let fixed = |o: NodeIndex| {
+            let slot = self.grid.slot(add(n, o))?;
+            (!self.mask[slot]).then(|| self.phi[slot])
+        };
+        let mut g = DVec3::ZERO;
+        for a in 0..3 {
+            let mut o = [0; 3];
+            o[a] = 1;
+            let high = fixed(o);
+            o[a] = -1;
+            let low = fixed(o);
+            g[a] = match (low, high) {
+                (Some(l), Some(h)) => 0.5 * (h - l),
+                (None, Some(h)) => h - value,
+                (Some(l), None) => value - l,
+                (None, None) => 0.0,
+            };
+        }
+        g
+    }
+
+    /// The nearest foot among the neighbours that have one, and the sign there.
+    fn best_neighbour(&self, slot: usize) -> Option<(f64, DVec3, f64)> {
+        let n = self.grid.node(slot);
+        let x = as_point(n);
+        let mut best: Option<(f64, DVec3, f64)> = None;
+        for o in neighbours() {
+            let Some(s) = self.grid.slot(add(n, o)) else {
+                continue;
+            };
+            if self.state[s] == State::Done {
+                let d = x.distance_squared(self.foot[s]);
+                if best.is_none_or(|b| d < b.0) {
+                    best = Some((d, self.foot[s], self.out[s]));
+                }
+            }
+        }
+        best.map(|(d, p, sign)| (d.sqrt(), p, sign))
+    }
+
+    /// The foot of a node from a neighbour's, projected, and its distance.
+    fn improved(&self, slot: usize, start: DVec3, distance: f64) -> (DVec3, f64) {
+        let x = as_point(self.grid.node(slot));
+        match project_on_zero_set(self.grid, self.phi, x, start) {
+            Some(p) if x.distance(p) <= distance + 0.05 => (p, x.distance(p)),
+            _ => (start, distance),
+        }
+    }
+
+    fn advance(&mut self, layer: &[usize], reach: f64) -> Vec<usize> {
+        let grid = self.grid;
+        let mut targets: Vec<usize> = layer
+            .iter()
+            .flat_map(|&slot| {
+                let n = grid.node(slot);
+                neighbours().filter_map(move |o| grid.slot(add(n, o)))
+            })
+            .filter(|&s| self.mask[s] && self.state[s] == State::Far)
+            .collect();
+        targets.sort_unstable();
+        targets.dedup();
+        let found: Vec<(usize, DVec3, f64)> = targets
+            .par_iter()
+            .filter_map(|&slot| {
+                let (d, start, sign) = self.best_neighbour(slot)?;
+                let (p, d) = self.improved(slot, start, d);
+                Some((slot, p, d.copysign(sign)))
+            })
+            .collect();
+        for &(slot, p, d) in &found {
+            self.foot[slot] = p;
+            self.out[slot] = d;
+            self.state[slot] = State::Done;
+        }
+        found
+            .into_iter()
+            .filter(|f| f.2.abs() < reach)
+            .map(|f| f.0)
+            .collect()
+    }
+
+    /// Lets nodes take a neighbour's closer foot; true where any did.
+    fn sweep(&mut self) -> bool {
+        let found: Vec<(usize, DVec3, f64)> = (0..self.grid.len())
+            .into_par_iter()
+            .filter(|&s| self.mask[s] && self.state[s] == State::Done)
+            .filter_map(|slot| {
+                let (d, start, _) = self.best_neighbour(slot)?;
+                if d >= self.out[slot].abs() - 0.02 {
+                    return None;
+                }
+                let (p, d) = self.improved(slot, start, d);
+                Some((slot, p, d.copysign(self.phi[slot])))
+            })
+            .collect();
+        for &(slot, p, d) in &found {
+            self.foot[slot] = p;
+            self.out[slot] = d;
+        }
+        !found.is_empty()
+    }
+}

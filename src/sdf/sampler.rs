@@ -1,0 +1,210 @@
+//! Signed distance samples of a mesh with holes.
+
+use std::sync::OnceLock;
+
+use glam::DVec3;
+
+use super::jets::{Jet, fit_jet};
+use crate::mesh::{Hole, Mesh, Topology, VertexFaces, face_normal, topology::NONE, vertex_normal};
+use crate::spatial::{Bvh, Closest, WindingTree};
+
+/// What the mesh says about one point.
+#[derive(Clone, Copy, Debug)]
+pub struct DistanceSample {
+    /// Signed distance, negative inside; to the smooth surface through the vertices where there is one.
+    pub signed: f64,
+    /// Distance to the triangles.
+    pub distance: f64,
+    /// Whether the closest point lies on the rim of one of the region's holes: then the surface that is to be found may
+    /// be closer, and `signed` is only a guess.
+    pub on_rim: bool,
+}
+
+/// Where on the mesh a closest point lies.
+enum Feature {
+    Face,
+    /// Half-edge.
+    Edge(u32),
+    Vertex(u32),
+}
+
+/// Signed distances of a welded mesh for one or more regions.
+pub struct Sampler<'a> {
+    mesh: &'a Mesh,
+    topology: &'a Topology,
+    around: VertexFaces,
+    bvh: Bvh,
+    winding: WindingTree,
+    jets: Vec<OnceLock<Option<Box<Jet>>>>,
+}
+
+impl<'a> Sampler<'a> {
+    /// Prepares the queries over all faces but degenerate ones and crumbs (pieces of at most two faces).
+    pub fn new(mesh: &'a Mesh, topology: &'a Topology) -> Self {
+        let whole = |f: u32| {
+            let piece = topology.piece[f as usize];
+            piece != NONE && topology.piece_faces[piece as usize] > 2
+        };
+        let bvh = Bvh::new(mesh, (0..mesh.faces.len() as u32).filter(|&f| whole(f)));
+        let winding = WindingTree::new(&bvh);
+        Self {
+            mesh,
+            topology,
+            around: VertexFaces::new(mesh),
+            bvh,
+            winding,
+            jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
+        }
+    }
+
+    /// The hierarchy over the mesh's faces.
+    pub fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &Mesh {
+        self.mesh
+    }
+
+    /// The closest point of the mesh, and whether it lies on a rim of the region.
+    pub fn closest(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<(Closest, bool)> {
+        let closest = self.bvh.closest(x, limit)?;
+        let on_rim = match self.feature(&closest) {
+            Feature::Face => false,
+            Feature::Edge(h) => rims.has_edge(self.mesh, h),
+            Feature::Vertex(v) => rims.has_vertex(v),
+        };
+        Some((closest, on_rim))
+    }
+
+    /// Samples the distance at `x`; `limit` is an upper bound of the distance that the caller knows.
+    pub fn sample(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<DistanceSample> {
+        let (closest, on_rim) = self.closest(rims, x, limit)?;
+        let sign = if on_rim && rims.closed {
+            if self.winding.winding_number(&self.bvh, x) > 0.5 { -1.0 } else { 1.0 }
+        } else {
+            self.sign(&closest, x)
+        };
+        let raw = sign * closest.distance;
+        let signed = if on_rim { raw } else { self.smooth(&closest, x, raw) };
+        Some(DistanceSample {
+            signed,
+            distance: closest.distance,
+            on_rim,
+        })
+    }
+
+    /// The winding number at a point.
+    pub fn winding_number(&self, x: DVec3) -> f64 {
+        self.winding.winding_number(&self.bvh, x)
+    }
+
+    fn feature(&self, closest: &Closest) -> Feature {
+        let w = closest.barycentric;
+        let face = self.mesh.faces[closest.face as usize];
+        match [w[0] == 0.0, w[1] == 0.0, w[2] == 0.0] {
+            [false, false, false] => Feature::Face,
+            [true, true, _] => Feature::Vertex(face[2]),
+            [true, _, true] => Feature::Vertex(face[1]),
+            [_, true, true] => Feature::Vertex(face[0]),
+            [true, ..] => Feature::Edge(3 * closest.face + 1),
+            [_, true, _] => Feature::Edge(3 * closest.face + 2),
+            [_, _, true] => Feature::Edge(3 * closest.face),
+        }
+    }
+
+    /// −1 inside, 1 outside: by the pseudonormal of the closest feature (Bærentzen and Aanæs, "Signed distance
+    /// computation using the angle weighted pseudonormal", 2005), or by the winding number where it is of no use.
+    fn sign(&self, closest: &Closest, x: DVec3) -> f64 {
+        let face = face_normal(self.mesh, closest.face);
+        let normal = match self.feature(closest) {
+            Feature::Face => face,
+            Feature::Vertex(v) => vertex_normal(self.mesh, &self.around, v),
+            Feature::Edge(h) => {
+                let opposite = self.topology.opposite[h as usize];
+                if opposite != NONE {
+                    face + face_normal(self.mesh, opposite / 3)
+                } else if self.topology.boundary[h as usize] {
+                    face
+                } else {
+                    DVec3::ZERO
+                }
+            }
+        };
+        let side = normal.dot(x - closest.point);
+        if side.abs() > 1e-3 * closest.distance * normal.length() || closest.distance == 0.0 {
+            return if side < 0.0 { -1.0 } else { 1.0 };
+        }
+        if self.winding.winding_number(&self.bvh, x) > 0.5 { -1.0 } else { 1.0 }
+    }
+
+    fn jet(&self, vertex: u32) -> Option<&Jet> {
+        self.jets[vertex as usize]
+            .get_or_init(|| fit_jet(self.mesh, &self.around, vertex).map(Box::new))
+            .as_deref()
+    }
+
+    /// The distance to the jets of the three corners, blended by the barycentric coordinates of the closest point.
+    fn smooth(&self, closest: &Closest, x: DVec3, raw: f64) -> f64 {
+        let face = self.mesh.faces[closest.face as usize];
+        let [a, b, c] = face.map(|v| self.mesh.positions[v as usize]);
+        let edge = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
+        let bound = (0.5 * edge).max(0.1 * raw.abs());
+        let mut sum = 0.0;
+        for (k, &v) in face.iter().enumerate() {
+            let weight = closest.barycentric[k];
+            let jet = if weight > 0.0 { self.jet(v) } else { None };
+            let smooth = jet
+                .filter(|j| j.trust > 0.0)
+                .and_then(|j| j.signed_distance(x).map(|d| (d, j.trust)))
+                .filter(|(d, _)| (d - raw).abs() < bound);
+            sum += weight
+                * match smooth {
+                    Some((d, trust)) => trust * d + (1.0 - trust) * raw,
+                    None => raw,
+                };
+        }
+        sum
+    }
+}
+
+/// The rims of one region's holes.
+pub struct RimSet {
+    edges: Vec<(u32, u32)>,
+    vertices: Vec<u32>,
+    /// Whether the pieces of these holes are closed once all their holes are filled.
+    pub closed: bool,
+}
+
+impl RimSet {
+    /// The rims of the given holes.
+    pub fn new<'h>(holes: impl Iterator<Item = &'h Hole>, closed: bool) -> Self {
+        let (mut edges, mut vertices) = (Vec::new(), Vec::new());
+        for hole in holes {
+            for (i, &v) in hole.rim.iter().enumerate() {
+                let w = hole.rim[(i + 1) % hole.rim.len()];
+                edges.push((v.min(w), v.max(w)));
+                vertices.push(v);
+            }
+        }
+        edges.sort_unstable();
+        vertices.sort_unstable();
+        Self {
+            edges,
+            vertices,
+            closed,
+        }
+    }
+
+    fn has_edge(&self, mesh: &Mesh, half_edge: u32) -> bool {
+        let face = mesh.faces[half_edge as usize / 3];
+        let k = half_edge as usize % 3;
+        let (v, w) = (face[k], face[(k + 1) % 3]);
+        self.edges.binary_search(&(v.min(w), v.max(w))).is_ok()
+    }
+
+    fn has_vertex(&self, vertex: u32) -> bool {
+        self.vertices.binary_search(&vertex).is_ok()
+    }
+}
