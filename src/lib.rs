@@ -7,6 +7,7 @@ pub mod grid;
 pub mod io;
 pub mod linalg;
 pub mod mesh;
+pub mod params;
 pub mod region;
 pub mod sdf;
 pub mod spatial;

@@ -48,7 +48,7 @@ impl Default for FlowSettings {
             time_step: f64::INFINITY,
             max_steps: 30,
             tolerance: 1e-3,
-            solver_tolerance: 1e-2,
+            solver_tolerance: 1e-3,
             kappa: 1.0,
         }
     }

@@ -1,2 +1,211 @@
 //! Which holes are filled together, and on which lattice.
-pub struct Grouping; pub struct Region; pub fn group_holes() {}
+
+use glam::DVec3;
+
+use crate::grid::{BLOCK, Lattice, NodeIndex};
+use crate::mesh::{Hole, Mesh};
+use crate::params::VoxelSize;
+
+/// Rims that face each other are one opening up to this gap, in diameters of the larger one.
+const FACING_GAP: f64 = 1.0;
+/// Rims closer than this share a region, in diameters of the larger one.
+const NEAR_GAP: f64 = 0.1;
+/// Vertices looked at on each rim.
+const SAMPLES: usize = 240;
+/// Voxels across a hole by default, at least across the smallest loop of a region, and at most.
+const ACROSS: f64 = 32.0;
+const ACROSS_SMALLEST: f64 = 14.0;
+const ACROSS_LIMIT: f64 = 160.0;
+/// Free space round the rims: this part of the diameter, and this many coarse voxels.
+const MARGIN_PART: f64 = 0.5;
+const MARGIN_NODES: f64 = 7.0;
+
+/// Holes that are filled together on one lattice.
+#[derive(Clone, Debug)]
+pub struct Region {
+    /// Indices of its holes.
+    pub holes: Vec<usize>,
+    /// Largest diameter of its holes.
+    pub diameter: f64,
+    /// Voxel size on the finest level.
+    pub voxel: f64,
+    /// Number of refinements from the coarsest level.
+    pub refinements: usize,
+    /// The coarsest lattice.
+    pub lattice: Lattice,
+    /// Its box, in nodes.
+    pub dims: NodeIndex,
+}
+
+/// Groups of holes that belong together.
+///
+/// Two rims belong together when they face each other (an island in a hole, the two sides of a gap: the directions in
+/// which the surface would continue point at one another), when they nearly touch, or when the caller says so.
+pub fn group_holes(
+    mesh: &Mesh,
+    holes: &[Hole],
+    chosen: &[usize],
+    forced: &[Vec<usize>],
+) -> Vec<Vec<usize>> {
+    let mut parent: Vec<usize> = (0..holes.len()).collect();
+    let rims: Vec<RimSamples> = chosen.iter().map(|&h| RimSamples::new(mesh, &holes[h])).collect();
+    for (i, a) in rims.iter().enumerate() {
+        for (j, b) in rims.iter().enumerate().skip(i + 1) {
+            if a.belongs_with(b) {
+                join(&mut parent, chosen[i], chosen[j]);
+            }
+        }
+    }
+    for group in forced {
+        for pair in group.windows(2) {
+            join(&mut parent, pair[0], pair[1]);
+        }
+    }
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    let mut of_root = std::collections::BTreeMap::new();
+    for &h in chosen {
+        let root = find(&mut parent, h);
+        let at = *of_root.entry(root).or_insert_with(|| {
+            groups.push(Vec::new());
+            groups.len() - 1
+        });
+        groups[at].push(h);
+    }
+    groups
+}
+
+fn find(parent: &mut [usize], mut i: usize) -> usize {
+    while parent[i] != i {
+        parent[i] = parent[parent[i]];
+        i = parent[i];
+    }
+    i
+}
+
+fn join(parent: &mut [usize], a: usize, b: usize) {
+    let (a, b) = (find(parent, a), find(parent, b));
+    parent[a.max(b)] = a.min(b);
+}
+
+/// Edge midpoints of a rim with the directions in which the surface would continue.
+struct RimSamples {
+    points: Vec<(DVec3, DVec3)>,
+    low: DVec3,
+    high: DVec3,
+    diameter: f64,
+}
+
+impl RimSamples {
+    fn new(mesh: &Mesh, hole: &Hole) -> Self {
+        let n = hole.rim.len();
+        let stride = n.div_ceil(SAMPLES);
+        let points: Vec<(DVec3, DVec3)> = (0..n)
+            .step_by(stride)
+            .map(|i| {
+                let a = mesh.positions[hole.rim[i] as usize];
+                let b = mesh.positions[hole.rim[(i + 1) % n] as usize];
+                (0.5 * (a + b), hole.conormals[i])
+            })
+            .collect();
+        let low = points.iter().fold(DVec3::INFINITY, |m, p| m.min(p.0));
+        let high = points.iter().fold(DVec3::NEG_INFINITY, |m, p| m.max(p.0));
+        Self {
+            points,
+            low,
+            high,
+            diameter: hole.diameter,
+        }
+    }
+
+    fn belongs_with(&self, other: &Self) -> bool {
+        let larger = self.diameter.max(other.diameter);
+        let apart = (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO);
+        if apart.length() > FACING_GAP * larger {
+            return false;
+        }
+        let (mut facing, mut nearest) = (0, f64::INFINITY);
+        let (few, many) = if self.points.len() <= other.points.len() {
+            (self, other)
+        } else {
+            (other, self)
+        };
+        for (p, t) in &few.points {
+            let (d, q, u) = many
+                .points
+                .iter()
+                .map(|(q, u)| (p.distance_squared(*q), *q, *u))
+                .min_by(|a, b| a.0.total_cmp(&b.0))
+                .unwrap_or((f64::INFINITY, *p, *t));
+            let d = d.sqrt();
+            nearest = nearest.min(d);
+            let along = (q - *p).normalize_or_zero();
+            let towards = t.dot(along) > 0.4 && u.dot(-along) > 0.4;
+            facing += usize::from(towards && d < FACING_GAP * larger);
+        }
+        nearest < NEAR_GAP * self.diameter.min(other.diameter) || 2 * facing > few.points.len()
+    }
+}
+
+impl Region {
+    /// The lattice of a group of holes. `growth` widens the box, `refine` divides the voxel (both 1 at first).
+    pub fn new(
+        mesh: &Mesh,
+        holes: &[Hole],
+        group: &[usize],
+        voxel: VoxelSize,
+        growth: f64,
+        refine: f64,
+    ) -> Self {
+        let chosen = || group.iter().map(|&h| &holes[h]);
+        let diameter = chosen().map(|h| h.diameter).fold(0.0, f64::max);
+        let smallest = chosen().map(|h| h.diameter).fold(f64::INFINITY, f64::min);
+        let voxel = match voxel {
+            VoxelSize::Length(v) => v.max(diameter / 1024.0),
+            VoxelSize::Auto => {
+                let edge = chosen().map(|h| h.length).sum::<f64>()
+                    / chosen().map(|h| h.edges as f64).sum::<f64>();
+                let wanted = ACROSS
+                    .max((diameter / edge).min(64.0))
+                    .max((ACROSS_SMALLEST * diameter / smallest).min(96.0));
+                diameter / (wanted * refine).min(ACROSS_LIMIT)
+            }
+        };
+        let across = diameter / voxel;
+        let refinements = (across / 16.0).log2().floor().max(0.0) as usize;
+        let coarse = voxel * f64::from(1u32 << refinements.min(16));
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for v in chosen().flat_map(|h| &h.rim) {
+            low = low.min(mesh.positions[*v as usize]);
+            high = high.max(mesh.positions[*v as usize]);
+        }
+        let margin = growth * MARGIN_PART * diameter + MARGIN_NODES * coarse;
+        let nodes = ((high - low + 2.0 * margin) / coarse).ceil() + 1.0;
+        let dims = [nodes.x, nodes.y, nodes.z].map(|n| (n as i32).div_ceil_block());
+        let size = DVec3::from_array(dims.map(|d| f64::from(d - 1))) * coarse;
+        // An irrational offset keeps nodes off the symmetry planes and vertices of regular meshes.
+        let origin =
+            0.5 * (low + high) - 0.5 * size + coarse * DVec3::new(0.0137, -0.0251, 0.0319);
+        Self {
+            holes: group.to_vec(),
+            diameter,
+            voxel,
+            refinements,
+            lattice: Lattice {
+                origin,
+                voxel: coarse,
+            },
+            dims,
+        }
+    }
+}
+
+trait DivCeilBlock {
+    fn div_ceil_block(self) -> Self;
+}
+
+impl DivCeilBlock for i32 {
+    /// The next multiple of the block's edge.
+    fn div_ceil_block(self) -> Self {
+        (self + BLOCK - 1) / BLOCK * BLOCK
+    }
+}

@@ -4,6 +4,6 @@ mod group;
 mod level;
 mod nested;
 
-pub use group::{Grouping, Region, group_holes};
+pub use group::{Region, group_holes};
 pub use level::{DistanceData, Level, NodeData};
 pub use nested::{LevelReport, NestedSettings, Solved, solve_nested};

@@ -1,0 +1,63 @@
+//! The public parameters, with their defaults and units.
+
+use crate::flow::Variant;
+
+/// The voxel size of a region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum VoxelSize {
+    /// 32 voxels across the hole, more where its rim is finer or a region holds a small loop, at most 160.
+    Auto,
+    /// A length in the mesh's units.
+    Length(f64),
+}
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SurfaceKind {
+    /// The input with the patches stitched in; its own vertices and faces are kept bit-exact and in order.
+    Stitched,
+    /// The zero set of the level set round each hole, as marching cubes gives it.
+    Whole,
+}
+
+/// Parameters of [`crate::fill`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct FillParams {
+    /// Voxel size.
+    pub voxel: VoxelSize,
+    /// Numbers of the holes to fill, from 1; all when none are given.
+    pub holes: Option<Vec<usize>>,
+    /// Holes wider than this stay open, in the mesh's units.
+    pub max_diameter: Option<f64>,
+    /// Numbers of the holes to keep open.
+    pub keep_open: Vec<usize>,
+    /// Groups of holes to fill in one region whatever their distance.
+    pub bridge: Vec<Vec<usize>>,
+    /// What to return.
+    pub surface: SurfaceKind,
+    /// The metric of the flow's steps.
+    pub variant: Variant,
+    /// Most steps of the flow on each level; none for the default of the variant.
+    pub steps: Option<usize>,
+    /// Time step in units of h⁴; none goes for the steady state at once.
+    pub time_step: Option<f64>,
+    /// Length of the patch's edges over that of the edges round the hole.
+    pub edge_ratio: f64,
+}
+
+impl Default for FillParams {
+    fn default() -> Self {
+        Self {
+            voxel: VoxelSize::Auto,
+            holes: None,
+            max_diameter: None,
+            keep_open: Vec::new(),
+            bridge: Vec::new(),
+            surface: SurfaceKind::Stitched,
+            variant: Variant::GaussNewton,
+            steps: None,
+            time_step: None,
+            edge_ratio: 0.8,
+        }
+    }
+}
