@@ -23,6 +23,7 @@
 mod error;
 mod files;
 mod format;
+mod gltf;
 mod obj;
 mod ply;
 mod polygon;
@@ -113,11 +114,11 @@ pub fn no_side_files(name: &str) -> Result<Vec<u8>, IoError> {
 /// # Errors
 /// When the bytes are damaged, hold no faces, or hold only degenerate ones.
 pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
-    let _ = resolve;
     match format {
         Format::Obj => obj::read(bytes),
         Format::Ply => ply::read(bytes),
         Format::Stl => stl::read(bytes),
+        Format::Gltf | Format::Glb => gltf::read(bytes, format, resolve),
         _ => Err(IoError::UnknownFormat {
             what: format!("{format} is not read or written yet"),
         }),
@@ -134,6 +135,8 @@ pub fn to_bytes(mesh: &Mesh, format: Format, options: &WriteOptions) -> Result<W
         Format::Obj => Ok(obj::write(mesh)),
         Format::Ply => ply::write(mesh, options),
         Format::Stl => stl::write(mesh, options),
+        Format::Gltf => gltf::write_gltf(mesh),
+        Format::Glb => gltf::write_glb(mesh),
         _ => Err(IoError::UnknownFormat {
             what: format!("{format} is not read or written yet"),
         }),

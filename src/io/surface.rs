@@ -38,6 +38,11 @@ impl Surface {
         }
     }
 
+    /// The triangles collected so far, polygons not among them.
+    pub(super) fn triangles_mut(&mut self) -> &mut Vec<[u32; 3]> {
+        &mut self.triangles
+    }
+
     /// Makes room for faces that are known to be there.
     pub(super) fn reserve_faces(&mut self, count: usize) {
         self.triangles.reserve(count);

@@ -179,7 +179,7 @@ fn parse_element(words: &mut text::Tokens<'_>, line: usize) -> Result<Element, I
 }
 
 fn parse_property(words: &mut text::Tokens<'_>, line: usize) -> Result<Property, IoError> {
-    let mut scalar = |word: &[u8]| {
+    let scalar = |word: &[u8]| {
         Scalar::parse(word).ok_or_else(|| {
             fault(
                 line,

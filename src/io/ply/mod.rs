@@ -219,7 +219,7 @@ mod tests {
             (ascii("2 0 1"), "2 corners"),
             (ascii(""), "ends inside face 0"),
             (ascii("255 0 1"), "list of 255"),
-            (ascii("3 0 1 x"), "line 13: 'x' is not a number"),
+            (ascii("3 0 1 x"), "line 12: 'x' is not a number"),
             (
                 ascii("3 0 1 2").replace_first(b"1 1 0", b"1 nan 0"),
                 "vertex 2",
