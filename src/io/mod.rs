@@ -1,1 +1,306 @@
 //! Reading and writing mesh files.
+//!
+//! Every format has one module that turns bytes into a [`Mesh`] and back; only [`read_path`] and [`write_path`] touch the
+//! file system. Coordinates are `f64` inside. Vertices of indexed formats keep the order of the file, unreferenced and
+//! duplicate ones included; the facets of an STL file are welded where their corners have equal coordinates. Faces of
+//! more than three corners are cut into triangles, concave ones properly.
+//!
+//! Counts claimed by a file are checked against its size before anything is allocated, and a damaged file ends in an
+//! [`IoError`] that says where the fault is.
+//!
+//! ```
+//! use isomend::io::{Format, Precision, WriteOptions, read_bytes, to_bytes};
+//!
+//! let text = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+//! let loaded = read_bytes(text, Format::Obj, &isomend::io::no_side_files)?;
+//! assert_eq!(loaded.mesh.faces.len(), 2);
+//! let options = WriteOptions { precision: Precision::of(&loaded.mesh), ascii: false };
+//! let ply = to_bytes(&loaded.mesh, Format::Ply, &options)?;
+//! assert!(ply.bytes.starts_with(b"ply"));
+//! # Ok::<(), isomend::io::IoError>(())
+//! ```
+
+mod error;
+mod files;
+mod format;
+mod gltf;
+mod obj;
+mod ply;
+mod polygon;
+mod stl;
+mod surface;
+mod text;
+mod weld;
+
+pub use error::{IoError, Place};
+pub use files::{read_path, write_path};
+pub use format::Format;
+
+use crate::mesh::Mesh;
+
+/// A mesh that was read, and what is to be known about its file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Loaded {
+    /// The mesh.
+    pub mesh: Mesh,
+    /// The format it was read from.
+    pub format: Format,
+    /// Whether every coordinate is a 32-bit float, so that writing 32-bit floats changes nothing.
+    pub f32_exact: bool,
+    /// Remarks for the user, one sentence each, such as how many faces are degenerate.
+    pub notes: Vec<String>,
+}
+
+/// The floating-point type of written coordinates, for formats that have a choice.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// 32-bit floats.
+    #[default]
+    F32,
+    /// 64-bit floats.
+    F64,
+}
+
+impl Precision {
+    /// The smallest precision that holds every coordinate of a mesh exactly.
+    pub fn of(mesh: &Mesh) -> Self {
+        let exact = mesh.positions.iter().all(|p| p.as_vec3().as_dvec3() == *p);
+        if exact {
+            Precision::F32
+        } else {
+            Precision::F64
+        }
+    }
+}
+
+/// How a mesh is written.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WriteOptions {
+    /// The type of coordinates in PLY, VTK legacy, VTP and text STL. OBJ is always exact; binary STL, glTF and GLB
+    /// always hold 32-bit floats.
+    pub precision: Precision,
+    /// Text instead of binary, for PLY, STL and VTK legacy. OBJ is always text; glTF, GLB and VTP do not change.
+    pub ascii: bool,
+}
+
+/// A mesh as the bytes of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Written {
+    /// The content of the file.
+    pub bytes: Vec<u8>,
+    /// Remarks for the user, such as that coordinates were rounded.
+    pub notes: Vec<String>,
+}
+
+/// Loads a file that another file names, such as the buffer of a glTF file, by the name it is given there.
+pub type Resolve<'a> = dyn Fn(&str) -> Result<Vec<u8>, IoError> + 'a;
+
+/// A [`Resolve`] for bytes that stand alone: it refuses every name.
+///
+/// # Errors
+/// Always.
+pub fn no_side_files(name: &str) -> Result<Vec<u8>, IoError> {
+    Err(IoError::Unsupported {
+        format: Format::Gltf,
+        what: format!("the buffer '{name}' lies outside the file"),
+        advice: "read the mesh from its path, or save it as GLB",
+    })
+}
+
+/// Reads a mesh from the bytes of a file of a known format.
+///
+/// `resolve` loads what the file refers to by name; only glTF does so.
+///
+/// # Errors
+/// When the bytes are damaged, hold no faces, or hold only degenerate ones.
+pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
+    match format {
+        Format::Obj => obj::read(bytes),
+        Format::Ply => ply::read(bytes),
+        Format::Stl => stl::read(bytes),
+        Format::Gltf | Format::Glb => gltf::read(bytes, format, resolve),
+        _ => Err(IoError::UnknownFormat {
+            what: format!("{format} is not read or written yet"),
+        }),
+    }
+}
+
+/// Writes a mesh to bytes.
+///
+/// # Errors
+/// When a face names a vertex that is not there, or a coordinate is not finite or too large for the format.
+pub fn to_bytes(mesh: &Mesh, format: Format, options: &WriteOptions) -> Result<Written, IoError> {
+    check(mesh, format)?;
+    match format {
+        Format::Obj => Ok(obj::write(mesh)),
+        Format::Ply => ply::write(mesh, options),
+        Format::Stl => stl::write(mesh, options),
+        Format::Gltf => gltf::write_gltf(mesh),
+        Format::Glb => gltf::write_glb(mesh),
+        _ => Err(IoError::UnknownFormat {
+            what: format!("{format} is not read or written yet"),
+        }),
+    }
+}
+
+fn check(mesh: &Mesh, format: Format) -> Result<(), IoError> {
+    let refuse = |what| {
+        Err(IoError::NotWritable {
+            format,
+            what,
+            advice: "this is a fault of the caller: mend the mesh first",
+        })
+    };
+    let count = mesh.positions.len();
+    if let Some(face) = mesh
+        .faces
+        .iter()
+        .position(|f| f.iter().any(|i| *i as usize >= count))
+    {
+        return refuse(format!(
+            "face {face} uses a vertex beyond the last of {count}"
+        ));
+    }
+    match mesh.positions.iter().position(|p| !p.is_finite()) {
+        Some(vertex) => refuse(format!("vertex {vertex} is not finite")),
+        None => Ok(()),
+    }
+}
+
+/// Coordinates as 32-bit floats, with a note when that changed any of them.
+fn rounded(mesh: &Mesh, format: Format) -> Result<(Vec<[f32; 3]>, Vec<String>), IoError> {
+    let mut largest = 0.0f64;
+    let mut points = Vec::with_capacity(mesh.positions.len());
+    for (vertex, position) in mesh.positions.iter().enumerate() {
+        let point = position.as_vec3();
+        if !point.is_finite() {
+            return Err(IoError::NotWritable {
+                format,
+                what: format!(
+                    "the coordinates {position} of vertex {vertex} are too large for 32-bit floats"
+                ),
+                advice: "write OBJ, or PLY in double precision",
+            });
+        }
+        largest = largest.max((point.as_dvec3() - position).abs().max_element());
+        points.push(point.to_array());
+    }
+    let note = (largest > 0.0)
+        .then(|| format!("positions were rounded to 32-bit floats, by up to {largest:.1e}"));
+    Ok((points, note.into_iter().collect()))
+}
+
+#[cfg(test)]
+pub(crate) mod samples {
+    //! Meshes and checks shared by the formats' tests.
+
+    use glam::DVec3;
+
+    use super::*;
+
+    /// A tetrahedron without its last face, and a vertex that no face uses.
+    pub(crate) fn open_tetrahedron() -> Mesh {
+        let positions = vec![
+            DVec3::ZERO,
+            DVec3::X,
+            DVec3::Y,
+            DVec3::new(0.25, 0.25, -1.5),
+            DVec3::new(-0.0, 9.0, 1e-3f32.into()),
+        ];
+        Mesh::new(positions, vec![[0, 1, 2], [0, 3, 1], [1, 3, 2]])
+    }
+
+    /// The same with coordinates that 32-bit floats cannot hold.
+    pub(crate) fn fine_tetrahedron() -> Mesh {
+        let mut mesh = open_tetrahedron();
+        for p in &mut mesh.positions {
+            *p = *p / 3.0 + DVec3::new(1e6, -0.1, 1.0 / 7.0);
+        }
+        mesh
+    }
+
+    /// Reads bytes that need nothing else.
+    pub(crate) fn read_alone(bytes: &[u8], format: Format) -> Result<Loaded, IoError> {
+        read_bytes(bytes, format, &no_side_files)
+    }
+
+    /// The message of the error that reading ends in.
+    pub(crate) fn refusal(bytes: &[u8], format: Format) -> String {
+        match read_alone(bytes, format) {
+            Ok(loaded) => panic!("read as {:?}", loaded.mesh),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    /// Writes and reads back; the mesh must come back bit for bit and without remarks.
+    pub(crate) fn assert_round_trip(mesh: &Mesh, format: Format, options: WriteOptions) {
+        let written = to_bytes(mesh, format, &options).unwrap();
+        assert_eq!(written.notes, Vec::<String>::new());
+        let loaded = read_alone(&written.bytes, format).unwrap();
+        let bits = |m: &Mesh| {
+            m.positions
+                .iter()
+                .flat_map(|p| p.to_array().map(f64::to_bits))
+                .collect::<Vec<_>>()
+        };
+        assert_eq!(bits(&loaded.mesh), bits(mesh), "{format} {options:?}");
+        assert_eq!(loaded.mesh.faces, mesh.faces);
+        assert_eq!(loaded.f32_exact, Precision::of(mesh) == Precision::F32);
+    }
+
+    /// Cuts a file short at every length and flips bytes all over it: any result will do, as long as there is one.
+    pub(crate) fn assert_survives_damage(bytes: &[u8], format: Format) {
+        for length in 0..bytes.len() {
+            let _ = read_alone(&bytes[..length], format);
+        }
+        for at in 0..bytes.len() {
+            for value in [0u8, 0x7f, 0x80, 0xff, b'-', b'9', b' '] {
+                let mut damaged = bytes.to_vec();
+                damaged[at] = value;
+                let _ = read_alone(&damaged, format);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn a_mesh_with_a_wrong_index_or_coordinate_is_not_written() {
+        let mut mesh = samples::open_tetrahedron();
+        mesh.faces[1][2] = 5;
+        let write = |mesh: &Mesh| {
+            to_bytes(mesh, Format::Ply, &WriteOptions::default())
+                .unwrap_err()
+                .to_string()
+        };
+        assert!(write(&mesh).contains("face 1"));
+        mesh.faces[1][2] = 4;
+        mesh.positions[3] = DVec3::NAN;
+        assert!(write(&mesh).contains("vertex 3"));
+        mesh.positions[3] = DVec3::splat(1e300);
+        assert!(write(&mesh).contains("too large"));
+    }
+
+    #[test]
+    fn rounding_is_noted_only_when_it_changes_something() {
+        let options = WriteOptions::default();
+        assert_eq!(
+            to_bytes(&samples::fine_tetrahedron(), Format::Stl, &options)
+                .unwrap()
+                .notes
+                .len(),
+            1
+        );
+        assert!(
+            to_bytes(&samples::open_tetrahedron(), Format::Stl, &options)
+                .unwrap()
+                .notes
+                .is_empty()
+        );
+    }
+}

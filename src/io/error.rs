@@ -1,0 +1,151 @@
+//! What can go wrong with a mesh file.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use super::Format;
+
+/// Where in a file something was found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File,
+    /// A line of a text file, counted from 1.
+    Line(usize),
+    /// A byte offset from the start of the file.
+    Byte(usize),
+    /// An item of a kind, such as a vertex or a face, counted from 0.
+    Item(&'static str, usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Place::File => Ok(()),
+            Place::Line(line) => write!(f, ", line {line}"),
+            Place::Byte(offset) => write!(f, ", byte {offset}"),
+            Place::Item(kind, index) => write!(f, ", {kind} {index}"),
+        }
+    }
+}
+
+/// Why a mesh file could not be read or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum IoError {
+    /// The operating system refused to read a file.
+    #[error("cannot read {}: {cause}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// The operating system refused to write a file.
+    #[error("cannot write {}: {cause}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        cause: std::io::Error,
+    },
+    /// An error in a file that is known by its path.
+    #[error("{}: {error}", path.display())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        error: Box<IoError>,
+    },
+    /// The format is not known or not supported.
+    #[error("{what}; supported are {}", Format::LIST)]
+    UnknownFormat {
+        /// What was found instead.
+        what: String,
+    },
+    /// The file is well formed but holds something that is not read.
+    #[error("{format}: {what}; {advice}")]
+    Unsupported {
+        /// The format of the file.
+        format: Format,
+        /// What is not supported, by name.
+        what: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// The file breaks the rules of its format.
+    #[error("{format}{place}: {what}; {advice}")]
+    Malformed {
+        /// The format of the file.
+        format: Format,
+        /// Where the fault is.
+        place: Place,
+        /// What is wrong.
+        what: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+    /// The file holds no faces.
+    #[error(
+        "{format}: the file has no faces, only {points} points; isomend needs a surface, so triangulate the points first"
+    )]
+    NoFaces {
+        /// The format of the file.
+        format: Format,
+        /// How many points there are.
+        points: usize,
+    },
+    /// Every face is degenerate.
+    #[error(
+        "{format}: all {faces} faces are degenerate (they repeat a corner or have no area); check the export settings \
+         of the program that wrote the file"
+    )]
+    AllDegenerate {
+        /// The format of the file.
+        format: Format,
+        /// How many faces there are.
+        faces: usize,
+    },
+    /// The mesh cannot be expressed in the format.
+    #[error("{format}: {what}; {advice}")]
+    NotWritable {
+        /// The format to be written.
+        format: Format,
+        /// What cannot be expressed.
+        what: String,
+        /// What to do about it.
+        advice: &'static str,
+    },
+}
+
+const DAMAGED: &str = "the file looks damaged or cut short, so export or copy it again";
+
+impl IoError {
+    pub(super) fn malformed(format: Format, place: Place, what: impl Into<String>) -> Self {
+        IoError::Malformed {
+            format,
+            place,
+            what: what.into(),
+            advice: DAMAGED,
+        }
+    }
+
+    /// Replaces the advice that a message ends with.
+    pub(super) fn advise(mut self, text: &'static str) -> Self {
+        if let IoError::Malformed { advice, .. } | IoError::Unsupported { advice, .. } = &mut self {
+            *advice = text;
+        }
+        self
+    }
+
+    /// Names the file the error is in.
+    pub(super) fn in_file(self, path: &Path) -> Self {
+        match self {
+            IoError::Read { .. } | IoError::Write { .. } | IoError::InFile { .. } => self,
+            error => IoError::InFile {
+                path: path.to_path_buf(),
+                error: Box::new(error),
+            },
+        }
+    }
+}

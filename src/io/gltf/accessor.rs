@@ -1,0 +1,252 @@
+//! Decoding accessors: positions and indices out of buffer views, with strides and sparse parts.
+
+use gltf_json::Accessor;
+use gltf_json::accessor::sparse::Sparse;
+use gltf_json::accessor::{ComponentType, Type};
+use gltf_json::validation::Checked;
+
+use super::super::{IoError, Place};
+use super::buffers::Buffers;
+use super::unsupported_extension;
+
+/// Reads the positions of an accessor.
+pub(super) fn positions(buffers: &mut Buffers<'_>, index: usize) -> Result<Vec<[f64; 3]>, IoError> {
+    let accessor = get(buffers, index)?;
+    let component = layout(buffers, accessor, index, Type::Vec3, "positions")?;
+    let scale = match (component, accessor.normalized) {
+        (_, false) | (ComponentType::F32 | ComponentType::U32, true) => None,
+        (ComponentType::I8, true) => Some(127.0),
+        (ComponentType::U8, true) => Some(255.0),
+        (ComponentType::I16, true) => Some(32767.0),
+        (ComponentType::U16, true) => Some(65535.0),
+    };
+    let decode = |bytes: &[u8]| {
+        let mut point = [0.0; 3];
+        for (value, part) in point.iter_mut().zip(bytes.chunks_exact(component.size())) {
+            *value = number(component, part);
+            if let Some(scale) = scale {
+                *value = (*value / scale).max(-1.0);
+            }
+        }
+        point
+    };
+    read(
+        buffers,
+        accessor,
+        index,
+        3 * component.size(),
+        [0.0; 3],
+        decode,
+    )
+}
+
+/// Reads the vertex indices of an accessor.
+pub(super) fn indices(buffers: &mut Buffers<'_>, index: usize) -> Result<Vec<u32>, IoError> {
+    let accessor = get(buffers, index)?;
+    let component = layout(buffers, accessor, index, Type::Scalar, "indices")?;
+    if !matches!(
+        component,
+        ComponentType::U8 | ComponentType::U16 | ComponentType::U32
+    ) {
+        return Err(fault(
+            buffers,
+            index,
+            "its component type cannot hold indices".to_string(),
+        ));
+    }
+    read(buffers, accessor, index, component.size(), 0, |bytes| {
+        number(component, bytes) as u32
+    })
+}
+
+fn get<'a>(buffers: &Buffers<'a>, index: usize) -> Result<&'a Accessor, IoError> {
+    let all = &buffers.root.accessors;
+    all.get(index).ok_or_else(|| {
+        fault(
+            buffers,
+            index,
+            format!("the file has only {} accessors", all.len()),
+        )
+    })
+}
+
+fn layout(
+    buffers: &Buffers<'_>,
+    accessor: &Accessor,
+    index: usize,
+    wanted: Type,
+    use_: &str,
+) -> Result<ComponentType, IoError> {
+    match (accessor.component_type, accessor.type_) {
+        (Checked::Valid(component), Checked::Valid(type_)) if type_ == wanted => Ok(component.0),
+        (Checked::Valid(_), Checked::Valid(type_)) => Err(fault(
+            buffers,
+            index,
+            format!("its type {type_:?} does not fit {use_}"),
+        )),
+        _ => Err(fault(
+            buffers,
+            index,
+            "its type or component type is not known".to_string(),
+        )),
+    }
+}
+
+/// Reads `count` items of `size` bytes each and replaces those that the sparse part names.
+fn read<T: Copy>(
+    buffers: &mut Buffers<'_>,
+    accessor: &Accessor,
+    index: usize,
+    size: usize,
+    zero: T,
+    decode: impl Fn(&[u8]) -> T,
+) -> Result<Vec<T>, IoError> {
+    let count = accessor.count.0;
+    let offset = accessor.byte_offset.unwrap_or_default().0;
+    let mut values = match accessor.buffer_view {
+        Some(view) => {
+            let wanted = Wanted {
+                view: view.value(),
+                offset,
+                count,
+                size,
+            };
+            wanted.items(buffers, index, &decode)?
+        }
+        None => vec![zero; zeros(buffers, accessor, index)?],
+    };
+    if let Some(sparse) = &accessor.sparse {
+        replace(buffers, sparse, index, size, &mut values, &decode)?;
+    }
+    Ok(values)
+}
+
+/// The length of an accessor without a buffer view, which is all zeros but for its sparse part. No bytes back its count,
+/// so it is held against a limit instead.
+fn zeros(buffers: &Buffers<'_>, accessor: &Accessor, index: usize) -> Result<usize, IoError> {
+    const MOST: u64 = 1 << 22;
+    if accessor.sparse.is_none() {
+        let compressed = buffers
+            .root
+            .extensions_used
+            .iter()
+            .find(|name| name.contains("draco"));
+        return Err(match compressed {
+            Some(name) => unsupported_extension(buffers.format, name),
+            None => fault(buffers, index, "it has no data".to_string()),
+        });
+    }
+    match usize::try_from(accessor.count.0) {
+        Ok(count) if count as u64 <= MOST => Ok(count),
+        _ => Err(fault(
+            buffers,
+            index,
+            format!("it claims {} items without data", accessor.count.0),
+        )),
+    }
+}
+
+fn replace<T: Copy>(
+    buffers: &mut Buffers<'_>,
+    sparse: &Sparse,
+    index: usize,
+    size: usize,
+    values: &mut [T],
+    decode: &impl Fn(&[u8]) -> T,
+) -> Result<(), IoError> {
+    let Checked::Valid(component) = sparse.indices.component_type else {
+        return Err(fault(
+            buffers,
+            index,
+            "the type of its sparse indices is not known".to_string(),
+        ));
+    };
+    let at = Wanted {
+        view: sparse.indices.buffer_view.value(),
+        offset: sparse.indices.byte_offset.0,
+        count: sparse.count.0,
+        size: component.0.size(),
+    };
+    let places = at.items(buffers, index, &|bytes| number(component.0, bytes) as usize)?;
+    let of = Wanted {
+        view: sparse.values.buffer_view.value(),
+        offset: sparse.values.byte_offset.0,
+        count: sparse.count.0,
+        size,
+    };
+    let items = of.items(buffers, index, decode)?;
+    for (place, item) in places.into_iter().zip(items) {
+        match values.get_mut(place) {
+            Some(value) => *value = item,
+            None => {
+                let what = format!("its sparse part names item {place} of {}", values.len());
+                return Err(fault(buffers, index, what));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Items in a buffer view.
+struct Wanted {
+    view: usize,
+    offset: u64,
+    count: u64,
+    size: usize,
+}
+
+impl Wanted {
+    fn items<T>(
+        &self,
+        buffers: &mut Buffers<'_>,
+        accessor: usize,
+        decode: &impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>, IoError> {
+        let format = buffers.format;
+        let (view, bytes) = buffers.view(self.view)?;
+        let stride =
+            view.byte_stride.map_or(
+                self.size,
+                |stride| if stride.0 == 0 { self.size } else { stride.0 },
+            );
+        let end = self.count.checked_sub(1).map_or(Some(self.offset), |last| {
+            last.checked_mul(stride as u64)?
+                .checked_add(self.offset)?
+                .checked_add(self.size as u64)
+        });
+        if stride < self.size || end.is_none_or(|end| end > bytes.len() as u64) {
+            let what = format!(
+                "{} items of {} bytes, {stride} apart, do not fit in the {} bytes of buffer view {}",
+                self.count,
+                self.size,
+                bytes.len(),
+                self.view
+            );
+            return Err(IoError::malformed(
+                format,
+                Place::Item("accessor", accessor),
+                what,
+            ));
+        }
+        let start = self.offset as usize;
+        Ok((0..self.count as usize)
+            .map(|i| decode(&bytes[start + i * stride..][..self.size]))
+            .collect())
+    }
+}
+
+fn number(component: ComponentType, bytes: &[u8]) -> f64 {
+    match (component, bytes) {
+        (ComponentType::I8, [a, ..]) => f64::from(*a as i8),
+        (ComponentType::U8, [a, ..]) => f64::from(*a),
+        (ComponentType::I16, [a, b, ..]) => f64::from(i16::from_le_bytes([*a, *b])),
+        (ComponentType::U16, [a, b, ..]) => f64::from(u16::from_le_bytes([*a, *b])),
+        (ComponentType::U32, [a, b, c, d, ..]) => f64::from(u32::from_le_bytes([*a, *b, *c, *d])),
+        (ComponentType::F32, [a, b, c, d, ..]) => f64::from(f32::from_le_bytes([*a, *b, *c, *d])),
+        _ => f64::NAN,
+    }
+}
+
+fn fault(buffers: &Buffers<'_>, index: usize, what: String) -> IoError {
+    IoError::malformed(buffers.format, Place::Item("accessor", index), what)
+}

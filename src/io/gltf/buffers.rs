@@ -1,0 +1,133 @@
+//! The buffers of a glTF file: its own binary chunk, data URIs and files beside it.
+
+use base64::Engine;
+use base64::alphabet::STANDARD;
+use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
+use gltf_json::Root;
+use gltf_json::buffer::View;
+
+use super::super::{Format, IoError, Place, Resolve};
+
+/// Loads each buffer when it is first asked for, so that one that holds only images is never touched.
+pub(super) struct Buffers<'a> {
+    pub(super) root: &'a Root,
+    pub(super) format: Format,
+    binary: Option<&'a [u8]>,
+    resolve: &'a Resolve<'a>,
+    loaded: Vec<Option<Vec<u8>>>,
+}
+
+impl<'a> Buffers<'a> {
+    pub(super) fn new(
+        root: &'a Root,
+        format: Format,
+        binary: Option<&'a [u8]>,
+        resolve: &'a Resolve<'a>,
+    ) -> Self {
+        Self {
+            root,
+            format,
+            binary,
+            resolve,
+            loaded: vec![None; root.buffers.len()],
+        }
+    }
+
+    /// The bytes of a buffer view, checked to lie inside its buffer.
+    pub(super) fn view(&mut self, index: usize) -> Result<(&View, &[u8]), IoError> {
+        let fault =
+            |what: String| IoError::malformed(self.format, Place::Item("buffer view", index), what);
+        let root = self.root;
+        let Some(view) = root.buffer_views.get(index) else {
+            return Err(fault(format!(
+                "the file has only {} buffer views",
+                root.buffer_views.len()
+            )));
+        };
+        let start = view.byte_offset.unwrap_or_default().0;
+        let (length, place) = (view.byte_length.0, Place::Item("buffer view", index));
+        let format = self.format;
+        let bytes = self.buffer(view.buffer.value())?;
+        let end = start
+            .checked_add(length)
+            .and_then(|end| usize::try_from(end).ok());
+        match end.and_then(|end| bytes.get(start as usize..end)) {
+            Some(part) => Ok((view, part)),
+            None => {
+                let what = format!(
+                    "{length} bytes from byte {start} lie beyond the {} bytes of the buffer",
+                    bytes.len()
+                );
+                Err(IoError::malformed(format, place, what))
+            }
+        }
+    }
+
+    /// The whole bytes of a buffer.
+    fn buffer(&mut self, index: usize) -> Result<&[u8], IoError> {
+        let fault =
+            |what: String| IoError::malformed(self.format, Place::Item("buffer", index), what);
+        let Some(buffer) = self.root.buffers.get(index) else {
+            return Err(fault(format!(
+                "the file has only {} buffers",
+                self.root.buffers.len()
+            )));
+        };
+        let Some(uri) = &buffer.uri else {
+            return match self.binary {
+                Some(binary) if index == 0 => Ok(binary),
+                _ => Err(fault("it has neither a URI nor a binary chunk".to_string())),
+            };
+        };
+        if self.loaded[index].is_none() {
+            let bytes = match uri.strip_prefix("data:") {
+                Some(data) => decode_data_uri(data)
+                    .ok_or_else(|| fault("its data URI is not base64".to_string()))?,
+                None => (self.resolve)(&percent_decoded(uri))?,
+            };
+            if (bytes.len() as u64) < buffer.byte_length.0 {
+                let what = format!(
+                    "it claims {} bytes, but has {}",
+                    buffer.byte_length.0,
+                    bytes.len()
+                );
+                return Err(fault(what));
+            }
+            self.loaded[index] = Some(bytes);
+        }
+        Ok(self.loaded[index].as_deref().unwrap_or_default())
+    }
+}
+
+fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
+    let (kind, payload) = data.split_once(',')?;
+    kind.ends_with(";base64").then_some(())?;
+    let config =
+        GeneralPurposeConfig::new().with_decode_padding_mode(DecodePaddingMode::Indifferent);
+    GeneralPurpose::new(&STANDARD, config)
+        .decode(payload.trim_end())
+        .ok()
+}
+
+/// Replaces `%20` and its like by the bytes they stand for.
+fn percent_decoded(uri: &str) -> String {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((first, tail)) = rest.split_first() {
+        let hex = tail.get(..2).and_then(|two| std::str::from_utf8(two).ok());
+        let code = hex
+            .filter(|h| h.bytes().all(|b| b.is_ascii_hexdigit()))
+            .and_then(|h| u8::from_str_radix(h, 16).ok());
+        match (first, code) {
+            (b'%', Some(code)) => {
+                bytes.push(code);
+                rest = &tail[2..];
+            }
+            _ => {
+                bytes.push(*first);
+                rest = tail;
+            }
+        }
+    }
+    String::from_utf8(bytes).unwrap_or_else(|_| uri.to_string())
+}

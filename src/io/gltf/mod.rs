@@ -1,0 +1,139 @@
+//! glTF 2.0, as JSON or in one binary file.
+
+mod accessor;
+mod buffers;
+mod scene;
+mod write;
+
+pub(super) use write::{write_glb, write_gltf};
+
+use gltf_json::Root;
+
+use super::{Format, IoError, Loaded, Place, Resolve, text};
+
+/// Reads all triangles of the default scene of a glTF or GLB file into one mesh.
+pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
+    let (json, binary) = if bytes.starts_with(b"glTF") {
+        let chunks = split_glb(bytes)?;
+        (chunks.json, chunks.binary)
+    } else {
+        (text::strip_bom(bytes), None)
+    };
+    let root = Root::from_slice(json).map_err(|error| {
+        IoError::malformed(
+            format,
+            Place::File,
+            format!("the JSON part does not fit glTF 2.0: {error}"),
+        )
+    })?;
+    check_extensions(&root, format)?;
+    let mut buffers = buffers::Buffers::new(&root, format, binary, resolve);
+    scene::read(&root, &mut buffers)?.finish()
+}
+
+struct Chunks<'a> {
+    json: &'a [u8],
+    binary: Option<&'a [u8]>,
+}
+
+/// Splits a GLB file into its chunks. Chunks of other kinds are passed over, as the format asks.
+fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, IoError> {
+    let fault = |at: usize, what: String| IoError::malformed(Format::Glb, Place::Byte(at), what);
+    let word = |at: usize| {
+        let bytes = bytes.get(at..)?.first_chunk::<4>()?;
+        Some(u32::from_le_bytes(*bytes))
+    };
+    let short = |at: usize| fault(at, "the file ends inside a header".to_string());
+    let version = word(4).ok_or_else(|| short(4))?;
+    if version != 2 {
+        let what = format!("glTF version {version}");
+        return Err(IoError::Unsupported {
+            format: Format::Glb,
+            what,
+            advice: "convert the file to glTF 2.0",
+        });
+    }
+    let length = word(8).ok_or_else(|| short(8))? as usize;
+    if length > bytes.len() {
+        return Err(fault(
+            8,
+            format!(
+                "the header claims {length} bytes, but the file has {}",
+                bytes.len()
+            ),
+        ));
+    }
+    let mut chunks = Chunks {
+        json: &[],
+        binary: None,
+    };
+    let mut at = 12;
+    while at < length {
+        let size = word(at).ok_or_else(|| short(at))? as usize;
+        let kind = word(at + 4).ok_or_else(|| short(at))?.to_le_bytes();
+        let Some(data) = bytes.get(at + 8..).and_then(|rest| rest.get(..size)) else {
+            return Err(fault(
+                at,
+                format!(
+                    "a chunk claims {size} bytes, but {} are left",
+                    bytes.len().saturating_sub(at + 8)
+                ),
+            ));
+        };
+        match &kind {
+            b"JSON" if chunks.json.is_empty() => chunks.json = data,
+            b"BIN\0" if chunks.binary.is_none() => chunks.binary = Some(data),
+            _ => {}
+        }
+        at += 8 + size.next_multiple_of(4);
+    }
+    if chunks.json.is_empty() {
+        return Err(fault(12, "there is no JSON chunk".to_string()));
+    }
+    Ok(chunks)
+}
+
+/// Extensions that may be required without changing where the triangles are.
+const HARMLESS: [&str; 9] = [
+    "KHR_mesh_quantization",
+    "KHR_materials_",
+    "KHR_texture_",
+    "KHR_lights_",
+    "KHR_animation_",
+    "KHR_xmp",
+    "EXT_texture_",
+    "EXT_lights_",
+    "MSFT_texture_",
+];
+
+fn check_extensions(root: &Root, format: Format) -> Result<(), IoError> {
+    match root
+        .extensions_required
+        .iter()
+        .find(|name| !HARMLESS.iter().any(|known| name.starts_with(known)))
+    {
+        Some(name) => Err(unsupported_extension(format, name)),
+        None => Ok(()),
+    }
+}
+
+/// The refusal of an extension by name.
+fn unsupported_extension(format: Format, name: &str) -> IoError {
+    let compression = name.contains("draco") || name.contains("meshopt");
+    let (kind, advice) = if compression {
+        (
+            "compressed with",
+            "decompress it first, for example with 'gltf-transform copy' or by saving it from Blender",
+        )
+    } else {
+        ("in need of", "save the file without this extension")
+    };
+    IoError::Unsupported {
+        format,
+        what: format!("the mesh is {kind} {name}, which is not read"),
+        advice,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,340 @@
+//! Wavefront OBJ.
+//!
+//! Only `v` and `f` matter here; everything else is skipped. Vertices keep the order of their lines.
+
+use std::borrow::Cow;
+use std::io::Write;
+
+use glam::DVec3;
+
+use super::surface::{Surface, not_finite};
+use super::{Format, IoError, Loaded, Place, Written, text};
+use crate::mesh::Mesh;
+
+/// Reads a mesh from OBJ text in UTF-8 or UTF-16.
+pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
+    let decoded = text::decode(bytes);
+    let mut reader = Reader {
+        surface: Surface::new(Format::Obj),
+        corners: Vec::new(),
+        forward: None,
+    };
+    let mut lines = Lines::new(&decoded);
+    while let Some((line, content)) = lines.next_line() {
+        reader.statement(line, &content)?;
+    }
+    reader.finish()
+}
+
+/// Whether text begins like an OBJ file: comments and OBJ statements, a vertex among them.
+pub(super) fn looks_like_obj(bytes: &[u8]) -> bool {
+    const KNOWN: [&[u8]; 8] = [b"mtllib", b"usemtl", b"o", b"g", b"s", b"vn", b"vt", b"f"];
+    let start = text::decode(&bytes[..bytes.len().min(4096)]).into_owned();
+    for line in start.split(|b| *b == b'\n').take(100) {
+        match line.trim_ascii().split(u8::is_ascii_whitespace).next() {
+            None | Some(b"") => {}
+            Some(b"v") => return true,
+            Some(word) if word.starts_with(b"#") || KNOWN.contains(&word) => {}
+            Some(_) => return false,
+        }
+    }
+    false
+}
+
+/// Lines joined at a trailing backslash, with the number of their first line.
+struct Lines<'a> {
+    rest: &'a [u8],
+    line: usize,
+    end: u8,
+}
+
+impl<'a> Lines<'a> {
+    fn new(text: &'a [u8]) -> Self {
+        let end = if memchr::memchr(b'\n', text).is_some() {
+            b'\n'
+        } else {
+            b'\r'
+        };
+        Self {
+            rest: text,
+            line: 0,
+            end,
+        }
+    }
+
+    fn physical(&mut self) -> Option<&'a [u8]> {
+        if self.rest.is_empty() {
+            return None;
+        }
+        let length = memchr::memchr(self.end, self.rest).unwrap_or(self.rest.len());
+        let line = &self.rest[..length];
+        self.rest = self.rest.get(length + 1..).unwrap_or(&[]);
+        self.line += 1;
+        Some(line.trim_ascii())
+    }
+
+    fn next_line(&mut self) -> Option<(usize, Cow<'a, [u8]>)> {
+        let first = self.physical()?;
+        let number = self.line;
+        let Some(start) = first.strip_suffix(b"\\") else {
+            return Some((number, Cow::Borrowed(first)));
+        };
+        let mut joined = start.to_vec();
+        while let Some(line) = self.physical() {
+            joined.push(b' ');
+            match line.strip_suffix(b"\\") {
+                Some(more) => joined.extend_from_slice(more),
+                None => {
+                    joined.extend_from_slice(line);
+                    break;
+                }
+            }
+        }
+        Some((number, Cow::Owned(joined)))
+    }
+}
+
+struct Reader {
+    surface: Surface,
+    corners: Vec<u32>,
+    /// The largest index that named a vertex not yet read, and its line.
+    forward: Option<(u32, usize)>,
+}
+
+impl Reader {
+    fn statement(&mut self, line: usize, content: &[u8]) -> Result<(), IoError> {
+        match content {
+            [b'v', blank, rest @ ..] if blank.is_ascii_whitespace() => self.vertex(line, rest),
+            [b'f', blank, rest @ ..] if blank.is_ascii_whitespace() => self.face(line, rest),
+            b"f" => self.face(line, b""),
+            b"v" => self.vertex(line, b""),
+            _ => Ok(()),
+        }
+    }
+
+    fn vertex(&mut self, line: usize, rest: &[u8]) -> Result<(), IoError> {
+        let mut tokens = text::Tokens::new(rest, 0);
+        let mut point = [0.0; 3];
+        for (coordinate, axis) in point.iter_mut().zip(["x", "y", "z"]) {
+            let token = tokens
+                .next()
+                .ok_or_else(|| fault(line, format!("the vertex has no {axis} coordinate")))?;
+            *coordinate = text::number(token).ok_or_else(|| {
+                fault(
+                    line,
+                    format!(
+                        "{} is not a number ({axis} of a vertex)",
+                        text::shown(token)
+                    ),
+                )
+            })?;
+        }
+        let point = DVec3::from_array(point);
+        if !point.is_finite() {
+            return Err(not_finite(Format::Obj, Place::Line(line), point));
+        }
+        self.surface.positions.push(point);
+        Ok(())
+    }
+
+    fn face(&mut self, line: usize, rest: &[u8]) -> Result<(), IoError> {
+        let mut corners = std::mem::take(&mut self.corners);
+        corners.clear();
+        for token in text::Tokens::new(rest, 0) {
+            if token.starts_with(b"#") {
+                break;
+            }
+            corners.push(self.corner(line, token)?);
+        }
+        if corners.len() < 3 {
+            let what = format!(
+                "a face of {} corners, where at least 3 are needed",
+                corners.len()
+            );
+            return Err(fault(line, what));
+        }
+        self.surface.push_face(&corners)?;
+        self.corners = corners;
+        Ok(())
+    }
+
+    fn corner(&mut self, line: usize, token: &[u8]) -> Result<u32, IoError> {
+        let digits = &token[..memchr::memchr(b'/', token).unwrap_or(token.len())];
+        let count = self.surface.positions.len();
+        let Some(index) = text::integer(digits) else {
+            return Err(fault(
+                line,
+                format!("{} is not a vertex index", text::shown(token)),
+            ));
+        };
+        if index == 0 {
+            return Err(fault(
+                line,
+                "vertex index 0, but OBJ counts from 1".to_string(),
+            ));
+        }
+        if index < 0 {
+            let back = usize::try_from(index.unsigned_abs())
+                .ok()
+                .and_then(|back| count.checked_sub(back));
+            let found = back.and_then(|index| u32::try_from(index).ok());
+            return found.ok_or_else(|| {
+                fault(
+                    line,
+                    format!("index {index} reaches back behind the first of {count} vertices"),
+                )
+            });
+        }
+        let Ok(found) = u32::try_from(index - 1) else {
+            return Err(fault(line, format!("vertex index {index} is too large")));
+        };
+        if found as usize >= count && self.forward.is_none_or(|(largest, _)| largest < found) {
+            self.forward = Some((found, line));
+        }
+        Ok(found)
+    }
+
+    fn finish(self) -> Result<Loaded, IoError> {
+        let count = self.surface.positions.len();
+        match self.forward {
+            Some((index, line)) if index as usize >= count => Err(fault(
+                line,
+                format!(
+                    "a face uses vertex {}, but the file has only {count}",
+                    u64::from(index) + 1
+                ),
+            )),
+            _ => self.surface.finish(),
+        }
+    }
+}
+
+fn fault(line: usize, what: String) -> IoError {
+    IoError::malformed(Format::Obj, Place::Line(line), what)
+}
+
+/// Writes a mesh as OBJ text with the shortest decimals that give back the same 64-bit floats.
+pub(super) fn write(mesh: &Mesh) -> Written {
+    let mut bytes = Vec::with_capacity(mesh.positions.len() * 40 + mesh.faces.len() * 24);
+    for p in &mesh.positions {
+        // Writing to a vector does not fail.
+        let _ = writeln!(bytes, "v {} {} {}", p.x, p.y, p.z);
+    }
+    for [a, b, c] in mesh.faces.iter().map(|face| face.map(|i| u64::from(i) + 1)) {
+        let _ = writeln!(bytes, "f {a} {b} {c}");
+    }
+    Written {
+        bytes,
+        notes: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::*;
+    use super::super::{WriteOptions, to_bytes};
+    use super::*;
+
+    const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+    fn faces(text: &str) -> Vec<[u32; 3]> {
+        read(text.as_bytes()).unwrap().mesh.faces
+    }
+
+    #[test]
+    fn round_trip_is_exact() {
+        assert_round_trip(&open_tetrahedron(), Format::Obj, WriteOptions::default());
+        assert_round_trip(&fine_tetrahedron(), Format::Obj, WriteOptions::default());
+    }
+
+    #[test]
+    fn statements_in_all_their_forms() {
+        assert_eq!(faces(&format!("{SQUARE}f -4 -3/1 -2//2")), [[0, 1, 2]]);
+        assert_eq!(faces(&format!("f 1 2 3 # forward\n{SQUARE}")), [[0, 1, 2]]);
+        assert_eq!(
+            faces(&format!("{SQUARE}f 1/1/1 2/2/2 \\\r\n 3/3/3 \\\n4\n")),
+            [[0, 1, 2], [0, 2, 3]]
+        );
+        assert_eq!(
+            faces(&SQUARE.replace('\n', "\r").replace("v 0 1 0\r", "f 1 2 3\r")),
+            [[0, 1, 2]]
+        );
+        assert_eq!(
+            faces("v 0 0 0 1\nv\t1 0 0 0.5 0.5 0.5\nv 0 1 0 1 1 1 1\nvn 0 0 x\nl 1 2\nf  1 2  3"),
+            [[0, 1, 2]]
+        );
+    }
+
+    #[test]
+    fn unused_and_repeated_vertices_stay() {
+        let loaded = read(b"v 5 5 5\nv 0 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 2 4 5\n").unwrap();
+        assert_eq!(loaded.mesh.positions.len(), 5);
+        assert_eq!(loaded.mesh.faces, [[1, 3, 4]]);
+    }
+
+    #[test]
+    fn utf16_is_decoded() {
+        let units = format!("{SQUARE}f 1 2 3\n")
+            .encode_utf16()
+            .flat_map(u16::to_be_bytes)
+            .collect::<Vec<_>>();
+        assert_eq!(
+            read(&[&[0xfe, 0xff][..], &units].concat())
+                .unwrap()
+                .mesh
+                .faces,
+            [[0, 1, 2]]
+        );
+    }
+
+    #[test]
+    fn faults_are_named_with_their_line() {
+        let cases = [
+            ("f 1 2 5", "line 5: a face uses vertex 5"),
+            ("f 1 2 0", "line 5: vertex index 0"),
+            ("f 1 2 -5", "line 5: index -5"),
+            ("f 1 2", "line 5: a face of 2 corners"),
+            ("f", "line 5: a face of 0 corners"),
+            ("f 1 2 x", "line 5: 'x' is not a vertex index"),
+            ("f 1 2 99999999999999999999", "line 5"),
+            ("f 1 2 9999999999", "line 5"),
+            ("v 1 2", "line 5: the vertex has no z"),
+            ("v 1 2 z", "line 5: 'z' is not a number"),
+            ("v nan 0 0", "line 5: the coordinates"),
+            ("v 1e999 0 0", "line 5: the coordinates"),
+        ];
+        for (line, expected) in cases {
+            let message = refusal(format!("{SQUARE}{line}\nv 2 2 x").as_bytes(), Format::Obj);
+            let found = message.contains(expected)
+                || message.contains("line 6") && expected.contains("uses vertex");
+            assert!(found, "{message}");
+        }
+        assert!(
+            refusal(format!("{SQUARE}f 1 2 5").as_bytes(), Format::Obj)
+                .contains("line 5: a face uses vertex 5")
+        );
+        assert!(refusal(b"", Format::Obj).contains("no faces"));
+    }
+
+    #[test]
+    fn damage_is_survived() {
+        let bytes = to_bytes(&open_tetrahedron(), Format::Obj, &WriteOptions::default())
+            .unwrap()
+            .bytes;
+        assert_survives_damage(&bytes, Format::Obj);
+    }
+
+    #[test]
+    fn another_reader_agrees() {
+        let mesh = fine_tetrahedron();
+        let bytes = write(&mesh).bytes;
+        let options = tobj::LoadOptions {
+            triangulate: true,
+            ..Default::default()
+        };
+        let (models, _) =
+            tobj::load_obj_buf(&mut &bytes[..], &options, |_| Ok(Default::default())).unwrap();
+        assert_eq!(models[0].mesh.indices.len(), 3 * mesh.faces.len());
+        assert_eq!(models[0].mesh.positions[0], mesh.positions[0].x as f32);
+    }
+}

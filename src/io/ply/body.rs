@@ -1,0 +1,334 @@
+//! The body of a PLY file: vertices and faces, in text or binary.
+
+use glam::DVec3;
+
+use super::super::surface::Surface;
+use super::super::{Format, IoError, Place, text};
+use super::header::{Element, Encoding, Header, Property, Scalar};
+
+/// Reads points and faces; elements of other names are passed over.
+pub(super) fn read(bytes: &[u8], header: &Header) -> Result<Surface, IoError> {
+    let rest = &bytes[header.body..];
+    match header.encoding {
+        Encoding::Ascii => read_elements(
+            &mut TextValues {
+                tokens: text::Tokens::new(bytes, header.body),
+                bad: None,
+            },
+            header,
+        ),
+        Encoding::Little => read_elements(&mut BinaryValues::<false> { rest }, header),
+        Encoding::Big => read_elements(&mut BinaryValues::<true> { rest }, header),
+    }
+}
+
+/// A stream of numbers.
+trait Values {
+    /// The fewest bytes that a number of a type takes.
+    fn least_size(scalar: Scalar) -> usize;
+    /// How many bytes are left.
+    fn left(&self) -> usize;
+    /// The next number, or `None` at the end or at something that is not a number.
+    fn take(&mut self, scalar: Scalar) -> Option<f64>;
+    /// Why the last `take` gave nothing, if not for the end of the file.
+    fn complaint(&self) -> Option<IoError>;
+}
+
+struct BinaryValues<'a, const BIG: bool> {
+    rest: &'a [u8],
+}
+
+impl<const BIG: bool> BinaryValues<'_, BIG> {
+    fn bytes<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (value, rest) = self.rest.split_first_chunk::<N>()?;
+        self.rest = rest;
+        let mut value = *value;
+        if BIG {
+            value.reverse();
+        }
+        Some(value)
+    }
+}
+
+impl<const BIG: bool> Values for BinaryValues<'_, BIG> {
+    fn least_size(scalar: Scalar) -> usize {
+        scalar.size()
+    }
+
+    fn left(&self) -> usize {
+        self.rest.len()
+    }
+
+    #[inline]
+    fn take(&mut self, scalar: Scalar) -> Option<f64> {
+        Some(match scalar {
+            Scalar::I8 => f64::from(i8::from_le_bytes(self.bytes()?)),
+            Scalar::U8 => f64::from(u8::from_le_bytes(self.bytes()?)),
+            Scalar::I16 => f64::from(i16::from_le_bytes(self.bytes()?)),
+            Scalar::U16 => f64::from(u16::from_le_bytes(self.bytes()?)),
+            Scalar::I32 => f64::from(i32::from_le_bytes(self.bytes()?)),
+            Scalar::U32 => f64::from(u32::from_le_bytes(self.bytes()?)),
+            Scalar::F32 => f64::from(f32::from_le_bytes(self.bytes()?)),
+            Scalar::F64 => f64::from_le_bytes(self.bytes()?),
+        })
+    }
+
+    fn complaint(&self) -> Option<IoError> {
+        None
+    }
+}
+
+struct TextValues<'a> {
+    tokens: text::Tokens<'a>,
+    bad: Option<&'a [u8]>,
+}
+
+impl Values for TextValues<'_> {
+    fn least_size(_: Scalar) -> usize {
+        2
+    }
+
+    fn left(&self) -> usize {
+        // The last number of a file needs no white space behind it.
+        self.tokens.left() + 1
+    }
+
+    fn take(&mut self, scalar: Scalar) -> Option<f64> {
+        let token = self.tokens.next()?;
+        let value = match scalar {
+            Scalar::F32 => text::number_f32(token).map(f64::from),
+            _ => text::number(token),
+        };
+        if value.is_none() {
+            self.bad = Some(token);
+        }
+        value
+    }
+
+    fn complaint(&self) -> Option<IoError> {
+        let what = format!("{} is not a number", text::shown(self.bad?));
+        Some(IoError::malformed(
+            Format::Ply,
+            Place::Line(self.tokens.line()),
+            what,
+        ))
+    }
+}
+
+fn read_elements<V: Values>(values: &mut V, header: &Header) -> Result<Surface, IoError> {
+    let mut surface = Surface::new(Format::Ply);
+    let mut found = [false; 3];
+    for element in &header.elements {
+        let kind = match &element.name[..] {
+            b"vertex" => 0,
+            b"face" => 1,
+            b"tristrips" => 2,
+            _ => {
+                skip_element(values, element)?;
+                continue;
+            }
+        };
+        if std::mem::replace(&mut found[kind], true) {
+            let what = format!(
+                "there are two elements named {}",
+                text::shown(&element.name)
+            );
+            return Err(IoError::malformed(Format::Ply, Place::File, what));
+        }
+        match kind {
+            0 => read_vertices(values, element, &mut surface)?,
+            _ => read_faces(values, element, kind == 2, &mut surface)?,
+        }
+    }
+    Ok(surface)
+}
+
+/// How many items of the claimed ones the rest of the file can hold at most.
+fn plausible<V: Values>(values: &V, element: &Element) -> usize {
+    let row: usize = element
+        .properties
+        .iter()
+        .map(|p| V::least_size(p.length.unwrap_or(p.scalar)))
+        .sum();
+    let room = values.left() / row.max(1);
+    usize::try_from(element.count).map_or(room, |count| count.min(room))
+}
+
+fn read_vertices<V: Values>(
+    values: &mut V,
+    element: &Element,
+    surface: &mut Surface,
+) -> Result<(), IoError> {
+    if element.count == 0 {
+        return Ok(());
+    }
+    let mut axes = vec![None; element.properties.len()];
+    for (axis, name) in [&b"x"[..], b"y", b"z"].into_iter().enumerate() {
+        match element
+            .properties
+            .iter()
+            .position(|p| p.name == name && p.length.is_none())
+        {
+            Some(property) => axes[property] = Some(axis),
+            None => {
+                let what = format!(
+                    "the vertices have no {} coordinate",
+                    String::from_utf8_lossy(name)
+                );
+                return Err(IoError::malformed(Format::Ply, Place::File, what));
+            }
+        }
+    }
+    surface.positions.reserve(plausible(values, element));
+    for row in 0..element.count {
+        let mut point = [0.0; 3];
+        for (property, axis) in element.properties.iter().zip(&axes) {
+            match (property.length, axis) {
+                (None, Some(axis)) => point[*axis] = number(values, property.scalar, element, row)?,
+                _ => skip_property(values, property, element, row)?,
+            }
+        }
+        surface.positions.push(DVec3::from_array(point));
+    }
+    Ok(())
+}
+
+fn read_faces<V: Values>(
+    values: &mut V,
+    element: &Element,
+    strips: bool,
+    surface: &mut Surface,
+) -> Result<(), IoError> {
+    if element.count == 0 {
+        return Ok(());
+    }
+    let is_corners = |p: &Property| {
+        p.length.is_some() && matches!(&p.name[..], b"vertex_indices" | b"vertex_index")
+    };
+    let Some(corners_at) = element.properties.iter().position(is_corners) else {
+        let what = format!(
+            "the {} elements have no list 'vertex_indices'",
+            text::shown(&element.name)
+        );
+        return Err(IoError::malformed(Format::Ply, Place::File, what));
+    };
+    if !strips {
+        surface.reserve_faces(plausible(values, element));
+    }
+    let mut corners = Vec::new();
+    for row in 0..element.count {
+        for (i, property) in element.properties.iter().enumerate() {
+            if i != corners_at {
+                skip_property(values, property, element, row)?;
+                continue;
+            }
+            corners.clear();
+            for _ in 0..list_length(values, property, element, row)? {
+                let value = number(values, property.scalar, element, row)?;
+                if strips && value == -1.0 {
+                    surface.push_strip(&corners);
+                    corners.clear();
+                } else {
+                    corners.push(vertex_index(value, row)?);
+                }
+            }
+            if strips {
+                surface.push_strip(&corners);
+            } else {
+                surface.push_face(&corners)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn vertex_index(value: f64, row: u64) -> Result<u32, IoError> {
+    let index = value as u32;
+    if f64::from(index) == value {
+        return Ok(index);
+    }
+    let what = format!("it uses vertex {value}, which cannot be");
+    Err(IoError::malformed(
+        Format::Ply,
+        Place::Item("face", row as usize),
+        what,
+    ))
+}
+
+fn skip_element<V: Values>(values: &mut V, element: &Element) -> Result<(), IoError> {
+    if element.properties.is_empty() {
+        return Ok(());
+    }
+    for row in 0..element.count {
+        for property in &element.properties {
+            skip_property(values, property, element, row)?;
+        }
+    }
+    Ok(())
+}
+
+fn skip_property<V: Values>(
+    values: &mut V,
+    property: &Property,
+    element: &Element,
+    row: u64,
+) -> Result<(), IoError> {
+    for _ in 0..list_length(values, property, element, row)? {
+        number(values, property.scalar, element, row)?;
+    }
+    Ok(())
+}
+
+/// The length of a list, checked against what is left of the file; 1 for a single number.
+fn list_length<V: Values>(
+    values: &mut V,
+    property: &Property,
+    element: &Element,
+    row: u64,
+) -> Result<usize, IoError> {
+    let Some(scalar) = property.length else {
+        return Ok(1);
+    };
+    let length = number(values, scalar, element, row)?;
+    let room = values.left() / V::least_size(property.scalar);
+    if length < 0.0 || length.fract() != 0.0 || length > room as f64 {
+        let what =
+            format!("it claims a list of {length} numbers, but the file has room for {room}");
+        return Err(IoError::malformed(Format::Ply, place(element, row), what));
+    }
+    Ok(length as usize)
+}
+
+#[inline]
+fn number<V: Values>(
+    values: &mut V,
+    scalar: Scalar,
+    element: &Element,
+    row: u64,
+) -> Result<f64, IoError> {
+    match values.take(scalar) {
+        Some(value) => Ok(value),
+        None => Err(ended(values, element, row)),
+    }
+}
+
+#[cold]
+fn ended<V: Values>(values: &V, element: &Element, row: u64) -> IoError {
+    values.complaint().unwrap_or_else(|| {
+        let name = String::from_utf8_lossy(&element.name);
+        let what = format!(
+            "the file ends inside {name} {row} of the {} it claims to have",
+            element.count
+        );
+        IoError::malformed(Format::Ply, Place::File, what)
+    })
+}
+
+fn place(element: &Element, row: u64) -> Place {
+    let kind = match &element.name[..] {
+        b"vertex" => "vertex",
+        b"face" => "face",
+        _ => "element",
+    };
+    Place::Item(kind, row as usize)
+}

@@ -1,0 +1,211 @@
+//! The header of a PLY file: what elements there are and how they are laid out.
+
+use super::super::{Format, IoError, Place, text};
+
+/// How the body is encoded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Ascii,
+    Little,
+    Big,
+}
+
+/// The type of one number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    fn parse(name: &[u8]) -> Option<Self> {
+        Some(match name {
+            b"char" | b"int8" => Scalar::I8,
+            b"uchar" | b"uint8" => Scalar::U8,
+            b"short" | b"int16" => Scalar::I16,
+            b"ushort" | b"uint16" => Scalar::U16,
+            b"int" | b"int32" => Scalar::I32,
+            b"uint" | b"uint32" => Scalar::U32,
+            b"float" | b"float32" => Scalar::F32,
+            b"double" | b"float64" => Scalar::F64,
+            _ => return None,
+        })
+    }
+
+    /// Its size in bytes.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Scalar::I8 | Scalar::U8 => 1,
+            Scalar::I16 | Scalar::U16 => 2,
+            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
+            Scalar::F64 => 8,
+        }
+    }
+}
+
+/// One number, or a list of numbers, of each item of an element.
+#[derive(Debug)]
+pub(super) struct Property {
+    pub(super) name: Vec<u8>,
+    /// The type of a list's length; `None` for a single number.
+    pub(super) length: Option<Scalar>,
+    pub(super) scalar: Scalar,
+}
+
+/// A table of the file, such as its vertices.
+#[derive(Debug)]
+pub(super) struct Element {
+    pub(super) name: Vec<u8>,
+    /// How many items the file claims to have.
+    pub(super) count: u64,
+    pub(super) properties: Vec<Property>,
+}
+
+/// The layout of a file.
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) encoding: Encoding,
+    pub(super) elements: Vec<Element>,
+    /// Where the body begins.
+    pub(super) body: usize,
+}
+
+/// Reads the header.
+pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
+    let start = bytes.len() - text::skip_blank(text::strip_bom(bytes)).len();
+    if !bytes[start..].starts_with(b"ply") {
+        return Err(IoError::malformed(
+            Format::Ply,
+            Place::Byte(0),
+            "the file does not begin with 'ply'",
+        ));
+    }
+    let end = line_end(&bytes[start..]);
+    let (mut at, mut line) = (start, 0);
+    let (mut encoding, mut elements) = (None, Vec::<Element>::new());
+    loop {
+        let Some(length) = memchr::memchr(end, &bytes[at..]) else {
+            return Err(IoError::malformed(
+                Format::Ply,
+                Place::File,
+                "the header has no 'end_header' line",
+            ));
+        };
+        line += 1;
+        let mut words = text::Tokens::new(&bytes[at..at + length], 0);
+        at += length + 1;
+        match words.next().unwrap_or(b"") {
+            b"format" => encoding = Some(parse_encoding(&mut words, line)?),
+            b"element" => elements.push(parse_element(&mut words, line)?),
+            b"property" => match elements.last_mut() {
+                Some(element) => element.properties.push(parse_property(&mut words, line)?),
+                None => {
+                    return Err(fault(
+                        line,
+                        "a property comes before the first element".to_string(),
+                    ));
+                }
+            },
+            b"end_header" => break,
+            b"ply" | b"comment" | b"obj_info" | b"" => {}
+            word => {
+                return Err(fault(
+                    line,
+                    format!("{} is no header statement", text::shown(word)),
+                ));
+            }
+        }
+    }
+    match encoding {
+        Some(encoding) => Ok(Header {
+            encoding,
+            elements,
+            body: at,
+        }),
+        None => Err(IoError::malformed(
+            Format::Ply,
+            Place::File,
+            "the header has no 'format' line",
+        )),
+    }
+}
+
+/// The byte that ends a header line, told from the first one.
+fn line_end(bytes: &[u8]) -> u8 {
+    let first = memchr::memchr2(b'\n', b'\r', bytes).unwrap_or(0);
+    match bytes.get(first..first + 2) {
+        Some([b'\r', b'\n']) => b'\n',
+        Some([b'\r', _]) => b'\r',
+        _ => b'\n',
+    }
+}
+
+fn parse_encoding(words: &mut text::Tokens<'_>, line: usize) -> Result<Encoding, IoError> {
+    match words.next().unwrap_or(b"") {
+        b"ascii" => Ok(Encoding::Ascii),
+        b"binary_little_endian" => Ok(Encoding::Little),
+        b"binary_big_endian" => Ok(Encoding::Big),
+        word => Err(fault(
+            line,
+            format!("format {} is not known", text::shown(word)),
+        )),
+    }
+}
+
+fn parse_element(words: &mut text::Tokens<'_>, line: usize) -> Result<Element, IoError> {
+    let name = words.next().unwrap_or(b"").to_vec();
+    let count = words.next().unwrap_or(b"");
+    match text::integer(count).and_then(|count| u64::try_from(count).ok()) {
+        Some(count) => Ok(Element {
+            name,
+            count,
+            properties: Vec::new(),
+        }),
+        None => Err(fault(
+            line,
+            format!(
+                "{} is not a count of {}",
+                text::shown(count),
+                text::shown(&name)
+            ),
+        )),
+    }
+}
+
+fn parse_property(words: &mut text::Tokens<'_>, line: usize) -> Result<Property, IoError> {
+    let scalar = |word: &[u8]| {
+        Scalar::parse(word).ok_or_else(|| {
+            fault(
+                line,
+                format!("{} is not a property type", text::shown(word)),
+            )
+        })
+    };
+    let first = words.next().unwrap_or(b"");
+    let (length, scalar) = if first == b"list" {
+        (
+            Some(scalar(words.next().unwrap_or(b""))?),
+            scalar(words.next().unwrap_or(b""))?,
+        )
+    } else {
+        (None, scalar(first)?)
+    };
+    match words.next() {
+        Some(name) => Ok(Property {
+            name: name.to_vec(),
+            length,
+            scalar,
+        }),
+        None => Err(fault(line, "the property has no name".to_string())),
+    }
+}
+
+fn fault(line: usize, what: String) -> IoError {
+    IoError::malformed(Format::Ply, Place::Line(line), what)
+}

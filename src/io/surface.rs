@@ -1,0 +1,331 @@
+//! Collects the points and faces of a file and checks them.
+
+use glam::DVec3;
+
+use super::polygon::Triangulator;
+use super::{Format, IoError, Loaded, Place};
+use crate::mesh::Mesh;
+
+/// A surface under construction. Vertices keep the order of the file; polygons are cut once all points are known.
+pub(super) struct Surface {
+    format: Format,
+    /// Points in file order.
+    pub(super) positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    polygons: Vec<Polygon>,
+    polygon_corners: Vec<u32>,
+    /// Remarks for the user.
+    pub(super) notes: Vec<String>,
+}
+
+/// A face of more than three corners, waiting to be cut.
+struct Polygon {
+    /// How many triangles were collected before it.
+    after: usize,
+    /// Where its corners end among all polygon corners.
+    end: usize,
+}
+
+impl Surface {
+    pub(super) fn new(format: Format) -> Self {
+        Self {
+            format,
+            positions: Vec::new(),
+            triangles: Vec::new(),
+            polygons: Vec::new(),
+            polygon_corners: Vec::new(),
+            notes: Vec::new(),
+        }
+    }
+
+    /// The triangles collected so far, polygons not among them.
+    pub(super) fn triangles_mut(&mut self) -> &mut Vec<[u32; 3]> {
+        &mut self.triangles
+    }
+
+    /// Makes room for faces that are known to be there.
+    pub(super) fn reserve_faces(&mut self, count: usize) {
+        self.triangles.reserve(count);
+    }
+
+    /// How many faces were collected, polygons counted once.
+    pub(super) fn face_count(&self) -> usize {
+        self.triangles.len() + self.polygons.len()
+    }
+
+    pub(super) fn push_triangle(&mut self, corners: [u32; 3]) {
+        self.triangles.push(corners);
+    }
+
+    /// Adds a face of any number of corners.
+    ///
+    /// # Errors
+    /// When there are fewer than three.
+    pub(super) fn push_face(&mut self, corners: &[u32]) -> Result<(), IoError> {
+        match corners {
+            [] | [_] | [_, _] => {
+                let place = Place::Item("face", self.face_count());
+                let what = format!(
+                    "a face of {} corners, where at least 3 are needed",
+                    corners.len()
+                );
+                Err(IoError::malformed(self.format, place, what))
+            }
+            [a, b, c] => {
+                self.triangles.push([*a, *b, *c]);
+                Ok(())
+            }
+            _ => {
+                self.polygon_corners.extend_from_slice(corners);
+                self.polygons.push(Polygon {
+                    after: self.triangles.len(),
+                    end: self.polygon_corners.len(),
+                });
+                Ok(())
+            }
+        }
+    }
+
+    /// Adds the triangles of a strip, every second one turned so that all face the same way. Triangles that repeat a
+    /// corner only connect the parts of a strip and are left out.
+    pub(super) fn push_strip(&mut self, corners: &[u32]) {
+        for (i, window) in corners.windows(3).enumerate() {
+            let (a, b, c) = (window[0], window[1], window[2]);
+            if a != b && b != c && a != c {
+                self.triangles
+                    .push(if i % 2 == 0 { [a, b, c] } else { [b, a, c] });
+            }
+        }
+    }
+
+    /// Adds the triangles of a fan round its first corner.
+    pub(super) fn push_fan(&mut self, corners: &[u32]) {
+        for pair in corners.get(1..).unwrap_or(&[]).windows(2) {
+            self.triangles.push([corners[0], pair[0], pair[1]]);
+        }
+    }
+
+    /// Checks points and faces, cuts polygons and counts what is degenerate.
+    ///
+    /// # Errors
+    /// When a coordinate is not finite, a face names a point that is not there, there are no faces, or all are
+    /// degenerate.
+    pub(super) fn finish(mut self) -> Result<Loaded, IoError> {
+        self.check_positions()?;
+        self.check_indices()?;
+        if self.face_count() == 0 {
+            return Err(IoError::NoFaces {
+                format: self.format,
+                points: self.positions.len(),
+            });
+        }
+        let faces = self.cut_polygons();
+        let degenerate = faces
+            .iter()
+            .filter(|face| is_degenerate(&self.positions, face))
+            .count();
+        if degenerate == faces.len() {
+            return Err(IoError::AllDegenerate {
+                format: self.format,
+                faces: degenerate,
+            });
+        }
+        if degenerate > 0 {
+            let all = faces.len();
+            self.notes.push(format!(
+                "{degenerate} of {all} triangles are degenerate (repeat a corner or have no area)"
+            ));
+        }
+        let f32_exact = self.positions.iter().all(|p| p.as_vec3().as_dvec3() == *p);
+        Ok(Loaded {
+            mesh: Mesh::new(self.positions, faces),
+            format: self.format,
+            f32_exact,
+            notes: self.notes,
+        })
+    }
+
+    fn check_positions(&self) -> Result<(), IoError> {
+        if u32::try_from(self.positions.len()).is_err() {
+            let what = format!(
+                "{} points are more than 32-bit indices can name",
+                self.positions.len()
+            );
+            return Err(IoError::malformed(self.format, Place::File, what)
+                .advise("split the mesh into smaller files"));
+        }
+        match self.positions.iter().position(|p| !p.is_finite()) {
+            Some(index) => Err(not_finite(
+                self.format,
+                Place::Item("vertex", index),
+                self.positions[index],
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn check_indices(&self) -> Result<(), IoError> {
+        let count = self.positions.len();
+        let outside = |i: &u32| *i as usize >= count;
+        let face_and_index = match self.triangles.iter().position(|t| t.iter().any(outside)) {
+            Some(t) => {
+                let index = self.triangles[t].iter().copied().find(|i| outside(i));
+                let polygons_before = self.polygons.iter().take_while(|p| p.after <= t).count();
+                index.map(|index| (t + polygons_before, index))
+            }
+            None => self
+                .polygon_corners
+                .iter()
+                .position(|i| outside(i))
+                .map(|corner| {
+                    let polygon = self.polygons.partition_point(|p| p.end <= corner);
+                    (
+                        self.polygons[polygon].after + polygon,
+                        self.polygon_corners[corner],
+                    )
+                }),
+        };
+        match face_and_index {
+            Some((face, index)) => Err(IoError::malformed(
+                self.format,
+                Place::Item("face", face),
+                format!("it uses vertex {index} (counted from 0), but the file has only {count}"),
+            )),
+            None => Ok(()),
+        }
+    }
+
+    fn cut_polygons(&mut self) -> Vec<[u32; 3]> {
+        let triangles = std::mem::take(&mut self.triangles);
+        if self.polygons.is_empty() {
+            return triangles;
+        }
+        let new = self.polygon_corners.len() - 2 * self.polygons.len();
+        let mut faces = Vec::with_capacity(triangles.len() + new);
+        let mut triangulator = Triangulator::new();
+        let (mut copied, mut start, mut unclean) = (0, 0, 0);
+        let mut points = Vec::new();
+        for polygon in &self.polygons {
+            faces.extend_from_slice(&triangles[copied..polygon.after]);
+            copied = polygon.after;
+            let corners = &self.polygon_corners[start..polygon.end];
+            start = polygon.end;
+            points.clear();
+            points.extend(corners.iter().map(|i| self.positions[*i as usize]));
+            let clean = triangulator.cut(&points, &mut |t| faces.push(t.map(|i| corners[i])));
+            unclean += usize::from(!clean);
+        }
+        faces.extend_from_slice(&triangles[copied..]);
+        let polygons = self.polygons.len();
+        self.notes.push(format!(
+            "{polygons} faces of more than three corners were cut into {new} triangles"
+        ));
+        if unclean > 0 {
+            self.notes.push(format!(
+                "{unclean} of them cross themselves or have no area, so their cut is arbitrary"
+            ));
+        }
+        faces
+    }
+}
+
+/// The error for a coordinate that is infinite or not a number.
+pub(super) fn not_finite(format: Format, place: Place, point: DVec3) -> IoError {
+    IoError::malformed(
+        format,
+        place,
+        format!("the coordinates {point} are not all finite numbers"),
+    )
+    .advise("remove or mend these vertices in the program that wrote the file")
+}
+
+fn is_degenerate(positions: &[DVec3], face: &[u32; 3]) -> bool {
+    let [a, b, c] = face.map(|i| positions[i as usize]);
+    (b - a).cross(c - a) == DVec3::ZERO
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Surface {
+        let mut surface = Surface::new(Format::Ply);
+        surface.positions = vec![DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
+        surface
+    }
+
+    #[test]
+    fn polygons_keep_their_place_among_the_triangles() {
+        let mut surface = square();
+        surface.push_triangle([0, 1, 3]);
+        surface.push_face(&[0, 1, 2, 3]).unwrap();
+        surface.push_triangle([1, 2, 3]);
+        let loaded = surface.finish().unwrap();
+        assert_eq!(
+            loaded.mesh.faces,
+            [[0, 1, 3], [0, 1, 2], [0, 2, 3], [1, 2, 3]]
+        );
+        assert_eq!(loaded.notes.len(), 1);
+    }
+
+    #[test]
+    fn strips_alternate_and_fans_turn_round_their_first_corner() {
+        let mut surface = square();
+        surface.push_strip(&[0, 1, 3, 2, 2]);
+        surface.push_fan(&[0, 1, 2, 3]);
+        assert_eq!(
+            surface.finish().unwrap().mesh.faces,
+            [[0, 1, 3], [3, 1, 2], [0, 1, 2], [0, 2, 3]]
+        );
+        let mut surface = square();
+        surface.push_fan(&[]);
+        surface.push_strip(&[0, 1]);
+        assert_eq!(surface.face_count(), 0);
+    }
+
+    #[test]
+    fn faults_are_named() {
+        let finish = |f: &dyn Fn(&mut Surface)| {
+            let mut surface = square();
+            f(&mut surface);
+            surface.finish().unwrap_err().to_string()
+        };
+        assert!(finish(&|_| ()).contains("no faces"));
+        assert!(finish(&|s| s.push_triangle([0, 0, 1])).contains("all 1 faces are degenerate"));
+        let message = finish(&|s| {
+            s.push_face(&[0, 1, 2, 3]).unwrap();
+            s.push_triangle([0, 1, 9]);
+        });
+        assert!(
+            message.contains("face 1") && message.contains("vertex 9"),
+            "{message}"
+        );
+        let message = finish(&|s| {
+            s.push_triangle([0, 1, 2]);
+            s.push_face(&[0, 1, 2, 7]).unwrap();
+        });
+        assert!(
+            message.contains("face 1") && message.contains("vertex 7"),
+            "{message}"
+        );
+        let message = finish(&|s| s.positions[2].y = f64::NAN);
+        assert!(message.contains("vertex 2"), "{message}");
+        assert!(
+            square()
+                .push_face(&[0, 1])
+                .unwrap_err()
+                .to_string()
+                .contains("2 corners")
+        );
+    }
+
+    #[test]
+    fn degenerate_faces_are_kept_and_counted() {
+        let mut surface = square();
+        surface.push_triangle([0, 1, 2]);
+        surface.push_triangle([0, 1, 1]);
+        let loaded = surface.finish().unwrap();
+        assert_eq!(loaded.mesh.faces.len(), 2);
+        assert!(loaded.notes[0].contains("1 of 2"));
+    }
+}

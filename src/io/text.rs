@@ -1,0 +1,181 @@
+//! Small helpers for files that are text in part or whole.
+
+use std::borrow::Cow;
+
+/// Decodes UTF-16 and drops a byte order mark; other text is left as it is.
+pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let utf16: Option<(fn([u8; 2]) -> u16, usize)> = match bytes {
+        [0xff, 0xfe, ..] => Some((u16::from_le_bytes, 2)),
+        [0xfe, 0xff, ..] => Some((u16::from_be_bytes, 2)),
+        [a, 0, b, 0, ..] if *a != 0 && *b != 0 => Some((u16::from_le_bytes, 0)),
+        [0, a, 0, b, ..] if *a != 0 && *b != 0 => Some((u16::from_be_bytes, 0)),
+        _ => None,
+    };
+    match utf16 {
+        Some((unit, start)) => {
+            let units = bytes[start..]
+                .chunks_exact(2)
+                .map(|pair| unit([pair[0], pair[1]]));
+            let text: String = char::decode_utf16(units)
+                .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
+                .collect();
+            Cow::Owned(text.into_bytes())
+        }
+        None => Cow::Borrowed(strip_bom(bytes)),
+    }
+}
+
+/// Drops a UTF-8 byte order mark.
+pub(super) fn strip_bom(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
+}
+
+/// Drops leading white space.
+pub(super) fn skip_blank(bytes: &[u8]) -> &[u8] {
+    bytes.trim_ascii_start()
+}
+
+/// The offset of the first occurrence of `needle`.
+pub(super) fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
+    memchr::memmem::find(haystack, needle)
+}
+
+/// The line, counted from 1, that a byte offset lies on.
+pub(super) fn line_at(bytes: &[u8], offset: usize) -> usize {
+    1 + memchr::memchr_iter(b'\n', &bytes[..offset.min(bytes.len())]).count()
+}
+
+/// A token as text for a message: made printable and cut to a sensible length.
+pub(super) fn shown(token: &[u8]) -> String {
+    const LONGEST: usize = 40;
+    let text = String::from_utf8_lossy(&token[..token.len().min(LONGEST)]);
+    let dots = if token.len() > LONGEST { "…" } else { "" };
+    format!("'{}{dots}'", text.escape_debug())
+}
+
+/// A decimal number; `None` when the token is not one. May be infinite or not a number.
+pub(super) fn number(token: &[u8]) -> Option<f64> {
+    std::str::from_utf8(token).ok()?.parse().ok()
+}
+
+/// A decimal number in single precision.
+pub(super) fn number_f32(token: &[u8]) -> Option<f32> {
+    std::str::from_utf8(token).ok()?.parse().ok()
+}
+
+/// A decimal integer; `None` when the token is not one or does not fit.
+pub(super) fn integer(token: &[u8]) -> Option<i64> {
+    let (negative, digits) = match token {
+        [b'-', rest @ ..] => (true, rest),
+        [b'+', rest @ ..] => (false, rest),
+        _ => (false, token),
+    };
+    if digits.is_empty() {
+        return None;
+    }
+    let mut value = 0i64;
+    for digit in digits {
+        if !digit.is_ascii_digit() {
+            return None;
+        }
+        value = value
+            .checked_mul(10)?
+            .checked_add(i64::from(digit - b'0'))?;
+    }
+    Some(if negative { -value } else { value })
+}
+
+/// Walks over white-space separated tokens of a byte slice and knows where it is.
+#[derive(Clone)]
+pub(super) struct Tokens<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Tokens<'a> {
+    pub(super) fn new(bytes: &'a [u8], at: usize) -> Self {
+        Self {
+            bytes,
+            at: at.min(bytes.len()),
+        }
+    }
+
+    /// The offset behind the last token taken.
+    pub(super) fn offset(&self) -> usize {
+        self.at
+    }
+
+    /// The line of the last token taken.
+    pub(super) fn line(&self) -> usize {
+        line_at(self.bytes, self.at)
+    }
+
+    /// How many bytes are left.
+    pub(super) fn left(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
+    /// Takes the rest of the line, without its end.
+    pub(super) fn rest_of_line(&mut self) -> &'a [u8] {
+        let rest = &self.bytes[self.at..];
+        let length = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
+        self.at += (length + 1).min(rest.len());
+        rest[..length].trim_ascii()
+    }
+}
+
+impl<'a> Iterator for Tokens<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let rest = &self.bytes[self.at..];
+        let start = rest.iter().position(|b| !b.is_ascii_whitespace())?;
+        let length = rest[start..]
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len() - start);
+        self.at += start + length;
+        Some(&rest[start..start + length])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_utf16_orders_are_decoded_with_and_without_a_mark() {
+        let text = "v 0 é";
+        let little: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+        let big: Vec<u8> = text.encode_utf16().flat_map(u16::to_be_bytes).collect();
+        let marked = |mark: [u8; 2], body: &[u8]| [&mark[..], body].concat();
+        for bytes in [
+            &little,
+            &big,
+            &marked([0xff, 0xfe], &little),
+            &marked([0xfe, 0xff], &big),
+        ] {
+            assert_eq!(&*decode(bytes), text.as_bytes());
+        }
+        assert_eq!(&*decode(b"\xef\xbb\xbfv 1"), b"v 1");
+    }
+
+    #[test]
+    fn integers_are_checked() {
+        assert_eq!(integer(b"-12"), Some(-12));
+        assert_eq!(integer(b"+7"), Some(7));
+        for bad in [&b""[..], b"-", b"1.0", b"99999999999999999999", b"x"] {
+            assert_eq!(integer(bad), None);
+        }
+    }
+
+    #[test]
+    fn tokens_know_their_line() {
+        let mut tokens = Tokens::new(b"a b\n\n c rest of it\nd", 0);
+        assert_eq!(tokens.nth(2), Some(&b"c"[..]));
+        assert_eq!(tokens.line(), 3);
+        assert_eq!(tokens.rest_of_line(), b"rest of it");
+        assert_eq!(tokens.next(), Some(&b"d"[..]));
+        assert_eq!(tokens.next(), None);
+    }
+}
