@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::check::check_joined;
 use super::cut::{self, Kept};
 use super::half_edge::PatchMesh;
 use super::matching::{self, Plan};
@@ -32,7 +33,9 @@ pub(super) fn assemble(input: &StitchInput) -> Result<Assembled, StitchError> {
     let offsets = add_rim(input, &rims, centre, &mut mesh);
     add_kept(input, &kept, &plan, centre, &mut mesh);
     add_zips(&rims, &plan, &offsets, &mut mesh);
-    mesh.connect().and_then(|()| mesh.compact()).map_err(|e| e.moved(centre))?;
+    mesh.connect()
+        .and_then(|()| mesh.compact())
+        .map_err(|e| e.moved(centre))?;
     let mut assembled = Assembled {
         mesh,
         rims,
@@ -167,30 +170,35 @@ impl Assembled {
         }
     }
 
+    /// The faces with the indices they have in the output.
+    pub(super) fn output_faces(&self, mesh_len: u32) -> Vec<[u32; 3]> {
+        self.mesh
+            .faces
+            .iter()
+            .map(|f| f.map(|v| self.output_index(v, mesh_len)))
+            .collect()
+    }
+
     /// The finished patch.
-    pub(super) fn into_patch(mut self, input: &StitchInput) -> Patch {
-        let mesh_len = input.mesh.positions.len() as u32;
+    pub(super) fn into_patch(mut self, input: &StitchInput) -> Result<Patch, StitchError> {
+        self.mesh.compact().map_err(|e| e.moved(self.centre))?;
         let rim_len = self.mesh.rim_len();
         let positions = self.mesh.position[rim_len..]
             .iter()
             .map(|&p| p + self.centre)
             .collect();
-        let faces: Vec<[u32; 3]> = self
-            .mesh
-            .faces
-            .iter()
-            .map(|f| f.map(|v| self.output_index(v, mesh_len)))
-            .collect();
-        self.measure_seam();
-        Patch {
+        let faces = self.output_faces(input.mesh.positions.len() as u32);
+        check_joined(input, &faces)?;
+        self.measure();
+        Ok(Patch {
             positions,
             faces,
             report: self.report,
-        }
+        })
     }
 
-    /// Angles across the rim and the number of pieces.
-    fn measure_seam(&mut self) {
+    /// Fills in the report: angles across the rim, quality, pieces.
+    fn measure(&mut self) {
         let mesh = &self.mesh;
         let angles: Vec<f64> = (0..mesh.rim_len() as u32)
             .filter(|&v| mesh.is_used(v))

@@ -12,9 +12,11 @@
 //! holes in meshes", 2003 (triangulation of single loops).
 
 mod assemble;
+mod check;
 mod cut;
 mod error;
 mod half_edge;
+mod intersect;
 mod liepa;
 mod matching;
 mod rim;
@@ -126,6 +128,10 @@ pub struct StitchReport {
 
 /// Joins the extracted surface to the rim.
 pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
-    let assembled = assemble::assemble(input)?;
-    Ok(assembled.into_patch(input))
+    let mut patch = assemble::assemble(input)?;
+    let mut surroundings = check::Surroundings::new(input, &patch);
+    patch.report.intersecting_faces = surroundings
+        .intersections(&patch, input.mesh.positions.len())
+        .len();
+    patch.into_patch(input)
 }

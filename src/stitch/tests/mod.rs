@@ -1,2 +1,2 @@
 mod cases;
-mod shapes;
+pub mod shapes;
