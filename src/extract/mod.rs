@@ -1,1 +1,153 @@
-//! Isosurface extraction by marching cubes.
+//! Extraction of the zero level of a lattice function as a triangle mesh.
+//!
+//! [`marching_cubes`] visits only the cells it is given, so its cost follows the narrow band and not the box round it.
+//! The result is a manifold: every edge lies in one face (only at the border of the visited cells) or two, and the
+//! faces round a vertex form one fan. It has a border only where the visited cells end.
+//!
+//! Sources: Lorensen and Cline, "Marching cubes", 1987; Nielson and Hamann, "The asymptotic decider", 1991, for faces
+//! whose corners alternate in sign.
+
+mod polygon;
+mod table;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
+
+use glam::DVec3;
+
+use polygon::Polygon;
+use table::{CORNER, EDGE_AXIS, EDGE_NODE, table};
+
+/// How near to a node a vertex may come, as a part of the lattice edge.
+///
+/// Nodes that lie exactly on the level would otherwise put several vertices at one place.
+pub const NODE_CLEARANCE: f64 = 1e-6;
+
+/// The axis number in [`IsoSurface::edges`] of a vertex in the middle of a cell.
+pub const CELL_CENTRE: u8 = 3;
+
+/// A level surface on a lattice.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IsoSurface {
+    /// Vertices in lattice coordinates (node `[i, j, k]` is at `(i, j, k)`).
+    pub positions: Vec<DVec3>,
+    /// Triangles, counter-clockwise seen from the positive side.
+    pub faces: Vec<[u32; 3]>,
+    /// The lattice edge of each vertex: its lower node and its axis (0, 1, 2), or [`CELL_CENTRE`] for a vertex inside
+    /// the cell whose lowest corner is that node.
+    pub edges: Vec<([i32; 3], u8)>,
+}
+
+/// The zero level of `value` within the given cells, each named by its lowest corner.
+///
+/// Negative is inside; a node exactly at the level counts as outside. Vertices lie on lattice edges by linear
+/// interpolation, at least [`NODE_CLEARANCE`] from the nodes; one vertex per lattice edge. A face of a cell whose corners
+/// alternate in sign is decided by its bilinear saddle, from the four values alone, so that neighbouring cells agree.
+/// Vertices and faces come in the order of `cells`, which must not repeat.
+pub fn marching_cubes(cells: &[[i32; 3]], value: impl Fn([i32; 3]) -> f64) -> IsoSurface {
+    let mut builder = Builder::default();
+    let mut corner = [0.0; 8];
+    for &cell in cells {
+        let mut case = 0u8;
+        for (i, v) in corner.iter_mut().enumerate() {
+            *v = value(offset(cell, CORNER[i]));
+            case |= u8::from(*v < 0.0) << i;
+        }
+        if case != 0 && case != 255 {
+            builder.cell(cell, &corner, case);
+        }
+    }
+    builder.surface
+}
+
+fn offset(cell: [i32; 3], by: [i32; 3]) -> [i32; 3] {
+    [cell[0] + by[0], cell[1] + by[1], cell[2] + by[2]]
+}
+
+#[derive(Default)]
+struct Builder {
+    surface: IsoSurface,
+    by_edge: HashMap<EdgeKey, u32, BuildHasherDefault<EdgeHasher>>,
+}
+
+impl Builder {
+    fn cell(&mut self, cell: [i32; 3], corner: &[f64; 8], case: u8) {
+        let mut vertex = [u32::MAX; 12];
+        for lp in table().loops(case, corner) {
+            let mut polygon = Polygon::default();
+            for &e in lp {
+                let slot = &mut vertex[e as usize];
+                if *slot == u32::MAX {
+                    *slot = self.vertex(cell, e as usize, corner);
+                }
+                polygon.push(e, *slot, self.surface.positions[*slot as usize]);
+            }
+            if !polygon.triangulate(&mut self.surface.faces) {
+                self.fan(cell, &polygon);
+            }
+        }
+    }
+
+    fn vertex(&mut self, cell: [i32; 3], edge: usize, corner: &[f64; 8]) -> u32 {
+        let axis = EDGE_AXIS[edge];
+        let low = EDGE_NODE[edge] as usize;
+        let node = offset(cell, CORNER[low]);
+        let surface = &mut self.surface;
+        *self.by_edge.entry(EdgeKey(node, axis)).or_insert_with(|| {
+            let (a, b) = (corner[low], corner[low | 1 << axis]);
+            let t = a / (a - b);
+            let t = if t.is_finite() {
+                t.clamp(NODE_CLEARANCE, 1.0 - NODE_CLEARANCE)
+            } else {
+                0.5
+            };
+            let mut p = DVec3::new(node[0].into(), node[1].into(), node[2].into());
+            p[axis as usize] += t;
+            surface.positions.push(p);
+            surface.edges.push((node, axis));
+            surface.positions.len() as u32 - 1
+        })
+    }
+
+    /// A fan about the polygon's centroid, for a polygon that has no triangulation of its own.
+    fn fan(&mut self, cell: [i32; 3], polygon: &Polygon) {
+        let centre = self.surface.positions.len() as u32;
+        self.surface.positions.push(polygon.centroid());
+        self.surface.edges.push((cell, CELL_CENTRE));
+        polygon.fan(centre, &mut self.surface.faces);
+    }
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct EdgeKey([i32; 3], u8);
+
+impl std::hash::Hash for EdgeKey {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let [x, y, z] = self.0.map(|v| u64::from(v as u32));
+        state.write_u64((x | (y << 32)) ^ (z << 17).rotate_left(5) ^ (u64::from(self.1) << 60));
+    }
+}
+
+/// A multiplicative hash; only look-ups are made, so the order of the map never shows.
+#[derive(Default)]
+struct EdgeHasher(u64);
+
+impl Hasher for EdgeHasher {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for &b in bytes {
+            self.write_u64(u64::from(b));
+        }
+    }
+
+    fn write_u64(&mut self, v: u64) {
+        let m = (self.0.rotate_left(5) ^ v).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        self.0 = m ^ (m >> 29);
+    }
+}

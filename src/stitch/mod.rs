@@ -1,1 +1,137 @@
-//! Joining a patch to the rim of its hole.
+//! Joining an extracted surface to the rim of the hole it fills.
+//!
+//! The part of the extracted surface that belongs to the hole is cut out, the gap between its border and the rim is
+//! zipped with triangles, and the patch is remeshed with the rim held fixed. The input mesh is never changed: the patch
+//! refers to its vertices by index and brings new vertices and faces only.
+//!
+//! [`stitch`] guarantees that the patch uses every rim edge exactly once and in the right direction, that the mesh with
+//! the patch has no edge in more than two faces on the patch's account, and that the same input gives the same bytes. It
+//! reports, but cannot always avoid, faces that intersect others.
+//!
+//! Sources: Botsch and Kobbelt, "A remeshing approach to multiresolution modeling", 2004 (remeshing); Liepa, "Filling
+//! holes in meshes", 2003 (triangulation of single loops).
+
+mod assemble;
+mod check;
+mod cut;
+mod error;
+mod half_edge;
+mod intersect;
+mod liepa;
+mod matching;
+mod rim;
+mod zip;
+
+#[cfg(test)]
+mod tests;
+
+use glam::DVec3;
+
+use crate::mesh::Mesh;
+
+pub use error::StitchError;
+pub use liepa::triangulate_loop;
+
+/// The smooth surface a patch lies on, such as the zero set of a level set function.
+pub trait Surface: Sync {
+    /// Projects `p` on the surface: the point and the unit outward normal there.
+    ///
+    /// None where the surface is not defined or the projection did not converge.
+    fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)>;
+
+    /// The distance from `p` to the rim if `p` belongs to the hole, which is where its closest point on the input mesh lies
+    /// on a rim edge of the region; otherwise the negative distance to the mesh.
+    fn depth(&self, p: DVec3) -> f64;
+}
+
+/// What [`stitch`] works on.
+#[derive(Clone, Copy)]
+pub struct StitchInput<'a> {
+    /// The mesh with the hole.
+    pub mesh: &'a Mesh,
+    /// Rim loops of the region as vertex indices of `mesh`, in the direction of the patch's faces: the patch uses the
+    /// directed edges `loop[i] → loop[i + 1]`, against the mesh's own. Loops may share vertices.
+    pub loops: &'a [Vec<u32>],
+    /// The smooth surface.
+    pub surface: &'a dyn Surface,
+    /// The extracted surface of the region, in the coordinates of `mesh`, close to `surface`.
+    pub extracted: &'a Mesh,
+    /// Lattice spacing at which `extracted` was made, in the units of `mesh`.
+    pub voxel: f64,
+    /// Settings.
+    pub params: StitchParams,
+}
+
+/// Settings of [`stitch`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StitchParams {
+    /// Extracted triangles nearer to the rim than this are cut away, in voxels.
+    pub cut_depth: f64,
+    /// Edge length of the patch over the edge length of the mesh at the rim.
+    pub edge_factor: f64,
+    /// Largest distance of an edge's middle from the smooth surface where the edges may be made shorter for it, in voxels.
+    pub chord_error: f64,
+    /// Rounds of split, collapse, flip and smoothing.
+    pub iterations: usize,
+    /// 0 leaves the vertices on the smooth surface; 1 moves them along its normal until the faces round each vertex are on
+    /// average neither above nor below it. Fades in over two rings from the rim.
+    pub facet_compensation: f64,
+}
+
+impl Default for StitchParams {
+    fn default() -> Self {
+        Self {
+            cut_depth: 0.7,
+            edge_factor: 0.8,
+            chord_error: 0.1,
+            iterations: 10,
+            facet_compensation: 0.0,
+        }
+    }
+}
+
+/// A patch for a mesh.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Patch {
+    /// New vertices; their indices follow those of the mesh.
+    pub positions: Vec<DVec3>,
+    /// Faces: an index below the mesh's number of vertices is an original vertex.
+    pub faces: Vec<[u32; 3]>,
+    /// What was found and done.
+    pub report: StitchReport,
+}
+
+/// What [`stitch`] found and did.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct StitchReport {
+    /// Mean angle between the faces on both sides of a rim edge, in degrees.
+    pub seam_angle_mean: f64,
+    /// Largest such angle, in degrees.
+    pub seam_angle_max: f64,
+    /// Mean over the patch's faces of twice the inradius over the circumradius (1 for equilateral faces).
+    pub quality_mean: f64,
+    /// Patch faces that intersect another face, after repair.
+    pub intersecting_faces: usize,
+    /// Connected pieces of the patch.
+    pub components: usize,
+    /// Euler number of the patch, with rim vertices counted once for each sector of the patch.
+    pub euler: i64,
+    /// Rim loops that the extracted surface did not reach and that were triangulated on their own.
+    pub filled_directly: usize,
+    /// Rim loops joined to another by an edge, because the extracted surface ran round both.
+    pub bridged: usize,
+    /// Pieces of the extracted surface joined within one rim loop.
+    pub joined_pieces: usize,
+    /// Edges that were split because the mesh or the patch already had an edge between the same vertices.
+    pub split_duplicates: usize,
+}
+
+/// Joins the extracted surface to the rim.
+pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
+    let mut patch = assemble::assemble(input)?;
+    let mut surroundings = check::Surroundings::new(input, &patch);
+    patch.report.intersecting_faces = surroundings
+        .intersections(&patch, input.mesh.positions.len())
+        .len();
+    patch.into_patch(input)
+}

@@ -1,0 +1,100 @@
+//! Triangulation of the closed polygon in which the level surface leaves a cell.
+
+use glam::DVec3;
+
+use super::table::EDGE_FACES;
+
+const MOST: usize = 12;
+
+/// A closed polygon whose corners lie on different edges of one cell.
+#[derive(Default)]
+pub(super) struct Polygon {
+    len: usize,
+    edge: [u8; MOST],
+    vertex: [u32; MOST],
+    position: [DVec3; MOST],
+}
+
+impl Polygon {
+    pub(super) fn push(&mut self, edge: u8, vertex: u32, position: DVec3) {
+        self.edge[self.len] = edge;
+        self.vertex[self.len] = vertex;
+        self.position[self.len] = position;
+        self.len += 1;
+    }
+
+    /// Appends the triangulation with the least sum of squared diagonals; false if there is none.
+    ///
+    /// A diagonal must not lie in a face of the cell: the neighbour could have the same one, and an edge in four faces.
+    pub(super) fn triangulate(&self, faces: &mut Vec<[u32; 3]>) -> bool {
+        let v = &self.vertex;
+        match self.len {
+            3 => faces.push([v[0], v[1], v[2]]),
+            4 => {
+                let (a, b) = (self.diagonal(0, 2), self.diagonal(1, 3));
+                if a.min(b) == f64::INFINITY {
+                    return false;
+                }
+                if a <= b {
+                    faces.extend([[v[0], v[1], v[2]], [v[0], v[2], v[3]]]);
+                } else {
+                    faces.extend([[v[0], v[1], v[3]], [v[1], v[2], v[3]]]);
+                }
+            }
+            _ => return self.triangulate_long(faces),
+        }
+        true
+    }
+
+    fn diagonal(&self, i: usize, j: usize) -> f64 {
+        if j - i == 1 || (i == 0 && j == self.len - 1) {
+            0.0
+        } else if EDGE_FACES[self.edge[i] as usize] & EDGE_FACES[self.edge[j] as usize] != 0 {
+            f64::INFINITY
+        } else {
+            self.position[i].distance_squared(self.position[j])
+        }
+    }
+
+    fn triangulate_long(&self, faces: &mut Vec<[u32; 3]>) -> bool {
+        let n = self.len;
+        let mut cost = [[0.0; MOST]; MOST];
+        let mut apex = [[0usize; MOST]; MOST];
+        for span in 2..n {
+            for i in 0..n - span {
+                let j = i + span;
+                let mut best = (f64::INFINITY, i + 1);
+                for m in i + 1..j {
+                    let c = cost[i][m] + cost[m][j];
+                    if c < best.0 {
+                        best = (c, m);
+                    }
+                }
+                cost[i][j] = best.0 + self.diagonal(i, j);
+                apex[i][j] = best.1;
+            }
+        }
+        if !cost[0][n - 1].is_finite() {
+            return false;
+        }
+        let mut stack = vec![(0, n - 1)];
+        while let Some((i, j)) = stack.pop() {
+            if j - i > 1 {
+                let m = apex[i][j];
+                faces.push([self.vertex[i], self.vertex[m], self.vertex[j]]);
+                stack.extend([(i, m), (m, j)]);
+            }
+        }
+        true
+    }
+
+    pub(super) fn centroid(&self) -> DVec3 {
+        self.position[..self.len].iter().sum::<DVec3>() / self.len as f64
+    }
+
+    pub(super) fn fan(&self, centre: u32, faces: &mut Vec<[u32; 3]>) {
+        for i in 0..self.len {
+            faces.push([self.vertex[i], self.vertex[(i + 1) % self.len], centre]);
+        }
+    }
+}

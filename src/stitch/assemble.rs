@@ -1,0 +1,269 @@
+//! The first patch: the kept part of the extracted surface, zipped to the rim.
+
+use std::collections::{BTreeMap, HashMap};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::check::check_joined;
+use super::cut::{self, Kept};
+use super::half_edge::PatchMesh;
+use super::matching::{self, Plan};
+use super::rim::Rims;
+use super::zip::{Polyline, Step, zip};
+use super::{Patch, StitchError, StitchInput, StitchReport};
+
+/// A patch under work, with what it is joined to.
+pub(super) struct Assembled {
+    pub(super) mesh: PatchMesh,
+    pub(super) rims: Rims,
+    /// What positions are relative to.
+    pub(super) centre: DVec3,
+    pub(super) report: StitchReport,
+}
+
+/// Cuts, matches and zips.
+pub(super) fn assemble(input: &StitchInput) -> Result<Assembled, StitchError> {
+    let mut report = StitchReport::default();
+    let mut rims = Rims::new(input)?;
+    let kept = cut::cut(input);
+    let plan = matching::plan(input, &mut rims, &kept, &mut report)?;
+    let centre = centre(input, &rims);
+    let mut mesh = PatchMesh::default();
+    let offsets = add_rim(input, &rims, centre, &mut mesh);
+    add_kept(input, &kept, &plan, centre, &mut mesh);
+    add_zips(&rims, &plan, &offsets, &mut mesh);
+    mesh.connect()
+        .and_then(|()| mesh.compact())
+        .map_err(|e| e.moved(centre))?;
+    let mut assembled = Assembled {
+        mesh,
+        rims,
+        centre,
+        report,
+    };
+    assembled.split_duplicates();
+    Ok(assembled)
+}
+
+fn centre(input: &StitchInput, rims: &Rims) -> DVec3 {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for &v in rims.loops.iter().flatten() {
+        low = low.min(input.mesh.positions[v as usize]);
+        high = high.max(input.mesh.positions[v as usize]);
+    }
+    (low + high) / 2.0
+}
+
+/// Adds the rim corners; returns where each loop starts.
+fn add_rim(input: &StitchInput, rims: &Rims, centre: DVec3, mesh: &mut PatchMesh) -> Vec<u32> {
+    let mut offsets = Vec::new();
+    for lp in &rims.loops {
+        offsets.push(mesh.origin.len() as u32);
+        for &v in lp {
+            mesh.origin.push(v);
+            mesh.position
+                .push(input.mesh.positions[v as usize] - centre);
+            mesh.normal.push(rims.normal[&v]);
+            mesh.size
+                .push(rims.length.get(&v).copied().unwrap_or(input.voxel));
+        }
+    }
+    offsets
+}
+
+/// Adds the kept part, projected on the surface.
+fn add_kept(input: &StitchInput, kept: &Kept, plan: &Plan, centre: DVec3, mesh: &mut PatchMesh) {
+    let offset = mesh.position.len() as u32;
+    let mut facet = vec![DVec3::ZERO; kept.positions.len()];
+    for f in &kept.faces {
+        let [a, b, c] = f.map(|v| kept.positions[v as usize]);
+        f.iter()
+            .for_each(|&v| facet[v as usize] += (b - a).cross(c - a));
+    }
+    let projected: Vec<(DVec3, DVec3)> = kept
+        .positions
+        .par_iter()
+        .zip(&facet)
+        .map(|(&p, n)| match input.surface.project(p) {
+            Some((q, m)) if q.distance(p) < input.voxel && m.dot(*n) > 0.0 => (q - centre, m),
+            _ => (p - centre, n.normalize_or_zero()),
+        })
+        .collect();
+    for (p, n) in projected {
+        mesh.position.push(p);
+        mesh.normal.push(n);
+        mesh.size.push(input.voxel);
+    }
+    for (f, piece) in kept.faces.iter().zip(&kept.piece) {
+        if !plan.dropped.contains(piece) {
+            mesh.faces.push(f.map(|v| v + offset));
+        }
+    }
+}
+
+fn add_zips(rims: &Rims, plan: &Plan, offsets: &[u32], mesh: &mut PatchMesh) {
+    let inner_offset = mesh.origin.len() as u32;
+    for (rim, inner) in &plan.zips {
+        let (n, m) = (rims.loops[*rim].len(), inner.len());
+        let corner = |i: usize| offsets[*rim] + (i % n) as u32;
+        let vertex = |j: usize| inner_offset + inner[j % m];
+        let gather = |v: Vec<u32>| -> (Vec<DVec3>, Vec<DVec3>) {
+            v.iter()
+                .map(|&v| (mesh.position[v as usize], mesh.normal[v as usize]))
+                .unzip()
+        };
+        let outer = gather((0..n).map(corner).collect());
+        let inside = gather((0..m).map(vertex).collect());
+        let steps = zip(
+            &Polyline {
+                position: &outer.0,
+                normal: &outer.1,
+            },
+            &Polyline {
+                position: &inside.0,
+                normal: &inside.1,
+            },
+        );
+        mesh.faces.extend(steps.into_iter().map(|step| match step {
+            Step::Rim(i, j) => [corner(i), corner(i + 1), vertex(j)],
+            Step::Inner(i, j) => [corner(i), vertex(j + 1), vertex(j)],
+        }));
+    }
+    for (rim, faces) in &plan.direct {
+        mesh.faces
+            .extend(faces.iter().map(|f| f.map(|i| offsets[*rim] + i as u32)));
+    }
+}
+
+impl Assembled {
+    /// The vertex of the output that a vertex of the patch becomes: of the mesh, or new from `mesh_len` on.
+    pub(super) fn output_index(&self, v: u32, mesh_len: u32) -> u32 {
+        if self.mesh.is_rim(v) {
+            self.mesh.origin[v as usize]
+        } else {
+            mesh_len + v - self.mesh.rim_len() as u32
+        }
+    }
+
+    /// Splits interior edges between rim vertices that the mesh already joins, and all but one of several edges of the patch
+    /// between the same two vertices.
+    pub(super) fn split_duplicates(&mut self) {
+        let mut by_ends: BTreeMap<(u32, u32), Vec<u32>> = BTreeMap::new();
+        for h in self.mesh.interior_edges() {
+            let [a, b] =
+                [self.mesh.from(h), self.mesh.to(h)].map(|v| self.output_index(v, u32::MAX / 2));
+            by_ends.entry((a.min(b), a.max(b))).or_default().push(h);
+        }
+        let mut doomed = Vec::new();
+        for ((a, b), list) in by_ends {
+            let spare = usize::from(a != b && !self.rims.has_edge(a, b));
+            doomed.extend_from_slice(&list[spare.min(list.len())..]);
+        }
+        for h in doomed {
+            let (a, b) = (self.mesh.from(h) as usize, self.mesh.to(h) as usize);
+            let position = (self.mesh.position[a] + self.mesh.position[b]) / 2.0;
+            let normal = (self.mesh.normal[a] + self.mesh.normal[b]).normalize_or_zero();
+            let size = (self.mesh.size[a] + self.mesh.size[b]) / 2.0;
+            self.mesh.split(h, position, normal, size);
+            self.report.split_duplicates += 1;
+        }
+    }
+
+    /// The faces with the indices they have in the output.
+    pub(super) fn output_faces(&self, mesh_len: u32) -> Vec<[u32; 3]> {
+        self.mesh
+            .faces
+            .iter()
+            .map(|f| f.map(|v| self.output_index(v, mesh_len)))
+            .collect()
+    }
+
+    /// The finished patch.
+    pub(super) fn into_patch(mut self, input: &StitchInput) -> Result<Patch, StitchError> {
+        self.mesh.compact().map_err(|e| e.moved(self.centre))?;
+        let rim_len = self.mesh.rim_len();
+        let positions = self.mesh.position[rim_len..]
+            .iter()
+            .map(|&p| p + self.centre)
+            .collect();
+        let faces = self.output_faces(input.mesh.positions.len() as u32);
+        check_joined(input, &faces)?;
+        self.measure();
+        Ok(Patch {
+            positions,
+            faces,
+            report: self.report,
+        })
+    }
+
+    /// Fills in the report: angles across the rim, quality, pieces.
+    fn measure(&mut self) {
+        let mesh = &self.mesh;
+        let angles: Vec<f64> = (0..mesh.rim_len() as u32)
+            .filter(|&v| mesh.is_used(v))
+            .filter_map(|v| {
+                let h = mesh
+                    .outgoing(v)
+                    .next()
+                    .filter(|&h| mesh.twin(h).is_none())?;
+                let key = (mesh.origin[v as usize], mesh.origin[mesh.to(h) as usize]);
+                let beyond = self.rims.face_normal.get(&key)?;
+                let normal = mesh
+                    .area_vector(mesh.faces[h as usize / 3])
+                    .normalize_or_zero();
+                Some(normal.dot(*beyond).clamp(-1.0, 1.0).acos().to_degrees())
+            })
+            .collect();
+        self.report.seam_angle_mean = angles.iter().sum::<f64>() / angles.len().max(1) as f64;
+        self.report.seam_angle_max = angles.iter().copied().fold(0.0, f64::max);
+        let quality: f64 = mesh
+            .faces
+            .iter()
+            .map(|&f| quality(f.map(|v| mesh.position[v as usize])))
+            .sum();
+        self.report.quality_mean = quality / mesh.faces.len().max(1) as f64;
+        (self.report.components, self.report.euler) = topology(mesh);
+    }
+}
+
+/// Twice the inradius over the circumradius: 1 for an equilateral triangle, 0 for a degenerate one.
+pub(super) fn quality([a, b, c]: [DVec3; 3]) -> f64 {
+    let [x, y, z] = [a.distance(b), b.distance(c), c.distance(a)];
+    let area = (b - a).cross(c - a).length() / 2.0;
+    let bottom = x * y * z * (x + y + z);
+    if bottom > 0.0 {
+        16.0 * area * area / bottom
+    } else {
+        0.0
+    }
+}
+
+/// Number of pieces and Euler number.
+fn topology(mesh: &PatchMesh) -> (usize, i64) {
+    let mut root: Vec<u32> = (0..mesh.position.len() as u32).collect();
+    fn find(root: &mut [u32], mut v: u32) -> u32 {
+        while root[v as usize] != v {
+            root[v as usize] = root[root[v as usize] as usize];
+            v = root[v as usize];
+        }
+        v
+    }
+    let mut edges = HashMap::new();
+    for f in &mesh.faces {
+        for k in 0..3 {
+            let (a, b) = (f[k], f[(k + 1) % 3]);
+            edges.insert((a.min(b), a.max(b)), ());
+            let (x, y) = (find(&mut root, a), find(&mut root, b));
+            root[x as usize] = y;
+        }
+    }
+    let used: Vec<u32> = (0..root.len() as u32)
+        .filter(|&v| mesh.is_used(v))
+        .collect();
+    let pieces = used.iter().filter(|&&v| root[v as usize] == v).count();
+    (
+        pieces,
+        used.len() as i64 - edges.len() as i64 + mesh.faces.len() as i64,
+    )
+}

@@ -1,0 +1,227 @@
+//! The part of the extracted surface that belongs to the hole, cleaned to a manifold with simple border loops.
+
+use std::collections::{HashMap, HashSet, VecDeque};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::StitchInput;
+
+/// The kept part: vertices, faces, and border loops in the direction of its faces.
+#[derive(Default)]
+pub(super) struct Kept {
+    pub(super) positions: Vec<DVec3>,
+    pub(super) faces: Vec<[u32; 3]>,
+    /// Connected piece of each face.
+    pub(super) piece: Vec<usize>,
+    /// Faces in each piece.
+    pub(super) piece_len: Vec<usize>,
+    /// Border loops.
+    pub(super) loops: Vec<Vec<u32>>,
+    /// The piece each loop bounds.
+    pub(super) loop_piece: Vec<usize>,
+}
+
+/// Cuts at `cut_depth` from the rim. Pieces without border are dropped, and pieces of a few faces beside a larger one.
+pub(super) fn cut(input: &StitchInput) -> Kept {
+    let least = input.params.cut_depth * input.voxel;
+    let source = input.extracted;
+    let deep: Vec<bool> = source
+        .positions
+        .par_iter()
+        .map(|&p| p.is_finite() && input.surface.depth(p) > least)
+        .collect();
+    let mut faces: Vec<[u32; 3]> = source.faces.clone();
+    faces.retain(|f| {
+        f.iter().all(|&v| deep[v as usize]) && f[0] != f[1] && f[1] != f[2] && f[2] != f[0]
+    });
+    make_manifold(&mut faces, source.positions.len());
+    drop_pieces(&mut faces);
+    let mut kept = compact(&source.positions, faces);
+    (kept.piece, kept.piece_len) = pieces(&kept.faces);
+    border_loops(&mut kept);
+    kept
+}
+
+/// Removes ears, faces on edges used twice in one direction, and all but one fan at each vertex.
+fn make_manifold(faces: &mut Vec<[u32; 3]>, vertices: usize) {
+    loop {
+        let before = faces.len();
+        let mut edges = HashSet::with_capacity(3 * faces.len());
+        faces.retain(|f| {
+            let free = (0..3).all(|k| !edges.contains(&(f[k], f[(k + 1) % 3])));
+            if free {
+                edges.extend((0..3).map(|k| (f[k], f[(k + 1) % 3])));
+            }
+            free
+        });
+        faces.retain(|f| {
+            (0..3)
+                .filter(|&k| !edges.contains(&(f[(k + 1) % 3], f[k])))
+                .count()
+                < 2
+        });
+        keep_one_fan(faces, vertices);
+        if faces.len() == before {
+            return;
+        }
+    }
+}
+
+/// At a vertex with several fans of faces keeps the largest.
+fn keep_one_fan(faces: &mut Vec<[u32; 3]>, vertices: usize) {
+    let mut around: Vec<Vec<u32>> = vec![Vec::new(); vertices];
+    for (i, f) in faces.iter().enumerate() {
+        f.iter().for_each(|&v| around[v as usize].push(i as u32));
+    }
+    let mut drop = vec![false; faces.len()];
+    for (v, list) in around.iter().enumerate() {
+        let fans = fans(v as u32, list, faces);
+        if fans.len() > 1 {
+            let largest = (0..fans.len())
+                .rev()
+                .max_by_key(|&i| fans[i].len())
+                .unwrap_or(0);
+            for (i, fan) in fans.iter().enumerate() {
+                if i != largest {
+                    fan.iter().for_each(|&f| drop[f as usize] = true);
+                }
+            }
+        }
+    }
+    let mut i = 0;
+    faces.retain(|_| {
+        i += 1;
+        !drop[i - 1]
+    });
+}
+
+/// The faces round `v`, grouped by the edges at `v` that they share.
+fn fans(v: u32, list: &[u32], faces: &[[u32; 3]]) -> Vec<Vec<u32>> {
+    let sides = |f: u32| {
+        let face = faces[f as usize];
+        let k = face.iter().position(|&x| x == v).unwrap_or(0);
+        (face[(k + 1) % 3], face[(k + 2) % 3])
+    };
+    let mut left: Vec<u32> = list.to_vec();
+    let mut fans = Vec::new();
+    while let Some(first) = left.pop() {
+        let mut fan = vec![first];
+        let (mut a, mut b) = sides(first);
+        while let Some(i) = left
+            .iter()
+            .position(|&f| sides(f).0 == b || sides(f).1 == a)
+        {
+            let f = left.swap_remove(i);
+            let (x, y) = sides(f);
+            if x == b {
+                b = y;
+            } else {
+                a = x;
+            }
+            fan.push(f);
+        }
+        fans.push(fan);
+    }
+    fans
+}
+
+/// Drops pieces that have no border and pieces that are tiny beside the largest.
+fn drop_pieces(faces: &mut Vec<[u32; 3]>) {
+    let (piece, len) = pieces(faces);
+    let edges: HashSet<(u32, u32)> = faces
+        .iter()
+        .flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])])
+        .collect();
+    let mut open = vec![false; len.len()];
+    for (f, &p) in faces.iter().zip(&piece) {
+        open[p] |= (0..3).any(|k| !edges.contains(&(f[(k + 1) % 3], f[k])));
+    }
+    let most = len.iter().copied().max().unwrap_or(0);
+    let mut i = 0;
+    faces.retain(|_| {
+        i += 1;
+        let p = piece[i - 1];
+        open[p] && (len[p] >= 6 || len[p] * 20 >= most)
+    });
+}
+
+/// The connected piece of each face, and the number of faces of each piece.
+fn pieces(faces: &[[u32; 3]]) -> (Vec<usize>, Vec<usize>) {
+    let mut by_edge = HashMap::with_capacity(3 * faces.len());
+    for (i, f) in faces.iter().enumerate() {
+        (0..3).for_each(|k| {
+            by_edge.insert((f[k], f[(k + 1) % 3]), i);
+        });
+    }
+    let mut piece = vec![usize::MAX; faces.len()];
+    let mut len = Vec::new();
+    for start in 0..faces.len() {
+        if piece[start] != usize::MAX {
+            continue;
+        }
+        let mut queue = VecDeque::from([start]);
+        piece[start] = len.len();
+        let mut count = 0;
+        while let Some(i) = queue.pop_front() {
+            count += 1;
+            for k in 0..3 {
+                if let Some(&j) = by_edge.get(&(faces[i][(k + 1) % 3], faces[i][k])) {
+                    if piece[j] == usize::MAX {
+                        piece[j] = len.len();
+                        queue.push_back(j);
+                    }
+                }
+            }
+        }
+        len.push(count);
+    }
+    (piece, len)
+}
+
+fn compact(positions: &[DVec3], mut faces: Vec<[u32; 3]>) -> Kept {
+    let mut renumber = vec![u32::MAX; positions.len()];
+    let mut used = Vec::new();
+    for v in faces.iter_mut().flatten() {
+        if renumber[*v as usize] == u32::MAX {
+            renumber[*v as usize] = used.len() as u32;
+            used.push(positions[*v as usize]);
+        }
+        *v = renumber[*v as usize];
+    }
+    Kept {
+        positions: used,
+        faces,
+        ..Kept::default()
+    }
+}
+
+fn border_loops(kept: &mut Kept) {
+    let mut owner = HashMap::with_capacity(3 * kept.faces.len());
+    for (i, f) in kept.faces.iter().enumerate() {
+        (0..3).for_each(|k| {
+            owner.insert((f[k], f[(k + 1) % 3]), i);
+        });
+    }
+    let mut next = vec![None; kept.positions.len()];
+    for f in &kept.faces {
+        for k in 0..3 {
+            let (a, b) = (f[k], f[(k + 1) % 3]);
+            if !owner.contains_key(&(b, a)) {
+                next[a as usize] = Some(b);
+            }
+        }
+    }
+    for start in 0..next.len() {
+        let mut lp = Vec::new();
+        let mut at = start;
+        while let Some(to) = next[at].take() {
+            lp.push(at as u32);
+            at = to as usize;
+        }
+        if lp.len() >= 3 {
+            kept.loop_piece.push(kept.piece[owner[&(lp[0], lp[1])]]);
+            kept.loops.push(lp);
+        }
+    }
+}

@@ -1,0 +1,89 @@
+use glam::DVec3;
+use thiserror::Error;
+
+/// Why a patch could not be made.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum StitchError {
+    /// An index is beyond the vertices.
+    #[error("{what} refers to vertex {vertex}, but there are only {len}; check the input")]
+    Index {
+        /// What holds the index.
+        what: &'static str,
+        /// The index.
+        vertex: u32,
+        /// The number of vertices.
+        len: usize,
+    },
+    /// A coordinate or a length is not a finite number, or not positive where it must be.
+    #[error("{what} is not a usable number; check the input")]
+    Number {
+        /// What is wrong.
+        what: &'static str,
+    },
+    /// There are no rim loops.
+    #[error("there is no rim loop to stitch to; give at least one loop with three edges")]
+    NoLoops,
+    /// A rim loop is not usable.
+    #[error(
+        "rim loop {rim} uses the edge {from}-{to} that is not on the border of the mesh in that direction; give loops in the direction of the patch's faces"
+    )]
+    NotOnBorder {
+        /// Index of the loop.
+        rim: usize,
+        /// Start of the edge.
+        from: u32,
+        /// End of the edge.
+        to: u32,
+    },
+    /// The extracted surface has no border near a rim loop.
+    #[error("the extracted surface does not reach rim loop {rim}; use a finer grid there")]
+    RimNotReached {
+        /// Index of the loop in the input.
+        rim: usize,
+    },
+    /// The extracted surface ends away from every rim.
+    #[error(
+        "the extracted surface ends near {position}, {distance} from the nearest rim; extract more cells there"
+    )]
+    OpenBorder {
+        /// A point of the border.
+        position: DVec3,
+        /// Distance to the rim.
+        distance: f64,
+    },
+    /// The border of the extracted surface runs against the rim.
+    #[error(
+        "the extracted surface faces the other way at rim loop {rim}; check the orientation of the loop and the sign of the field"
+    )]
+    Orientation {
+        /// Index of the loop in the input.
+        rim: usize,
+    },
+    /// A loop cannot be triangulated without repeating an edge of the mesh.
+    #[error(
+        "the loop of {edges} edges cannot be triangulated without repeating edges of the mesh; refine the mesh there"
+    )]
+    NoTriangulation {
+        /// Number of edges of the loop.
+        edges: usize,
+    },
+    /// The faces do not form a manifold.
+    #[error("the patch is not a manifold near {position}; use a finer grid there")]
+    NotManifold {
+        /// The place.
+        position: DVec3,
+    },
+}
+
+impl StitchError {
+    /// The same error with its place moved by `by`.
+    pub(super) fn moved(self, by: DVec3) -> Self {
+        match self {
+            Self::NotManifold { position } => Self::NotManifold {
+                position: position + by,
+            },
+            other => other,
+        }
+    }
+}

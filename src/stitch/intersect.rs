@@ -1,0 +1,356 @@
+//! Exact tests whether triangles intersect, and the search for such pairs.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use robust::{Coord, Coord3D, orient2d, orient3d};
+
+/// The faces among the first `count` that intersect another face, in order, each with one partner.
+///
+/// Faces that share a vertex intersect if they meet anywhere else; faces that share an edge if they are folded onto each
+/// other; faces with the same vertices always. Decided exactly in the given coordinates.
+pub(super) fn intersecting(
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+    count: usize,
+) -> Vec<(u32, u32)> {
+    let boxes: Vec<Bounds> = faces
+        .par_iter()
+        .map(|f| Bounds::of(f.map(|v| positions[v as usize])))
+        .collect();
+    let tree = Tree::new(&boxes);
+    (0..count as u32)
+        .into_par_iter()
+        .filter_map(|i| {
+            let hit =
+                |j: u32| j != i && faces_intersect(positions, faces[i as usize], faces[j as usize]);
+            tree.find(&boxes, &boxes[i as usize], hit).map(|j| (i, j))
+        })
+        .collect()
+}
+
+/// Whether two faces of a mesh intersect, see [`intersecting`].
+pub(super) fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
+    let at = |face: [u32; 3]| face.map(|v| positions[v as usize]);
+    let shared: Vec<usize> = (0..3).filter(|&k| g.contains(&f[k])).collect();
+    match shared[..] {
+        [] => triangles_intersect(at(f), at(g)),
+        [k] => {
+            let f = [f[k], f[(k + 1) % 3], f[(k + 2) % 3]];
+            let m = g.iter().position(|&v| v == f[0]).unwrap_or(0);
+            let g = [g[m], g[(m + 1) % 3], g[(m + 2) % 3]];
+            let (p, q) = (at(f), at(g));
+            segment_meets_triangle(p[1], p[2], q) || segment_meets_triangle(q[1], q[2], p)
+        }
+        [k, l] => {
+            let other = |face: [u32; 3]| {
+                face.into_iter()
+                    .find(|v| *v != f[k] && *v != f[l])
+                    .unwrap_or(f[k])
+            };
+            let [a, b, c, d] = [f[k], f[l], other(f), other(g)].map(|v| positions[v as usize]);
+            folded(a, b, c, d)
+        }
+        _ => true,
+    }
+}
+
+/// Whether the triangles (a, b, c) and (a, b, d) lie in one plane and on the same side of (a, b).
+fn folded(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> bool {
+    if side(a, b, c, d) != 0.0 {
+        return false;
+    }
+    let flat = Flat::new([a, b, c]);
+    let [p, q, r, s] = [a, b, c, d].map(|v| flat.project(v));
+    turn(p, q, r) * turn(p, q, s) > 0.0
+}
+
+/// Whether two triangles without common vertex have a point in common.
+pub(super) fn triangles_intersect(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
+    let apart = |t: &[DVec3; 3], u: &[DVec3; 3]| {
+        let s = t.map(|v| side(u[0], u[1], u[2], v));
+        s.iter().all(|&x| x > 0.0) || s.iter().all(|&x| x < 0.0)
+    };
+    if apart(&p, &q) || apart(&q, &p) {
+        return false;
+    }
+    (0..3).any(|k| {
+        segment_meets_triangle(p[k], p[(k + 1) % 3], q)
+            || segment_meets_triangle(q[k], q[(k + 1) % 3], p)
+    })
+}
+
+/// Whether a closed segment and a closed triangle have a point in common.
+pub(super) fn segment_meets_triangle(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
+    let (above, below) = (side(t[0], t[1], t[2], p), side(t[0], t[1], t[2], q));
+    if above * below > 0.0 || (above > 0.0 && below > 0.0) || (above < 0.0 && below < 0.0) {
+        return false;
+    }
+    if above == 0.0 && below == 0.0 {
+        return flat_segment_meets_triangle(p, q, t);
+    }
+    let s = [0, 1, 2].map(|k: usize| side(p, q, t[k], t[(k + 1) % 3]));
+    s.iter().all(|&x| x >= 0.0) || s.iter().all(|&x| x <= 0.0)
+}
+
+/// The case where all five points lie in one plane, or the triangle is degenerate.
+fn flat_segment_meets_triangle(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
+    let flat = Flat::new(t);
+    let (a, b) = (flat.project(p), flat.project(q));
+    let t = t.map(|v| flat.project(v));
+    let s = [0, 1, 2].map(|k: usize| turn(t[k], t[(k + 1) % 3], a));
+    let contains = s.iter().all(|&x| x >= 0.0) || s.iter().all(|&x| x <= 0.0);
+    (contains && s.iter().any(|&x| x != 0.0))
+        || (0..3).any(|k| flat_segments_meet(a, b, t[k], t[(k + 1) % 3]))
+}
+
+fn flat_segments_meet(a: DVec2, b: DVec2, c: DVec2, d: DVec2) -> bool {
+    let (s, t) = (turn(a, b, c), turn(a, b, d));
+    let (u, v) = (turn(c, d, a), turn(c, d, b));
+    if s == 0.0 && t == 0.0 && u == 0.0 && v == 0.0 {
+        let (low, high) = (a.min(b), a.max(b));
+        return low.cmple(c.max(d)).all() && high.cmpge(c.min(d)).all();
+    }
+    let splits = |x: f64, y: f64| !((x > 0.0 && y > 0.0) || (x < 0.0 && y < 0.0));
+    splits(s, t) && splits(u, v)
+}
+
+/// Projection along the coordinate axis nearest to a triangle's normal.
+struct Flat(usize);
+
+impl Flat {
+    fn new(t: [DVec3; 3]) -> Self {
+        let n = (t[1] - t[0]).cross(t[2] - t[0]).abs();
+        Self(if n.x >= n.y && n.x >= n.z {
+            0
+        } else if n.y >= n.z {
+            1
+        } else {
+            2
+        })
+    }
+
+    fn project(&self, p: DVec3) -> DVec2 {
+        DVec2::new(p[(self.0 + 1) % 3], p[(self.0 + 2) % 3])
+    }
+}
+
+fn side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
+    let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D {
+        x: p.x,
+        y: p.y,
+        z: p.z,
+    });
+    orient3d(a, b, c, d)
+}
+
+fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    let [a, b, c] = [a, b, c].map(|p| Coord { x: p.x, y: p.y });
+    orient2d(a, b, c)
+}
+
+/// An axis-aligned box.
+#[derive(Clone, Copy)]
+pub(super) struct Bounds {
+    pub(super) low: DVec3,
+    pub(super) high: DVec3,
+}
+
+impl Bounds {
+    pub(super) fn of(t: [DVec3; 3]) -> Self {
+        Self {
+            low: t[0].min(t[1]).min(t[2]),
+            high: t[0].max(t[1]).max(t[2]),
+        }
+    }
+
+    pub(super) fn meets(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+
+    fn join(self, other: &Self) -> Self {
+        Self {
+            low: self.low.min(other.low),
+            high: self.high.max(other.high),
+        }
+    }
+}
+
+/// A binary tree of boxes: node `i` covers `order[start..end]`; the children of an inner node follow it.
+pub(super) struct Tree {
+    nodes: Vec<Node>,
+    order: Vec<u32>,
+}
+
+struct Node {
+    bounds: Bounds,
+    start: u32,
+    end: u32,
+    /// Index of the second child; the first follows its parent. 0 for a leaf.
+    second: u32,
+}
+
+const LEAF: usize = 4;
+
+impl Tree {
+    pub(super) fn new(boxes: &[Bounds]) -> Self {
+        let mut tree = Self {
+            nodes: Vec::with_capacity(boxes.len()),
+            order: (0..boxes.len() as u32).collect(),
+        };
+        if !boxes.is_empty() {
+            tree.build(boxes, 0, boxes.len());
+        }
+        tree
+    }
+
+    fn build(&mut self, boxes: &[Bounds], start: usize, end: usize) {
+        let part = &mut self.order[start..end];
+        let middle = |i: u32| boxes[i as usize].low + boxes[i as usize].high;
+        let first = boxes[part[0] as usize];
+        let bounds = part.iter().fold(first, |b, &i| b.join(&boxes[i as usize]));
+        let node = self.nodes.len();
+        self.nodes.push(Node {
+            bounds,
+            start: start as u32,
+            end: end as u32,
+            second: 0,
+        });
+        if end - start <= LEAF {
+            return;
+        }
+        let size = bounds.high - bounds.low;
+        let axis = if size.x >= size.y && size.x >= size.z {
+            0
+        } else if size.y >= size.z {
+            1
+        } else {
+            2
+        };
+        let half = part.len() / 2;
+        part.select_nth_unstable_by(half, |&a, &b| {
+            middle(a)[axis].total_cmp(&middle(b)[axis]).then(a.cmp(&b))
+        });
+        self.build(boxes, start, start + half);
+        self.nodes[node].second = self.nodes.len() as u32;
+        self.build(boxes, start + half, end);
+    }
+
+    /// The first item whose box meets `query` and for which `accept` holds.
+    pub(super) fn find(
+        &self,
+        boxes: &[Bounds],
+        query: &Bounds,
+        accept: impl Fn(u32) -> bool,
+    ) -> Option<u32> {
+        let mut stack = Vec::with_capacity(64);
+        if !self.nodes.is_empty() {
+            stack.push(0);
+        }
+        while let Some(i) = stack.pop() {
+            let node = &self.nodes[i];
+            if !node.bounds.meets(query) {
+                continue;
+            }
+            if node.second == 0 {
+                let items = &self.order[node.start as usize..node.end as usize];
+                if let Some(&j) = items
+                    .iter()
+                    .find(|&&j| boxes[j as usize].meets(query) && accept(j))
+                {
+                    return Some(j);
+                }
+            } else {
+                stack.push(node.second as usize);
+                stack.push(i + 1);
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const T: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
+
+    fn p(x: f64, y: f64, z: f64) -> DVec3 {
+        DVec3::new(x, y, z)
+    }
+
+    #[test]
+    fn triangles_that_cross_or_touch_intersect() {
+        assert!(triangles_intersect(
+            T,
+            [p(0.2, 0.2, -1.0), p(0.2, 0.2, 1.0), p(5.0, 5.0, 0.0)]
+        ));
+        assert!(triangles_intersect(
+            T,
+            [p(0.5, 0.5, 0.0), p(1.0, 1.0, 0.0), p(1.0, 1.0, 1.0)]
+        ));
+        assert!(triangles_intersect(
+            T,
+            [p(0.1, 0.1, 0.0), p(0.2, 0.1, 0.0), p(0.1, 0.2, 0.0)]
+        ));
+        assert!(!triangles_intersect(
+            T,
+            [
+                p(0.0, 0.0, 1e-300),
+                p(1.0, 0.0, 1e-300),
+                p(0.0, 1.0, 1e-300)
+            ]
+        ));
+        assert!(!triangles_intersect(
+            T,
+            [p(1.0, 1.0, 0.0), p(2.0, 1.0, 0.0), p(1.0, 2.0, 0.0)]
+        ));
+        assert!(!triangles_intersect(
+            T,
+            [p(0.6, 0.6, -1.0), p(0.6, 0.6, 1.0), p(5.0, 5.0, 0.0)]
+        ));
+    }
+
+    #[test]
+    fn faces_with_common_vertices() {
+        let positions = [
+            T[0],
+            T[1],
+            T[2],
+            p(0.3, 0.3, 0.0),
+            p(0.3, 0.3, 1.0),
+            p(1.0, 1.0, 0.0),
+            p(0.5, -1.0, 0.1),
+        ];
+        let hit = |f, g| faces_intersect(&positions, f, g);
+        assert!(hit([0, 1, 2], [1, 0, 3]), "folded onto the other");
+        assert!(!hit([0, 1, 2], [2, 1, 5]), "flat neighbours");
+        assert!(!hit([0, 1, 2], [1, 0, 4]), "neighbours at an angle");
+        assert!(
+            hit([0, 1, 2], [0, 3, 4]),
+            "a common corner and a vertex on the face"
+        );
+        assert!(hit([0, 1, 2], [0, 5, 4]), "an edge along the face");
+        assert!(!hit([0, 1, 2], [0, 6, 4]), "a common corner only");
+        assert!(hit([0, 1, 2], [2, 1, 0]), "the same face twice");
+    }
+
+    #[test]
+    fn the_search_finds_what_all_pairs_find() {
+        let mut noise = crate::stitch::tests::shapes::Noise(3);
+        let positions: Vec<DVec3> = (0..300).map(|_| noise.vector()).collect();
+        let faces: Vec<[u32; 3]> = (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+        let small: Vec<DVec3> = (0..300)
+            .map(|i| positions[i / 3 * 3] + 0.2 * positions[i])
+            .collect();
+        let found = intersecting(&small, &faces, 60);
+        let all: Vec<u32> = (0..60u32)
+            .filter(|&i| {
+                (0..100u32).any(|j| {
+                    i != j && faces_intersect(&small, faces[i as usize], faces[j as usize])
+                })
+            })
+            .collect();
+        assert!(!all.is_empty());
+        assert_eq!(found.iter().map(|f| f.0).collect::<Vec<_>>(), all);
+    }
+}

@@ -1,0 +1,237 @@
+//! Triangulation of one closed polygon in space.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::StitchError;
+use crate::mesh::Mesh;
+
+/// Polygons with more edges are first reduced by cutting ears.
+pub const MOST_EDGES: usize = 300;
+
+/// A polygon to be triangulated.
+pub(super) struct Polygon<'a> {
+    pub(super) position: &'a [DVec3],
+    /// Unit normal of the face beyond edge `i → i + 1`, where there is one.
+    pub(super) beyond: &'a [Option<DVec3>],
+    /// Whether the diagonal between two corners must not be used.
+    pub(super) blocked: &'a (dyn Fn(usize, usize) -> bool + Sync),
+}
+
+/// Triangulates a boundary loop of `mesh` without new vertices; faces have the direction of `rim`, whose edges
+/// `rim[i] → rim[i + 1]` run against the mesh's own.
+///
+/// The largest angle between neighbouring faces is the least possible, the mesh's own faces at the rim included, and of
+/// those triangulations the one of least area is taken (Liepa 2003, section 3). No diagonal repeats an edge of the mesh.
+/// Takes time with the cube of the number of edges up to [`MOST_EDGES`]; longer loops are first reduced by cutting ears.
+pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, StitchError> {
+    let len = mesh.positions.len();
+    if let Some(&vertex) = rim.iter().find(|&&v| v as usize >= len) {
+        return Err(StitchError::Index {
+            what: "a rim loop",
+            vertex,
+            len,
+        });
+    }
+    let mut corner = HashMap::new();
+    rim.iter().enumerate().for_each(|(i, &v)| {
+        corner.entry(v).or_insert(i);
+    });
+    let mut edges = std::collections::HashSet::new();
+    let mut normals = HashMap::new();
+    for f in &mesh.faces {
+        for k in 0..3 {
+            let (a, b) = (f[k], f[(k + 1) % 3]);
+            if corner.contains_key(&a) && corner.contains_key(&b) {
+                let [p, q, r] = f.map(|v| mesh.positions[v as usize]);
+                edges.insert((a.min(b), a.max(b)));
+                normals.insert((b, a), (q - p).cross(r - p).normalize_or_zero());
+            }
+        }
+    }
+    let n = rim.len();
+    let position: Vec<DVec3> = rim.iter().map(|&v| mesh.positions[v as usize]).collect();
+    let beyond: Vec<_> = (0..n)
+        .map(|i| normals.get(&(rim[i], rim[(i + 1) % n])).copied())
+        .collect();
+    let blocked = |i: usize, j: usize| {
+        rim[i] == rim[j] || edges.contains(&(rim[i].min(rim[j]), rim[i].max(rim[j])))
+    };
+    let polygon = Polygon {
+        position: &position,
+        beyond: &beyond,
+        blocked: &blocked,
+    };
+    let faces = triangulate(&polygon).ok_or(StitchError::NoTriangulation { edges: n })?;
+    Ok(faces.into_iter().map(|f| f.map(|i| rim[i])).collect())
+}
+
+/// The triangulation; None if every one has a blocked diagonal or the polygon is too short.
+pub(super) fn triangulate(polygon: &Polygon) -> Option<Vec<[usize; 3]>> {
+    let n = polygon.position.len();
+    if n < 3 || polygon.position.iter().any(|p| !p.is_finite()) {
+        return None;
+    }
+    let mut faces = Vec::with_capacity(n);
+    let (ring, beyond) = cut_ears(polygon, &mut faces);
+    let table = Table::new(polygon, &ring, &beyond);
+    table.collect(&mut faces).then_some(faces)
+}
+
+/// Cuts the most equilateral ears until [`MOST_EDGES`] are left.
+fn cut_ears(polygon: &Polygon, faces: &mut Vec<[usize; 3]>) -> (Vec<usize>, Vec<Option<DVec3>>) {
+    let mut ring: Vec<usize> = (0..polygon.position.len()).collect();
+    let mut beyond = polygon.beyond.to_vec();
+    while ring.len() > MOST_EDGES {
+        let n = ring.len();
+        let ear = |k: usize| [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]];
+        let cost = |k: usize| {
+            let [a, b, c] = ear(k);
+            let normal = normal(polygon, a, b, c);
+            let lean: f64 = [beyond[(k + n - 1) % n], beyond[k]]
+                .iter()
+                .flatten()
+                .map(|m| (1.0 - m.dot(normal)).powi(2))
+                .sum();
+            let diagonal = polygon.position[a].distance(polygon.position[c]);
+            if (polygon.blocked)(a, c) {
+                f64::INFINITY
+            } else {
+                diagonal * (1.0 + 20.0 * lean)
+            }
+        };
+        let best = (0..n)
+            .map(|k| (cost(k), k))
+            .min_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        let Some((c, k)) = best else { break };
+        if !c.is_finite() {
+            break;
+        }
+        let [a, b, c] = ear(k);
+        faces.push([a, b, c]);
+        beyond[(k + n - 1) % n] = Some(normal(polygon, a, b, c));
+        beyond.remove(k);
+        ring.remove(k);
+    }
+    (ring, beyond)
+}
+
+fn normal(polygon: &Polygon, a: usize, b: usize, c: usize) -> DVec3 {
+    let [p, q, r] = [a, b, c].map(|i| polygon.position[i]);
+    (q - p).cross(r - p).normalize_or_zero()
+}
+
+/// Weight of a partial triangulation: largest angle (as 1 - cosine) and area.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+struct Weight(f64, f64);
+
+const NEVER: Weight = Weight(f64::INFINITY, f64::INFINITY);
+/// Angles that differ by less count as equal.
+const SAME_ANGLE: f64 = 1e-9;
+
+impl Weight {
+    fn is_less(self, other: Self) -> bool {
+        if (self.0 - other.0).abs() > SAME_ANGLE || !self.0.is_finite() {
+            self.0 < other.0
+        } else {
+            self.1 < other.1
+        }
+    }
+}
+
+/// The dynamic programme over sub-polygons `i..=k`.
+struct Table<'a> {
+    ring: &'a [usize],
+    n: usize,
+    weight: Vec<Weight>,
+    apex: Vec<u32>,
+    normal: Vec<DVec3>,
+}
+
+impl<'a> Table<'a> {
+    fn new(polygon: &Polygon, ring: &'a [usize], beyond: &[Option<DVec3>]) -> Self {
+        let n = ring.len();
+        let size = n * n;
+        let mut table = Self {
+            ring,
+            n,
+            weight: vec![Weight(0.0, 0.0); size],
+            apex: vec![0; size],
+            normal: vec![DVec3::ZERO; size],
+        };
+        for i in 0..n - 1 {
+            table.normal[i * n + i + 1] = beyond[i].unwrap_or_default();
+        }
+        for span in 2..n {
+            for i in 0..n - span {
+                let closing = (i == 0 && span == n - 1).then(|| beyond[n - 1].unwrap_or_default());
+                table.solve(polygon, i, i + span, closing);
+            }
+        }
+        table
+    }
+
+    fn solve(&mut self, polygon: &Polygon, i: usize, k: usize, closing: Option<DVec3>) {
+        let n = self.n;
+        let mut best = (NEVER, i + 1, DVec3::ZERO);
+        if closing.is_some() || !(polygon.blocked)(self.ring[i], self.ring[k]) {
+            let [p, r] = [i, k].map(|v| polygon.position[self.ring[v]]);
+            for m in i + 1..k {
+                let (left, right) = (i * n + m, m * n + k);
+                let so_far = self.weight[left].0.max(self.weight[right].0);
+                if so_far > best.0.0 + SAME_ANGLE || so_far == f64::INFINITY {
+                    continue;
+                }
+                let q = polygon.position[self.ring[m]];
+                let cross = (q - p).cross(r - p);
+                let length = cross.length();
+                let normal = if length > 0.0 {
+                    cross / length
+                } else {
+                    DVec3::ZERO
+                };
+                let mut angle = so_far
+                    .max(turn(normal, self.normal[left]))
+                    .max(turn(normal, self.normal[right]));
+                if let Some(beyond) = closing {
+                    angle = angle.max(turn(normal, beyond));
+                }
+                let weight = Weight(angle, self.weight[left].1 + self.weight[right].1 + length);
+                if weight.is_less(best.0) {
+                    best = (weight, m, normal);
+                }
+            }
+        }
+        self.weight[i * n + k] = best.0;
+        self.apex[i * n + k] = best.1 as u32;
+        self.normal[i * n + k] = best.2;
+    }
+
+    fn collect(&self, faces: &mut Vec<[usize; 3]>) -> bool {
+        let n = self.n;
+        if !self.weight[n - 1].0.is_finite() {
+            return false;
+        }
+        let mut stack = vec![(0, n - 1)];
+        while let Some((i, k)) = stack.pop() {
+            if k - i > 1 {
+                let m = self.apex[i * n + k] as usize;
+                faces.push([self.ring[i], self.ring[m], self.ring[k]]);
+                stack.extend([(i, m), (m, k)]);
+            }
+        }
+        true
+    }
+}
+
+/// One less the cosine between two faces; a missing or degenerate face (zero normal) counts as a right angle at most.
+fn turn(a: DVec3, b: DVec3) -> f64 {
+    if a == DVec3::ZERO {
+        1.0
+    } else if b == DVec3::ZERO {
+        0.0
+    } else {
+        1.0 - a.dot(b)
+    }
+}

@@ -1,0 +1,216 @@
+//! The rim: boundary loops in the direction of the patch, traced so that each bounds the gap it belongs to.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use glam::DVec3;
+
+use super::{StitchError, StitchInput};
+
+/// The rim loops of a region, and what the mesh looks like there.
+pub(super) struct Rims {
+    /// Loops of mesh vertices; a vertex is there once for each gap that it borders on.
+    pub(super) loops: Vec<Vec<u32>>,
+    /// For each loop an input loop it came from.
+    pub(super) source: Vec<usize>,
+    /// Edges of the mesh between rim vertices, the smaller index first.
+    pub(super) edges: HashSet<(u32, u32)>,
+    /// Unit normal of the surface at each rim vertex.
+    pub(super) normal: HashMap<u32, DVec3>,
+    /// Mean length of the mesh's edges at each rim vertex.
+    pub(super) length: HashMap<u32, f64>,
+    /// Unit normal of the mesh face beside each directed rim edge.
+    pub(super) face_normal: HashMap<(u32, u32), DVec3>,
+}
+
+impl Rims {
+    pub(super) fn new(input: &StitchInput) -> Result<Self, StitchError> {
+        validate(input)?;
+        let mut rims = around_rim(input)?;
+        let edges = directed_edges(input, &rims)?;
+        (rims.loops, rims.source) = trace(input, &rims, &edges);
+        if rims.loops.is_empty() {
+            return Err(StitchError::NoLoops);
+        }
+        Ok(rims)
+    }
+
+    pub(super) fn has_edge(&self, a: u32, b: u32) -> bool {
+        self.edges.contains(&(a.min(b), a.max(b)))
+    }
+}
+
+fn validate(input: &StitchInput) -> Result<(), StitchError> {
+    let len = input.mesh.positions.len();
+    let check = |what, v: u32, len: usize| {
+        if (v as usize) < len {
+            Ok(())
+        } else {
+            Err(StitchError::Index {
+                what,
+                vertex: v,
+                len,
+            })
+        }
+    };
+    for &v in input.loops.iter().flatten() {
+        check("a rim loop", v, len)?;
+        if !input.mesh.positions[v as usize].is_finite() {
+            return Err(StitchError::Number {
+                what: "a rim vertex",
+            });
+        }
+    }
+    input
+        .mesh
+        .faces
+        .iter()
+        .flatten()
+        .try_for_each(|&v| check("a face of the mesh", v, len))?;
+    let extracted = input.extracted;
+    extracted
+        .faces
+        .iter()
+        .flatten()
+        .try_for_each(|&v| check("an extracted face", v, extracted.positions.len()))?;
+    let p = &input.params;
+    let positive = [input.voxel, p.edge_factor, p.chord_error];
+    if positive.iter().any(|v| !v.is_finite() || *v <= 0.0) {
+        return Err(StitchError::Number {
+            what: "the voxel, the edge factor or the chord error",
+        });
+    }
+    if !p.cut_depth.is_finite() || !p.facet_compensation.is_finite() {
+        return Err(StitchError::Number {
+            what: "the cut depth or the facet compensation",
+        });
+    }
+    Ok(())
+}
+
+/// Normals, edges and edge lengths of the mesh at the rim vertices.
+fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
+    let on_rim: HashSet<u32> = input.loops.iter().flatten().copied().collect();
+    let at = |v: u32| input.mesh.positions[v as usize];
+    let mut edges = HashSet::new();
+    let mut face_normal = HashMap::new();
+    let mut length: HashMap<u32, (f64, f64)> = HashMap::new();
+    let mut sum: HashMap<u32, DVec3> = HashMap::new();
+    for f in input
+        .mesh
+        .faces
+        .iter()
+        .filter(|f| f.iter().any(|v| on_rim.contains(v)))
+    {
+        let n = (at(f[1]) - at(f[0])).cross(at(f[2]) - at(f[0]));
+        for k in 0..3 {
+            let (a, b) = (f[k], f[(k + 1) % 3]);
+            for v in [a, b].into_iter().filter(|v| on_rim.contains(v)) {
+                let l = length.entry(v).or_default();
+                *l = (l.0 + at(a).distance(at(b)), l.1 + 1.0);
+            }
+            if on_rim.contains(&a) {
+                *sum.entry(a).or_default() += n;
+            }
+            if on_rim.contains(&a) && on_rim.contains(&b) {
+                edges.insert((a.min(b), a.max(b)));
+                face_normal.insert((b, a), n.normalize_or_zero());
+            }
+        }
+    }
+    let normal = on_rim.iter().map(|&v| {
+        let of_mesh = sum.get(&v).copied().unwrap_or_default().normalize_or_zero();
+        let of_surface = input.surface.project(at(v)).map(|(_, n)| n);
+        (
+            v,
+            of_surface
+                .filter(|n| n.dot(of_mesh) >= 0.0)
+                .unwrap_or(of_mesh),
+        )
+    });
+    Ok(Rims {
+        loops: Vec::new(),
+        source: Vec::new(),
+        edges,
+        normal: normal.collect(),
+        length: length
+            .into_iter()
+            .map(|(v, (sum, n))| (v, sum / n))
+            .collect(),
+        face_normal,
+    })
+}
+
+/// The directed rim edges with the loop they come from; edges that are there in both directions cancel.
+fn directed_edges(
+    input: &StitchInput,
+    rims: &Rims,
+) -> Result<BTreeMap<(u32, u32), usize>, StitchError> {
+    let mut edges = BTreeMap::new();
+    for (rim, lp) in input.loops.iter().enumerate() {
+        for (i, &from) in lp.iter().enumerate() {
+            let to = lp[(i + 1) % lp.len()];
+            let open = rims.face_normal.contains_key(&(from, to))
+                && !rims.face_normal.contains_key(&(to, from));
+            if from == to || !open || edges.insert((from, to), rim).is_some() {
+                return Err(StitchError::NotOnBorder { rim, from, to });
+            }
+        }
+    }
+    Ok(edges)
+}
+
+/// Follows the rim so that at a vertex with several gaps each loop turns within its own gap.
+///
+/// A gap lies counter-clockwise of its outgoing rim edge, up to its incoming one; so the loop that comes in goes out by the
+/// first rim edge clockwise of it.
+fn trace(
+    input: &StitchInput,
+    rims: &Rims,
+    edges: &BTreeMap<(u32, u32), usize>,
+) -> (Vec<Vec<u32>>, Vec<usize>) {
+    let mut outgoing: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for &(a, b) in edges.keys() {
+        outgoing.entry(a).or_default().push(b);
+    }
+    let mut left = edges.clone();
+    let (mut loops, mut source) = (Vec::new(), Vec::new());
+    while let Some((&(start, second), &rim)) = left.iter().next() {
+        let mut lp = vec![start];
+        let (mut from, mut to) = (start, second);
+        left.remove(&(from, to));
+        loop {
+            let next = match outgoing.get(&to).map_or(&[][..], Vec::as_slice) {
+                [only] => Some(*only),
+                all => turn(input, rims, from, to, all),
+            };
+            match next {
+                Some(b) if left.remove(&(to, b)).is_some() => {
+                    lp.push(to);
+                    (from, to) = (to, b);
+                }
+                _ => break,
+            }
+        }
+        if lp.len() >= 3 {
+            loops.push(lp);
+            source.push(rim);
+        }
+    }
+    (loops, source)
+}
+
+/// The rim edge out of `at` that bounds the same gap as the one from `from`.
+fn turn(input: &StitchInput, rims: &Rims, from: u32, at: u32, all: &[u32]) -> Option<u32> {
+    let p = |v: u32| input.mesh.positions[v as usize];
+    let n = rims.normal[&at];
+    let x = n.any_orthonormal_vector();
+    let y = n.cross(x);
+    let angle = |v: u32| (p(v) - p(at)).dot(y).atan2((p(v) - p(at)).dot(x));
+    let clockwise = |v: u32| {
+        let a = (angle(from) - angle(v)).rem_euclid(std::f64::consts::TAU);
+        if v == from { std::f64::consts::TAU } else { a }
+    };
+    all.iter()
+        .copied()
+        .min_by(|&a, &b| clockwise(a).total_cmp(&clockwise(b)).then(a.cmp(&b)))
+}

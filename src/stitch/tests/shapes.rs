@@ -1,0 +1,282 @@
+//! Analytic surfaces, meshes of them with holes, and their extraction, for tests.
+
+use std::collections::{BTreeMap, HashSet};
+
+use glam::DVec3;
+
+use crate::extract::marching_cubes;
+use crate::mesh::Mesh;
+use crate::stitch::Surface;
+
+/// A fixed sequence of numbers in [0, 1).
+pub struct Noise(pub u64);
+
+impl Noise {
+    pub fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6364136223846793005)
+            .wrapping_add(1442695040888963407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.next(), self.next(), self.next()) * 2.0 - 1.0
+    }
+}
+
+type Field = Box<dyn Fn(DVec3) -> f64 + Sync>;
+
+/// The zero set of a function, with the mesh that tells what belongs to the hole.
+pub struct Analytic {
+    pub field: Field,
+    triangles: Vec<[DVec3; 3]>,
+    rim: HashSet<(usize, usize)>,
+}
+
+impl Analytic {
+    pub fn new(field: impl Fn(DVec3) -> f64 + Sync + 'static) -> Self {
+        Self {
+            field: Box::new(field),
+            triangles: Vec::new(),
+            rim: HashSet::new(),
+        }
+    }
+
+    /// Takes the mesh whose border is the rim.
+    pub fn with_mesh(mut self, mesh: &Mesh, loops: &[Vec<u32>]) -> Self {
+        self.triangles = mesh
+            .faces
+            .iter()
+            .map(|f| f.map(|v| mesh.positions[v as usize]))
+            .collect();
+        let edges: HashSet<(u32, u32)> = loops
+            .iter()
+            .flat_map(|l| (0..l.len()).map(move |i| (l[(i + 1) % l.len()], l[i])))
+            .collect();
+        for (i, f) in mesh.faces.iter().enumerate() {
+            for k in 0..3 {
+                if edges.contains(&(f[k], f[(k + 1) % 3])) {
+                    self.rim.insert((i, k));
+                }
+            }
+        }
+        self
+    }
+
+    fn gradient(&self, p: DVec3) -> DVec3 {
+        let e = 1e-5;
+        let d = |u: DVec3| ((self.field)(p + e * u) - (self.field)(p - e * u)) / (2.0 * e);
+        DVec3::new(d(DVec3::X), d(DVec3::Y), d(DVec3::Z))
+    }
+}
+
+impl Surface for Analytic {
+    fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)> {
+        let mut q = p;
+        for _ in 0..30 {
+            let g = self.gradient(q);
+            let step = (self.field)(q) / g.length_squared();
+            q -= step * g;
+            if step.abs() * g.length() < 1e-12 {
+                break;
+            }
+        }
+        let n = self.gradient(q).normalize_or_zero();
+        ((self.field)(q).abs() < 1e-6 && n != DVec3::ZERO).then_some((q, n))
+    }
+
+    fn depth(&self, p: DVec3) -> f64 {
+        let mut best = (f64::INFINITY, false);
+        for (i, t) in self.triangles.iter().enumerate() {
+            let low = t[0].min(t[1]).min(t[2]);
+            let high = t[0].max(t[1]).max(t[2]);
+            if p.distance_squared(p.clamp(low, high)) > best.0 {
+                continue;
+            }
+            let (q, edges) = closest(p, t);
+            let d = p.distance_squared(q);
+            if d < best.0 * (1.0 - 1e-12) {
+                best = (d, edges.iter().any(|&k| self.rim.contains(&(i, k))));
+            } else if d < best.0 * (1.0 + 1e-12) {
+                best.1 |= edges.iter().any(|&k| self.rim.contains(&(i, k)));
+            }
+        }
+        if best.1 {
+            best.0.sqrt()
+        } else {
+            -best.0.sqrt()
+        }
+    }
+}
+
+/// The closest point of a triangle and the edges it lies on.
+fn closest(p: DVec3, t: &[DVec3; 3]) -> (DVec3, Vec<usize>) {
+    let n = (t[1] - t[0]).cross(t[2] - t[0]);
+    let inside = (0..3).all(|k| (t[(k + 1) % 3] - t[k]).cross(p - t[k]).dot(n) >= 0.0);
+    if inside && n != DVec3::ZERO {
+        return (p - (p - t[0]).dot(n) / n.length_squared() * n, Vec::new());
+    }
+    let mut best = (f64::INFINITY, p, Vec::new());
+    for k in 0..3 {
+        let (a, d) = (t[k], t[(k + 1) % 3] - t[k]);
+        let q = a + ((p - a).dot(d) / d.length_squared()).clamp(0.0, 1.0) * d;
+        let l = p.distance_squared(q);
+        if l < best.0 * (1.0 - 1e-12) {
+            best = (l, q, vec![k]);
+        } else if l < best.0 * (1.0 + 1e-12) {
+            best.2.push(k);
+        }
+    }
+    (best.1, best.2)
+}
+
+/// The mesh without the faces whose centroid `remove` holds for, and without vertices that are used no more.
+pub fn punch(mesh: &Mesh, mut remove: impl FnMut(DVec3) -> bool) -> Mesh {
+    let mut renumber = BTreeMap::new();
+    let mut out = Mesh::default();
+    for f in &mesh.faces {
+        let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
+        if !remove((a + b + c) / 3.0) {
+            out.faces.push(f.map(|v| {
+                *renumber.entry(v).or_insert_with(|| {
+                    out.positions.push(mesh.positions[v as usize]);
+                    out.positions.len() as u32 - 1
+                })
+            }));
+        }
+    }
+    out
+}
+
+/// The border loops, in the direction of a patch.
+pub fn border(mesh: &Mesh) -> Vec<Vec<u32>> {
+    let edges: HashSet<(u32, u32)> = mesh
+        .faces
+        .iter()
+        .flat_map(|f| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])])
+        .collect();
+    let mut next: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for f in &mesh.faces {
+        for k in 0..3 {
+            let (a, b) = (f[k], f[(k + 1) % 3]);
+            if !edges.contains(&(b, a)) {
+                next.entry(b).or_default().push(a);
+            }
+        }
+    }
+    let mut loops = Vec::new();
+    while let Some((&start, _)) = next.iter().find(|(_, to)| !to.is_empty()) {
+        let mut lp = vec![];
+        let mut at = start;
+        while let Some(to) = next.get_mut(&at).and_then(Vec::pop) {
+            lp.push(at);
+            at = to;
+        }
+        loops.push(lp);
+    }
+    loops
+}
+
+/// Moves the vertices at random by up to `by`, and back on the surface.
+pub fn jitter(mesh: &mut Mesh, surface: &Analytic, by: f64, noise: &mut Noise) {
+    for p in &mut mesh.positions {
+        let moved = *p + by * noise.vector();
+        *p = surface.project(moved).map_or(*p, |q| q.0);
+    }
+}
+
+/// An icosahedron with each face in four, `levels` times, on the unit sphere.
+pub fn icosphere(levels: usize) -> Mesh {
+    let g = (1.0 + 5f64.sqrt()) / 2.0;
+    let mut positions = Vec::new();
+    for (a, b) in [(1.0, g), (-1.0, g), (1.0, -g), (-1.0, -g)] {
+        positions.extend([
+            DVec3::new(0.0, a, b),
+            DVec3::new(a, b, 0.0),
+            DVec3::new(b, 0.0, a),
+        ]);
+    }
+    let mut faces = Vec::new();
+    for i in 0..12u32 {
+        for j in 0..12u32 {
+            for k in 0..12u32 {
+                let [a, b, c] = [i, j, k].map(|v| positions[v as usize]);
+                let side = |u: DVec3, v: DVec3| (u.distance(v) - 2.0).abs() < 1e-9;
+                if i < j
+                    && i < k
+                    && side(a, b)
+                    && side(b, c)
+                    && side(c, a)
+                    && a.dot(b.cross(c)) > 0.0
+                {
+                    faces.push([i, j, k]);
+                }
+            }
+        }
+    }
+    for _ in 0..levels {
+        let mut middle = BTreeMap::new();
+        let mut finer = Vec::new();
+        for f in &faces {
+            let m = [0, 1, 2].map(|k: usize| {
+                let (a, b) = (f[k], f[(k + 1) % 3]);
+                *middle.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                    positions.push((positions[a as usize] + positions[b as usize]) / 2.0);
+                    positions.len() as u32 - 1
+                })
+            });
+            finer.extend([
+                [f[0], m[0], m[2]],
+                [f[1], m[1], m[0]],
+                [f[2], m[2], m[1]],
+                m,
+            ]);
+        }
+        faces = finer;
+    }
+    Mesh::new(positions.into_iter().map(DVec3::normalize).collect(), faces)
+}
+
+/// A grid of `n` by `m` squares cut in triangles; `closed` says which directions run round.
+pub fn grid(n: usize, m: usize, closed: [bool; 2], at: impl Fn(f64, f64) -> DVec3) -> Mesh {
+    let (rows, columns) = (n + usize::from(!closed[0]), m + usize::from(!closed[1]));
+    let index = |i: usize, j: usize| ((i % rows) * columns + j % columns) as u32;
+    let mut mesh = Mesh::default();
+    for i in 0..rows {
+        for j in 0..columns {
+            mesh.positions
+                .push(at(i as f64 / n as f64, j as f64 / m as f64));
+        }
+    }
+    for i in 0..n {
+        for j in 0..m {
+            let [a, b, c, d] = [
+                index(i, j),
+                index(i + 1, j),
+                index(i + 1, j + 1),
+                index(i, j + 1),
+            ];
+            mesh.faces.extend(if (i + j) % 2 == 0 {
+                [[a, b, c], [a, c, d]]
+            } else {
+                [[a, b, d], [b, c, d]]
+            });
+        }
+    }
+    mesh
+}
+
+/// The zero set of the surface's function within the box, in world coordinates.
+pub fn extract(surface: &Analytic, low: DVec3, high: DVec3, voxel: f64) -> Mesh {
+    let count = ((high - low) / voxel).ceil();
+    let [n, m, l] = [count.x as i32, count.y as i32, count.z as i32];
+    let cells: Vec<[i32; 3]> = (0..l)
+        .flat_map(|z| (0..m).flat_map(move |y| (0..n).map(move |x| [x, y, z])))
+        .collect();
+    let world = |p: DVec3| low + voxel * p;
+    let iso = marching_cubes(&cells, |p| {
+        (surface.field)(world(DVec3::new(p[0].into(), p[1].into(), p[2].into())))
+    });
+    Mesh::new(iso.positions.iter().map(|&p| world(p)).collect(), iso.faces)
+}

@@ -1,0 +1,198 @@
+//! Zipping two closed polylines that run side by side with a ring of triangles.
+
+use glam::DVec3;
+
+/// A closed polyline with the surface normal at each vertex.
+pub(super) struct Polyline<'a> {
+    pub(super) position: &'a [DVec3],
+    pub(super) normal: &'a [DVec3],
+}
+
+impl Polyline<'_> {
+    fn len(&self) -> usize {
+        self.position.len()
+    }
+}
+
+/// One triangle of the ring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Step {
+    /// Rim vertices `i`, `i + 1` and inner vertex `j`.
+    Rim(usize, usize),
+    /// Rim vertex `i` and inner vertices `j + 1`, `j`.
+    Inner(usize, usize),
+}
+
+/// Above this number of table cells only a strip of the table is searched.
+const FULL_TABLE: usize = 8_000_000;
+/// Least half-width of the strip, in inner vertices.
+const STRIP: usize = 256;
+/// Cosine below which a triangle leans too far from the surface normal.
+const LEAN: f64 = 0.5;
+/// Weight of a leaning triangle.
+const LEAN_WEIGHT: f64 = 40.0;
+const ADVANCE_RIM: u8 = 1;
+const ADVANCE_INNER: u8 = 2;
+
+/// The ring of triangles between `rim` and `inner`, which run in the same direction, `inner` to the left of `rim`.
+///
+/// Dynamic programming over all pairs of vertices: the least sum of the squared lengths of the edges across, with a
+/// penalty for triangles that lean away from the surface normal. Starts from the nearest pair.
+pub(super) fn zip(rim: &Polyline, inner: &Polyline) -> Vec<Step> {
+    let (n, m) = (rim.len(), inner.len());
+    let (i0, j0) = nearest_pair(rim, inner);
+    let table = Table {
+        rim,
+        inner,
+        n,
+        m,
+        i0,
+        j0,
+        half: half_width(n, m),
+    };
+    let mut steps = table.trace(&table.fill());
+    steps.reverse();
+    steps
+}
+
+fn half_width(n: usize, m: usize) -> usize {
+    if n * m <= FULL_TABLE {
+        m
+    } else {
+        STRIP.max(m / 10).max(2 * m / n)
+    }
+}
+
+fn nearest_pair(rim: &Polyline, inner: &Polyline) -> (usize, usize) {
+    let mut best = (f64::INFINITY, 0, 0);
+    for (i, p) in rim.position.iter().enumerate() {
+        for (j, q) in inner.position.iter().enumerate() {
+            let d = p.distance_squared(*q);
+            if d < best.0 {
+                best = (d, i, j);
+            }
+        }
+    }
+    (best.1, best.2)
+}
+
+struct Table<'a> {
+    rim: &'a Polyline<'a>,
+    inner: &'a Polyline<'a>,
+    n: usize,
+    m: usize,
+    i0: usize,
+    j0: usize,
+    half: usize,
+}
+
+impl Table<'_> {
+    fn row(&self, i: usize) -> (usize, usize) {
+        let middle = i * self.m / self.n;
+        (
+            middle.saturating_sub(self.half),
+            (middle + self.half).min(self.m),
+        )
+    }
+
+    /// For each pair of vertices the step that leads to it at the least cost.
+    fn fill(&self) -> Vec<Vec<u8>> {
+        let mut rows = Vec::with_capacity(self.n + 1);
+        let mut above = vec![f64::INFINITY; self.m + 1];
+        let mut cost = vec![f64::INFINITY; self.m + 1];
+        for i in 0..=self.n {
+            let (low, high) = self.row(i);
+            let mut steps = vec![0; high - low + 1];
+            cost.fill(f64::INFINITY);
+            for j in low..=high {
+                let forbidden = (i == 0 && j == self.m) || (i == self.n && j == 0);
+                if i == 0 && j == 0 {
+                    cost[0] = 0.0;
+                } else if !forbidden {
+                    let across = self.across(i, j);
+                    let by_rim = if i > 0 {
+                        above[j] + self.lean_rim(i - 1, j)
+                    } else {
+                        f64::INFINITY
+                    };
+                    let by_inner = if j > low {
+                        cost[j - 1] + self.lean_inner(i, j - 1)
+                    } else {
+                        f64::INFINITY
+                    };
+                    cost[j] = by_rim.min(by_inner) + across;
+                    steps[j - low] = if by_rim <= by_inner {
+                        ADVANCE_RIM
+                    } else {
+                        ADVANCE_INNER
+                    };
+                }
+            }
+            std::mem::swap(&mut above, &mut cost);
+            rows.push(steps);
+        }
+        rows
+    }
+
+    fn trace(&self, rows: &[Vec<u8>]) -> Vec<Step> {
+        let mut steps = Vec::with_capacity(self.n + self.m);
+        let (mut i, mut j) = (self.n, self.m);
+        while i > 0 || j > 0 {
+            let (low, _) = self.row(i);
+            let step = if i == 0 {
+                ADVANCE_INNER
+            } else if j <= low {
+                ADVANCE_RIM
+            } else {
+                rows[i][j - low]
+            };
+            if step == ADVANCE_RIM {
+                i -= 1;
+                steps.push(Step::Rim((i + self.i0) % self.n, (j + self.j0) % self.m));
+            } else {
+                j -= 1;
+                steps.push(Step::Inner((i + self.i0) % self.n, (j + self.j0) % self.m));
+            }
+        }
+        steps
+    }
+
+    fn r(&self, i: usize) -> (DVec3, DVec3) {
+        let k = (i + self.i0) % self.n;
+        (self.rim.position[k], self.rim.normal[k])
+    }
+
+    fn k(&self, j: usize) -> (DVec3, DVec3) {
+        let k = (j + self.j0) % self.m;
+        (self.inner.position[k], self.inner.normal[k])
+    }
+
+    fn across(&self, i: usize, j: usize) -> f64 {
+        self.r(i).0.distance_squared(self.k(j).0)
+    }
+
+    fn lean_rim(&self, i: usize, j: usize) -> f64 {
+        lean(self.r(i), self.r(i + 1), self.k(j))
+    }
+
+    fn lean_inner(&self, i: usize, j: usize) -> f64 {
+        lean(self.r(i), self.k(j + 1), self.k(j))
+    }
+}
+
+/// The penalty of a triangle whose normal is far from the mean of the normals at its corners.
+fn lean(a: (DVec3, DVec3), b: (DVec3, DVec3), c: (DVec3, DVec3)) -> f64 {
+    let (u, v) = (b.0 - a.0, c.0 - a.0);
+    let cross = u.cross(v);
+    let normal = (a.1 + b.1 + c.1).normalize_or_zero();
+    let longest = u
+        .length_squared()
+        .max(v.length_squared())
+        .max((c.0 - b.0).length_squared());
+    let cosine = cross.normalize_or_zero().dot(normal);
+    if cosine >= LEAN {
+        0.0
+    } else {
+        LEAN_WEIGHT * (LEAN - cosine) * longest
+    }
+}
