@@ -8,7 +8,13 @@ pub mod io;
 pub mod linalg;
 pub mod mesh;
 pub mod params;
+pub mod pipeline;
 pub mod region;
+pub mod report;
 pub mod sdf;
 pub mod spatial;
 pub mod stitch;
+
+pub use mesh::Mesh;
+pub use params::{FillParams, SurfaceKind, VoxelSize};
+pub use pipeline::{FillError, Filled, Inspection, fill, fill_with_progress, inspect};

@@ -1,9 +1,11 @@
 //! The region of a group of holes: its lattice, its data, and the nested solve on it.
 
+mod data;
 mod group;
 mod level;
 mod nested;
 
+pub use data::{LevelSurface, MeshData};
 pub use group::{Region, group_holes};
 pub use level::{DistanceData, Level, NodeData};
 pub use nested::{LevelReport, NestedSettings, Solved, solve_nested};

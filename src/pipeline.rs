@@ -1,0 +1,574 @@
+//! The way of the data, from a mesh with holes to a mesh without.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::extract::marching_cubes;
+use crate::flow::{FlowSettings, Variant, dilate};
+use crate::grid::NodeIndex;
+use crate::mesh::{Hole, Mesh, Topology, find_holes, welded};
+use crate::params::{FillParams, SurfaceKind};
+use crate::region::{
+    Level, LevelSurface, MeshData, NestedSettings, Region, Solved, group_holes, solve_nested,
+};
+use crate::report::{FillReport, HoleOutcome, HoleReport, RegionReport};
+use crate::sdf::Sampler;
+use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, stitch, triangulate_loop};
+
+/// Loops of at most this many edges are triangulated without new vertices.
+const TRIVIAL_EDGES: usize = 4;
+
+/// Why nothing could be filled.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FillError {
+    /// The mesh has no faces.
+    #[error("the mesh has no faces; there is nothing to fill")]
+    Empty,
+    /// A face refers to a vertex that is not there.
+    #[error("face {face} refers to vertex {vertex}, but there are only {count} vertices")]
+    Index {
+        /// The face, from 0.
+        face: usize,
+        /// The vertex.
+        vertex: u32,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// A position is not finite.
+    #[error("vertex {vertex} has a coordinate that is not a finite number; repair the file first")]
+    NotFinite {
+        /// The vertex, from 0.
+        vertex: usize,
+    },
+    /// A hole number that does not exist.
+    #[error("there is no hole {id}; the mesh has {count} (`isomend inspect` lists them)")]
+    NoSuchHole {
+        /// The number asked for.
+        id: usize,
+        /// Number of holes.
+        count: usize,
+    },
+    /// A parameter makes no sense.
+    #[error("{what}")]
+    Parameter {
+        /// What is wrong and what would be right.
+        what: String,
+    },
+    /// The caller asked to stop.
+    #[error("stopped before it was done; nothing was written")]
+    Cancelled,
+}
+
+/// Progress of a fill: regions done of all. Return false to stop.
+pub type Progress<'a> = dyn Fn(usize, usize) -> bool + Sync + 'a;
+
+/// A filled mesh.
+#[derive(Clone, Debug)]
+pub struct Filled {
+    /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches. With
+    /// [`SurfaceKind::Whole`] the zero sets alone.
+    pub mesh: Mesh,
+    /// What was found and done.
+    pub report: FillReport,
+}
+
+/// What a mesh holds, without changing it.
+pub struct Inspection {
+    /// Its holes, the longest first.
+    pub holes: Vec<Hole>,
+    /// The welded mesh with faces turned to agree.
+    pub mesh: Mesh,
+    /// Its connectivity.
+    pub topology: Topology,
+    /// Boundary chains that do not close.
+    pub open_chains: usize,
+}
+
+/// Finds the pieces, holes and defects of a mesh.
+///
+/// # Errors
+/// When the mesh is empty, an index is out of range or a coordinate is not finite.
+pub fn inspect(mesh: &Mesh) -> Result<Inspection, FillError> {
+    validate(mesh)?;
+    let (mut mesh, duplicates) = welded(mesh);
+    let mut topology = Topology::new(&mut mesh);
+    topology.defects.duplicate_vertices = duplicates;
+    let (holes, open_chains) = find_holes(&mesh, &mut topology);
+    Ok(Inspection {
+        holes,
+        mesh,
+        topology,
+        open_chains,
+    })
+}
+
+/// Fills the holes of a mesh.
+///
+/// # Errors
+/// When the mesh or the parameters make no sense. A hole that cannot be filled is no error: the report says so.
+pub fn fill(mesh: &Mesh, params: &FillParams) -> Result<Filled, FillError> {
+    fill_with_progress(mesh, params, &|_, _| true)
+}
+
+/// [`fill`] with a callback that is told of progress and may stop it.
+///
+/// # Errors
+/// As [`fill`], and [`FillError::Cancelled`] when the callback returned false.
+pub fn fill_with_progress(
+    mesh: &Mesh,
+    params: &FillParams,
+    progress: &Progress,
+) -> Result<Filled, FillError> {
+    let clock = Instant::now();
+    check_params(params)?;
+    let found = inspect(mesh)?;
+    let (mut outcomes, chosen) = choose(&found, params)?;
+    let sampler = Sampler::new(&found.mesh, &found.topology);
+    let groups = group_holes(&found.mesh, &found.holes, &chosen, &bridges(&found, params)?);
+    let stop = AtomicBool::new(false);
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let report_progress = |n: usize| {
+        if !progress(n, groups.len()) {
+            stop.store(true, Ordering::Relaxed);
+        }
+    };
+    report_progress(0);
+    let work = Work {
+        found: &found,
+        sampler: &sampler,
+        params,
+        stop: &stop,
+    };
+    let patches: Vec<RegionPatch> = groups
+        .par_iter()
+        .map(|group| {
+            let patch = work.fill_region(group);
+            report_progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+            patch
+        })
+        .collect();
+    if stop.load(Ordering::Relaxed) {
+        return Err(FillError::Cancelled);
+    }
+    let mut report = FillReport {
+        vertices: mesh.positions.len(),
+        faces: mesh.faces.len(),
+        pieces: found.topology.piece_faces.len(),
+        defects: found.topology.defects,
+        open_chains: found.open_chains,
+        ..FillReport::default()
+    };
+    let mut out = match params.surface {
+        SurfaceKind::Stitched => mesh.clone(),
+        SurfaceKind::Whole => Mesh::default(),
+    };
+    let mut regions = vec![0; found.holes.len()];
+    for (i, mut patch) in patches.into_iter().enumerate() {
+        patch.report.id = i + 1;
+        for (h, outcome) in patch.outcomes {
+            outcomes[h] = outcome;
+            regions[h] = i + 1;
+        }
+        append(&mut out, mesh.positions.len(), &patch.patch, params.surface);
+        report.regions.push(patch.report);
+    }
+    report.holes = found
+        .holes
+        .into_iter()
+        .zip(outcomes)
+        .zip(regions)
+        .map(|((hole, outcome), region)| HoleReport {
+            hole,
+            outcome,
+            region,
+        })
+        .collect();
+    report.seconds = clock.elapsed().as_secs_f64();
+    Ok(Filled { mesh: out, report })
+}
+
+fn validate(mesh: &Mesh) -> Result<(), FillError> {
+    if mesh.faces.is_empty() {
+        return Err(FillError::Empty);
+    }
+    let count = mesh.positions.len();
+    for (face, f) in mesh.faces.iter().enumerate() {
+        if let Some(&vertex) = f.iter().find(|&&v| v as usize >= count) {
+            return Err(FillError::Index {
+                face,
+                vertex,
+                count,
+            });
+        }
+    }
+    match mesh.positions.iter().position(|p| !p.is_finite()) {
+        Some(vertex) => Err(FillError::NotFinite { vertex }),
+        None => Ok(()),
+    }
+}
+
+fn check_params(params: &FillParams) -> Result<(), FillError> {
+    let bad = |what: &str| {
+        Err(FillError::Parameter {
+            what: what.to_owned(),
+        })
+    };
+    if let crate::params::VoxelSize::Length(v) = params.voxel
+        && !(v.is_finite() && v > 0.0)
+    {
+        return bad("the voxel size must be a positive length, or `auto`");
+    }
+    if !(params.edge_ratio.is_finite() && params.edge_ratio > 0.05 && params.edge_ratio < 20.0) {
+        return bad("the edge ratio must lie between 0.05 and 20");
+    }
+    if params.time_step.is_some_and(|t| !(t > 0.0)) {
+        return bad("the time step must be positive");
+    }
+    Ok(())
+}
+
+fn lookup(found: &Inspection, id: usize) -> Result<usize, FillError> {
+    let count = found.holes.len();
+    if id == 0 || id > count {
+        return Err(FillError::NoSuchHole { id, count });
+    }
+    Ok(id - 1)
+}
+
+fn bridges(found: &Inspection, params: &FillParams) -> Result<Vec<Vec<usize>>, FillError> {
+    params
+        .bridge
+        .iter()
+        .map(|group| group.iter().map(|&id| lookup(found, id)).collect())
+        .collect()
+}
+
+/// What becomes of each hole, and which are to be filled.
+fn choose(
+    found: &Inspection,
+    params: &FillParams,
+) -> Result<(Vec<HoleOutcome>, Vec<usize>), FillError> {
+    let listed = |ids: &[usize]| -> Result<Vec<usize>, FillError> {
+        ids.iter().map(|&id| lookup(found, id)).collect()
+    };
+    let asked = params.holes.as_deref().map(listed).transpose()?;
+    let kept = listed(&params.keep_open)?;
+    let bridged: Vec<usize> = bridges(found, params)?.concat();
+    let facing = facing_borders(found);
+    let (mut outcomes, mut chosen) = (Vec::new(), Vec::new());
+    for (i, hole) in found.holes.iter().enumerate() {
+        let wanted = asked.as_ref().is_some_and(|a| a.contains(&i)) || bridged.contains(&i);
+        let reason = if kept.contains(&i) {
+            Some("asked to keep it open".to_owned())
+        } else if wanted {
+            None
+        } else if asked.is_some() {
+            Some("not asked for".to_owned())
+        } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
+            Some("wider than the largest diameter asked for".to_owned())
+        } else if found.topology.piece_faces[hole.piece as usize] <= 2 {
+            Some("the border of a crumb of one or two triangles".to_owned())
+        } else if hole.outer_border && !facing.contains(&i) {
+            Some(format!(
+                "the outer border of an open sheet (fill it with --holes {})",
+                hole.id
+            ))
+        } else {
+            None
+        };
+        outcomes.push(match reason {
+            Some(reason) => HoleOutcome::Left(reason),
+            None => {
+                chosen.push(i);
+                HoleOutcome::Failed("not reached".to_owned())
+            }
+        });
+    }
+    Ok((outcomes, chosen))
+}
+
+/// Outer borders that face another rim: islands in holes, sides of a gap.
+fn facing_borders(found: &Inspection) -> Vec<usize> {
+    let all: Vec<usize> = (0..found.holes.len()).collect();
+    if !found.holes.iter().any(|h| h.outer_border) {
+        return Vec::new();
+    }
+    group_holes(&found.mesh, &found.holes, &all, &[])
+        .into_iter()
+        .filter(|g| g.len() > 1)
+        .flatten()
+        .collect()
+}
+
+fn append(out: &mut Mesh, original: usize, patch: &Mesh, kind: SurfaceKind) {
+    let base = out.positions.len();
+    let shift = match kind {
+        SurfaceKind::Stitched => original,
+        SurfaceKind::Whole => 0,
+    };
+    out.positions.extend_from_slice(&patch.positions);
+    out.faces.extend(patch.faces.iter().map(|f| {
+        f.map(|v| {
+            if (v as usize) < shift {
+                v
+            } else {
+                (v as usize - shift + base) as u32
+            }
+        })
+    }));
+}
+
+/// The patch of a region: indices below the input's number of vertices are the input's.
+struct RegionPatch {
+    patch: Mesh,
+    report: RegionReport,
+    outcomes: Vec<(usize, HoleOutcome)>,
+}
+
+/// One try at a region.
+struct Try {
+    growth: f64,
+    refine: f64,
+}
+
+struct Work<'a> {
+    found: &'a Inspection,
+    sampler: &'a Sampler<'a>,
+    params: &'a FillParams,
+    stop: &'a AtomicBool,
+}
+
+impl Work<'_> {
+    fn fill_region(&self, group: &[usize]) -> RegionPatch {
+        let clock = Instant::now();
+        let mut filled = if self.is_trivial(group) {
+            self.triangulate(group, "it has no more than four edges", RegionReport::default())
+        } else {
+            self.evolve(group)
+        };
+        filled.report.holes = group.iter().map(|&h| self.found.holes[h].id).collect();
+        filled.report.seconds = clock.elapsed().as_secs_f64();
+        filled
+    }
+
+    fn is_trivial(&self, group: &[usize]) -> bool {
+        group.len() == 1
+            && self.found.holes[group[0]].edges <= TRIVIAL_EDGES
+            && self.params.surface == SurfaceKind::Stitched
+    }
+
+    /// Solves and stitches, with a wider box or a finer grid where the first try fails.
+    fn evolve(&self, group: &[usize]) -> RegionPatch {
+        let mut report = RegionReport::default();
+        let mut next = Try {
+            growth: 1.0,
+            refine: 1.0,
+        };
+        for _ in 0..4 {
+            if self.stop.load(Ordering::Relaxed) {
+                break;
+            }
+            let (solved, region, data) = self.solve(group, &next);
+            report.diameter = region.diameter;
+            report.voxel = region.voxel;
+            report.converged = solved.converged();
+            report.levels = solved.reports.clone();
+            if touches_box(&solved.level) && next.growth < 3.0 {
+                report
+                    .earlier_tries
+                    .push("the surface reached the side of its box".to_owned());
+                next.growth *= 1.8;
+                continue;
+            }
+            let surface = LevelSurface {
+                level: &solved.level,
+                data: &data,
+            };
+            let extracted = extract(&surface);
+            if self.params.surface == SurfaceKind::Whole {
+                report.new_faces = extracted.faces.len();
+                report.new_vertices = extracted.positions.len();
+                return self.all(group, extracted, report, HoleOutcome::Filled);
+            }
+            match self.stitch(group, &region, &surface, &extracted) {
+                Ok(patch) => return self.accept(group, patch, report),
+                Err(e) => {
+                    report.earlier_tries.push(e.to_string());
+                    next.refine *= 1.5;
+                }
+            }
+        }
+        let why = report.earlier_tries.last().cloned().unwrap_or_default();
+        self.triangulate(group, &why, report)
+    }
+
+    fn solve(&self, group: &[usize], next: &Try) -> (Solved, Region, MeshData<'_>) {
+        let found = self.found;
+        let region = Region::new(
+            &found.mesh,
+            &found.holes,
+            group,
+            self.params.voxel,
+            next.growth,
+            next.refine,
+        );
+        let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
+        let closed = !found
+            .holes
+            .iter()
+            .enumerate()
+            .any(|(i, h)| {
+                h.outer_border && !group.contains(&i) && holes.iter().any(|g| g.piece == h.piece)
+            });
+        let data = MeshData::new(self.sampler, &found.mesh, &holes, closed);
+        let settings = NestedSettings {
+            lattice: region.lattice,
+            dims: region.dims,
+            refinements: region.refinements,
+            flow: self.flow_settings(),
+        };
+        let solved = solve_nested(&data, &settings, &|| !self.stop.load(Ordering::Relaxed));
+        (solved, region, data)
+    }
+
+    fn flow_settings(&self) -> FlowSettings {
+        let usual = FlowSettings::default();
+        let most = match self.params.variant {
+            Variant::GaussNewton => usual.max_steps,
+            Variant::I | Variant::II => 200,
+        };
+        FlowSettings {
+            variant: self.params.variant,
+            time_step: self.params.time_step.unwrap_or(f64::INFINITY),
+            max_steps: self.params.steps.unwrap_or(most),
+            ..usual
+        }
+    }
+
+    fn stitch(
+        &self,
+        group: &[usize],
+        region: &Region,
+        surface: &LevelSurface,
+        extracted: &Mesh,
+    ) -> Result<Patch, StitchError> {
+        let loops: Vec<Vec<u32>> = group
+            .iter()
+            .map(|&h| self.found.holes[h].rim.clone())
+            .collect();
+        stitch(&StitchInput {
+            mesh: &self.found.mesh,
+            loops: &loops,
+            surface,
+            extracted,
+            voxel: region.voxel,
+            params: StitchParams {
+                edge_factor: self.params.edge_ratio,
+                ..StitchParams::default()
+            },
+        })
+    }
+
+    fn accept(&self, group: &[usize], patch: Patch, mut report: RegionReport) -> RegionPatch {
+        report.seam_angle_mean = patch.report.seam_angle_mean;
+        report.seam_angle_max = patch.report.seam_angle_max;
+        report.quality_mean = patch.report.quality_mean;
+        report.intersecting_faces = patch.report.intersecting_faces;
+        report.components = patch.report.components;
+        report.new_vertices = patch.positions.len();
+        report.new_faces = patch.faces.len();
+        let mesh = Mesh::new(patch.positions, patch.faces);
+        self.all(group, mesh, report, HoleOutcome::Filled)
+    }
+
+    fn all(
+        &self,
+        group: &[usize],
+        patch: Mesh,
+        report: RegionReport,
+        outcome: HoleOutcome,
+    ) -> RegionPatch {
+        RegionPatch {
+            patch,
+            report,
+            outcomes: group.iter().map(|&h| (h, outcome.clone())).collect(),
+        }
+    }
+
+    /// Triangulates each loop on its own.
+    fn triangulate(&self, group: &[usize], why: &str, mut report: RegionReport) -> RegionPatch {
+        let mut patch = Mesh::default();
+        let mut outcomes = Vec::new();
+        for &h in group {
+            let hole = &self.found.holes[h];
+            report.diameter = report.diameter.max(hole.diameter);
+            let outcome = match triangulate_loop(&self.found.mesh, &hole.rim) {
+                Ok(faces) => {
+                    patch.faces.extend(faces);
+                    HoleOutcome::Triangulated(why.to_owned())
+                }
+                Err(e) => HoleOutcome::Failed(format!("{why}; {e}")),
+            };
+            outcomes.push((h, outcome));
+        }
+        report.new_faces = patch.faces.len();
+        report.components = outcomes.len();
+        RegionPatch {
+            patch,
+            report,
+            outcomes,
+        }
+    }
+}
+
+/// Whether the zero set leaves the mask at the sides of the box, where free nodes end.
+fn touches_box(level: &Level) -> bool {
+    let grid = &level.grid;
+    (0..grid.len()).any(|s| {
+        let n = grid.node(s);
+        level.mask[s] && !grid.is_interior(n, 6) && level.phi[s].abs() < 1.5
+    })
+}
+
+/// The zero set on the cells near the mask, in world coordinates.
+fn extract(surface: &LevelSurface) -> Mesh {
+    let level = surface.level;
+    let grid = &level.grid;
+    let near = dilate(grid, &dilate(grid, &dilate(grid, &level.mask)));
+    let corner = |n: NodeIndex, a: i32| {
+        grid.slot([n[0] + (a >> 2 & 1), n[1] + (a >> 1 & 1), n[2] + (a & 1)])
+    };
+    let cells: Vec<NodeIndex> = (0..grid.len())
+        .into_par_iter()
+        .filter_map(|s| {
+            let n = grid.node(s);
+            let mut signs = [false; 2];
+            for a in 0..8 {
+                let t = corner(n, a)?;
+                if !near[t] {
+                    return None;
+                }
+                signs[usize::from(level.phi[t] < 0.0)] = true;
+            }
+            (signs[0] && signs[1]).then_some(n)
+        })
+        .collect();
+    let iso = marching_cubes(&cells, |n| grid.slot(n).map_or(f64::MAX, |s| level.phi[s]));
+    let positions: Vec<DVec3> = iso
+        .positions
+        .par_iter()
+        .map(|&p| {
+            let linear = level.lattice.to_world(p);
+            match crate::stitch::Surface::project(surface, linear) {
+                Some((q, _)) if q.distance(linear) < level.lattice.voxel => q,
+                _ => linear,
+            }
+        })
+        .collect();
+    Mesh::new(positions, iso.faces)
+}

@@ -1,0 +1,93 @@
+//! The mesh as the data of a region, and the solved level set as the surface of its patch.
+
+use glam::DVec3;
+
+use super::level::{DistanceData, Level, NodeData};
+use crate::grid::value_and_gradient;
+use crate::mesh::{Hole, Mesh};
+use crate::sdf::{RimSet, Sampler, project_on_zero_set};
+use crate::stitch::Surface;
+
+/// Deep nodes are free within this many rim radii of the rim's centre.
+const REACH: f64 = 1.3;
+
+/// The signed distance of the mesh, unknown where a rim of the region is nearest.
+pub struct MeshData<'a> {
+    sampler: &'a Sampler<'a>,
+    rims: RimSet,
+    balls: Vec<(DVec3, f64)>,
+}
+
+impl<'a> MeshData<'a> {
+    /// The data of the region that consists of `holes`; `closed` says whether their pieces are closed once all holes that
+    /// are to be filled are.
+    pub fn new(sampler: &'a Sampler<'a>, mesh: &Mesh, holes: &[&Hole], closed: bool) -> Self {
+        let balls = holes
+            .iter()
+            .map(|hole| {
+                let radius = hole
+                    .rim
+                    .iter()
+                    .map(|&v| mesh.positions[v as usize].distance(hole.centre))
+                    .fold(0.0, f64::max);
+                (hole.centre, REACH * radius)
+            })
+            .collect();
+        Self {
+            sampler,
+            rims: RimSet::new(holes.iter().copied(), closed),
+            balls,
+        }
+    }
+}
+
+impl DistanceData for MeshData<'_> {
+    fn sample(&self, x: DVec3, limit: f64) -> NodeData {
+        let sample = self
+            .sampler
+            .sample(&self.rims, x, limit)
+            .or_else(|| self.sampler.sample(&self.rims, x, f64::INFINITY));
+        match sample {
+            Some(s) => NodeData {
+                signed: s.signed,
+                distance: s.distance,
+                free: s.on_rim,
+            },
+            None => NodeData {
+                signed: f64::MAX,
+                distance: f64::MAX,
+                free: false,
+            },
+        }
+    }
+
+    fn near_hole(&self, x: DVec3) -> bool {
+        self.balls.iter().any(|(c, r)| x.distance(*c) < *r)
+    }
+}
+
+/// The zero set of a solved level, and where it belongs to the region's holes.
+pub struct LevelSurface<'a> {
+    /// The solved level.
+    pub level: &'a Level,
+    /// The mesh and its rims.
+    pub data: &'a MeshData<'a>,
+}
+
+impl Surface for LevelSurface<'_> {
+    fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)> {
+        let level = self.level;
+        let x = level.lattice.to_lattice(p);
+        let foot = project_on_zero_set(&level.grid, &level.phi, x, x)?;
+        let (_, g) = value_and_gradient(&level.grid, &level.phi, foot)?;
+        Some((level.lattice.to_world(foot), g.normalize_or_zero()))
+    }
+
+    fn depth(&self, p: DVec3) -> f64 {
+        match self.data.sampler.closest(&self.data.rims, p, f64::INFINITY) {
+            Some((closest, true)) => closest.distance,
+            Some((closest, false)) => -closest.distance,
+            None => -f64::MAX,
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! Reports as plain text.
+
+use super::{FillReport, HoleOutcome, RegionReport};
+use crate::mesh::{Defects, Hole};
+
+/// A table of holes, one line each, with a heading.
+pub fn hole_table(holes: &[Hole]) -> Vec<String> {
+    let mut lines = vec![format!(
+        "{:>5} {:>6} {:>12} {:>12} {:>9}  {:<38} {:>5}  {}",
+        "hole", "edges", "length", "diameter", "planarity", "centre", "piece", "kind"
+    )];
+    for h in holes {
+        let centre = format!("{:.5}, {:.5}, {:.5}", h.centre.x, h.centre.y, h.centre.z);
+        lines.push(format!(
+            "{:>5} {:>6} {:>12.6} {:>12.6} {:>9.4}  {:<38} {:>5}  {}",
+            h.id,
+            h.edges,
+            h.length,
+            h.diameter,
+            h.planarity,
+            centre,
+            h.piece,
+            if h.outer_border { "outer border" } else { "hole" }
+        ));
+    }
+    lines
+}
+
+/// What is wrong with a mesh, one line each.
+pub fn defect_lines(d: &Defects) -> Vec<String> {
+    let all = [
+        (d.degenerate_faces, "degenerate faces"),
+        (d.non_manifold_edges, "edges with more than two faces"),
+        (d.misoriented_edges, "edges whose two faces are oriented against each other"),
+        (d.faces_turned, "faces turned over for the computation (kept as they are in the output)"),
+        (d.non_manifold_boundary_vertices, "vertices where the boundary passes more than once"),
+        (d.duplicate_vertices, "vertices at the position of an earlier one"),
+        (d.crumbs, "crumbs (pieces of one or two triangles, not filled)"),
+    ];
+    all.iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, what)| format!("{n} {what}"))
+        .collect()
+}
+
+/// A line for each region.
+pub fn region_lines(r: &RegionReport) -> String {
+    let holes: Vec<String> = r.holes.iter().map(ToString::to_string).collect();
+    let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
+    let energy = r.levels.last().map_or((0.0, 0.0), |l| {
+        (l.flow.energy_before, l.flow.energy_after)
+    });
+    let mut line = format!(
+        "hole {}: diameter {:.5}, {:.0} voxels across, {} steps, energy {:.4} -> {:.4}, seam {:.1} degrees, {} faces, {:.2} s",
+        holes.join("+"),
+        r.diameter,
+        r.diameter / r.voxel,
+        steps,
+        energy.0,
+        energy.1,
+        r.seam_angle_mean,
+        r.new_faces,
+        r.seconds
+    );
+    if !r.levels.is_empty() && !r.converged {
+        let last = r.levels.last().and_then(|l| l.flow.steps.last());
+        let movement = last.map_or(f64::NAN, |s| s.movement);
+        line += &format!("; not steady: the last step moved it by {movement:.1e} voxels");
+    }
+    if r.intersecting_faces > 0 {
+        line += &format!("; {} faces intersect others", r.intersecting_faces);
+    }
+    if r.holes.len() > 1 && r.components > 1 {
+        line += &format!("; the surface came out in {} separate caps", r.components);
+    }
+    line
+}
+
+/// The summary of a fill: defects, then a line for each region, then the holes that stayed open.
+pub fn summary_lines(report: &FillReport) -> Vec<String> {
+    let mut lines = defect_lines(&report.defects);
+    if report.open_chains > 0 {
+        lines.push(format!(
+            "{} boundary chains do not close and were left",
+            report.open_chains
+        ));
+    }
+    lines.extend(report.regions.iter().map(region_lines));
+    for h in &report.holes {
+        match &h.outcome {
+            HoleOutcome::Filled => {}
+            HoleOutcome::Triangulated(why) => {
+                if h.hole.edges > 4 {
+                    lines.push(format!("hole {} triangulated: {why}", h.hole.id));
+                }
+            }
+            HoleOutcome::Left(why) => lines.push(format!("hole {} left open: {why}", h.hole.id)),
+            HoleOutcome::Failed(why) => lines.push(format!("hole {} NOT filled: {why}", h.hole.id)),
+        }
+    }
+    let count = |f: fn(&HoleOutcome) -> bool| report.holes.iter().filter(|h| f(&h.outcome)).count();
+    let mended = count(|o| matches!(o, HoleOutcome::Filled | HoleOutcome::Triangulated(_)));
+    lines.push(format!(
+        "{mended} of {} holes filled in {:.2} s",
+        report.holes.len(),
+        report.seconds
+    ));
+    lines
+}
