@@ -14,7 +14,7 @@ use crate::mesh::{Mesh, VertexFaces, vertex_normal};
 const MAX_DEGREE: usize = 4;
 const MAX_TERMS: usize = terms(MAX_DEGREE);
 /// Neighbours wanted for a fit.
-const WANTED: usize = 26;
+const WANTED: usize = 19;
 const MAX_RINGS: usize = 5;
 /// Neighbours whose normals lean farther than this cosine belong to another side of a crease.
 const SAME_SIDE: f64 = 0.35;
