@@ -115,6 +115,9 @@ pub fn no_side_files(name: &str) -> Result<Vec<u8>, IoError> {
 /// # Errors
 /// When the bytes are damaged, hold no faces, or hold only degenerate ones.
 pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
+    if bytes.is_empty() {
+        return Err(IoError::malformed(format, Place::File, "the file is empty"));
+    }
     match format {
         Format::Obj => obj::read(bytes),
         Format::Ply => ply::read(bytes),

@@ -233,7 +233,7 @@ impl<'a> Reader<'a> {
     fn finish(mut self) -> Result<Loaded, IoError> {
         if self.passed_over > 0 {
             self.surface.notes.push(format!(
-                "{} points and lines were passed over",
+                "points and lines passed over: {}",
                 self.passed_over
             ));
         }

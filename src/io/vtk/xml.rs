@@ -36,7 +36,7 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     if passed_over > 0 {
         surface
             .notes
-            .push(format!("{passed_over} points and lines were passed over"));
+            .push(format!("points and lines passed over: {passed_over}"));
     }
     surface.finish()
 }
