@@ -206,6 +206,39 @@ mod tests {
         assert!(write_path(&folder.path().join("no/mesh.ply"), &mesh, None, &options).is_err());
     }
 
+    #[test]
+    fn buffers_beside_a_gltf_file_are_found_and_others_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.gltf");
+        let text = |name: &str| {
+            format!(
+                r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0}}],"buffers":[{{"byteLength":36,"uri":"{name}"}}],
+                "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+                "bufferViews":[{{"buffer":0,"byteLength":36}}],
+                "accessors":[{{"bufferView":0,"count":3,"componentType":5126,"type":"VEC3"}}]}}"#
+            )
+        };
+        let points: Vec<u8> = [0f32, 0., 0., 1., 0., 0., 0., 1., 0.]
+            .iter()
+            .flat_map(|v| v.to_le_bytes())
+            .collect();
+        fs::write(folder.path().join("my points.bin"), points).unwrap();
+        fs::write(&path, text("my%20points.bin")).unwrap();
+        assert_eq!(read_path(&path, None).unwrap().mesh.faces, [[0, 1, 2]]);
+        for (name, expected) in [
+            ("none.bin", "none.bin"),
+            (".", "not a file"),
+            ("http://a/b", "not beside"),
+        ] {
+            fs::write(&path, text(name)).unwrap();
+            let message = read_path(&path, None).unwrap_err().to_string();
+            assert!(
+                message.contains(expected) && message.contains("mesh.gltf"),
+                "{message}"
+            );
+        }
+    }
+
     #[cfg(unix)]
     #[test]
     fn permissions_of_the_target_are_kept_and_links_followed() {

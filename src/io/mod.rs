@@ -30,6 +30,7 @@ mod polygon;
 mod stl;
 mod surface;
 mod text;
+mod vtk;
 mod weld;
 
 pub use error::{IoError, Place};
@@ -114,14 +115,16 @@ pub fn no_side_files(name: &str) -> Result<Vec<u8>, IoError> {
 /// # Errors
 /// When the bytes are damaged, hold no faces, or hold only degenerate ones.
 pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
+    if bytes.is_empty() {
+        return Err(IoError::malformed(format, Place::File, "the file is empty"));
+    }
     match format {
         Format::Obj => obj::read(bytes),
         Format::Ply => ply::read(bytes),
         Format::Stl => stl::read(bytes),
         Format::Gltf | Format::Glb => gltf::read(bytes, format, resolve),
-        _ => Err(IoError::UnknownFormat {
-            what: format!("{format} is not read or written yet"),
-        }),
+        Format::Vtk => vtk::read_legacy(bytes),
+        Format::Vtp => vtk::read_xml(bytes),
     }
 }
 
@@ -137,9 +140,8 @@ pub fn to_bytes(mesh: &Mesh, format: Format, options: &WriteOptions) -> Result<W
         Format::Stl => stl::write(mesh, options),
         Format::Gltf => gltf::write_gltf(mesh),
         Format::Glb => gltf::write_glb(mesh),
-        _ => Err(IoError::UnknownFormat {
-            what: format!("{format} is not read or written yet"),
-        }),
+        Format::Vtk => vtk::write_legacy(mesh, options),
+        Format::Vtp => vtk::write_xml(mesh, options),
     }
 }
 

@@ -313,7 +313,8 @@ mod tests {
             refusal(format!("{SQUARE}f 1 2 5").as_bytes(), Format::Obj)
                 .contains("line 5: a face uses vertex 5")
         );
-        assert!(refusal(b"", Format::Obj).contains("no faces"));
+        assert!(refusal(b"# nothing", Format::Obj).contains("no faces"));
+        assert!(refusal(b"", Format::Obj).contains("empty"));
     }
 
     #[test]

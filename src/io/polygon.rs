@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec3};
 
-/// How many corner-in-ear tests one file may cost before the remaining polygons are cut as plain fans.
+/// How many steps the polygons of one file may cost; what remains is then cut without looking for clean ears.
 const WORK_LIMIT: u64 = 400_000_000;
 
 /// Cuts polygons by ear clipping in the plane of their Newell normal.
@@ -67,7 +67,7 @@ impl Triangulator {
             }
         }
         emit([self.prev[at], at, self.next[at]]);
-        clean
+        clean && self.work_left > 0
     }
 
     /// Projects the corners along the Newell normal; false when the polygon has no area.
@@ -150,10 +150,14 @@ impl Triangulator {
     }
 
     fn is_ear(&mut self, i: usize) -> bool {
+        if self.work_left == 0 {
+            return true;
+        }
+        self.work_left -= 1;
         if self.reflex[i] {
             return false;
         }
-        if self.reflex_count == 0 || self.work_left == 0 {
+        if self.reflex_count == 0 {
             return true;
         }
         let (a, b, c) = (
@@ -307,6 +311,21 @@ mod tests {
             .map(|(a, b)| 0.5 * (a.0 * b.1 - b.0 * a.1))
             .sum();
         assert_tiles(&points, expected);
+    }
+
+    #[test]
+    fn a_polygon_without_ears_ends_in_time() {
+        let count = 300_000;
+        let star: Vec<DVec3> = (0..count)
+            .map(|i| {
+                let (angle, radius) = (f64::from(i) * 2.4, f64::from(i % 7 + 1));
+                DVec3::new(radius * angle.cos(), radius * angle.sin(), 0.0)
+            })
+            .collect();
+        let (mut triangles, start) = (0, std::time::Instant::now());
+        Triangulator::new().cut(&star, &mut |_| triangles += 1);
+        assert_eq!(triangles, star.len() - 2);
+        assert!(start.elapsed().as_secs() < 10);
     }
 
     #[test]

@@ -74,7 +74,7 @@ fn read_binary(bytes: &[u8]) -> Result<Loaded, IoError> {
     }
     if body.len() > count * FACET {
         surface.notes.push(format!(
-            "{} bytes behind the last facet were not read",
+            "bytes behind the last facet that were not read: {}",
             body.len() - count * FACET
         ));
     }

@@ -133,7 +133,7 @@ impl Surface {
         if degenerate > 0 {
             let all = faces.len();
             self.notes.push(format!(
-                "{degenerate} of {all} triangles are degenerate (repeat a corner or have no area)"
+                "degenerate triangles (they repeat a corner or have no area): {degenerate} of {all}"
             ));
         }
         let f32_exact = self.positions.iter().all(|p| p.as_vec3().as_dvec3() == *p);
@@ -173,17 +173,13 @@ impl Surface {
                 let polygons_before = self.polygons.iter().take_while(|p| p.after <= t).count();
                 index.map(|index| (t + polygons_before, index))
             }
-            None => self
-                .polygon_corners
-                .iter()
-                .position(|i| outside(i))
-                .map(|corner| {
-                    let polygon = self.polygons.partition_point(|p| p.end <= corner);
-                    (
-                        self.polygons[polygon].after + polygon,
-                        self.polygon_corners[corner],
-                    )
-                }),
+            None => self.polygon_corners.iter().position(outside).map(|corner| {
+                let polygon = self.polygons.partition_point(|p| p.end <= corner);
+                (
+                    self.polygons[polygon].after + polygon,
+                    self.polygon_corners[corner],
+                )
+            }),
         };
         match face_and_index {
             Some((face, index)) => Err(IoError::malformed(
@@ -218,11 +214,11 @@ impl Surface {
         faces.extend_from_slice(&triangles[copied..]);
         let polygons = self.polygons.len();
         self.notes.push(format!(
-            "{polygons} faces of more than three corners were cut into {new} triangles"
+            "faces of more than three corners cut into triangles: {polygons} into {new}"
         ));
         if unclean > 0 {
             self.notes.push(format!(
-                "{unclean} of them cross themselves or have no area, so their cut is arbitrary"
+                "of these, faces that cross themselves or have no area and are cut arbitrarily: {unclean}"
             ));
         }
         faces

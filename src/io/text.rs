@@ -4,22 +4,27 @@ use std::borrow::Cow;
 
 /// Decodes UTF-16 and drops a byte order mark; other text is left as it is.
 pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
-    let utf16: Option<(fn([u8; 2]) -> u16, usize)> = match bytes {
-        [0xff, 0xfe, ..] => Some((u16::from_le_bytes, 2)),
-        [0xfe, 0xff, ..] => Some((u16::from_be_bytes, 2)),
-        [a, 0, b, 0, ..] if *a != 0 && *b != 0 => Some((u16::from_le_bytes, 0)),
-        [0, a, 0, b, ..] if *a != 0 && *b != 0 => Some((u16::from_be_bytes, 0)),
+    let big = match bytes {
+        [0xff, 0xfe, ..] => Some(false),
+        [0xfe, 0xff, ..] => Some(true),
+        [a, 0, b, 0, ..] if *a != 0 && *b != 0 => Some(false),
+        [0, a, 0, b, ..] if *a != 0 && *b != 0 => Some(true),
         _ => None,
     };
-    match utf16 {
-        Some((unit, start)) => {
-            let units = bytes[start..]
-                .chunks_exact(2)
-                .map(|pair| unit([pair[0], pair[1]]));
-            let text: String = char::decode_utf16(units)
+    match big {
+        Some(big) => {
+            let unit = |pair: &[u8]| {
+                let pair = [pair[0], pair[1]];
+                if big {
+                    u16::from_be_bytes(pair)
+                } else {
+                    u16::from_le_bytes(pair)
+                }
+            };
+            let text: String = char::decode_utf16(bytes.chunks_exact(2).map(unit))
                 .map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER))
                 .collect();
-            Cow::Owned(text.into_bytes())
+            Cow::Owned(text.trim_start_matches('\u{feff}').as_bytes().to_vec())
         }
         None => Cow::Borrowed(strip_bom(bytes)),
     }

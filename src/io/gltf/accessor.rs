@@ -124,7 +124,7 @@ fn read<T: Copy>(
 /// The length of an accessor without a buffer view, which is all zeros but for its sparse part. No bytes back its count,
 /// so it is held against a limit instead.
 fn zeros(buffers: &Buffers<'_>, accessor: &Accessor, index: usize) -> Result<usize, IoError> {
-    const MOST: u64 = 1 << 22;
+    const MOST: u64 = 1 << 20;
     if accessor.sparse.is_none() {
         let compressed = buffers
             .root

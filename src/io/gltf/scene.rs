@@ -1,6 +1,6 @@
 //! Walking the nodes of a scene and collecting the triangles of their meshes.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 use glam::{DMat4, DQuat, DVec3};
 use gltf_json::Root;
@@ -14,6 +14,9 @@ use super::accessor;
 use super::buffers::Buffers;
 use super::unsupported_extension;
 
+/// The most vertices or triangles that are collected from one file.
+const MOST: usize = 1 << 26;
+
 /// Collects the triangles of the default scene. A mesh that several nodes use is read once for each.
 pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Surface, IoError> {
     let mut reader = Reader {
@@ -21,7 +24,6 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Surface, Io
         surface: Surface::new(buffers.format),
         passed_over: 0,
         buffers,
-        cache: HashMap::new(),
     };
     let mut visited = vec![false; root.nodes.len()];
     let mut stack: Vec<(usize, DMat4)> = start(root, reader.buffers.format)?
@@ -60,12 +62,12 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Surface, Io
     }
     if skinned > 0 {
         reader.surface.notes.push(format!(
-            "the skins of {skinned} nodes were passed over; their meshes are in the bind pose"
+            "nodes whose skin was passed over, so that their mesh is in its bind pose: {skinned}"
         ));
     }
     if reader.passed_over > 0 {
         let note = format!(
-            "{} primitives are points or lines and were passed over",
+            "primitives of points or lines passed over: {}",
             reader.passed_over
         );
         reader.surface.notes.push(note);
@@ -123,8 +125,6 @@ struct Reader<'r, 'b> {
     buffers: &'r mut Buffers<'b>,
     surface: Surface,
     passed_over: usize,
-    /// Decoded positions by accessor, for meshes used several times.
-    cache: HashMap<usize, Vec<[f64; 3]>>,
 }
 
 impl Reader<'_, '_> {
@@ -199,20 +199,11 @@ impl Reader<'_, '_> {
         index: usize,
         transform: &DMat4,
     ) -> Result<(u32, u32), IoError> {
-        if !self.cache.contains_key(&index) {
-            let positions = accessor::positions(self.buffers, index)?;
-            self.cache.insert(index, positions);
-        }
-        let points = &self.cache[&index];
+        let points = accessor::positions(self.buffers, index)?;
         let base = self.surface.positions.len();
-        if u32::try_from(base + points.len()).is_err() {
-            return Err(self.fault(
-                mesh,
-                "there are more vertices than 32-bit indices can name".to_string(),
-            ));
-        }
+        self.check_size(mesh, base + points.len())?;
         let range = (base as u32, points.len() as u32);
-        let points = points.iter().map(|p| DVec3::from_array(*p));
+        let points = points.into_iter().map(DVec3::from_array);
         if *transform == DMat4::IDENTITY {
             self.surface.positions.extend(points);
         } else {
@@ -232,10 +223,11 @@ impl Reader<'_, '_> {
         mirrored: bool,
     ) -> Result<(), IoError> {
         let before = self.surface.triangles_mut().len();
+        self.check_size(mesh, before + corners.len())?;
         match mode {
             Mode::TriangleStrip => self.surface.push_strip(corners),
             Mode::TriangleFan => self.surface.push_fan(corners),
-            _ if corners.len() % 3 != 0 => {
+            _ if !corners.len().is_multiple_of(3) => {
                 let what = format!(
                     "a primitive has {} corners, which do not make whole triangles",
                     corners.len()
@@ -252,6 +244,19 @@ impl Reader<'_, '_> {
                 .for_each(|face| face.swap(1, 2));
         }
         Ok(())
+    }
+
+    /// Many nodes that use one mesh can make a small file enormous.
+    fn check_size(&self, mesh: usize, size: usize) -> Result<(), IoError> {
+        if size <= MOST {
+            return Ok(());
+        }
+        Err(self
+            .fault(
+                mesh,
+                format!("with it the scene has more than {MOST} vertices or triangles"),
+            )
+            .advise("save the parts of the scene to be mended on their own"))
     }
 
     fn no_positions(&self, mesh: usize) -> IoError {

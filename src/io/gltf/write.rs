@@ -92,31 +92,45 @@ fn describe(
         extras: Default::default(),
     });
     let split = points.len() * 12;
-    let positions = view(&mut root, buffer, 0, split, Target::ArrayBuffer);
-    let indices = view(
+    let view_of_positions = view(&mut root, buffer, 0, split, Target::ArrayBuffer);
+    let view_of_indices = view(
         &mut root,
         buffer,
         split,
         size - split,
         Target::ElementArrayBuffer,
     );
-    let bound = |pick: fn(f32, f32) -> f32| {
-        let first = points.first().copied().unwrap_or_default();
-        let extreme = points.iter().fold(first, |a, b| {
-            [pick(a[0], b[0]), pick(a[1], b[1]), pick(a[2], b[2])]
-        });
-        Some(Value::from(extreme.to_vec()))
-    };
-    let mut position_accessor = accessor(positions, points.len(), ComponentType::F32, Type::Vec3);
-    position_accessor.min = bound(f32::min);
-    position_accessor.max = bound(f32::max);
-    let positions = root.push(position_accessor);
+    let mut positions = accessor(
+        view_of_positions,
+        points.len(),
+        ComponentType::F32,
+        Type::Vec3,
+    );
+    positions.min = Some(bound(points, f32::min));
+    positions.max = Some(bound(points, f32::max));
+    let positions = root.push(positions);
     let indices = root.push(accessor(
-        indices,
+        view_of_indices,
         mesh.faces.len() * 3,
         ComponentType::U32,
         Type::Scalar,
     ));
+    place(&mut root, positions, indices);
+    root.to_vec()
+        .map_err(|error| refuse(format, error.to_string()))
+}
+
+/// The component-wise minimum or maximum.
+fn bound(points: &[[f32; 3]], pick: fn(f32, f32) -> f32) -> Value {
+    let first = points.first().copied().unwrap_or_default();
+    let extreme = points.iter().fold(first, |a, b| {
+        [pick(a[0], b[0]), pick(a[1], b[1]), pick(a[2], b[2])]
+    });
+    Value::from(extreme.to_vec())
+}
+
+/// Adds the mesh, its node and the scene.
+fn place(root: &mut Root, positions: Index<Accessor>, indices: Index<Accessor>) {
     let primitive = Primitive {
         attributes: [(Checked::Valid(Semantic::Positions), positions)]
             .into_iter()
@@ -145,8 +159,6 @@ fn describe(
         name: None,
         nodes: vec![node],
     }));
-    root.to_vec()
-        .map_err(|error| refuse(format, error.to_string()))
 }
 
 fn view(

@@ -143,14 +143,14 @@ fn read_elements<V: Values>(values: &mut V, header: &Header) -> Result<Surface, 
     Ok(surface)
 }
 
-/// How many items of the claimed ones the rest of the file can hold at most.
-fn plausible<V: Values>(values: &V, element: &Element) -> usize {
+/// How many items of the claimed ones the rest of the file can hold at most, when each has a list of so many bytes.
+fn plausible<V: Values>(values: &V, element: &Element, corners: usize) -> usize {
     let row: usize = element
         .properties
         .iter()
         .map(|p| V::least_size(p.length.unwrap_or(p.scalar)))
         .sum();
-    let room = values.left() / row.max(1);
+    let room = values.left() / (row + corners).max(1);
     usize::try_from(element.count).map_or(room, |count| count.min(room))
 }
 
@@ -179,7 +179,7 @@ fn read_vertices<V: Values>(
             }
         }
     }
-    surface.positions.reserve(plausible(values, element));
+    surface.positions.reserve(plausible(values, element, 0));
     for row in 0..element.count {
         let mut point = [0.0; 3];
         for (property, axis) in element.properties.iter().zip(&axes) {
@@ -213,7 +213,8 @@ fn read_faces<V: Values>(
         return Err(IoError::malformed(Format::Ply, Place::File, what));
     };
     if !strips {
-        surface.reserve_faces(plausible(values, element));
+        let three_corners = 3 * V::least_size(element.properties[corners_at].scalar);
+        surface.reserve_faces(plausible(values, element, three_corners));
     }
     let mut corners = Vec::new();
     for row in 0..element.count {

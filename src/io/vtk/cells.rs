@@ -1,0 +1,182 @@
+//! Points and cells as VTK lays them out, and how they become faces.
+
+use glam::DVec3;
+
+use super::super::surface::Surface;
+use super::super::{Format, IoError, Place};
+
+/// Cells of any size: their corners one after another, and where each cell ends.
+#[derive(Default)]
+pub(super) struct Cells {
+    corners: Vec<f64>,
+    ends: Vec<usize>,
+}
+
+impl Cells {
+    /// From `n i₁ … iₙ` records.
+    pub(super) fn from_records(
+        format: Format,
+        kind: &'static str,
+        count: usize,
+        records: &[f64],
+    ) -> Result<Self, IoError> {
+        let mut cells = Cells::default();
+        let mut rest = records;
+        for index in 0..count {
+            let cell = rest.split_first().and_then(|(size, tail)| {
+                let size = (*size >= 0.0 && size.fract() == 0.0).then_some(*size as usize)?;
+                (size <= tail.len()).then(|| tail.split_at(size))
+            });
+            let Some((corners, tail)) = cell else {
+                let what = "its corners do not fit in the size given for all cells";
+                return Err(IoError::malformed(format, Place::Item(kind, index), what));
+            };
+            cells.corners.extend_from_slice(corners);
+            cells.ends.push(cells.corners.len());
+            rest = tail;
+        }
+        Ok(cells)
+    }
+
+    /// From the corners and the offsets at which cells end, with or without a leading zero.
+    pub(super) fn from_offsets(
+        format: Format,
+        kind: &'static str,
+        corners: Vec<f64>,
+        offsets: &[f64],
+    ) -> Result<Self, IoError> {
+        let mut ends = Vec::with_capacity(offsets.len());
+        let mut last = 0;
+        for (index, offset) in offsets.iter().enumerate() {
+            let end = *offset as usize;
+            if end as f64 != *offset || end < last || end > corners.len() {
+                let what = format!(
+                    "its end {offset} is not between {last} and the {} corners there are",
+                    corners.len()
+                );
+                return Err(IoError::malformed(format, Place::Item(kind, index), what));
+            }
+            ends.push(end);
+            last = end;
+        }
+        Ok(Cells { corners, ends })
+    }
+
+    /// Leaves out the first cell where it is the empty one of a leading zero offset.
+    pub(super) fn without_leading_zero(mut self, count: usize) -> Self {
+        if self.ends.len() == count + 1 && self.ends.first() == Some(&0) {
+            self.ends.remove(0);
+        }
+        self
+    }
+
+    /// How many cells there are.
+    pub(super) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Calls `add` with the corners of each cell, as indices counted from the `base`-th point on.
+    pub(super) fn each(
+        &self,
+        format: Format,
+        kind: &'static str,
+        base: usize,
+        mut add: impl FnMut(usize, &[u32]) -> Result<(), IoError>,
+    ) -> Result<(), IoError> {
+        let (mut start, mut indices) = (0, Vec::new());
+        for (cell, end) in self.ends.iter().enumerate() {
+            indices.clear();
+            for corner in &self.corners[start..*end] {
+                let index = corner + base as f64;
+                if *corner < 0.0 || f64::from(index as u32) != index {
+                    let what = format!("it uses point {corner}, which cannot be");
+                    return Err(IoError::malformed(format, Place::Item(kind, cell), what));
+                }
+                indices.push(index as u32);
+            }
+            add(cell, &indices)?;
+            start = *end;
+        }
+        Ok(())
+    }
+
+    /// Adds the cells as polygons.
+    pub(super) fn add_polygons(
+        &self,
+        format: Format,
+        base: usize,
+        surface: &mut Surface,
+    ) -> Result<(), IoError> {
+        self.each(format, "polygon", base, |_, corners| {
+            surface.push_face(corners)
+        })
+    }
+
+    /// Adds the cells as strips of triangles.
+    pub(super) fn add_strips(
+        &self,
+        format: Format,
+        base: usize,
+        surface: &mut Surface,
+    ) -> Result<(), IoError> {
+        self.each(format, "triangle strip", base, |_, corners| {
+            surface.push_strip(corners);
+            Ok(())
+        })
+    }
+
+    /// Adds the cells of an unstructured grid, whose types say what they are. Returns how many points and lines were
+    /// passed over.
+    pub(super) fn add_typed(
+        &self,
+        format: Format,
+        types: &[f64],
+        surface: &mut Surface,
+    ) -> Result<usize, IoError> {
+        if types.len() != self.len() {
+            let what = format!(
+                "there are {} cells, but {} cell types",
+                self.len(),
+                types.len()
+            );
+            return Err(IoError::malformed(format, Place::File, what));
+        }
+        let mut passed_over = 0;
+        self.each(format, "cell", 0, |cell, corners| {
+            match (types[cell] as i64, corners) {
+                (1..=4, _) => passed_over += 1,
+                (5 | 7 | 9, _) => surface.push_face(corners)?,
+                (6, _) => surface.push_strip(corners),
+                (8, [a, b, c, d]) => surface.push_face(&[*a, *b, *d, *c])?,
+                (other, _) => return Err(solid_cell(format, cell, other)),
+            }
+            Ok(())
+        })?;
+        Ok(passed_over)
+    }
+}
+
+fn solid_cell(format: Format, cell: usize, type_: i64) -> IoError {
+    let name = match type_ {
+        10 => "a tetrahedron",
+        11 => "a voxel",
+        12 => "a hexahedron",
+        13 => "a wedge",
+        14 => "a pyramid",
+        42 => "a polyhedron",
+        21..=37 => "a curved cell",
+        _ => "not a triangle, quad, polygon or strip",
+    };
+    IoError::Unsupported {
+        format,
+        what: format!("cell {cell} is of type {type_}, {name}, and the file is no surface"),
+        advice: "extract its surface first, for example with ParaView's 'Extract Surface'",
+    }
+}
+
+/// Appends points given as x y z, x y z, ….
+pub(super) fn add_points(surface: &mut Surface, values: &[f64]) {
+    surface
+        .positions
+        .extend(values.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])));
+}

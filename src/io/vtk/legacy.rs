@@ -1,0 +1,251 @@
+//! VTK legacy files, text and binary, versions 1 to 5.1.
+
+use super::super::surface::Surface;
+use super::super::{Format, IoError, Loaded, Place, text};
+use super::cells::{Cells, add_points};
+use super::scalar::Scalar;
+
+/// Reads the faces of poly data, or of an unstructured grid that holds nothing but faces.
+pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
+    let mut reader = Reader::open(bytes)?;
+    let dataset = reader.word("the kind of data set")?.to_ascii_uppercase();
+    match &dataset[..] {
+        b"POLYDATA" | b"UNSTRUCTURED_GRID" => {}
+        other => {
+            return Err(IoError::Unsupported {
+                format: Format::Vtk,
+                what: format!(
+                    "the file holds {}, not a surface",
+                    String::from_utf8_lossy(other)
+                ),
+                advice: "extract a surface first and save it as POLYDATA",
+            });
+        }
+    }
+    let mut grid = None;
+    while let Some(keyword) = reader.keyword() {
+        match &keyword.to_ascii_uppercase()[..] {
+            b"POINTS" => reader.points()?,
+            b"POLYGONS" => {
+                reader
+                    .cells("polygon")?
+                    .add_polygons(Format::Vtk, 0, &mut reader.surface)?
+            }
+            b"TRIANGLE_STRIPS" => {
+                reader
+                    .cells("triangle strip")?
+                    .add_strips(Format::Vtk, 0, &mut reader.surface)?
+            }
+            b"VERTICES" | b"LINES" => {
+                reader.passed_over += reader.cells("line")?.len();
+            }
+            b"CELLS" => grid = Some(reader.cells("cell")?),
+            b"CELL_TYPES" => {
+                let count = reader.count("cell types")?;
+                reader.end_line();
+                let types = reader.numbers(count, Scalar::I32, "cell types")?;
+                let cells = grid.take().unwrap_or_default();
+                reader.passed_over += cells.add_typed(Format::Vtk, &types, &mut reader.surface)?;
+            }
+            b"FIELD" => reader.skip_field()?,
+            b"METADATA" => reader.skip_metadata(),
+            b"POINT_DATA" | b"CELL_DATA" => break,
+            _ => {
+                return Err(reader.fault(format!(
+                    "{} is no section of a surface",
+                    text::shown(keyword)
+                )));
+            }
+        }
+    }
+    reader.finish()
+}
+
+struct Reader<'a> {
+    tokens: text::Tokens<'a>,
+    bytes: &'a [u8],
+    binary: bool,
+    /// From version 5 on, cells are stored as offsets and connectivity.
+    offsets: bool,
+    surface: Surface,
+    passed_over: usize,
+}
+
+impl<'a> Reader<'a> {
+    /// Reads the lines before the kind of data set.
+    fn open(bytes: &'a [u8]) -> Result<Self, IoError> {
+        let mut tokens = text::Tokens::new(bytes, 0);
+        let first = tokens.rest_of_line();
+        let at_version = text::find(first, b"Version ").map(|at| at + 8);
+        let Some(major) = at_version.and_then(|at| text::number(first[at..].trim_ascii())) else {
+            let what = "the first line is not '# vtk DataFile Version' with a number";
+            return Err(IoError::malformed(Format::Vtk, Place::Line(1), what));
+        };
+        tokens.rest_of_line();
+        let surface = Surface::new(Format::Vtk);
+        let mut reader = Reader {
+            tokens,
+            bytes,
+            binary: false,
+            offsets: major >= 5.0,
+            surface,
+            passed_over: 0,
+        };
+        let encoding = reader.word("ASCII or BINARY")?;
+        reader.binary = encoding.eq_ignore_ascii_case(b"BINARY");
+        if !reader.binary && !encoding.eq_ignore_ascii_case(b"ASCII") {
+            return Err(reader.fault(format!(
+                "{} stands where ASCII or BINARY should",
+                text::shown(encoding)
+            )));
+        }
+        let dataset = reader.word("DATASET")?;
+        if !dataset.eq_ignore_ascii_case(b"DATASET") {
+            return Err(reader.fault(format!(
+                "{} stands where DATASET should",
+                text::shown(dataset)
+            )));
+        }
+        Ok(reader)
+    }
+
+    fn keyword(&mut self) -> Option<&'a [u8]> {
+        self.tokens.next()
+    }
+
+    fn word(&mut self, what: &str) -> Result<&'a [u8], IoError> {
+        self.tokens
+            .next()
+            .ok_or_else(|| self.fault(format!("the file ends before {what}")))
+    }
+
+    fn count(&mut self, of: &str) -> Result<usize, IoError> {
+        let word = self.word(&format!("the count of {of}"))?;
+        text::integer(word)
+            .and_then(|count| usize::try_from(count).ok())
+            .ok_or_else(|| self.fault(format!("{} is not a count of {of}", text::shown(word))))
+    }
+
+    fn scalar(&mut self) -> Result<Scalar, IoError> {
+        let word = self.word("a data type")?;
+        Scalar::from_legacy(word)
+            .ok_or_else(|| self.fault(format!("{} is not a data type", text::shown(word))))
+    }
+
+    /// Goes to the data behind a keyword line.
+    fn end_line(&mut self) {
+        if self.binary {
+            self.tokens.rest_of_line();
+        }
+    }
+
+    fn points(&mut self) -> Result<(), IoError> {
+        let count = self.count("points")?;
+        let scalar = self.scalar()?;
+        self.end_line();
+        let Some(values) = count.checked_mul(3) else {
+            return Err(self.fault(format!("{count} points are more than the file can hold")));
+        };
+        let values = self.numbers(values, scalar, "coordinates")?;
+        add_points(&mut self.surface, &values);
+        Ok(())
+    }
+
+    /// Reads `count` numbers after checking that the rest of the file can hold them.
+    fn numbers(&mut self, count: usize, scalar: Scalar, what: &str) -> Result<Vec<f64>, IoError> {
+        let least = if self.binary { scalar.size() } else { 2 };
+        let room = (self.tokens.left() + usize::from(!self.binary)) / least;
+        if count > room {
+            return Err(self.fault(format!(
+                "{count} {what} are claimed, but the file has room for {room} at most"
+            )));
+        }
+        if self.binary {
+            let start = self.tokens.offset();
+            let end = start + count * scalar.size();
+            self.tokens = text::Tokens::new(self.bytes, end);
+            return Ok(scalar.decode_all(&self.bytes[start..end], true));
+        }
+        let mut values = Vec::with_capacity(count);
+        for index in 0..count {
+            let Some(token) = self.tokens.next() else {
+                return Err(self.fault(format!("the file ends after {index} of {count} {what}")));
+            };
+            match scalar.parse(token) {
+                Some(value) => values.push(value),
+                None => return Err(self.fault(format!("{} is not a number", text::shown(token)))),
+            }
+        }
+        Ok(values)
+    }
+
+    fn cells(&mut self, kind: &'static str) -> Result<Cells, IoError> {
+        let count = self.count("cells")?;
+        let size = self.count("cell corners")?;
+        self.end_line();
+        if !self.offsets {
+            let records = self.numbers(size, Scalar::I32, "cell corners")?;
+            return Cells::from_records(Format::Vtk, kind, count, &records);
+        }
+        let offsets = self.named_array(b"OFFSETS", count)?;
+        let corners = self.named_array(b"CONNECTIVITY", size)?;
+        let cells = Cells::from_offsets(Format::Vtk, kind, corners, &offsets)?;
+        Ok(cells.without_leading_zero(count.saturating_sub(1)))
+    }
+
+    fn named_array(&mut self, name: &[u8], count: usize) -> Result<Vec<f64>, IoError> {
+        let shown = String::from_utf8_lossy(name).into_owned();
+        let word = self.word(&shown)?;
+        if word != name {
+            return Err(self.fault(format!("{} stands where {shown} should", text::shown(word))));
+        }
+        let scalar = self.scalar()?;
+        self.end_line();
+        self.numbers(count, scalar, &shown)
+    }
+
+    fn skip_field(&mut self) -> Result<(), IoError> {
+        self.word("the name of the field")?;
+        for _ in 0..self.count("arrays")? {
+            self.word("the name of an array")?;
+            let components = self.count("components")?;
+            let tuples = self.count("tuples")?;
+            let kind = self.word("a data type")?;
+            self.end_line();
+            let Some(scalar) = Scalar::from_legacy(kind) else {
+                let what = format!(
+                    "a field of type {} stands before the surface",
+                    text::shown(kind)
+                );
+                return Err(self.fault(what));
+            };
+            self.numbers(components.saturating_mul(tuples), scalar, "field values")?;
+        }
+        Ok(())
+    }
+
+    /// Passes over lines up to an empty one.
+    fn skip_metadata(&mut self) {
+        self.tokens.rest_of_line();
+        while self.tokens.left() > 0 && !self.tokens.rest_of_line().is_empty() {}
+    }
+
+    fn finish(mut self) -> Result<Loaded, IoError> {
+        if self.passed_over > 0 {
+            self.surface.notes.push(format!(
+                "points and lines passed over: {}",
+                self.passed_over
+            ));
+        }
+        self.surface.finish()
+    }
+
+    fn fault(&self, what: String) -> IoError {
+        let place = if self.binary {
+            Place::Byte(self.tokens.offset())
+        } else {
+            Place::Line(self.tokens.line())
+        };
+        IoError::malformed(Format::Vtk, place, what)
+    }
+}

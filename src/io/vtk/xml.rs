@@ -1,0 +1,375 @@
+//! VTK XML poly data (VTP).
+
+use std::borrow::Cow;
+
+use quick_xml::events::{BytesStart, Event};
+
+use super::super::surface::Surface;
+use super::super::{Format, IoError, Loaded, Place, text};
+use super::cells::{Cells, add_points};
+use super::payload::{Compressor, Encoding, Source, decode};
+use super::scalar::Scalar;
+
+/// Reads the polygons and strips of all pieces.
+pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
+    let (markup, appended) = split_appended(bytes);
+    let document = Document::parse(markup)?;
+    let offsets = sorted_offsets(&document.pieces);
+    let mut surface = Surface::new(Format::Vtp);
+    let mut passed_over = 0;
+    for piece in &document.pieces {
+        let decoder = Decoder {
+            encoding: document.encoding,
+            appended: appended.as_ref(),
+            offsets: &offsets,
+        };
+        let base = surface.positions.len();
+        add_points(&mut surface, &decoder.points(piece)?);
+        decoder
+            .cells(piece, Section::Polys)?
+            .add_polygons(Format::Vtp, base, &mut surface)?;
+        decoder
+            .cells(piece, Section::Strips)?
+            .add_strips(Format::Vtp, base, &mut surface)?;
+        passed_over += piece.count(b"NumberOfVerts") + piece.count(b"NumberOfLines");
+    }
+    if passed_over > 0 {
+        surface
+            .notes
+            .push(format!("points and lines passed over: {passed_over}"));
+    }
+    surface.finish()
+}
+
+/// The part of a piece that an array belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Section {
+    Points,
+    Polys,
+    Strips,
+    Other,
+}
+
+type Attributes = Vec<(Vec<u8>, Vec<u8>)>;
+
+fn attribute<'a>(attributes: &'a Attributes, name: &[u8]) -> Option<&'a [u8]> {
+    attributes
+        .iter()
+        .find(|(key, _)| key == name)
+        .map(|(_, value)| &value[..])
+}
+
+#[derive(Default)]
+struct Piece<'a> {
+    attributes: Attributes,
+    arrays: Vec<Array<'a>>,
+}
+
+impl Piece<'_> {
+    fn count(&self, name: &[u8]) -> usize {
+        attribute(&self.attributes, name)
+            .and_then(text::integer)
+            .and_then(|count| usize::try_from(count).ok())
+            .unwrap_or(0)
+    }
+}
+
+struct Array<'a> {
+    section: Section,
+    attributes: Attributes,
+    text: Cow<'a, [u8]>,
+}
+
+impl Array<'_> {
+    fn offset(&self) -> Option<usize> {
+        usize::try_from(attribute(&self.attributes, b"offset").and_then(text::integer)?).ok()
+    }
+}
+
+struct Document<'a> {
+    encoding: Encoding,
+    pieces: Vec<Piece<'a>>,
+}
+
+impl<'a> Document<'a> {
+    fn parse(markup: &'a [u8]) -> Result<Self, IoError> {
+        let mut reader = quick_xml::Reader::from_reader(markup);
+        reader.config_mut().check_end_names = false;
+        let mut encoding = None;
+        let mut pieces: Vec<Piece<'a>> = Vec::new();
+        let mut section = Section::Other;
+        // How many elements inside the current array are open, and whether there is one.
+        let mut open: Option<usize> = None;
+        loop {
+            let event = reader.read_event();
+            let at = reader.buffer_position() as usize;
+            let event = event
+                .map_err(|error| fault(Place::Byte(at), format!("the XML is damaged ({error})")))?;
+            match event {
+                Event::Eof => break,
+                Event::Start(_) if open.is_some() => open = open.map(|depth| depth + 1),
+                Event::End(_) if open.is_some() => {
+                    open = open.and_then(|depth| depth.checked_sub(1))
+                }
+                Event::Text(content) if open == Some(0) => {
+                    if let Some(array) = pieces.last_mut().and_then(|piece| piece.arrays.last_mut())
+                    {
+                        array.text.to_mut().extend_from_slice(&content);
+                    }
+                }
+                Event::Start(tag) => match tag.local_name().as_ref() {
+                    b"VTKFile" => encoding = Some(file_encoding(&tag)?),
+                    b"Piece" => pieces.push(Piece {
+                        attributes: attributes(&tag)?,
+                        arrays: Vec::new(),
+                    }),
+                    b"DataArray" => {
+                        push_array(&mut pieces, section, &tag)?;
+                        open = Some(0);
+                    }
+                    name => section = section_named(name),
+                },
+                Event::Empty(tag) if open.is_none() => match tag.local_name().as_ref() {
+                    b"DataArray" => push_array(&mut pieces, section, &tag)?,
+                    b"Piece" => pieces.push(Piece {
+                        attributes: attributes(&tag)?,
+                        arrays: Vec::new(),
+                    }),
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+        match encoding {
+            Some(encoding) => Ok(Document { encoding, pieces }),
+            None => Err(fault(
+                Place::File,
+                "there is no VTKFile element".to_string(),
+            )),
+        }
+    }
+}
+
+fn section_named(name: &[u8]) -> Section {
+    match name {
+        b"Points" => Section::Points,
+        b"Polys" => Section::Polys,
+        b"Strips" => Section::Strips,
+        _ => Section::Other,
+    }
+}
+
+fn push_array(
+    pieces: &mut [Piece<'_>],
+    section: Section,
+    tag: &BytesStart<'_>,
+) -> Result<(), IoError> {
+    if let Some(piece) = pieces.last_mut() {
+        piece.arrays.push(Array {
+            section,
+            attributes: attributes(tag)?,
+            text: Cow::Borrowed(&[]),
+        });
+    }
+    Ok(())
+}
+
+fn attributes(tag: &BytesStart<'_>) -> Result<Attributes, IoError> {
+    tag.attributes()
+        .map(|attribute| match attribute {
+            Ok(attribute) => Ok((
+                attribute.key.as_ref().to_vec(),
+                attribute.value.into_owned(),
+            )),
+            Err(error) => Err(fault(Place::File, format!("the XML is damaged ({error})"))),
+        })
+        .collect()
+}
+
+/// Checks that the file holds poly data and reads how its arrays are encoded.
+fn file_encoding(tag: &BytesStart<'_>) -> Result<Encoding, IoError> {
+    let attributes = attributes(tag)?;
+    match attribute(&attributes, b"type") {
+        Some(b"PolyData") => {}
+        kind => {
+            return Err(not_a_surface(&String::from_utf8_lossy(
+                kind.unwrap_or(b"data of no type"),
+            )));
+        }
+    }
+    let compressor = match attribute(&attributes, b"compressor") {
+        None | Some(b"") => None,
+        Some(name) => match Compressor::parse(name) {
+            Some(compressor) => Some(compressor),
+            None => {
+                return Err(fault(
+                    Place::File,
+                    format!("the compressor {} is not known", text::shown(name)),
+                ));
+            }
+        },
+    };
+    let sizes = if attribute(&attributes, b"header_type") == Some(b"UInt64") {
+        Scalar::U64
+    } else {
+        Scalar::U32
+    };
+    let big = attribute(&attributes, b"byte_order") == Some(b"BigEndian");
+    Ok(Encoding {
+        big,
+        sizes,
+        compressor,
+    })
+}
+
+fn not_a_surface(kind: &str) -> IoError {
+    let advice = match kind {
+        "ImageData" => {
+            "it is a volume: take its zero level with 'isomend surface', or give a surface"
+        }
+        "PPolyData" | "PUnstructuredGrid" | "PImageData" => {
+            "it only names the files of its pieces: merge them into one .vtp"
+        }
+        _ => {
+            "extract its surface first, for example with ParaView's 'Extract Surface', and save it as .vtp"
+        }
+    };
+    IoError::Unsupported {
+        format: Format::Vtp,
+        what: format!("the file holds {kind}, not PolyData"),
+        advice,
+    }
+}
+
+/// The data behind the markup, and whether it is base64.
+struct Appended<'a> {
+    data: &'a [u8],
+    base64: bool,
+}
+
+/// Parts the markup from the appended data, which need not be XML at all.
+fn split_appended(bytes: &[u8]) -> (&[u8], Option<Appended<'_>>) {
+    let Some(start) = text::find(bytes, b"<AppendedData") else {
+        return (bytes, None);
+    };
+    let (markup, tail) = bytes.split_at(start);
+    let Some(tag_end) = memchr::memchr(b'>', tail) else {
+        return (markup, None);
+    };
+    let (tag, body) = tail.split_at(tag_end);
+    let base64 = text::find(tag, b"base64").is_some();
+    let data = memchr::memchr(b'_', body).map(|at| &body[at + 1..]);
+    (markup, data.map(|data| Appended { data, base64 }))
+}
+
+fn sorted_offsets(pieces: &[Piece<'_>]) -> Vec<usize> {
+    let mut offsets: Vec<usize> = pieces
+        .iter()
+        .flat_map(|piece| piece.arrays.iter().filter_map(Array::offset))
+        .collect();
+    offsets.sort_unstable();
+    offsets
+}
+
+struct Decoder<'a> {
+    encoding: Encoding,
+    appended: Option<&'a Appended<'a>>,
+    offsets: &'a [usize],
+}
+
+impl Decoder<'_> {
+    fn points(&self, piece: &Piece<'_>) -> Result<Vec<f64>, IoError> {
+        let wanted = piece.count(b"NumberOfPoints");
+        let values = match piece
+            .arrays
+            .iter()
+            .find(|array| array.section == Section::Points)
+        {
+            Some(array) => self.numbers(array, "points")?,
+            None => Vec::new(),
+        };
+        if Some(values.len()) == wanted.checked_mul(3) {
+            return Ok(values);
+        }
+        let what = format!(
+            "a piece claims {wanted} points, but there are {} coordinates",
+            values.len()
+        );
+        Err(fault(Place::File, what))
+    }
+
+    fn cells(&self, piece: &Piece<'_>, section: Section) -> Result<Cells, IoError> {
+        let (claim, kind) = match section {
+            Section::Strips => (&b"NumberOfStrips"[..], "triangle strip"),
+            _ => (&b"NumberOfPolys"[..], "polygon"),
+        };
+        let wanted = piece.count(claim);
+        let find = |name: &[u8]| {
+            let here = |array: &&Array<'_>| {
+                array.section == section && attribute(&array.attributes, b"Name") == Some(name)
+            };
+            piece.arrays.iter().find(here)
+        };
+        let cells = match (find(b"connectivity"), find(b"offsets")) {
+            (Some(corners), Some(offsets)) => {
+                let corners = self.numbers(corners, "connectivity")?;
+                let offsets = self.numbers(offsets, "offsets")?;
+                Cells::from_offsets(Format::Vtp, kind, corners, &offsets)?
+                    .without_leading_zero(wanted)
+            }
+            _ => Cells::default(),
+        };
+        if cells.len() == wanted {
+            return Ok(cells);
+        }
+        Err(fault(
+            Place::File,
+            format!(
+                "a piece claims {wanted} {kind}s, but there are {}",
+                cells.len()
+            ),
+        ))
+    }
+
+    fn numbers(&self, array: &Array<'_>, name: &str) -> Result<Vec<f64>, IoError> {
+        let fail = |what: String| fault(Place::File, format!("the array of {name}: {what}"));
+        let kind = attribute(&array.attributes, b"type").unwrap_or(b"");
+        let Some(scalar) = Scalar::from_xml(kind) else {
+            return Err(fail(format!("its type {} is not known", text::shown(kind))));
+        };
+        let source = match attribute(&array.attributes, b"format") {
+            Some(b"binary") => Source::Base64(Cow::Borrowed(&array.text[..])),
+            Some(b"appended") => self.appended(array).map_err(fail)?,
+            _ => Source::Text(Cow::Borrowed(&array.text[..])),
+        };
+        decode(&source, scalar, &self.encoding).map_err(fail)
+    }
+
+    fn appended(&self, array: &Array<'_>) -> Result<Source<'_>, String> {
+        let appended = self
+            .appended
+            .ok_or("its data should be appended, but nothing is")?;
+        let offset = array
+            .offset()
+            .ok_or("it has no offset into the appended data")?;
+        let Some(rest) = appended.data.get(offset..) else {
+            return Err(format!(
+                "its offset {offset} lies beyond the {} appended bytes",
+                appended.data.len()
+            ));
+        };
+        if !appended.base64 {
+            return Ok(Source::Raw(rest));
+        }
+        let next = self.offsets[self.offsets.partition_point(|o| *o <= offset)..].first();
+        let length = next.map_or(rest.len(), |next| (next - offset).min(rest.len()));
+        let text = &rest[..length];
+        Ok(Source::Base64(Cow::Borrowed(
+            &text[..memchr::memchr(b'<', text).unwrap_or(length)],
+        )))
+    }
+}
+
+fn fault(place: Place, what: String) -> IoError {
+    IoError::malformed(Format::Vtp, place, what)
+}
