@@ -319,9 +319,9 @@ impl PatchMesh {
     pub(super) fn compact(&mut self) {
         let mut vertex = vec![NONE; self.position.len()];
         let mut kept = 0;
-        for v in 0..self.position.len() {
+        for (v, number) in vertex.iter_mut().enumerate() {
             if v < self.rim_len() || self.out[v] != NONE {
-                vertex[v] = kept as u32;
+                *number = kept as u32;
                 self.position[kept] = self.position[v];
                 self.normal[kept] = self.normal[v];
                 self.size[kept] = self.size[v];
@@ -363,7 +363,7 @@ pub(super) fn next(h: u32) -> u32 {
 }
 
 pub(super) fn prev(h: u32) -> u32 {
-    if h % 3 == 0 { h + 2 } else { h - 1 }
+    if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
 /// See [`PatchMesh::outgoing`].

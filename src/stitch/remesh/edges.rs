@@ -204,7 +204,7 @@ impl Remesher<'_> {
         }
     }
 
-    fn diamond(&self, h: u32) -> Option<[u32; 4]> {
+    pub(super) fn diamond(&self, h: u32) -> Option<[u32; 4]> {
         let t = self.mesh.twin(h)?;
         Some([
             self.mesh.from(h),
@@ -229,12 +229,7 @@ impl Remesher<'_> {
         let Some([a, b, c, d]) = self.diamond(h) else {
             return false;
         };
-        if c == d || self.mesh.has_edge(c, d) || !self.may_join(c, d) {
-            return false;
-        }
-        let spare =
-            |v: u32| self.mesh.outgoing(v).count() > if self.mesh.is_rim(v) { 1 } else { 3 };
-        if !spare(a) || !spare(b) {
+        if !self.may_flip([a, b, c, d]) {
             return false;
         }
         let now = self.cosine([a, b, c]).min(self.cosine([b, a, d]));
@@ -248,5 +243,12 @@ impl Remesher<'_> {
         let [p, q, r, s] = [a, b, c, d].map(|v| self.mesh.position[v as usize]);
         let worst_now = quality([p, q, r]).min(quality([q, p, s]));
         quality([p, s, r]).min(quality([s, q, r])) >= keep * worst_now
+    }
+
+    /// Whether the edge (a, b) can become (c, d) without changing the topology.
+    pub(super) fn may_flip(&self, [a, b, c, d]: [u32; 4]) -> bool {
+        let spare =
+            |v: u32| self.mesh.outgoing(v).count() > if self.mesh.is_rim(v) { 1 } else { 3 };
+        c != d && !self.mesh.has_edge(c, d) && self.may_join(c, d) && spare(a) && spare(b)
     }
 }

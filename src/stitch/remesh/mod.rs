@@ -3,6 +3,7 @@
 mod edges;
 mod size;
 mod smooth;
+mod untangle;
 
 use std::collections::HashMap;
 
@@ -26,10 +27,12 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) {
         work.split_long();
         work.collapse_short();
         work.flip_by_valence();
+        work.untangle();
         work.smooth_by_area();
     }
     for _ in 0..POLISH {
         work.flip_by_shape();
+        work.untangle();
         work.smooth_by_shape();
     }
     patch.mesh.compact();

@@ -74,20 +74,28 @@ impl Remesher<'_> {
             })
             .collect();
         for (&v, moved) in free.iter().zip(moved) {
-            if let Some((p, n)) = moved {
-                self.try_move(v, p, n, keep);
+            if !moved.is_some_and(|(p, n)| self.try_move(v, p, n, keep)) {
+                self.settle(v, keep);
             }
         }
     }
 
-    /// Moves a vertex if the faces round it stay good; tries half the way too.
+    /// Puts a vertex on the surface where it is.
+    fn settle(&mut self, v: u32, keep: f64) {
+        let p = self.mesh.position[v as usize];
+        if let Some((q, n)) = self.project(p, self.mesh.size[v as usize]) {
+            self.try_move(v, q, n, keep);
+        }
+    }
+
+    /// Moves a vertex if the faces round it stay good.
     fn try_move(&mut self, v: u32, p: DVec3, n: DVec3, keep: f64) -> bool {
         let (old, old_normal) = (self.mesh.position[v as usize], self.mesh.normal[v as usize]);
         let before = self.around(v, old);
         self.mesh.normal[v as usize] = n;
         let after = self.around(v, p);
         let good = (after.0 >= LEAN && after.1 >= keep * before.1)
-            || (before.0 < LEAN && after.0 > before.0);
+            || (before.0 < LEAN && self.least_area(v, p) > self.least_area(v, old));
         if good {
             self.mesh.position[v as usize] = p;
         } else {
