@@ -64,8 +64,8 @@ impl Polygon {
             for i in 0..n - span {
                 let j = i + span;
                 let mut best = (f64::INFINITY, i + 1);
-                for m in i + 1..j {
-                    let c = cost[i][m] + cost[m][j];
+                for (m, row) in cost.iter().enumerate().take(j).skip(i + 1) {
+                    let c = cost[i][m] + row[j];
                     if c < best.0 {
                         best = (c, m);
                     }

@@ -33,9 +33,8 @@ pub(super) fn assemble(input: &StitchInput) -> Result<Assembled, StitchError> {
     let offsets = add_rim(input, &rims, centre, &mut mesh);
     add_kept(input, &kept, &plan, centre, &mut mesh);
     add_zips(&rims, &plan, &offsets, &mut mesh);
-    mesh.connect()
-        .and_then(|()| mesh.compact())
-        .map_err(|e| e.moved(centre))?;
+    mesh.connect().map_err(|e| e.moved(centre))?;
+    mesh.compact();
     let mut assembled = Assembled {
         mesh,
         rims,
@@ -181,7 +180,7 @@ impl Assembled {
 
     /// The finished patch.
     pub(super) fn into_patch(mut self, input: &StitchInput) -> Result<Patch, StitchError> {
-        self.mesh.compact().map_err(|e| e.moved(self.centre))?;
+        self.mesh.compact();
         let rim_len = self.mesh.rim_len();
         let positions = self.mesh.position[rim_len..]
             .iter()

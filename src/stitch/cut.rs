@@ -166,11 +166,10 @@ fn pieces(faces: &[[u32; 3]]) -> (Vec<usize>, Vec<usize>) {
         while let Some(i) = queue.pop_front() {
             count += 1;
             for k in 0..3 {
-                if let Some(&j) = by_edge.get(&(faces[i][(k + 1) % 3], faces[i][k])) {
-                    if piece[j] == usize::MAX {
-                        piece[j] = len.len();
-                        queue.push_back(j);
-                    }
+                let beyond = by_edge.get(&(faces[i][(k + 1) % 3], faces[i][k])).copied();
+                if let Some(j) = beyond.filter(|&j| piece[j] == usize::MAX) {
+                    piece[j] = len.len();
+                    queue.push_back(j);
                 }
             }
         }

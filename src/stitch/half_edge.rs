@@ -315,27 +315,46 @@ impl PatchMesh {
         }
     }
 
-    /// Drops removed faces and vertices.
-    pub(super) fn compact(&mut self) -> Result<(), StitchError> {
-        let mut renumber = vec![NONE; self.position.len()];
+    /// Drops removed faces and vertices; the order of the others stays.
+    pub(super) fn compact(&mut self) {
+        let mut vertex = vec![NONE; self.position.len()];
         let mut kept = 0;
-        for v in 0..self.position.len() {
+        for (v, number) in vertex.iter_mut().enumerate() {
             if v < self.rim_len() || self.out[v] != NONE {
-                renumber[v] = kept as u32;
+                *number = kept as u32;
                 self.position[kept] = self.position[v];
                 self.normal[kept] = self.normal[v];
                 self.size[kept] = self.size[v];
+                self.out[kept] = self.out[v];
                 kept += 1;
             }
         }
         self.position.truncate(kept);
         self.normal.truncate(kept);
         self.size.truncate(kept);
-        self.faces.retain(|f| f[0] != NONE);
-        for v in self.faces.iter_mut().flatten() {
-            *v = renumber[*v as usize];
+        self.out.truncate(kept);
+        let mut half_edge = vec![NONE; self.twin.len()];
+        let mut faces = 0;
+        for f in 0..self.faces.len() {
+            if self.faces[f][0] != NONE {
+                for k in 0..3 {
+                    half_edge[3 * f + k] = (3 * faces + k) as u32;
+                    self.twin[3 * faces + k] = self.twin[3 * f + k];
+                }
+                self.faces[faces] = self.faces[f].map(|v| vertex[v as usize]);
+                faces += 1;
+            }
         }
-        self.connect()
+        self.faces.truncate(faces);
+        self.twin.truncate(3 * faces);
+        for h in self
+            .twin
+            .iter_mut()
+            .chain(&mut self.out)
+            .filter(|h| **h != NONE)
+        {
+            *h = half_edge[*h as usize];
+        }
     }
 }
 
@@ -344,7 +363,7 @@ pub(super) fn next(h: u32) -> u32 {
 }
 
 pub(super) fn prev(h: u32) -> u32 {
-    if h % 3 == 0 { h + 2 } else { h - 1 }
+    if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
 /// See [`PatchMesh::outgoing`].

@@ -160,8 +160,8 @@ impl<'a> Table<'a> {
             apex: vec![0; size],
             normal: vec![DVec3::ZERO; size],
         };
-        for i in 0..n - 1 {
-            table.normal[i * n + i + 1] = beyond[i].unwrap_or_default();
+        for (i, normal) in beyond.iter().enumerate().take(n - 1) {
+            table.normal[i * n + i + 1] = normal.unwrap_or_default();
         }
         for span in 2..n {
             for i in 0..n - span {

@@ -19,6 +19,7 @@ mod half_edge;
 mod intersect;
 mod liepa;
 mod matching;
+mod remesh;
 mod rim;
 mod zip;
 
@@ -129,6 +130,7 @@ pub struct StitchReport {
 /// Joins the extracted surface to the rim.
 pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
     let mut patch = assemble::assemble(input)?;
+    remesh::remesh(input, &mut patch);
     let mut surroundings = check::Surroundings::new(input, &patch);
     patch.report.intersecting_faces = surroundings
         .intersections(&patch, input.mesh.positions.len())

@@ -1,0 +1,152 @@
+//! Isotropic remeshing of the patch with the rim held fixed (Botsch and Kobbelt 2004, section 4).
+
+mod edges;
+mod size;
+mod smooth;
+mod untangle;
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::assemble::Assembled;
+use super::half_edge::{NONE, PatchMesh};
+use super::rim::Rims;
+use super::{StitchInput, Surface};
+
+/// Cosine between a face and the surface normals at its corners that every change must keep, or at least not worsen.
+const LEAN: f64 = 0.5;
+/// Rounds of flips and smoothing at the end.
+const POLISH: usize = 8;
+
+/// Remeshes the patch in place.
+pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) {
+    let mut work = Remesher::new(input, patch);
+    work.set_sizes(&input.params, input.voxel);
+    for _ in 0..input.params.iterations {
+        work.split_long();
+        work.collapse_short();
+        work.flip_by_valence();
+        work.untangle();
+        work.smooth_by_area();
+    }
+    for _ in 0..POLISH {
+        work.flip_by_shape();
+        work.untangle();
+        work.smooth_by_shape();
+    }
+    patch.mesh.compact();
+}
+
+/// The patch with what its changes must respect.
+pub(super) struct Remesher<'a> {
+    mesh: &'a mut PatchMesh,
+    rims: &'a Rims,
+    surface: &'a dyn Surface,
+    centre: DVec3,
+    /// Corners of the mesh vertices that have several.
+    copies: HashMap<u32, Vec<u32>>,
+}
+
+impl<'a> Remesher<'a> {
+    pub(super) fn new(input: &'a StitchInput, patch: &'a mut Assembled) -> Self {
+        let mut copies: HashMap<u32, Vec<u32>> = HashMap::new();
+        for (corner, &v) in patch.mesh.origin.iter().enumerate() {
+            copies.entry(v).or_default().push(corner as u32);
+        }
+        copies.retain(|_, corners| corners.len() > 1);
+        Self {
+            mesh: &mut patch.mesh,
+            rims: &patch.rims,
+            surface: input.surface,
+            centre: patch.centre,
+            copies,
+        }
+    }
+
+    /// The nearest point of the surface and its normal, unless that is farther than `limit`.
+    fn project(&self, p: DVec3, limit: f64) -> Option<(DVec3, DVec3)> {
+        let (q, n) = self.surface.project(p + self.centre)?;
+        let q = q - self.centre;
+        (q.is_finite() && n.is_finite() && q.distance_squared(p) <= limit * limit).then_some((q, n))
+    }
+
+    /// Whether an edge between two vertices that have none would be the only one between the vertices of the output.
+    fn may_join(&self, a: u32, b: u32) -> bool {
+        let mesh = &*self.mesh;
+        match (mesh.is_rim(a), mesh.is_rim(b)) {
+            (false, false) => true,
+            (true, true) => {
+                let (u, v) = (mesh.origin[a as usize], mesh.origin[b as usize]);
+                let apart = |x: &u32, y: &u32| !mesh.has_edge(*x, *y);
+                u != v
+                    && !self.rims.has_edge(u, v)
+                    && self
+                        .corners(u, &a)
+                        .iter()
+                        .all(|x| self.corners(v, &b).iter().all(|y| apart(x, y)))
+            }
+            (true, false) => self.alone(a, b),
+            (false, true) => self.alone(b, a),
+        }
+    }
+
+    /// Whether no other corner of the same mesh vertex as `rim` is joined to `free`.
+    fn alone(&self, rim: u32, free: u32) -> bool {
+        let corners = self.corners(self.mesh.origin[rim as usize], &rim);
+        corners
+            .iter()
+            .all(|&c| c == rim || !self.mesh.has_edge(c, free))
+    }
+
+    fn corners<'b>(&'b self, origin: u32, only: &'b u32) -> &'b [u32] {
+        self.copies
+            .get(&origin)
+            .map_or(std::slice::from_ref(only), Vec::as_slice)
+    }
+
+    /// Cosine between a face and the mean surface normal at its corners; -1 for a degenerate face.
+    fn cosine(&self, face: [u32; 3]) -> f64 {
+        let [a, b, c] = face.map(|v| self.mesh.position[v as usize]);
+        self.cosine_at(face, [a, b, c])
+    }
+
+    fn cosine_at(&self, face: [u32; 3], [a, b, c]: [DVec3; 3]) -> f64 {
+        let normal: DVec3 = face.iter().map(|&v| self.mesh.normal[v as usize]).sum();
+        let cross = (b - a).cross(c - a);
+        let length = cross.length() * normal.length();
+        if length > 0.0 {
+            cross.dot(normal) / length
+        } else {
+            -1.0
+        }
+    }
+
+    /// Least cosine and least quality of the faces round `v` if it were at `p`.
+    fn around(&self, v: u32, p: DVec3) -> (f64, f64) {
+        let mut least = (1.0f64, 1.0f64);
+        for h in self.mesh.outgoing(v) {
+            let face = self.mesh.faces[h as usize / 3];
+            let at = face.map(|w| {
+                if w == v {
+                    p
+                } else {
+                    self.mesh.position[w as usize]
+                }
+            });
+            least = (
+                least.0.min(self.cosine_at(face, at)),
+                least.1.min(super::assemble::quality(at)),
+            );
+        }
+        least
+    }
+
+    fn free_vertices(&self) -> impl Iterator<Item = u32> + use<> {
+        let used: Vec<u32> = (self.mesh.rim_len() as u32..self.mesh.position.len() as u32)
+            .filter(|&v| self.mesh.is_used(v))
+            .collect();
+        debug_assert!(!used.contains(&NONE));
+        used.into_iter()
+    }
+}

@@ -1,0 +1,122 @@
+//! The target edge length at each vertex of the patch.
+
+use std::f64::consts::TAU;
+
+use rayon::prelude::*;
+
+use super::Remesher;
+use crate::stitch::StitchParams;
+
+/// Most by which the target may grow per unit of length.
+const GROWTH: f64 = 0.3;
+/// Sweeps in which lengths of neighbours are evened out.
+const SWEEPS: usize = 12;
+/// The curvature never asks for edges shorter than this part of what the rim asks for.
+const LEAST: f64 = 0.25;
+/// Power of the distance in the interpolation from the rim.
+const POWER: i32 = 3;
+
+impl Remesher<'_> {
+    /// Sets the target from the mesh's edges at the rim, made shorter where a chord would be too far from the surface.
+    pub(super) fn set_sizes(&mut self, params: &StitchParams, voxel: f64) {
+        self.even_out_rim();
+        let factor = params.edge_factor;
+        let mesh = &*self.mesh;
+        let rim: Vec<(glam::DVec3, f64)> = (0..mesh.rim_len())
+            .map(|v| (mesh.position[v], mesh.size[v]))
+            .collect();
+        let from_rim: Vec<f64> = mesh.position[mesh.rim_len()..]
+            .par_iter()
+            .map(|p| {
+                let (mut sum, mut weight) = (0.0, 0.0);
+                for (q, size) in &rim {
+                    let w = size / p.distance(*q).max(1e-9 * size).powi(POWER);
+                    sum += w * size;
+                    weight += w;
+                }
+                sum / weight
+            })
+            .collect();
+        let rim_len = self.mesh.rim_len();
+        self.mesh.size[rim_len..].copy_from_slice(&from_rim);
+        let chord = params.chord_error * voxel;
+        let wanted: Vec<f64> = (0..self.mesh.position.len() as u32)
+            .into_par_iter()
+            .map(|v| {
+                let size = factor * self.mesh.size[v as usize];
+                // a chord of length l on curvature k is k l² / 8 from the surface
+                let by_curvature = (8.0 * chord / self.curvature(v)).sqrt();
+                if self.mesh.is_rim(v) {
+                    size
+                } else {
+                    size.min(by_curvature.max(LEAST * size))
+                }
+            })
+            .collect();
+        self.mesh.size = wanted;
+        self.limit_growth();
+    }
+
+    /// Replaces the length at each rim corner by the mean with its neighbours along the rim.
+    fn even_out_rim(&mut self) {
+        for _ in 0..3 {
+            let mut sum: Vec<(f64, f64)> = self.mesh.size[..self.mesh.rim_len()]
+                .iter()
+                .map(|&s| (s, 1.0))
+                .collect();
+            for v in 0..self.mesh.rim_len() as u32 {
+                if let Some(h) = self.mesh.outgoing(v).next() {
+                    let to = self.mesh.to(h);
+                    if self.mesh.is_rim(to) {
+                        let (a, b) = (self.mesh.size[v as usize], self.mesh.size[to as usize]);
+                        sum[v as usize] = (sum[v as usize].0 + b, sum[v as usize].1 + 1.0);
+                        sum[to as usize] = (sum[to as usize].0 + a, sum[to as usize].1 + 1.0);
+                    }
+                }
+            }
+            for (v, (total, n)) in sum.into_iter().enumerate() {
+                self.mesh.size[v] = total / n;
+            }
+        }
+    }
+
+    /// Mean over the edges at `v` of the turn of the normal per length, at least that of a circle of a hundred edges.
+    fn curvature(&self, v: u32) -> f64 {
+        let mesh = &*self.mesh;
+        let (mut sum, mut n) = (0.0, 0.0);
+        let mut most = 0.0f64;
+        for w in mesh.neighbours(v) {
+            let length = mesh.position[v as usize].distance(mesh.position[w as usize]);
+            let turn = (mesh.normal[v as usize] - mesh.normal[w as usize]).length();
+            if length > 0.2 * mesh.size[v as usize].min(mesh.size[w as usize]) {
+                sum += turn / length;
+                most = most.max(turn / length);
+                n += 1.0;
+            }
+        }
+        let floor = TAU / (100.0 * mesh.size[v as usize]);
+        if n > 0.0 {
+            (0.5 * (sum / n + most)).max(floor)
+        } else {
+            floor
+        }
+    }
+
+    fn limit_growth(&mut self) {
+        for _ in 0..SWEEPS {
+            let mesh = &*self.mesh;
+            let limited: Vec<f64> = (0..mesh.position.len() as u32)
+                .into_par_iter()
+                .map(|v| {
+                    let size = mesh.size[v as usize];
+                    let reach = |w: u32| {
+                        let d = mesh.position[v as usize].distance(mesh.position[w as usize]);
+                        mesh.size[w as usize] + GROWTH * d
+                    };
+                    mesh.neighbours(v).map(reach).fold(size, f64::min)
+                })
+                .collect();
+            self.mesh.size = limited;
+        }
+    }
+}

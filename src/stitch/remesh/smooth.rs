@@ -1,0 +1,106 @@
+//! Tangential smoothing, followed by projection.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{LEAN, Remesher};
+use crate::stitch::half_edge::prev;
+
+/// Part of the way to the goal that a vertex moves.
+const STEP: f64 = 0.7;
+
+impl Remesher<'_> {
+    /// Moves free vertices towards the centroid of the faces round them, weighted so that edges approach their targets.
+    pub(super) fn smooth_by_area(&mut self) {
+        self.smooth(
+            |work, v| {
+                let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+                for h in work.mesh.outgoing(v) {
+                    let face = work.mesh.faces[h as usize / 3];
+                    let centroid = face
+                        .iter()
+                        .map(|&w| work.mesh.position[w as usize])
+                        .sum::<DVec3>()
+                        / 3.0;
+                    let size = face
+                        .iter()
+                        .map(|&w| work.mesh.size[w as usize])
+                        .sum::<f64>()
+                        / 3.0;
+                    let w = work.mesh.area_vector(face).length() / size.powi(4);
+                    sum += w * centroid;
+                    weight += w;
+                }
+                sum / weight
+            },
+            0.3,
+        );
+    }
+
+    /// Moves free vertices towards the mean of the apexes that would make the faces round them equilateral.
+    pub(super) fn smooth_by_shape(&mut self) {
+        self.smooth(
+            |work, v| {
+                let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+                let n = work.mesh.normal[v as usize];
+                for h in work.mesh.outgoing(v) {
+                    let [a, b] = [work.mesh.to(h), work.mesh.from(prev(h))]
+                        .map(|w| work.mesh.position[w as usize]);
+                    let apex = (a + b) / 2.0 + 0.75f64.sqrt() * n.cross(b - a);
+                    sum += apex;
+                    weight += 1.0;
+                }
+                sum / weight
+            },
+            1.0,
+        );
+    }
+
+    /// Moves every free vertex towards its goal, along the surface. A move that would let a face lean is undone, and so is
+    /// one that brings the worst face round it below `keep` times what it was.
+    fn smooth(&mut self, goal: impl Fn(&Self, u32) -> DVec3 + Sync, keep: f64) {
+        let free: Vec<u32> = self.free_vertices().collect();
+        let this = &*self;
+        let moved: Vec<Option<(DVec3, DVec3)>> = free
+            .par_iter()
+            .map(|&v| {
+                let (p, n) = (this.mesh.position[v as usize], this.mesh.normal[v as usize]);
+                let step = goal(this, v) - p;
+                let step = STEP * (step - step.dot(n) * n);
+                if !step.is_finite() {
+                    return None;
+                }
+                this.project(p + step, this.mesh.size[v as usize])
+            })
+            .collect();
+        for (&v, moved) in free.iter().zip(moved) {
+            if !moved.is_some_and(|(p, n)| self.try_move(v, p, n, keep)) {
+                self.settle(v, keep);
+            }
+        }
+    }
+
+    /// Puts a vertex on the surface where it is.
+    fn settle(&mut self, v: u32, keep: f64) {
+        let p = self.mesh.position[v as usize];
+        if let Some((q, n)) = self.project(p, self.mesh.size[v as usize]) {
+            self.try_move(v, q, n, keep);
+        }
+    }
+
+    /// Moves a vertex if the faces round it stay good.
+    fn try_move(&mut self, v: u32, p: DVec3, n: DVec3, keep: f64) -> bool {
+        let (old, old_normal) = (self.mesh.position[v as usize], self.mesh.normal[v as usize]);
+        let before = self.around(v, old);
+        self.mesh.normal[v as usize] = n;
+        let after = self.around(v, p);
+        let good = (after.0 >= LEAN && after.1 >= keep * before.1)
+            || (before.0 < LEAN && self.least_area(v, p) > self.least_area(v, old));
+        if good {
+            self.mesh.position[v as usize] = p;
+        } else {
+            self.mesh.normal[v as usize] = old_normal;
+        }
+        good
+    }
+}

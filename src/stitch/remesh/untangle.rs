@@ -1,0 +1,127 @@
+//! Unfolding: changes that bring faces that lean away from the surface normal, or are turned over, back in line.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+use super::{LEAN, Remesher};
+use crate::stitch::half_edge::NONE;
+
+/// Directions tried for a vertex of a folded face.
+const DIRECTIONS: usize = 12;
+/// Distances tried, in target lengths.
+const REACH: [f64; 5] = [0.8, 0.4, 0.2, 0.1, 0.05];
+/// Rounds over all folded faces.
+const ROUNDS: usize = 3;
+
+impl Remesher<'_> {
+    /// Faces that lean by more than 60 degrees.
+    fn leaning(&self) -> Vec<u32> {
+        let faces = &self.mesh.faces;
+        (0..faces.len() as u32)
+            .filter(|&f| faces[f as usize][0] != NONE && self.cosine(faces[f as usize]) < LEAN)
+            .collect()
+    }
+
+    /// Turns edges, moves vertices and, where that does not help, collapses edges of leaning faces.
+    pub(super) fn untangle(&mut self) {
+        for round in 0..ROUNDS {
+            let leaning = self.leaning();
+            if leaning.is_empty() {
+                return;
+            }
+            for f in leaning {
+                self.unfold(f, round > 0);
+            }
+        }
+    }
+
+    fn unfold(&mut self, f: u32, collapse: bool) {
+        let leans = |work: &Self| {
+            let face = work.mesh.faces[f as usize];
+            face[0] != NONE && work.cosine(face) < LEAN
+        };
+        for k in 0..3 {
+            if leans(self) {
+                self.flip_to_unfold(3 * f + k);
+            }
+        }
+        for k in 0..3 {
+            let v = self.mesh.faces[f as usize][k];
+            if leans(self) && !self.mesh.is_rim(v) {
+                self.search(v);
+            }
+        }
+        for k in 0..3 {
+            if collapse && leans(self) && self.mesh.twin(3 * f + k).is_some() {
+                self.collapse(3 * f + k, f64::INFINITY);
+            }
+        }
+    }
+
+    fn flip_to_unfold(&mut self, h: u32) {
+        let Some([a, b, c, d]) = self.diamond(h) else {
+            return;
+        };
+        let now = self.signed_area([a, b, c]).min(self.signed_area([b, a, d]));
+        let then = self.signed_area([a, d, c]).min(self.signed_area([d, b, c]));
+        let least = self.cosine([a, d, c]).min(self.cosine([d, b, c]));
+        if self.may_flip([a, b, c, d]) && (then > now || least >= LEAN) {
+            self.mesh.flip(h);
+        }
+    }
+
+    /// The place near `v` where the smallest signed area of the faces round it is largest.
+    fn search(&mut self, v: u32) {
+        let n = self.mesh.normal[v as usize];
+        let x = n.any_orthonormal_vector();
+        let y = n.cross(x);
+        let size = self.mesh.size[v as usize];
+        let mut best = (
+            self.least_area(v, self.mesh.position[v as usize]),
+            self.mesh.position[v as usize],
+        );
+        for reach in REACH {
+            let from = best.1;
+            for i in 0..DIRECTIONS {
+                let angle = TAU * i as f64 / DIRECTIONS as f64;
+                let p: DVec3 = from + reach * size * (angle.cos() * x + angle.sin() * y);
+                let area = self.least_area(v, p);
+                if area > best.0 {
+                    best = (area, p);
+                }
+            }
+        }
+        if let Some((p, n)) = self.project(best.1, size) {
+            if self.least_area(v, p) > self.least_area(v, self.mesh.position[v as usize]) {
+                self.mesh.position[v as usize] = p;
+                self.mesh.normal[v as usize] = n;
+            }
+        }
+    }
+
+    /// The smallest signed area, seen along the surface normal, of the faces round `v` if it were at `p`.
+    pub(super) fn least_area(&self, v: u32, p: DVec3) -> f64 {
+        let n = self.mesh.normal[v as usize];
+        let area = |h: u32| {
+            let face = self.mesh.faces[h as usize / 3];
+            let [a, b, c] = face.map(|w| {
+                if w == v {
+                    p
+                } else {
+                    self.mesh.position[w as usize]
+                }
+            });
+            (b - a).cross(c - a).dot(n)
+        };
+        self.mesh
+            .outgoing(v)
+            .map(area)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    fn signed_area(&self, face: [u32; 3]) -> f64 {
+        let normal: DVec3 = face.iter().map(|&v| self.mesh.normal[v as usize]).sum();
+        self.mesh.area_vector(face).dot(normal.normalize_or_zero())
+    }
+}
