@@ -74,19 +74,13 @@ fn add_rim(input: &StitchInput, rims: &Rims, centre: DVec3, mesh: &mut PatchMesh
 /// Adds the kept part, projected on the surface.
 fn add_kept(input: &StitchInput, kept: &Kept, plan: &Plan, centre: DVec3, mesh: &mut PatchMesh) {
     let offset = mesh.position.len() as u32;
-    let mut facet = vec![DVec3::ZERO; kept.positions.len()];
-    for f in &kept.faces {
-        let [a, b, c] = f.map(|v| kept.positions[v as usize]);
-        f.iter()
-            .for_each(|&v| facet[v as usize] += (b - a).cross(c - a));
-    }
     let projected: Vec<(DVec3, DVec3)> = kept
         .positions
         .par_iter()
-        .zip(&facet)
+        .zip(&kept.normals)
         .map(|(&p, n)| match input.surface.project(p) {
             Some((q, m)) if q.distance(p) < input.voxel && m.dot(*n) > 0.0 => (q - centre, m),
-            _ => (p - centre, n.normalize_or_zero()),
+            _ => (p - centre, *n),
         })
         .collect();
     for (p, n) in projected {

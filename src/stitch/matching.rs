@@ -8,6 +8,8 @@ use rayon::prelude::*;
 use super::cut::Kept;
 use super::liepa::{self, Polygon};
 use super::rim::Rims;
+use super::sector::nearest_pair;
+use super::zip::Polyline;
 use super::{StitchError, StitchInput, StitchReport};
 
 /// A border loop whose mean distance to the rim is more than this many voxels does not belong to it.
@@ -200,22 +202,36 @@ fn bridge(
     rim: usize,
     served: &BTreeSet<usize>,
 ) -> Option<usize> {
-    let at = |v: u32| input.mesh.positions[v as usize];
-    let mut best = (FAR * input.voxel, usize::MAX, 0, 0);
+    let outline = |r: usize| -> (Vec<DVec3>, Vec<DVec3>) {
+        rims.loops[r]
+            .iter()
+            .map(|v| (input.mesh.positions[*v as usize], rims.normal[v]))
+            .unzip()
+    };
+    let (p, normal) = outline(rim);
+    let sectors = Polyline {
+        position: &p,
+        normal: &normal,
+    }
+    .sectors(false);
+    let mut best: Option<(f64, usize, usize, usize)> = None;
     for other in (0..rims.loops.len()).filter(|&o| o != rim && !served.contains(&o)) {
-        for (i, &a) in rims.loops[rim].iter().enumerate() {
-            for (j, &b) in rims.loops[other].iter().enumerate() {
-                let d = at(a).distance(at(b));
-                if d < best.0 && a != b && !rims.has_edge(a, b) {
-                    best = (d, other, i, j);
-                }
-            }
+        let (q, normal) = outline(other);
+        let others = Polyline {
+            position: &q,
+            normal: &normal,
+        }
+        .sectors(false);
+        let limit = best.map_or(FAR * input.voxel, |b| b.0);
+        let allowed = |i: usize, j: usize| {
+            let (a, b) = (rims.loops[rim][i], rims.loops[other][j]);
+            a != b && !rims.has_edge(a, b)
+        };
+        if let Some((d, i, j)) = nearest_pair([&p, &q], [&sectors, &others], limit, allowed) {
+            best = Some((d, other, i, j));
         }
     }
-    let (_, other, i, j) = best;
-    if other == usize::MAX {
-        return None;
-    }
+    let (_, other, i, j) = best?;
     let mut island = std::mem::take(&mut rims.loops[rim]);
     let (a, b) = (island[i], rims.loops[other][j]);
     rims.edges.insert((a.min(b), a.max(b)));
@@ -248,16 +264,30 @@ fn join(
         }
         !crumb
     });
+    let outline = |lp: &[u32]| -> (Vec<DVec3>, Vec<DVec3>) {
+        lp.iter()
+            .map(|&v| (kept.positions[v as usize], kept.normals[v as usize]))
+            .unzip()
+    };
     while !left.is_empty() {
+        let (p, normal) = outline(&joined);
+        let sectors = Polyline {
+            position: &p,
+            normal: &normal,
+        }
+        .sectors(true);
         let mut best = (f64::INFINITY, 0, 0, 0);
         for (k, &l) in left.iter().enumerate() {
-            for (i, &a) in joined.iter().enumerate() {
-                for (j, &b) in kept.loops[l].iter().enumerate() {
-                    let d = kept.positions[a as usize].distance_squared(kept.positions[b as usize]);
-                    if d < best.0 {
-                        best = (d, k, i, j);
-                    }
-                }
+            let (q, normal) = outline(&kept.loops[l]);
+            let others = Polyline {
+                position: &q,
+                normal: &normal,
+            }
+            .sectors(true);
+            if let Some((d, i, j)) =
+                nearest_pair([&p, &q], [&sectors, &others], best.0, |_, _| true)
+            {
+                best = (d, k, i, j);
             }
         }
         let (_, k, i, j) = best;

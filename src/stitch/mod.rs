@@ -21,6 +21,7 @@ mod liepa;
 mod matching;
 mod remesh;
 mod rim;
+mod sector;
 mod zip;
 
 #[cfg(test)]

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::sector::{Sector, nearest_pair};
+
 /// A closed polyline with the surface normal at each vertex.
 pub(super) struct Polyline<'a> {
     pub(super) position: &'a [DVec3],
@@ -11,6 +13,22 @@ pub(super) struct Polyline<'a> {
 impl Polyline<'_> {
     fn len(&self) -> usize {
         self.position.len()
+    }
+
+    /// The sector at each vertex from `next` counter-clockwise to `previous`; the other one if `right`.
+    pub(super) fn sectors(&self, right: bool) -> Vec<Sector> {
+        let n = self.len();
+        (0..n)
+            .map(|i| {
+                let (next, previous) = (self.position[(i + 1) % n], self.position[(i + n - 1) % n]);
+                let (first, last) = if right {
+                    (previous, next)
+                } else {
+                    (next, previous)
+                };
+                Sector::new(self.position[i], first, last, self.normal[i])
+            })
+            .collect()
     }
 }
 
@@ -31,19 +49,30 @@ const STRIP: usize = 256;
 const LEAN: f64 = 0.5;
 /// Weight of a leaning triangle.
 const LEAN_WEIGHT: f64 = 40.0;
+/// Weight of an edge that leaves the gap.
+const ASTRAY_WEIGHT: f64 = 20.0;
 const ADVANCE_RIM: u8 = 1;
 const ADVANCE_INNER: u8 = 2;
 
 /// The ring of triangles between `rim` and `inner`, which run in the same direction, `inner` to the left of `rim`.
 ///
 /// Dynamic programming over all pairs of vertices: the least sum of the squared lengths of the edges across, with a
-/// penalty for triangles that lean away from the surface normal. Starts from the nearest pair.
+/// penalty for triangles that lean away from the surface normal and for edges that do not lie in the gap. Starts from the
+/// nearest pair whose edge lies in the gap.
 pub(super) fn zip(rim: &Polyline, inner: &Polyline) -> Vec<Step> {
     let (n, m) = (rim.len(), inner.len());
-    let (i0, j0) = nearest_pair(rim, inner);
+    let sectors = [rim.sectors(false), inner.sectors(true)];
+    let start = nearest_pair(
+        [rim.position, inner.position],
+        [&sectors[0], &sectors[1]],
+        f64::INFINITY,
+        |_, _| true,
+    );
+    let (_, i0, j0) = start.unwrap_or((0.0, 0, 0));
     let table = Table {
         rim,
         inner,
+        sectors,
         n,
         m,
         i0,
@@ -63,22 +92,10 @@ fn half_width(n: usize, m: usize) -> usize {
     }
 }
 
-fn nearest_pair(rim: &Polyline, inner: &Polyline) -> (usize, usize) {
-    let mut best = (f64::INFINITY, 0, 0);
-    for (i, p) in rim.position.iter().enumerate() {
-        for (j, q) in inner.position.iter().enumerate() {
-            let d = p.distance_squared(*q);
-            if d < best.0 {
-                best = (d, i, j);
-            }
-        }
-    }
-    (best.1, best.2)
-}
-
 struct Table<'a> {
     rim: &'a Polyline<'a>,
     inner: &'a Polyline<'a>,
+    sectors: [Vec<Sector>; 2],
     n: usize,
     m: usize,
     i0: usize,
@@ -168,7 +185,12 @@ impl Table<'_> {
     }
 
     fn across(&self, i: usize, j: usize) -> f64 {
-        self.r(i).0.distance_squared(self.k(j).0)
+        let (p, q) = (self.r(i).0, self.k(j).0);
+        let rim = &self.sectors[0][(i + self.i0) % self.n];
+        let inner = &self.sectors[1][(j + self.j0) % self.m];
+        let astray =
+            f64::from(u8::from(!rim.contains(q))) + f64::from(u8::from(!inner.contains(p)));
+        p.distance_squared(q) * (1.0 + ASTRAY_WEIGHT * astray)
     }
 
     fn lean_rim(&self, i: usize, j: usize) -> f64 {
