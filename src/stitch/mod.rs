@@ -133,8 +133,6 @@ pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
     let mut patch = assemble::assemble(input)?;
     remesh::remesh(input, &mut patch);
     let mut surroundings = check::Surroundings::new(input, &patch);
-    patch.report.intersecting_faces = surroundings
-        .intersections(&patch, input.mesh.positions.len())
-        .len();
+    patch.report.intersecting_faces = remesh::repair(input, &mut patch, &mut surroundings);
     patch.into_patch(input)
 }
