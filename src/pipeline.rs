@@ -129,7 +129,7 @@ pub fn fill_with_progress(
     let found = inspect(mesh)?;
     let (mut outcomes, chosen) = choose(&found, params)?;
     let sampler = Sampler::new(&found.mesh, &found.topology);
-    let groups = group_holes(&found.mesh, &found.holes, &chosen, &bridges(&found, params)?);
+    let groups = groups(&found, &chosen, &mut outcomes, &bridges(&found, params)?);
     let stop = AtomicBool::new(false);
     let done = std::sync::atomic::AtomicUsize::new(0);
     let report_progress = |n: usize| {
@@ -271,8 +271,6 @@ fn choose(
             Some("not asked for".to_owned())
         } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
             Some("wider than the largest diameter asked for".to_owned())
-        } else if found.topology.piece_faces[hole.piece as usize] <= 2 {
-            Some("the border of a crumb of one or two triangles".to_owned())
         } else if hole.outer_border && !facing.contains(&i) {
             Some(format!(
                 "the outer border of an open sheet (fill it with --holes {})",
@@ -290,6 +288,32 @@ fn choose(
         });
     }
     Ok((outcomes, chosen))
+}
+
+/// Groups of holes for the regions. Trivial holes stand alone; crumbs go with the hole they lie in, or are left.
+fn groups(
+    found: &Inspection,
+    chosen: &[usize],
+    outcomes: &mut [HoleOutcome],
+    bridges: &[Vec<usize>],
+) -> Vec<Vec<usize>> {
+    let is_crumb = |h: usize| found.topology.piece_faces[found.holes[h].piece as usize] <= 2;
+    let is_trivial = |h: usize| found.holes[h].edges <= TRIVIAL_EDGES && !is_crumb(h);
+    let (trivial, others): (Vec<usize>, Vec<usize>) =
+        chosen.iter().partition(|&&h| is_trivial(h));
+    let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges);
+    groups.retain(|group| {
+        let crumbs_only = group.iter().all(|&h| is_crumb(h));
+        if crumbs_only {
+            for &h in group {
+                outcomes[h] =
+                    HoleOutcome::Left("the border of a crumb of one or two triangles".to_owned());
+            }
+        }
+        !crumbs_only
+    });
+    groups.extend(trivial.into_iter().map(|h| vec![h]));
+    groups
 }
 
 /// Outer borders that face another rim: islands in holes, sides of a gap.

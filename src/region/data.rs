@@ -84,7 +84,7 @@ impl Surface for LevelSurface<'_> {
     }
 
     fn depth(&self, p: DVec3) -> f64 {
-        match self.data.sampler.closest(&self.data.rims, p, f64::INFINITY) {
+        match self.data.sampler.closest_of_all(&self.data.rims, p) {
             Some((closest, true)) => closest.distance,
             Some((closest, false)) => -closest.distance,
             None => -f64::MAX,

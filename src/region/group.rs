@@ -56,6 +56,7 @@ pub fn group_holes(
             }
         }
     }
+    join_touching(holes, chosen, &mut parent);
     for group in forced {
         for pair in group.windows(2) {
             join(&mut parent, pair[0], pair[1]);
@@ -72,6 +73,20 @@ pub fn group_holes(
         groups[at].push(h);
     }
     groups
+}
+
+/// Joins loops that share a vertex.
+fn join_touching(holes: &[Hole], chosen: &[usize], parent: &mut [usize]) {
+    let mut users: Vec<(u32, usize)> = chosen
+        .iter()
+        .flat_map(|&h| holes[h].rim.iter().map(move |&v| (v, h)))
+        .collect();
+    users.sort_unstable();
+    for pair in users.windows(2) {
+        if pair[0].0 == pair[1].0 {
+            join(parent, pair[0].1, pair[1].1);
+        }
+    }
 }
 
 fn find(parent: &mut [usize], mut i: usize) -> usize {
@@ -158,7 +173,10 @@ impl Region {
     ) -> Self {
         let chosen = || group.iter().map(|&h| &holes[h]);
         let diameter = chosen().map(|h| h.diameter).fold(0.0, f64::max);
-        let smallest = chosen().map(|h| h.diameter).fold(f64::INFINITY, f64::min);
+        let smallest = chosen()
+            .filter(|h| h.edges > 8)
+            .map(|h| h.diameter)
+            .fold(diameter, f64::min);
         let voxel = match voxel {
             VoxelSize::Length(v) => v.max(diameter / 1024.0),
             VoxelSize::Auto => {

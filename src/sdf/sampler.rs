@@ -34,6 +34,8 @@ pub struct Sampler<'a> {
     topology: &'a Topology,
     around: VertexFaces,
     bvh: Bvh,
+    /// Crumbs: no data, but the patch must be cut round them.
+    crumbs: Bvh,
     winding: WindingTree,
     jets: Vec<OnceLock<Option<Box<Jet>>>>,
 }
@@ -45,13 +47,17 @@ impl<'a> Sampler<'a> {
             let piece = topology.piece[f as usize];
             piece != NONE && topology.piece_faces[piece as usize] > 2
         };
-        let bvh = Bvh::new(mesh, (0..mesh.faces.len() as u32).filter(|&f| whole(f)));
+        let crumb = |f: u32| topology.piece[f as usize] != NONE && !whole(f);
+        let all = 0..mesh.faces.len() as u32;
+        let bvh = Bvh::new(mesh, all.clone().filter(|&f| whole(f)));
+        let crumbs = Bvh::new(mesh, all.filter(|&f| crumb(f)));
         let winding = WindingTree::new(&bvh);
         Self {
             mesh,
             topology,
             around: VertexFaces::new(mesh),
             bvh,
+            crumbs,
             winding,
             jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
         }
@@ -67,15 +73,28 @@ impl<'a> Sampler<'a> {
         self.mesh
     }
 
-    /// The closest point of the mesh, and whether it lies on a rim of the region.
-    pub fn closest(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<(Closest, bool)> {
+    /// The closest point of the mesh without its crumbs, and whether it lies on a rim of the region.
+    fn closest(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<(Closest, bool)> {
         let closest = self.bvh.closest(x, limit)?;
-        let on_rim = match self.feature(&closest) {
+        let on_rim = self.on_rim(rims, &closest);
+        Some((closest, on_rim))
+    }
+
+    /// The closest point of the mesh with its crumbs, and whether it lies on a rim of the region.
+    pub fn closest_of_all(&self, rims: &RimSet, x: DVec3) -> Option<(Closest, bool)> {
+        let whole = self.bvh.closest(x, f64::INFINITY);
+        let limit = whole.map_or(f64::INFINITY, |c| c.distance);
+        let closest = self.crumbs.closest(x, limit).or(whole)?;
+        let on_rim = self.on_rim(rims, &closest);
+        Some((closest, on_rim))
+    }
+
+    fn on_rim(&self, rims: &RimSet, closest: &Closest) -> bool {
+        match self.feature(closest) {
             Feature::Face => false,
             Feature::Edge(h) => rims.has_edge(self.mesh, h),
             Feature::Vertex(v) => rims.has_vertex(v),
-        };
-        Some((closest, on_rim))
+        }
     }
 
     /// Samples the distance at `x`; `limit` is an upper bound of the distance that the caller knows.
