@@ -120,7 +120,16 @@ pub fn summary_lines(report: &FillReport) -> Vec<String> {
             report.open_chains
         ));
     }
-    lines.extend(report.regions.iter().map(region_lines));
+    let (small, solved): (Vec<_>, Vec<_>) =
+        report.regions.iter().partition(|r| r.levels.is_empty());
+    lines.extend(solved.into_iter().map(region_lines));
+    if !small.is_empty() {
+        let holes: usize = small.iter().map(|r| r.holes.len()).sum();
+        let faces: usize = small.iter().map(|r| r.new_faces).sum();
+        lines.push(format!(
+            "{holes} holes of at most four edges: closed with {faces} faces between their own vertices"
+        ));
+    }
     for h in &report.holes {
         match &h.outcome {
             HoleOutcome::Filled => {}
