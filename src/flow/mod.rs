@@ -4,6 +4,7 @@
 //! narrow band whose weight follows the level. Lengths are in voxels.
 
 mod band;
+mod coarse;
 mod element;
 mod start;
 mod steady;

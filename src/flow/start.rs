@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use crate::grid::{NodeIndex, SparseGrid};
-use crate::linalg::{CgOutcome, LinearOperator, conjugate_gradient};
+use crate::linalg::{CgOutcome, Jacobi, LinearOperator, conjugate_gradient};
 
 const CHUNK: usize = 2048;
 const NEIGHBOURS: [NodeIndex; 6] = [
@@ -115,7 +115,7 @@ pub fn biharmonic_fill(
     operator.apply(&known, &mut b);
     b.iter_mut().for_each(|v| *v = -*v);
     let mut x = vec![0.0; slots.len()];
-    let outcome = conjugate_gradient(&operator, &b, &mut x, tolerance, 2000);
+    let outcome = conjugate_gradient(&operator, &Jacobi(&operator.jacobi), &b, &mut x, tolerance, 2000);
     for (i, &s) in slots.iter().enumerate() {
         phi[s] += x[i];
     }

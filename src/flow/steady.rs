@@ -3,9 +3,10 @@
 use serde::Serialize;
 
 use super::band::{Band, MARGIN, WIDTH};
+use super::coarse::hierarchy;
 use super::willmore::{Metric, WillmoreBand};
 use crate::grid::SparseGrid;
-use crate::linalg::conjugate_gradient;
+use crate::linalg::{Jacobi, LinearOperator, Multigrid, MultigridCycle, conjugate_gradient};
 use crate::sdf::redistance;
 
 /// How far out redistancing goes, in voxels.
@@ -103,34 +104,36 @@ pub fn relax(
         energy_after: 0.0,
         kappa: settings.kappa,
     };
-    let mut state: Option<(WillmoreBand, Vec<f64>, Vec<f64>)> = None;
+    let mut state: Option<BandState> = None;
     for step in 0..settings.max_steps {
         if !keep_going() {
             break;
         }
-        let (band, mut values, mut moved) = match state.take() {
-            Some(s) => s,
-            None => {
-                *phi = redistance(grid, phi, mask, REACH);
-                let band = Band::new(grid, phi, mask);
-                let values = band.gather(phi);
-                let moved = vec![0.0; values.len()];
-                let kappa = outcome.kappa;
-                (WillmoreBand { band, kappa }, values, moved)
+        let mut now = state.take().unwrap_or_else(|| {
+            *phi = redistance(grid, phi, mask, REACH);
+            let band = Band::new(grid, phi, mask);
+            BandState {
+                values: band.gather(phi),
+                moved: vec![0.0; band.slots.len()],
+                energy: WillmoreBand {
+                    band,
+                    kappa: outcome.kappa,
+                },
+                coarse: None,
             }
-        };
-        outcome.unknowns = band.band.unknowns;
+        });
+        outcome.unknowns = now.energy.band.unknowns;
         if outcome.unknowns == 0 {
             outcome.converged = true;
             break;
         }
-        let (record, willmore) = one_step(&band, &mut values, &mut moved, settings);
+        let (record, willmore) = now.step(grid, mask, settings);
         if step == 0 {
             outcome.energy_before = willmore;
         }
         outcome.steps.push(record);
-        outcome.energy_after = band.evaluate(&values).willmore;
-        band.band.scatter(&values, phi);
+        outcome.energy_after = now.energy.evaluate(&now.values).willmore;
+        now.energy.band.scatter(&now.values, phi);
         if !record.energy.is_finite() || !record.movement.is_finite() {
             break;
         }
@@ -139,11 +142,11 @@ pub fn relax(
             break;
         }
         let grows = grows(&outcome.steps);
-        let worn = moved.iter().any(|m| m.abs() > 0.5 * (WIDTH + MARGIN));
+        let worn = now.moved.iter().any(|m| m.abs() > 0.5 * (WIDTH + MARGIN));
         if grows && outcome.kappa < KAPPA_LIMIT {
             outcome.kappa *= 2.0;
         } else if !worn {
-            state = Some((band, values, moved));
+            state = Some(now);
         }
     }
     outcome
@@ -155,49 +158,86 @@ fn grows(steps: &[StepRecord]) -> bool {
     n >= 5 && n % 4 == 1 && steps[n - 1].movement > 0.7 * steps[n - 5].movement
 }
 
-fn one_step(
-    band: &WillmoreBand,
-    values: &mut Vec<f64>,
-    moved: &mut [f64],
-    settings: &FlowSettings,
-) -> (StepRecord, f64) {
-    let at = band.evaluate(values);
-    let metric = match settings.variant {
-        Variant::GaussNewton => Metric::GaussNewton,
-        Variant::I | Variant::II => Metric::VariantTwo,
-    };
-    let system = band.system(values, &at, metric, settings.time_step);
-    let rhs: Vec<f64> = system.gradient.iter().map(|g| -g).collect();
-    let mut d = vec![0.0; rhs.len()];
-    let solved = conjugate_gradient(&system, &rhs, &mut d, settings.solver_tolerance, 4000);
-    let movement = d
-        .iter()
-        .zip(values.iter())
-        .filter(|(_, v)| v.abs() < 1.0)
-        .map(|(d, _)| d.abs())
-        .fold(0.0, f64::max);
-    d.iter_mut().for_each(|x| *x = x.clamp(-1.0, 1.0));
-    let slope: f64 = system.gradient.iter().zip(&d).map(|(g, d)| g * d).sum();
-    let mut fraction = 1.0;
-    let mut trial = values.clone();
-    for _ in 0..8 {
-        for i in 0..trial.len() {
-            trial[i] = values[i] + fraction * d[i];
-        }
-        if band.evaluate(&trial).energy <= at.energy + 1e-4 * fraction * slope {
-            break;
-        }
-        fraction *= 0.5;
+/// A band between two redistancings.
+struct BandState {
+    energy: WillmoreBand,
+    values: Vec<f64>,
+    /// How far each node has moved since the band was made.
+    moved: Vec<f64>,
+    /// Coarse levels, made for the first step in this band; none where they could not be made.
+    coarse: Option<Option<Multigrid>>,
+}
+
+impl BandState {
+    fn step(
+        &mut self,
+        grid: &SparseGrid,
+        mask: &[bool],
+        settings: &FlowSettings,
+    ) -> (StepRecord, f64) {
+        let at = self.energy.evaluate(&self.values);
+        let metric = match settings.variant {
+            Variant::GaussNewton => Metric::GaussNewton,
+            Variant::I | Variant::II => Metric::VariantTwo,
+        };
+        let system = self
+            .energy
+            .system(&self.values, &at, metric, settings.time_step);
+        let rhs: Vec<f64> = system.gradient.iter().map(|g| -g).collect();
+        let mut d = vec![0.0; rhs.len()];
+        let band = &self.energy.band;
+        let coarse = self
+            .coarse
+            .get_or_insert_with(|| hierarchy(grid, mask, band, &self.values, &system));
+        let tolerance = settings.solver_tolerance;
+        let solved = match coarse {
+            Some(coarse) => {
+                let cycle = MultigridCycle {
+                    operator: &system,
+                    coarse,
+                };
+                conjugate_gradient(&system, &cycle, &rhs, &mut d, tolerance, 200)
+            }
+            None => {
+                let scaling = Jacobi(system.jacobi());
+                conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 4000)
+            }
+        };
+        let movement = d
+            .iter()
+            .zip(&self.values)
+            .filter(|(_, v)| v.abs() < 1.0)
+            .map(|(d, _)| d.abs())
+            .fold(0.0, f64::max);
+        d.iter_mut().for_each(|x| *x = x.clamp(-1.0, 1.0));
+        let slope: f64 = system.gradient.iter().zip(&d).map(|(g, d)| g * d).sum();
+        let fraction = self.search(&d, at.energy, slope);
+        let record = StepRecord {
+            energy: at.energy,
+            movement,
+            fraction,
+            iterations: solved.iterations,
+        };
+        (record, at.willmore)
     }
-    for (m, d) in moved.iter_mut().zip(&d) {
-        *m += fraction * d;
+
+    /// Halves the step until the energy falls (Armijo), and takes it.
+    fn search(&mut self, d: &[f64], energy: f64, slope: f64) -> f64 {
+        let mut fraction = 1.0;
+        let mut trial = self.values.clone();
+        for _ in 0..8 {
+            for (t, (v, d)) in trial.iter_mut().zip(self.values.iter().zip(d)) {
+                *t = v + fraction * d;
+            }
+            if self.energy.evaluate(&trial).energy <= energy + 1e-4 * fraction * slope {
+                break;
+            }
+            fraction *= 0.5;
+        }
+        for (m, d) in self.moved.iter_mut().zip(d) {
+            *m += fraction * d;
+        }
+        self.values = trial;
+        fraction
     }
-    *values = trial;
-    let record = StepRecord {
-        energy: at.energy,
-        movement,
-        fraction,
-        iterations: solved.iterations,
-    };
-    (record, at.willmore)
 }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::band::{Band, NONE, WIDTH};
 use super::element::{ELEMENT, dot, gradient};
-use crate::linalg::LinearOperator;
+use crate::linalg::{Csr, LinearOperator};
 
 const CHUNK: usize = 1024;
 /// Keeps |∇φ| from zero.
@@ -355,6 +355,42 @@ impl<'a> System<'a> {
             jacobi,
             gradient,
         }
+    }
+}
+
+impl System<'_> {
+    /// `Pᵀ A P` for a prolongation `P` whose rows run over the band's nodes.
+    pub fn galerkin(&self, p: &Csr) -> Csr {
+        let n = self.weight.len();
+        let spread = |rows: &[[f64; 27]], wanted: &(dyn Fn(usize) -> bool + Sync)| {
+            Csr::from_rows(n, p.columns, |i, sink| {
+                if wanted(i) {
+                    for (k, &j) in self.band.neighbours[i].iter().enumerate() {
+                        if (j as usize) < n && rows[i][k] != 0.0 {
+                            for (c, v) in p.row(j as usize) {
+                                sink(c, rows[i][k] * v);
+                            }
+                        }
+                    }
+                }
+            })
+        };
+        let q = spread(&self.curvature, &|i| self.weight[i] != 0.0);
+        let s = spread(&self.second, &|i| self.band.unknown[i]);
+        let (qt, pt) = (q.transposed(), p.transposed());
+        Csr::from_rows(p.columns, p.columns, |c, sink| {
+            for (i, v) in qt.row(c) {
+                let w = v * self.weight[i as usize];
+                q.row(i as usize).for_each(|(j, x)| sink(j, w * x));
+            }
+            for (i, v) in pt.row(c) {
+                s.row(i as usize).for_each(|(j, x)| sink(j, v * x));
+                let d = v * self.diagonal[i as usize];
+                if d != 0.0 {
+                    p.row(i as usize).for_each(|(j, x)| sink(j, d * x));
+                }
+            }
+        })
     }
 }
 

@@ -13,12 +13,29 @@ pub trait LinearOperator: Sync {
     fn jacobi(&self) -> &[f64];
 }
 
+/// An approximate inverse, symmetric and positive definite.
+pub trait Preconditioner: Sync {
+    /// `z ≈ A⁻¹ r`.
+    fn apply(&self, r: &[f64], z: &mut [f64]);
+}
+
+/// Scaling by the diagonal.
+pub struct Jacobi<'a>(pub &'a [f64]);
+
+impl Preconditioner for Jacobi<'_> {
+    fn apply(&self, r: &[f64], z: &mut [f64]) {
+        for ((z, r), s) in z.iter_mut().zip(r).zip(self.0) {
+            *z = s * r;
+        }
+    }
+}
+
 /// How a solve ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CgOutcome {
     /// Iterations done.
     pub iterations: usize,
-    /// Norm of the preconditioned residual over that of the right-hand side.
+    /// Norm of the residual over that of the right-hand side.
     pub relative_residual: f64,
 }
 
@@ -34,32 +51,33 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     partial.iter().sum()
 }
 
-/// Solves `A x = b` from the given `x` until the preconditioned residual has fallen by `tolerance`, in at most
+/// Solves `A x = b` from the given `x` until the residual has fallen to `tolerance` times `b`, in at most
 /// `max_iterations` (Hestenes and Stiefel 1952). Stops early where the operator shows no positive curvature.
 pub fn conjugate_gradient(
     operator: &impl LinearOperator,
+    preconditioner: &dyn Preconditioner,
     b: &[f64],
     x: &mut [f64],
     tolerance: f64,
     max_iterations: usize,
 ) -> CgOutcome {
     let n = b.len();
-    let scale = operator.jacobi();
     let (mut r, mut z, mut p, mut q) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    operator.apply(x, &mut q);
-    for i in 0..n {
-        r[i] = b[i] - q[i];
-        z[i] = scale[i] * b[i];
+    let reference = dot(b, b);
+    r.copy_from_slice(b);
+    if x.iter().any(|&v| v != 0.0) {
+        operator.apply(x, &mut q);
+        for i in 0..n {
+            r[i] -= q[i];
+        }
     }
-    let reference = dot(&z, b);
-    for i in 0..n {
-        z[i] = scale[i] * r[i];
-    }
+    preconditioner.apply(&r, &mut z);
     p.copy_from_slice(&z);
     let mut rz = dot(&r, &z);
-    let goal = tolerance * tolerance * reference.max(f64::MIN_POSITIVE);
+    let mut rr = dot(&r, &r);
+    let goal = tolerance * tolerance * reference;
     let mut iterations = 0;
-    while iterations < max_iterations && rz > goal {
+    while iterations < max_iterations && rr > goal && rz > 0.0 {
         operator.apply(&p, &mut q);
         let curvature = dot(&p, &q);
         if curvature <= 0.0 || !curvature.is_finite() {
@@ -69,18 +87,19 @@ pub fn conjugate_gradient(
         for i in 0..n {
             x[i] += alpha * p[i];
             r[i] -= alpha * q[i];
-            z[i] = scale[i] * r[i];
         }
+        preconditioner.apply(&r, &mut z);
         let next = dot(&r, &z);
         let beta = next / rz;
         for i in 0..n {
             p[i] = z[i] + beta * p[i];
         }
         rz = next;
+        rr = dot(&r, &r);
         iterations += 1;
     }
     CgOutcome {
         iterations,
-        relative_residual: (rz / reference.max(f64::MIN_POSITIVE)).sqrt(),
+        relative_residual: (rr / reference.max(f64::MIN_POSITIVE)).sqrt(),
     }
 }

@@ -1,7 +1,11 @@
 //! Linear algebra that knows nothing of surfaces.
 
 mod cg;
+mod csr;
 mod dense;
+mod multigrid;
 
-pub use cg::{CgOutcome, LinearOperator, conjugate_gradient};
-pub use dense::solve_spd;
+pub use cg::{CgOutcome, Jacobi, LinearOperator, Preconditioner, conjugate_gradient};
+pub use csr::Csr;
+pub use dense::{Cholesky, solve_spd};
+pub use multigrid::{Multigrid, MultigridCycle};

@@ -73,11 +73,17 @@ pub fn solve_nested(
             sampling = clock.elapsed().as_secs_f64();
             clock = Instant::now();
         }
+        // A coarser level is only a start for the next.
+        let last = refinement == settings.refinements;
+        let flow_settings = FlowSettings {
+            tolerance: settings.flow.tolerance * if last { 1.0 } else { 10.0 },
+            ..settings.flow
+        };
         let flow = relax(
             &level.grid,
             &mut level.phi,
             &level.mask,
-            &settings.flow,
+            &flow_settings,
             keep_going,
         );
         reports.push(LevelReport {

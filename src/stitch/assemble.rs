@@ -1,16 +1,16 @@
 //! The first patch: the kept part of the extracted surface, zipped to the rim.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::check::check_joined;
 use super::cut::{self, Kept};
+use super::gap::{self, Loops};
 use super::half_edge::PatchMesh;
-use super::matching::{self, Plan};
+use super::matching;
 use super::rim::Rims;
-use super::zip::{Polyline, Step, zip};
 use super::{Patch, StitchError, StitchInput, StitchReport};
 
 /// A patch under work, with what it is joined to.
@@ -25,14 +25,17 @@ pub(super) struct Assembled {
 /// Cuts, matches and zips.
 pub(super) fn assemble(input: &StitchInput) -> Result<Assembled, StitchError> {
     let mut report = StitchReport::default();
-    let mut rims = Rims::new(input)?;
+    let rims = Rims::new(input)?;
     let kept = cut::cut(input);
-    let plan = matching::plan(input, &mut rims, &kept, &mut report)?;
+    let (gaps, dropped) = matching::gaps(input, &rims, &kept)?;
     let centre = centre(input, &rims);
     let mut mesh = PatchMesh::default();
-    let offsets = add_rim(input, &rims, centre, &mut mesh);
-    add_kept(input, &kept, &plan, centre, &mut mesh);
-    add_zips(&rims, &plan, &offsets, &mut mesh);
+    let rim = add_rim(input, &rims, centre, &mut mesh);
+    let inner = add_kept(input, &kept, &dropped, centre, &mut mesh);
+    let loops = Loops { rim, inner };
+    for gap in &gaps {
+        gap::fill(input, &rims, gap, &loops, &mut mesh, &mut report)?;
+    }
     mesh.connect().map_err(|e| e.moved(centre))?;
     mesh.compact();
     let mut assembled = Assembled {
@@ -54,11 +57,12 @@ fn centre(input: &StitchInput, rims: &Rims) -> DVec3 {
     (low + high) / 2.0
 }
 
-/// Adds the rim corners; returns where each loop starts.
-fn add_rim(input: &StitchInput, rims: &Rims, centre: DVec3, mesh: &mut PatchMesh) -> Vec<u32> {
-    let mut offsets = Vec::new();
+/// Adds the rim corners; returns the loops of corners.
+fn add_rim(input: &StitchInput, rims: &Rims, centre: DVec3, mesh: &mut PatchMesh) -> Vec<Vec<u32>> {
+    let mut loops = Vec::new();
     for lp in &rims.loops {
-        offsets.push(mesh.origin.len() as u32);
+        let start = mesh.origin.len() as u32;
+        loops.push((start..start + lp.len() as u32).collect());
         for &v in lp {
             mesh.origin.push(v);
             mesh.position
@@ -68,25 +72,25 @@ fn add_rim(input: &StitchInput, rims: &Rims, centre: DVec3, mesh: &mut PatchMesh
                 .push(rims.length.get(&v).copied().unwrap_or(input.voxel));
         }
     }
-    offsets
+    loops
 }
 
-/// Adds the kept part, projected on the surface.
-fn add_kept(input: &StitchInput, kept: &Kept, plan: &Plan, centre: DVec3, mesh: &mut PatchMesh) {
+/// Adds the kept part, projected on the surface; returns its border loops, turned to have the gap to their left.
+fn add_kept(
+    input: &StitchInput,
+    kept: &Kept,
+    dropped: &BTreeSet<usize>,
+    centre: DVec3,
+    mesh: &mut PatchMesh,
+) -> Vec<Vec<u32>> {
     let offset = mesh.position.len() as u32;
-    let mut facet = vec![DVec3::ZERO; kept.positions.len()];
-    for f in &kept.faces {
-        let [a, b, c] = f.map(|v| kept.positions[v as usize]);
-        f.iter()
-            .for_each(|&v| facet[v as usize] += (b - a).cross(c - a));
-    }
     let projected: Vec<(DVec3, DVec3)> = kept
         .positions
         .par_iter()
-        .zip(&facet)
+        .zip(&kept.normals)
         .map(|(&p, n)| match input.surface.project(p) {
             Some((q, m)) if q.distance(p) < input.voxel && m.dot(*n) > 0.0 => (q - centre, m),
-            _ => (p - centre, n.normalize_or_zero()),
+            _ => (p - centre, *n),
         })
         .collect();
     for (p, n) in projected {
@@ -95,44 +99,14 @@ fn add_kept(input: &StitchInput, kept: &Kept, plan: &Plan, centre: DVec3, mesh: 
         mesh.size.push(input.voxel);
     }
     for (f, piece) in kept.faces.iter().zip(&kept.piece) {
-        if !plan.dropped.contains(piece) {
+        if !dropped.contains(piece) {
             mesh.faces.push(f.map(|v| v + offset));
         }
     }
-}
-
-fn add_zips(rims: &Rims, plan: &Plan, offsets: &[u32], mesh: &mut PatchMesh) {
-    let inner_offset = mesh.origin.len() as u32;
-    for (rim, inner) in &plan.zips {
-        let (n, m) = (rims.loops[*rim].len(), inner.len());
-        let corner = |i: usize| offsets[*rim] + (i % n) as u32;
-        let vertex = |j: usize| inner_offset + inner[j % m];
-        let gather = |v: Vec<u32>| -> (Vec<DVec3>, Vec<DVec3>) {
-            v.iter()
-                .map(|&v| (mesh.position[v as usize], mesh.normal[v as usize]))
-                .unzip()
-        };
-        let outer = gather((0..n).map(corner).collect());
-        let inside = gather((0..m).map(vertex).collect());
-        let steps = zip(
-            &Polyline {
-                position: &outer.0,
-                normal: &outer.1,
-            },
-            &Polyline {
-                position: &inside.0,
-                normal: &inside.1,
-            },
-        );
-        mesh.faces.extend(steps.into_iter().map(|step| match step {
-            Step::Rim(i, j) => [corner(i), corner(i + 1), vertex(j)],
-            Step::Inner(i, j) => [corner(i), vertex(j + 1), vertex(j)],
-        }));
-    }
-    for (rim, faces) in &plan.direct {
-        mesh.faces
-            .extend(faces.iter().map(|f| f.map(|i| offsets[*rim] + i as u32)));
-    }
+    kept.loops
+        .iter()
+        .map(|lp| lp.iter().rev().map(|&v| v + offset).collect())
+        .collect()
 }
 
 impl Assembled {

@@ -11,6 +11,8 @@ use super::StitchInput;
 #[derive(Default)]
 pub(super) struct Kept {
     pub(super) positions: Vec<DVec3>,
+    /// Unit normals, the mean of the faces'.
+    pub(super) normals: Vec<DVec3>,
     pub(super) faces: Vec<[u32; 3]>,
     /// Connected piece of each face.
     pub(super) piece: Vec<usize>,
@@ -188,8 +190,15 @@ fn compact(positions: &[DVec3], mut faces: Vec<[u32; 3]>) -> Kept {
         }
         *v = renumber[*v as usize];
     }
+    let mut normals = vec![DVec3::ZERO; used.len()];
+    for f in &faces {
+        let [a, b, c] = f.map(|v| used[v as usize]);
+        f.iter()
+            .for_each(|&v| normals[v as usize] += (b - a).cross(c - a));
+    }
     Kept {
         positions: used,
+        normals: normals.into_iter().map(DVec3::normalize_or_zero).collect(),
         faces,
         ..Kept::default()
     }

@@ -14,13 +14,16 @@
 mod assemble;
 mod check;
 mod cut;
+mod ears;
 mod error;
+mod gap;
 mod half_edge;
 mod intersect;
 mod liepa;
 mod matching;
 mod remesh;
 mod rim;
+mod sector;
 mod zip;
 
 #[cfg(test)]
@@ -119,10 +122,8 @@ pub struct StitchReport {
     pub euler: i64,
     /// Rim loops that the extracted surface did not reach and that were triangulated on their own.
     pub filled_directly: usize,
-    /// Rim loops joined to another by an edge, because the extracted surface ran round both.
+    /// Edges that joined several loops bounding one gap, where the lattice does not tell them apart.
     pub bridged: usize,
-    /// Pieces of the extracted surface joined within one rim loop.
-    pub joined_pieces: usize,
     /// Edges that were split because the mesh or the patch already had an edge between the same vertices.
     pub split_duplicates: usize,
 }

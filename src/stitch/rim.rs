@@ -1,6 +1,7 @@
 //! The rim: boundary loops in the direction of the patch, traced so that each bounds the gap it belongs to.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 
@@ -160,57 +161,76 @@ fn directed_edges(
 }
 
 /// Follows the rim so that at a vertex with several gaps each loop turns within its own gap.
-///
-/// A gap lies counter-clockwise of its outgoing rim edge, up to its incoming one; so the loop that comes in goes out by the
-/// first rim edge clockwise of it.
 fn trace(
     input: &StitchInput,
     rims: &Rims,
     edges: &BTreeMap<(u32, u32), usize>,
 ) -> (Vec<Vec<u32>>, Vec<usize>) {
-    let mut outgoing: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
-    for &(a, b) in edges.keys() {
-        outgoing.entry(a).or_default().push(b);
-    }
+    let next = turns(input, rims, edges);
     let mut left = edges.clone();
     let (mut loops, mut source) = (Vec::new(), Vec::new());
-    while let Some((&(start, second), &rim)) = left.iter().next() {
-        let mut lp = vec![start];
-        let (mut from, mut to) = (start, second);
-        left.remove(&(from, to));
-        loop {
-            let next = match outgoing.get(&to).map_or(&[][..], Vec::as_slice) {
-                [only] => Some(*only),
-                all => turn(input, rims, from, to, all),
-            };
-            match next {
-                Some(b) if left.remove(&(to, b)).is_some() => {
-                    lp.push(to);
-                    (from, to) = (to, b);
-                }
-                _ => break,
-            }
+    while let Some((&start, &rim)) = left.iter().next() {
+        let mut lp = Vec::new();
+        let mut at = start;
+        while left.remove(&at).is_some() {
+            lp.push(at.0);
+            at = (at.1, next[&at]);
         }
-        if lp.len() >= 3 {
-            loops.push(lp);
-            source.push(rim);
-        }
+        loops.push(lp);
+        source.push(rim);
     }
     (loops, source)
 }
 
-/// The rim edge out of `at` that bounds the same gap as the one from `from`.
-fn turn(input: &StitchInput, rims: &Rims, from: u32, at: u32, all: &[u32]) -> Option<u32> {
+/// For each directed rim edge the vertex after its end.
+///
+/// A gap lies counter-clockwise of its outgoing rim edge, up to its incoming one; so a loop that comes in goes out by the
+/// first rim edge clockwise of it. Where the angles contradict each other every edge still has one successor.
+fn turns(
+    input: &StitchInput,
+    rims: &Rims,
+    edges: &BTreeMap<(u32, u32), usize>,
+) -> HashMap<(u32, u32), u32> {
+    let mut at: BTreeMap<u32, (Vec<u32>, Vec<u32>)> = BTreeMap::new();
+    for &(a, b) in edges.keys() {
+        at.entry(a).or_default().1.push(b);
+        at.entry(b).or_default().0.push(a);
+    }
+    let mut next = HashMap::new();
+    for (v, (incoming, outgoing)) in at {
+        let mut pairs: Vec<(f64, u32, u32)> = Vec::new();
+        for &a in &incoming {
+            pairs.extend(
+                outgoing
+                    .iter()
+                    .map(|&b| (clockwise(input, rims, v, a, b), a, b)),
+            );
+        }
+        pairs.sort_by(|x, y| x.0.total_cmp(&y.0).then((x.1, x.2).cmp(&(y.1, y.2))));
+        let mut taken = HashSet::new();
+        for (_, a, b) in pairs {
+            if !next.contains_key(&(a, v)) && taken.insert(b) {
+                next.insert((a, v), b);
+            }
+        }
+    }
+    next
+}
+
+/// The angle from `a` clockwise to `b` at `at`, seen against the normal.
+fn clockwise(input: &StitchInput, rims: &Rims, at: u32, a: u32, b: u32) -> f64 {
     let p = |v: u32| input.mesh.positions[v as usize];
     let n = rims.normal[&at];
-    let x = n.any_orthonormal_vector();
+    let x = if n == DVec3::ZERO {
+        DVec3::X
+    } else {
+        n.any_orthonormal_vector()
+    };
     let y = n.cross(x);
     let angle = |v: u32| (p(v) - p(at)).dot(y).atan2((p(v) - p(at)).dot(x));
-    let clockwise = |v: u32| {
-        let a = (angle(from) - angle(v)).rem_euclid(std::f64::consts::TAU);
-        if v == from { std::f64::consts::TAU } else { a }
-    };
-    all.iter()
-        .copied()
-        .min_by(|&a, &b| clockwise(a).total_cmp(&clockwise(b)).then(a.cmp(&b)))
+    if a == b {
+        TAU
+    } else {
+        (angle(a) - angle(b)).rem_euclid(TAU)
+    }
 }

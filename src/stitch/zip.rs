@@ -2,24 +2,14 @@
 
 use glam::DVec3;
 
-/// A closed polyline with the surface normal at each vertex.
-pub(super) struct Polyline<'a> {
-    pub(super) position: &'a [DVec3],
-    pub(super) normal: &'a [DVec3],
-}
-
-impl Polyline<'_> {
-    fn len(&self) -> usize {
-        self.position.len()
-    }
-}
+use super::sector::{Outline, nearest_pair};
 
 /// One triangle of the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Step {
     /// Rim vertices `i`, `i + 1` and inner vertex `j`.
     Rim(usize, usize),
-    /// Rim vertex `i` and inner vertices `j + 1`, `j`.
+    /// Rim vertex `i` and inner vertices `j`, `j - 1`.
     Inner(usize, usize),
 }
 
@@ -31,16 +21,19 @@ const STRIP: usize = 256;
 const LEAN: f64 = 0.5;
 /// Weight of a leaning triangle.
 const LEAN_WEIGHT: f64 = 40.0;
+/// Weight of an edge that leaves the gap.
+const ASTRAY_WEIGHT: f64 = 20.0;
 const ADVANCE_RIM: u8 = 1;
 const ADVANCE_INNER: u8 = 2;
 
-/// The ring of triangles between `rim` and `inner`, which run in the same direction, `inner` to the left of `rim`.
+/// The ring of triangles between `rim` and `inner`, which have the ring to their left and so run in opposite directions.
 ///
 /// Dynamic programming over all pairs of vertices: the least sum of the squared lengths of the edges across, with a
-/// penalty for triangles that lean away from the surface normal. Starts from the nearest pair.
-pub(super) fn zip(rim: &Polyline, inner: &Polyline) -> Vec<Step> {
+/// penalty for triangles that lean away from the surface normal and for edges that do not lie in the gap. Starts from the
+/// nearest pair whose edge lies in the gap.
+pub(super) fn zip(rim: &Outline, inner: &Outline) -> Vec<Step> {
     let (n, m) = (rim.len(), inner.len());
-    let (i0, j0) = nearest_pair(rim, inner);
+    let (_, i0, j0) = nearest_pair(rim, inner, f64::INFINITY).unwrap_or((0.0, 0, 0));
     let table = Table {
         rim,
         inner,
@@ -63,22 +56,9 @@ fn half_width(n: usize, m: usize) -> usize {
     }
 }
 
-fn nearest_pair(rim: &Polyline, inner: &Polyline) -> (usize, usize) {
-    let mut best = (f64::INFINITY, 0, 0);
-    for (i, p) in rim.position.iter().enumerate() {
-        for (j, q) in inner.position.iter().enumerate() {
-            let d = p.distance_squared(*q);
-            if d < best.0 {
-                best = (d, i, j);
-            }
-        }
-    }
-    (best.1, best.2)
-}
-
 struct Table<'a> {
-    rim: &'a Polyline<'a>,
-    inner: &'a Polyline<'a>,
+    rim: &'a Outline,
+    inner: &'a Outline,
     n: usize,
     m: usize,
     i0: usize,
@@ -148,27 +128,41 @@ impl Table<'_> {
             };
             if step == ADVANCE_RIM {
                 i -= 1;
-                steps.push(Step::Rim((i + self.i0) % self.n, (j + self.j0) % self.m));
+                steps.push(Step::Rim(self.rim_index(i), self.inner_index(j)));
             } else {
                 j -= 1;
-                steps.push(Step::Inner((i + self.i0) % self.n, (j + self.j0) % self.m));
+                steps.push(Step::Inner(self.rim_index(i), self.inner_index(j)));
             }
         }
         steps
     }
 
+    /// Position in the rim loop of the `i`th vertex of the walk.
+    fn rim_index(&self, i: usize) -> usize {
+        (self.i0 + i) % self.n
+    }
+
+    /// Position in the inner loop, which is walked backwards.
+    fn inner_index(&self, j: usize) -> usize {
+        (self.j0 + 2 * self.m - j) % self.m
+    }
+
     fn r(&self, i: usize) -> (DVec3, DVec3) {
-        let k = (i + self.i0) % self.n;
+        let k = self.rim_index(i);
         (self.rim.position[k], self.rim.normal[k])
     }
 
     fn k(&self, j: usize) -> (DVec3, DVec3) {
-        let k = (j + self.j0) % self.m;
+        let k = self.inner_index(j);
         (self.inner.position[k], self.inner.normal[k])
     }
 
     fn across(&self, i: usize, j: usize) -> f64 {
-        self.r(i).0.distance_squared(self.k(j).0)
+        let (p, q) = (self.r(i).0, self.k(j).0);
+        let from_rim = self.rim.opens_towards(self.rim_index(i), q);
+        let from_inner = self.inner.opens_towards(self.inner_index(j), p);
+        let astray = f64::from(u8::from(!from_rim)) + f64::from(u8::from(!from_inner));
+        p.distance_squared(q) * (1.0 + ASTRAY_WEIGHT * astray)
     }
 
     fn lean_rim(&self, i: usize, j: usize) -> f64 {

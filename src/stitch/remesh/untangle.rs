@@ -92,11 +92,13 @@ impl Remesher<'_> {
                 }
             }
         }
-        if let Some((p, n)) = self.project(best.1, size) {
-            if self.least_area(v, p) > self.least_area(v, self.mesh.position[v as usize]) {
-                self.mesh.position[v as usize] = p;
-                self.mesh.normal[v as usize] = n;
-            }
+        let now = self.least_area(v, self.mesh.position[v as usize]);
+        if let Some((p, n)) = self
+            .project(best.1, size)
+            .filter(|q| self.least_area(v, q.0) > now)
+        {
+            self.mesh.position[v as usize] = p;
+            self.mesh.normal[v as usize] = n;
         }
     }
 

@@ -1,6 +1,7 @@
 //! Holes in known surfaces: the patch must close them and lie on the surface.
 
 use std::collections::HashMap;
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 
@@ -84,28 +85,186 @@ pub fn sphere() -> Analytic {
     Analytic::new(|p| p.length() - 1.0)
 }
 
-pub fn ragged_cap(seed: u64) -> Case {
+pub fn ragged_cap(seed: u64, rag: f64, across: f64) -> Case {
     let mut noise = Noise(seed);
     let mut mesh = icosphere(4);
     jitter(&mut mesh, &sphere(), 0.015, &mut noise);
-    let mesh = punch(&mesh, |c| c.normalize().z > 0.5 + 0.08 * noise.next());
+    let mesh = punch(&mesh, |c| c.normalize().z > 0.5 + rag * noise.next());
     let loops = border(&mesh);
-    Case::new(mesh, loops, sphere(), 1.7 / 32.0)
+    Case::new(mesh, loops, sphere(), 1.7 / across)
+}
+
+pub fn torus(p: DVec3) -> f64 {
+    let q = p.truncate().length() - 2f64.sqrt();
+    (q * q + p.z * p.z).sqrt() - 1.0
+}
+
+pub fn catenoid(p: DVec3) -> f64 {
+    (p.truncate().length() - p.z.cosh()) / p.z.cosh()
+}
+
+/// Stitches and asserts all that holds for every patch; returns the whole mesh.
+fn check(case: &Case, wanted_euler: i64, open: usize) -> (Mesh, Patch) {
+    let patch = case.stitch(StitchParams::default());
+    let whole = assert_joined(&case.mesh, &patch, open);
+    assert_eq!(euler(&whole), wanted_euler);
+    assert_eq!(
+        whole.positions[..case.mesh.positions.len()],
+        case.mesh.positions[..]
+    );
+    let report = &patch.report;
+    assert_eq!(report.intersecting_faces, 0, "intersecting faces");
+    assert!(
+        report.quality_mean >= 0.85,
+        "quality {}",
+        report.quality_mean
+    );
+    for &p in &patch.positions {
+        let off = case
+            .surface
+            .project(p)
+            .map_or(f64::INFINITY, |(q, _)| q.distance(p));
+        assert!(off < 1e-7, "{p} is {off} from the surface");
+    }
+    (whole, patch)
 }
 
 #[test]
-fn ragged_cap_is_closed() {
-    for seed in 1..4 {
-        let case = ragged_cap(seed);
-        let patch = case.stitch(StitchParams::default());
-        let whole = assert_joined(&case.mesh, &patch, 0);
-        assert_eq!(euler(&whole), 2);
-        let off = patch
-            .positions
-            .iter()
-            .map(|p| (p.length() - 1.0).abs())
-            .fold(0.0, f64::max);
-        assert!(off < 1e-9, "{off} from the sphere");
-        assert!(case.surface.depth(DVec3::Z) > 0.0);
+fn ragged_caps() {
+    for seed in 1..13 {
+        let (rag, across) =
+            [(0.05, 32.0), (0.2, 32.0), (0.1, 20.0), (0.3, 48.0)][seed as usize % 4];
+        check(&ragged_cap(seed, rag, across), 2, 0);
     }
+}
+
+#[test]
+fn torus_patch() {
+    let mut mesh = grid(96, 64, [true, true], |u, v| {
+        let (u, v) = (u * TAU, v * TAU);
+        let w = 2f64.sqrt() + v.cos();
+        DVec3::new(w * u.cos(), w * u.sin(), v.sin())
+    });
+    let mut noise = Noise(5);
+    jitter(&mut mesh, &Analytic::new(torus), 0.02, &mut noise);
+    for (centre, radius) in [
+        (DVec3::new(2.414, 0.0, 0.0), 1.0),
+        (DVec3::new(0.414, 0.0, 0.0), 0.5),
+    ] {
+        let mesh = punch(&mesh, |c| c.distance(centre) < radius);
+        let loops = border(&mesh);
+        assert_eq!(loops.len(), 1);
+        check(
+            &Case::new(mesh, loops, Analytic::new(torus), radius / 16.0),
+            0,
+            0,
+        );
+    }
+}
+
+#[test]
+fn catenoid_neck_joins_two_rims() {
+    let mut mesh = grid(120, 40, [true, false], |u, v| {
+        let z = 3.0 * v - 1.5;
+        DVec3::new(z.cosh() * (u * TAU).cos(), z.cosh() * (u * TAU).sin(), z)
+    });
+    let outer = border(&mesh).iter().map(Vec::len).sum::<usize>();
+    let mut noise = Noise(6);
+    jitter(&mut mesh, &Analytic::new(catenoid), 0.015, &mut noise);
+    let mesh = punch(&mesh, |c| c.z.abs() < 0.7 + 0.05 * noise.next());
+    let mut loops = border(&mesh);
+    loops.retain(|l| mesh.positions[l[0] as usize].z.abs() < 1.0);
+    let (_, patch) = check(
+        &Case::new(mesh, loops, Analytic::new(catenoid), 2.5 / 32.0),
+        0,
+        outer,
+    );
+    assert_eq!(patch.report.components, 1 + patch.report.filled_directly);
+}
+
+#[test]
+fn island_in_a_hole() {
+    let mut noise = Noise(8);
+    let mut mesh = icosphere(4);
+    jitter(&mut mesh, &sphere(), 0.015, &mut noise);
+    let mesh = punch(&mesh, |c| (0.6..0.94).contains(&c.normalize().z));
+    let loops = border(&mesh);
+    assert_eq!(loops.len(), 2);
+    check(&Case::new(mesh, loops, sphere(), 1.6 / 32.0), 2, 0);
+}
+
+#[test]
+fn small_islands_at_any_place() {
+    let mut noise = Noise(9);
+    let mut mesh = icosphere(4);
+    jitter(&mut mesh, &sphere(), 0.015, &mut noise);
+    for seed in 0..6 {
+        let mut noise = Noise(seed);
+        let mesh = punch(&mesh, |c| c.normalize().z > 0.6 && noise.next() > 0.02);
+        let loops = border(&mesh);
+        check(&Case::new(mesh, loops, sphere(), 1.6 / 32.0), 2, 0);
+    }
+}
+
+#[test]
+fn plane_stays_flat() {
+    let mut noise = Noise(10);
+    let mut mesh = grid(40, 40, [false, false], |u, v| DVec3::new(u, v, 0.5));
+    for p in &mut mesh.positions {
+        let inside = (p.truncate() - 0.5).abs().max_element() < 0.49;
+        *p += if inside {
+            0.006 * noise.vector() * DVec3::new(1.0, 1.0, 0.0)
+        } else {
+            DVec3::ZERO
+        };
+    }
+    let mesh = punch(&mesh, |c| {
+        c.distance(DVec3::new(0.4, 0.5, 0.5)) < 0.25 + 0.03 * noise.next()
+    });
+    let mut loops = border(&mesh);
+    loops.retain(|l| !l.iter().any(|&v| mesh.positions[v as usize].x == 0.0));
+    let case = Case::new(mesh, loops, Analytic::new(|p| p.z - 0.5), 0.5 / 32.0);
+    let (_, patch) = check(&case, 1, 160);
+    assert!(patch.report.seam_angle_max < 1e-4);
+}
+
+#[test]
+fn far_from_the_origin() {
+    let by = DVec3::new(1e6, -2e6, 5e5);
+    let mut noise = Noise(11);
+    let mut mesh = icosphere(4);
+    jitter(&mut mesh, &sphere(), 0.015, &mut noise);
+    let mut mesh = punch(&mesh, |c| c.normalize().z > 0.5);
+    mesh.positions.iter_mut().for_each(|p| *p += by);
+    let loops = border(&mesh);
+    let surface = Analytic::new(move |p| (p - by).length() - 1.0);
+    let patch = Case::new(mesh.clone(), loops, surface, 1.7 / 32.0).stitch(StitchParams::default());
+    assert_eq!(euler(&assert_joined(&mesh, &patch, 0)), 2);
+    assert!(patch.report.quality_mean > 0.9 && patch.report.intersecting_faces == 0);
+}
+
+#[test]
+fn uneven_rim() {
+    let mut noise = Noise(12);
+    for seed in 0..6 {
+        let mut noise_mesh = Noise(seed + 50);
+        let mut mesh = icosphere(3);
+        jitter(&mut mesh, &sphere(), 0.04, &mut noise_mesh);
+        let mesh = punch(&mesh, |c| c.normalize().z > 0.5 + 0.3 * noise.next());
+        let loops = border(&mesh);
+        check(&Case::new(mesh, loops, sphere(), 1.7 / 40.0), 2, 0);
+    }
+}
+
+#[test]
+fn the_number_of_threads_does_not_show() {
+    let case = ragged_cap(3, 0.2, 32.0);
+    let run = |n| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(n)
+            .build()
+            .expect("a pool");
+        pool.install(|| case.stitch(StitchParams::default()))
+    };
+    assert!(run(1) == run(3));
 }

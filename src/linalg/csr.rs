@@ -1,0 +1,174 @@
+//! Compressed sparse rows, with the products a Galerkin hierarchy needs.
+
+use rayon::prelude::*;
+
+/// Rows handed to a thread at a time.
+const CHUNK: usize = 64;
+
+/// A sparse matrix by rows.
+#[derive(Clone, Debug, Default)]
+pub struct Csr {
+    /// Number of columns.
+    pub columns: usize,
+    /// Start of each row in `indices`, and their end.
+    pub offsets: Vec<usize>,
+    /// Column of each entry, rising within a row.
+    pub indices: Vec<u32>,
+    /// The entries.
+    pub values: Vec<f64>,
+}
+
+/// Gathers one sparse row: a dense array with a list of the columns in use.
+struct Accumulator {
+    values: Vec<f64>,
+    used: Vec<bool>,
+    list: Vec<u32>,
+}
+
+impl Accumulator {
+    fn new(columns: usize) -> Self {
+        Self {
+            values: vec![0.0; columns],
+            used: vec![false; columns],
+            list: Vec::new(),
+        }
+    }
+
+    #[inline]
+    fn add(&mut self, column: u32, value: f64) {
+        let c = column as usize;
+        if !self.used[c] {
+            self.used[c] = true;
+            self.list.push(column);
+        }
+        self.values[c] += value;
+    }
+
+    /// The row, by rising column; leaves the accumulator empty.
+    fn take(&mut self, row: &mut Vec<(u32, f64)>) {
+        self.list.sort_unstable();
+        for &c in &self.list {
+            row.push((c, self.values[c as usize]));
+            self.values[c as usize] = 0.0;
+            self.used[c as usize] = false;
+        }
+        self.list.clear();
+    }
+}
+
+impl Csr {
+    /// A matrix whose row `i` is the sum of what `emit(i, sink)` sends to `sink(column, value)`.
+    pub fn from_rows(
+        rows: usize,
+        columns: usize,
+        emit: impl Fn(usize, &mut dyn FnMut(u32, f64)) + Sync,
+    ) -> Self {
+        let chunks: Vec<(Vec<usize>, Vec<(u32, f64)>)> = (0..rows.div_ceil(CHUNK))
+            .into_par_iter()
+            .map_init(
+                || Accumulator::new(columns),
+                |accumulator, c| {
+                    let (mut lengths, mut entries) = (Vec::new(), Vec::new());
+                    for i in c * CHUNK..rows.min((c + 1) * CHUNK) {
+                        emit(i, &mut |column, value| accumulator.add(column, value));
+                        let before = entries.len();
+                        accumulator.take(&mut entries);
+                        lengths.push(entries.len() - before);
+                    }
+                    (lengths, entries)
+                },
+            )
+            .collect();
+        let total = chunks.iter().map(|c| c.1.len()).sum();
+        let mut out = Self {
+            columns,
+            offsets: Vec::with_capacity(rows + 1),
+            indices: Vec::with_capacity(total),
+            values: Vec::with_capacity(total),
+        };
+        out.offsets.push(0);
+        for (lengths, entries) in chunks {
+            for l in lengths {
+                out.offsets.push(out.offsets[out.offsets.len() - 1] + l);
+            }
+            for (c, v) in entries {
+                out.indices.push(c);
+                out.values.push(v);
+            }
+        }
+        out
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// The entries of a row.
+    #[inline]
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
+        let range = self.offsets[i]..self.offsets[i + 1];
+        self.indices[range.clone()]
+            .iter()
+            .copied()
+            .zip(self.values[range].iter().copied())
+    }
+
+    /// The transpose.
+    pub fn transposed(&self) -> Self {
+        let mut offsets = vec![0; self.columns + 1];
+        for &c in &self.indices {
+            offsets[c as usize + 1] += 1;
+        }
+        for i in 1..offsets.len() {
+            offsets[i] += offsets[i - 1];
+        }
+        let mut at = offsets.clone();
+        let mut indices = vec![0; self.indices.len()];
+        let mut values = vec![0.0; self.values.len()];
+        for i in 0..self.rows() {
+            for (c, v) in self.row(i) {
+                indices[at[c as usize]] = i as u32;
+                values[at[c as usize]] = v;
+                at[c as usize] += 1;
+            }
+        }
+        Self {
+            columns: self.rows(),
+            offsets,
+            indices,
+            values,
+        }
+    }
+
+    /// `self × other`.
+    pub fn times(&self, other: &Self) -> Self {
+        Self::from_rows(self.rows(), other.columns, |i, sink| {
+            for (k, a) in self.row(i) {
+                for (j, b) in other.row(k as usize) {
+                    sink(j, a * b);
+                }
+            }
+        })
+    }
+
+    /// `y = A x`.
+    pub fn apply(&self, x: &[f64], y: &mut [f64]) {
+        y.par_chunks_mut(512).enumerate().for_each(|(c, out)| {
+            for (i, o) in (c * 512..).zip(out.iter_mut()) {
+                *o = self.row(i).map(|(j, v)| v * x[j as usize]).sum();
+            }
+        });
+    }
+
+    /// The diagonal.
+    pub fn diagonal(&self) -> Vec<f64> {
+        (0..self.rows())
+            .map(|i| {
+                self.row(i)
+                    .find(|e| e.0 as usize == i)
+                    .map_or(0.0, |e| e.1)
+            })
+            .collect()
+    }
+}

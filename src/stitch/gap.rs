@@ -1,0 +1,202 @@
+//! Filling the gaps between the rim and the kept part with triangles.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+
+use super::half_edge::PatchMesh;
+use super::liepa::{self, Polygon};
+use super::matching::Gap;
+use super::rim::Rims;
+use super::sector::{Outline, nearest_pair};
+use super::zip::{Step, zip};
+use super::{StitchError, StitchInput, StitchReport, ears};
+
+/// A rim loop with nothing kept within is triangulated without new vertices if its area is at most this many voxels times
+/// its perimeter.
+const THIN: f64 = 2.0;
+
+/// Loops of patch vertices, each with the gap to its left.
+pub(super) struct Loops {
+    /// Rim corners.
+    pub(super) rim: Vec<Vec<u32>>,
+    /// Border of the kept part.
+    pub(super) inner: Vec<Vec<u32>>,
+}
+
+/// Adds faces that fill the gap.
+pub(super) fn fill(
+    input: &StitchInput,
+    rims: &Rims,
+    gap: &Gap,
+    loops: &Loops,
+    mesh: &mut PatchMesh,
+    report: &mut StitchReport,
+) -> Result<(), StitchError> {
+    let faces = match (&gap.rims[..], &gap.inner[..]) {
+        ([], _) => Vec::new(),
+        (&[rim], []) => {
+            report.filled_directly += 1;
+            direct(input, rims, &loops.rim[rim], mesh).ok_or(StitchError::RimNotReached {
+                rim: rims.source[rim],
+            })?
+        }
+        (&[rim], &[inner]) => {
+            let (rim_loop, inner_loop) = (&loops.rim[rim], &loops.inner[inner]);
+            if !runs_against(mesh, rim_loop, inner_loop) {
+                return Err(StitchError::Orientation {
+                    rim: rims.source[rim],
+                });
+            }
+            ring(mesh, rim_loop, inner_loop)
+        }
+        _ => {
+            report.bridged += gap.rims.len() + gap.inner.len() - 2;
+            let polygon = merge(mesh, gap, loops);
+            let missing = gap.inner.is_empty() && !is_thin(input, mesh, &polygon);
+            let faces = if missing {
+                None
+            } else {
+                ears::cut(mesh, rims, &polygon)
+            };
+            faces.ok_or(StitchError::RimNotReached {
+                rim: rims.source[gap.rims[0]],
+            })?
+        }
+    };
+    mesh.faces.extend(faces);
+    Ok(())
+}
+
+fn outline(mesh: &PatchMesh, lp: &[u32]) -> Outline {
+    Outline::new(
+        lp.iter()
+            .map(|&v| (mesh.position[v as usize], mesh.normal[v as usize])),
+    )
+}
+
+/// The ring between a rim loop and a border loop.
+fn ring(mesh: &PatchMesh, rim: &[u32], inner: &[u32]) -> Vec<[u32; 3]> {
+    let (n, m) = (rim.len(), inner.len());
+    let steps = zip(&outline(mesh, rim), &outline(mesh, inner));
+    let face = |step| match step {
+        Step::Rim(i, j) => [rim[i], rim[(i + 1) % n], inner[j]],
+        Step::Inner(i, j) => [rim[i], inner[(j + m - 1) % m], inner[j]],
+    };
+    steps.into_iter().map(face).collect()
+}
+
+/// Whether the border loop runs against the nearby rim edges, as both have the gap to their left.
+fn runs_against(mesh: &PatchMesh, rim: &[u32], inner: &[u32]) -> bool {
+    let at = |v: u32| mesh.position[v as usize];
+    let side = |lp: &[u32], i: usize| [at(lp[i]), at(lp[(i + 1) % lp.len()])];
+    let mut along = 0.0;
+    for j in 0..inner.len() {
+        let [p, q] = side(inner, j);
+        let middle = (p + q) / 2.0;
+        let nearest = (0..rim.len())
+            .map(|i| {
+                (
+                    side(rim, i)
+                        .map(|e| e.distance_squared(middle))
+                        .into_iter()
+                        .sum::<f64>(),
+                    i,
+                )
+            })
+            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        if let Some((_, i)) = nearest {
+            let [a, b] = side(rim, i);
+            along += (b - a).normalize_or_zero().dot(q - p);
+        }
+    }
+    along < 0.0
+}
+
+/// One loop from all loops of the gap: each is joined to those before by the shortest edge, which the loop then runs along
+/// in both directions. Shortest edges do not cross.
+fn merge(mesh: &PatchMesh, gap: &Gap, loops: &Loops) -> Vec<u32> {
+    let mut left: Vec<&Vec<u32>> = gap
+        .rims
+        .iter()
+        .map(|&r| &loops.rim[r])
+        .chain(gap.inner.iter().map(|&l| &loops.inner[l]))
+        .collect();
+    let mut merged = left.remove(0).clone();
+    let mut outlines: Vec<Outline> = left.iter().map(|lp| outline(mesh, lp)).collect();
+    while !left.is_empty() {
+        let whole = outline(mesh, &merged);
+        let mut best = (f64::INFINITY, 0, 0, 0);
+        for (k, o) in outlines.iter().enumerate() {
+            if let Some((d, i, j)) = nearest_pair(&whole, o, best.0) {
+                best = (d, k, i, j);
+            }
+        }
+        let (_, k, i, j) = best;
+        outlines.remove(k);
+        let mut other = left.remove(k).clone();
+        other.rotate_left(j);
+        other.extend([other[0], merged[i]]);
+        merged.splice(i + 1..i + 1, other);
+    }
+    merged
+}
+
+/// Whether no part of the polygon's inside can be far from its border.
+fn is_thin(input: &StitchInput, mesh: &PatchMesh, polygon: &[u32]) -> bool {
+    let n = polygon.len();
+    let at = |i: usize| mesh.position[polygon[i % n] as usize];
+    let area = (0..n)
+        .map(|i| at(i).cross(at(i + 1)))
+        .sum::<DVec3>()
+        .length()
+        / 2.0;
+    let perimeter: f64 = (0..n).map(|i| at(i).distance(at(i + 1))).sum();
+    area <= THIN * input.voxel * perimeter
+}
+
+/// A triangulation of one rim loop without new vertices, if the loop is thin and the faces follow the surface.
+fn direct(
+    input: &StitchInput,
+    rims: &Rims,
+    rim: &[u32],
+    mesh: &PatchMesh,
+) -> Option<Vec<[u32; 3]>> {
+    let n = rim.len();
+    let origin = |i: usize| mesh.origin[rim[i % n] as usize];
+    let position: Vec<DVec3> = rim.iter().map(|&v| mesh.position[v as usize]).collect();
+    let beyond: Vec<_> = (0..n)
+        .map(|i| rims.face_normal.get(&(origin(i), origin(i + 1))).copied())
+        .collect();
+    let blocked =
+        |i: usize, j: usize| origin(i) == origin(j) || rims.has_edge(origin(i), origin(j));
+    if !is_thin(input, mesh, rim) {
+        return None;
+    }
+    let polygon = Polygon {
+        position: &position,
+        beyond: &beyond,
+        blocked: &blocked,
+    };
+    let faces: Option<Vec<[u32; 3]>> = liepa::triangulate(&polygon)
+        .map(|faces| faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
+    let follows = |faces: &Vec<[u32; 3]>| {
+        let (mut area, mut lean) = (0.0, 0.0);
+        for &f in faces {
+            let cross = mesh.area_vector(f);
+            let normal: DVec3 = f.iter().map(|&v| mesh.normal[v as usize]).sum();
+            area += cross.length();
+            lean += cross.dot(normal.normalize_or_zero());
+        }
+        lean > 0.3 * area
+    };
+    faces.filter(follows).or_else(|| ears::cut(mesh, rims, rim))
+}
+
+/// Directed edges of faces.
+pub(super) fn sides(face: [u32; 3]) -> [(u32, u32); 3] {
+    [(face[0], face[1]), (face[1], face[2]), (face[2], face[0])]
+}
+
+/// Directed edges that are in use.
+pub(super) type Used = HashSet<(u32, u32)>;
