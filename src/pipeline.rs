@@ -64,7 +64,7 @@ pub enum FillError {
     Cancelled,
 }
 
-/// Progress of a fill: regions done of all. Return false to stop.
+/// Progress of a fill: regions done of all. It is called often, from several threads; return false to stop.
 pub type Progress<'a> = dyn Fn(usize, usize) -> bool + Sync + 'a;
 
 /// A filled mesh.
@@ -132,23 +132,25 @@ pub fn fill_with_progress(
     let groups = groups(&found, &chosen, &mut outcomes, &bridges(&found, params)?);
     let stop = AtomicBool::new(false);
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let report_progress = |n: usize| {
-        if !progress(n, groups.len()) {
+    let keep_going = || {
+        if !progress(done.load(Ordering::Relaxed), groups.len()) {
             stop.store(true, Ordering::Relaxed);
         }
+        !stop.load(Ordering::Relaxed)
     };
-    report_progress(0);
+    keep_going();
     let work = Work {
         found: &found,
         sampler: &sampler,
         params,
-        stop: &stop,
+        keep_going: &keep_going,
     };
     let patches: Vec<RegionPatch> = groups
         .par_iter()
         .map(|group| {
             let patch = work.fill_region(group);
-            report_progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+            done.fetch_add(1, Ordering::Relaxed);
+            keep_going();
             patch
         })
         .collect();
@@ -365,7 +367,8 @@ struct Work<'a> {
     found: &'a Inspection,
     sampler: &'a Sampler<'a>,
     params: &'a FillParams,
-    stop: &'a AtomicBool,
+    /// Tells of progress; false when the caller asked to stop.
+    keep_going: &'a (dyn Fn() -> bool + Sync),
 }
 
 impl Work<'_> {
@@ -396,7 +399,7 @@ impl Work<'_> {
             start: Start::Biharmonic,
         };
         for _ in 0..4 {
-            if self.stop.load(Ordering::Relaxed) {
+            if !(self.keep_going)() {
                 break;
             }
             let (solved, region, data) = self.solve(group, &next);
@@ -459,7 +462,7 @@ impl Work<'_> {
             start: next.start,
             flow: self.flow_settings(),
         };
-        let solved = solve_nested(&data, &settings, &|| !self.stop.load(Ordering::Relaxed));
+        let solved = solve_nested(&data, &settings, self.keep_going);
         (solved, region, data)
     }
 

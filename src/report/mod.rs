@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::mesh::{Defects, Hole};
 use crate::region::LevelReport;
 
-pub use text::{defect_lines, hole_table, region_lines, summary_lines};
+pub use text::{defect_lines, hole_table, level_lines, region_lines, summary_lines};
 
 /// What happened to a hole.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

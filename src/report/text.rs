@@ -45,14 +45,13 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
 
 /// A line for each region.
 pub fn region_lines(r: &RegionReport) -> String {
-    let holes: Vec<String> = r.holes.iter().map(ToString::to_string).collect();
     let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
     let energy = r.levels.last().map_or((0.0, 0.0), |l| {
         (l.flow.energy_before, l.flow.energy_after)
     });
     let mut line = format!(
         "hole {}: diameter {:.5}, {:.0} voxels across, {} steps, energy {:.4} -> {:.4}, seam {:.1} degrees, {} faces, {:.2} s",
-        holes.join("+"),
+        join(&r.holes),
         r.diameter,
         r.diameter / r.voxel,
         steps,
@@ -76,6 +75,42 @@ pub fn region_lines(r: &RegionReport) -> String {
     line
 }
 
+/// The levels of a region's solve, the coarsest first, and the tries that came before.
+pub fn level_lines(r: &RegionReport) -> Vec<String> {
+    let mut lines = vec![format!("region {} (hole {}):", r.id, join(&r.holes))];
+    for why in &r.earlier_tries {
+        lines.push(format!("  tried again: {why}"));
+    }
+    for level in &r.levels {
+        let flow = &level.flow;
+        let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
+        let movement = flow.steps.last().map_or(0.0, |s| s.movement);
+        lines.push(format!(
+            "  voxel {:.6}: {} nodes, {} unknowns, {} steps, {} iterations, last movement {:.1e} voxels{}, \
+             sampled in {:.2} s, solved in {:.2} s",
+            level.voxel,
+            level.nodes,
+            flow.unknowns,
+            flow.steps.len(),
+            iterations,
+            movement,
+            if flow.converged { "" } else { " (not steady)" },
+            level.seconds[0],
+            level.seconds[1],
+        ));
+    }
+    lines.push(format!(
+        "  patch: {} vertices, {} faces, quality {:.3}, seam angle mean {:.2} and largest {:.2} degrees, {} components",
+        r.new_vertices, r.new_faces, r.quality_mean, r.seam_angle_mean, r.seam_angle_max, r.components
+    ));
+    lines
+}
+
+fn join(holes: &[usize]) -> String {
+    let numbers: Vec<String> = holes.iter().map(ToString::to_string).collect();
+    numbers.join("+")
+}
+
 /// The summary of a fill: defects, then a line for each region, then the holes that stayed open.
 pub fn summary_lines(report: &FillReport) -> Vec<String> {
     let mut lines = defect_lines(&report.defects);
@@ -85,7 +120,16 @@ pub fn summary_lines(report: &FillReport) -> Vec<String> {
             report.open_chains
         ));
     }
-    lines.extend(report.regions.iter().map(region_lines));
+    let (small, solved): (Vec<_>, Vec<_>) =
+        report.regions.iter().partition(|r| r.levels.is_empty());
+    lines.extend(solved.into_iter().map(region_lines));
+    if !small.is_empty() {
+        let holes: usize = small.iter().map(|r| r.holes.len()).sum();
+        let faces: usize = small.iter().map(|r| r.new_faces).sum();
+        lines.push(format!(
+            "{holes} holes of at most four edges: closed with {faces} faces between their own vertices"
+        ));
+    }
     for h in &report.holes {
         match &h.outcome {
             HoleOutcome::Filled => {}

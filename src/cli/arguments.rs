@@ -1,0 +1,121 @@
+//! Parsers of single arguments. Their messages are shown by clap after the name of the option.
+
+use isomend::VoxelSize;
+use isomend::io::Format;
+
+/// Numbers of holes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ids(pub Vec<usize>);
+
+/// Which holes to fill.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// All of them.
+    All,
+    /// Those with these numbers.
+    Some(Vec<usize>),
+}
+
+/// A positive whole number.
+pub fn count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err("a whole number from 1 is needed".to_owned()),
+        Ok(n) => Ok(n),
+    }
+}
+
+/// A positive finite number.
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("a positive number is needed".to_owned()),
+    }
+}
+
+/// A ratio of edge lengths that meshes can have.
+pub fn edge_ratio(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.05 && value < 20.0 => Ok(value),
+        _ => Err("a number between 0.05 and 20 is needed".to_owned()),
+    }
+}
+
+/// A file format by its extension.
+pub fn format(text: &str) -> Result<Format, String> {
+    text.parse()
+        .map_err(|error: isomend::io::IoError| error.to_string())
+}
+
+/// `auto` or a length.
+pub fn voxel(text: &str) -> Result<VoxelSize, String> {
+    if text == "auto" {
+        return Ok(VoxelSize::Auto);
+    }
+    positive(text)
+        .map(VoxelSize::Length)
+        .map_err(|_| "a positive length in the mesh's units is needed, or auto".to_owned())
+}
+
+/// Hole numbers with commas between them.
+pub fn ids(text: &str) -> Result<Ids, String> {
+    separated(text, ',').map(Ids)
+}
+
+/// `all` or hole numbers with commas between them.
+pub fn choice(text: &str) -> Result<Choice, String> {
+    if text == "all" {
+        return Ok(Choice::All);
+    }
+    separated(text, ',').map(Choice::Some)
+}
+
+/// Two or more hole numbers with plus signs between them.
+pub fn bridge(text: &str) -> Result<Ids, String> {
+    let ids = separated(text, '+')?;
+    let mut distinct = ids.clone();
+    distinct.sort_unstable();
+    distinct.dedup();
+    if distinct.len() < 2 {
+        return Err("two different holes are needed, such as 3+7".to_owned());
+    }
+    Ok(Ids(ids))
+}
+
+fn separated(text: &str, separator: char) -> Result<Vec<usize>, String> {
+    text.split(separator)
+        .map(|part| {
+            count(part.trim()).map_err(|_| {
+                format!(
+                    "'{part}' is not the number of a hole; numbers count from 1, with '{separator}' between them \
+                     (`isomend inspect` lists them)"
+                )
+            })
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn holes_are_lists_of_numbers_or_all() {
+        assert_eq!(choice("all"), Ok(Choice::All));
+        assert_eq!(choice("3, 1"), Ok(Choice::Some(vec![3, 1])));
+        assert_eq!(ids("2"), Ok(Ids(vec![2])));
+        assert_eq!(bridge("3+7+9"), Ok(Ids(vec![3, 7, 9])));
+        for wrong in ["", "0", "1,,2", "-1", "1;2", "x"] {
+            assert!(ids(wrong).is_err(), "{wrong}");
+        }
+        assert!(bridge("3").is_err() && bridge("3+3").is_err());
+    }
+
+    #[test]
+    fn lengths_are_positive_and_finite() {
+        assert_eq!(voxel("auto"), Ok(VoxelSize::Auto));
+        assert_eq!(voxel("0.5"), Ok(VoxelSize::Length(0.5)));
+        for wrong in ["0", "-1", "nan", "inf", "1mm"] {
+            assert!(voxel(wrong).is_err() && positive(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! One file per command. Raw arguments become validated parameters once; all printing is done here.
+
+mod arguments;
+mod console;
+mod fill;
+mod input;
+mod inspect;
+mod json;
+mod output;
+mod progress;
+
+use std::process::ExitCode;
+
+use anyhow::Context;
+use clap::{Args, Parser, Subcommand};
+use isomend::io::Format;
+
+use console::Console;
+
+/// How a command ended when it did not fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Everything asked for was done.
+    Done,
+    /// Some hole that was to be filled is still open.
+    InPart,
+    /// The user stopped it; nothing was written.
+    Interrupted,
+}
+
+impl From<End> for ExitCode {
+    fn from(end: End) -> Self {
+        match end {
+            End::Done => ExitCode::SUCCESS,
+            End::InPart => ExitCode::from(3),
+            End::Interrupted => ExitCode::from(130),
+        }
+    }
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done
+  1    failed; the output file is as it was before
+  2    wrong usage
+  3    done in part: the output is written, but a hole that was to be filled is still open
+  130  stopped by Ctrl-C; the output file is as it was before";
+
+/// Fills holes in triangle meshes by 3D level-set Willmore flow.
+///
+/// Patches continue the curvature of their surroundings. The mesh's own vertices and faces stay as they are, bit for bit
+/// and in order; the patches come after them.
+#[derive(Debug, Parser)]
+#[command(name = "isomend", version, after_help = EXIT_CODES, max_term_width = 110)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Fill(fill::FillArgs),
+    Inspect(inspect::InspectArgs),
+}
+
+/// Options of every command.
+#[derive(Debug, Args)]
+struct CommonArgs {
+    /// Format of the input: obj, ply, stl, gltf, glb, vtk or vtp.
+    ///
+    /// By default it is told from the content, else from the extension.
+    #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
+    from: Option<Format>,
+
+    /// Write a report as JSON to a file, or to standard output with `-`.
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<json::Target>,
+
+    /// Number of threads [default: one per core]. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = arguments::count)]
+    threads: Option<usize>,
+
+    /// Print nothing but errors, and holes that could not be filled.
+    #[arg(short, long, conflicts_with = "verbose")]
+    quiet: bool,
+
+    /// Print more: the levels of each solve, and the tries that failed.
+    #[arg(short, long)]
+    verbose: bool,
+}
+
+/// Runs a command.
+pub fn run(cli: Cli) -> anyhow::Result<End> {
+    match cli.command {
+        Command::Fill(args) => start(&args.common, |console| fill::run(&args, console)),
+        Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
+    }
+}
+
+/// Runs a command in a pool of the threads asked for.
+fn start(
+    common: &CommonArgs,
+    command: impl FnOnce(&Console) -> anyhow::Result<End> + Send,
+) -> anyhow::Result<End> {
+    let console = Console::new(common.quiet, common.verbose);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(common.threads.unwrap_or(0))
+        .build()
+        .context("cannot start the threads; try fewer with --threads")?;
+    pool.install(|| command(&console))
+}

@@ -1,0 +1,107 @@
+//! Writing the output, and what can be checked before the long work.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use isomend::io::{Format, Loaded, Precision, WriteOptions, write_path};
+use isomend::{FillParams, Mesh, SurfaceKind};
+
+/// Where the mesh goes, in which format.
+#[derive(Debug)]
+pub struct Output {
+    /// The file.
+    pub path: PathBuf,
+    /// Its format.
+    pub format: Format,
+    /// Text instead of binary.
+    ascii: bool,
+}
+
+impl Output {
+    /// Checks what can be known before the mesh is.
+    pub fn new(path: &Path, to: Option<Format>, ascii: bool) -> anyhow::Result<Self> {
+        let format = match to.or_else(|| Format::from_extension(path)) {
+            Some(format) => format,
+            None => bail!(
+                "the name {} does not tell a format to write; name it otherwise or give --to; supported are {}",
+                path.display(),
+                Format::LIST
+            ),
+        };
+        check_writable(path)?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            format,
+            ascii,
+        })
+    }
+
+    /// Writes a filled mesh; returns the writer's remarks.
+    ///
+    /// Where the input's coordinates are all 32-bit floats the output's are too: only new vertices are rounded.
+    pub fn write(
+        &self,
+        mesh: &mut Mesh,
+        input: &Loaded,
+        params: &FillParams,
+    ) -> anyhow::Result<Vec<String>> {
+        let precision = if input.f32_exact {
+            Precision::F32
+        } else {
+            Precision::F64
+        };
+        if input.f32_exact && self.format != Format::Obj {
+            let kept = match params.surface {
+                SurfaceKind::Stitched => input.mesh.positions.len(),
+                SurfaceKind::Whole => 0,
+            };
+            for position in &mut mesh.positions[kept..] {
+                *position = position.as_vec3().as_dvec3();
+            }
+        }
+        let options = WriteOptions {
+            precision,
+            ascii: self.ascii,
+        };
+        Ok(write_path(&self.path, mesh, Some(self.format), &options)?)
+    }
+}
+
+/// Refuses a path whose folder is not there, or which is a folder itself.
+pub fn check_writable(path: &Path) -> anyhow::Result<()> {
+    if path.is_dir() {
+        bail!(
+            "cannot write {}: it is a folder; name a file in it",
+            path.display()
+        );
+    }
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    if !folder.is_dir() {
+        bail!(
+            "cannot write {}: there is no folder {}; make it first",
+            path.display(),
+            folder.display()
+        );
+    }
+    Ok(())
+}
+
+/// Whether two paths name the same file.
+pub fn same_file(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        std::fs::canonicalize(path).ok().or_else(|| {
+            let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+            let folder = std::fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()?;
+            Some(folder.join(path.file_name()?))
+        })
+    };
+    place(a).is_some_and(|a| place(b) == Some(a))
+}
+
+/// Writes text beside its target and moves it over it.
+pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
+    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+}
