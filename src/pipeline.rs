@@ -303,8 +303,7 @@ fn groups(
 ) -> Vec<Vec<usize>> {
     let is_crumb = |h: usize| found.topology.piece_faces[found.holes[h].piece as usize] <= 2;
     let is_trivial = |h: usize| found.holes[h].edges <= TRIVIAL_EDGES && !is_crumb(h);
-    let (trivial, others): (Vec<usize>, Vec<usize>) =
-        chosen.iter().partition(|&&h| is_trivial(h));
+    let (trivial, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_trivial(h));
     let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges);
     groups.retain(|group| {
         let crumbs_only = group.iter().all(|&h| is_crumb(h));
@@ -366,6 +365,8 @@ struct Try {
     /// Divides the voxel.
     refine: f64,
     start: Start,
+    /// Take the surface though the flow is not steady.
+    accept: bool,
 }
 
 impl Default for Try {
@@ -374,27 +375,37 @@ impl Default for Try {
             growth: 1.0,
             refine: 1.0,
             start: Start::Biharmonic,
+            accept: false,
         }
     }
 }
 
 impl Try {
-    /// The next finer grid, up to four times the first, if the voxel may be chosen; on the finest with the other start.
+    /// What to try next if the voxel may be chosen: half the voxel from a triangulation of the rims, then a quarter.
     fn finer(&self, params: &FillParams) -> Option<Self> {
-        if params.voxel != VoxelSize::Auto {
+        if params.voxel != VoxelSize::Auto || self.refine >= 4.0 {
             return None;
         }
-        if self.refine < 4.0 {
-            return Some(Self {
-                refine: 2.0 * self.refine,
-                ..*self
-            });
-        }
-        (self.start == Start::Biharmonic).then_some(Self {
-            refine: 2.0,
+        Some(Self {
+            refine: 2.0 * self.refine,
             start: Start::Triangulation,
             ..*self
         })
+    }
+
+    /// What to try after a patch could not be joined.
+    fn after(&self, error: &StitchError, params: &FillParams) -> Option<Self> {
+        match error {
+            // The surface has run away: take it as it comes out of the first grid.
+            StitchError::OpenBorder { .. } if self.refine > 1.0 => Some(Self {
+                refine: 1.0,
+                start: Start::Triangulation,
+                accept: true,
+                ..*self
+            }),
+            _ if self.accept => None,
+            _ => self.finer(params),
+        }
     }
 }
 
@@ -410,7 +421,11 @@ impl Work<'_> {
     fn fill_region(&self, group: &[usize]) -> RegionPatch {
         let clock = Instant::now();
         let mut filled = if self.is_trivial(group) {
-            self.triangulate(group, "it has no more than four edges", RegionReport::default())
+            self.triangulate(
+                group,
+                "it has no more than four edges",
+                RegionReport::default(),
+            )
         } else {
             self.evolve(group)
         };
@@ -475,9 +490,9 @@ impl Work<'_> {
                     }
                 }
                 Err(e) => {
-                    tries.push(e.to_string());
                     last = report;
-                    next = now.finer(self.params);
+                    tries.push(e.to_string());
+                    next = now.after(&e, self.params);
                 }
             }
         }
@@ -501,11 +516,14 @@ impl Work<'_> {
             return Some(("the surface reached the side of its box".to_owned(), wider));
         }
         let expected = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
-        if solved.converged() || !expected || now.refine > 1.0 {
+        if solved.converged() || !expected || now.refine > 1.0 || now.accept {
             return None;
         }
         let finer = now.finer(self.params)?;
-        Some(("the flow did not become steady on this grid".to_owned(), finer))
+        Some((
+            "the flow did not become steady on this grid".to_owned(),
+            finer,
+        ))
     }
 
     fn solve(&self, group: &[usize], next: &Try) -> (Solved, Region, MeshData<'_>) {
@@ -519,20 +537,18 @@ impl Work<'_> {
             next.refine,
         );
         let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
-        let closed = !found
-            .holes
-            .iter()
-            .enumerate()
-            .any(|(i, h)| {
-                h.outer_border && !group.contains(&i) && holes.iter().any(|g| g.piece == h.piece)
-            });
+        let closed = !found.holes.iter().enumerate().any(|(i, h)| {
+            h.outer_border && !group.contains(&i) && holes.iter().any(|g| g.piece == h.piece)
+        });
         let data = MeshData::new(self.sampler, &found.mesh, &holes, closed);
         let settings = NestedSettings {
             lattice: region.lattice,
             dims: region.dims,
             refinements: region.refinements,
             start: next.start,
-            stop_when_lost: next.refine == 1.0 && self.params.voxel == VoxelSize::Auto,
+            stop_when_lost: next.refine == 1.0
+                && !next.accept
+                && self.params.voxel == VoxelSize::Auto,
             flow: self.flow_settings(),
         };
         let solved = solve_nested(&data, &settings, self.keep_going);
@@ -629,12 +645,19 @@ impl Work<'_> {
     }
 }
 
-/// Whether the zero set leaves the mask at the sides of the box, where free nodes end.
+/// Whether the zero set, where it is free, comes to the end of the stored nodes.
 fn touches_box(level: &Level) -> bool {
     let grid = &level.grid;
-    (0..grid.len()).any(|s| {
+    (0..grid.len()).into_par_iter().any(|s| {
         let n = grid.node(s);
-        level.mask[s] && !grid.is_interior(n, 6) && level.phi[s].abs() < 1.5
+        level.mask[s]
+            && level.phi[s].abs() < 1.0
+            && (0..27).any(|i: i32| {
+                let o = [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1];
+                let far = [n[0] + 5 * o[0], n[1] + 5 * o[1], n[2] + 5 * o[2]];
+                let near = [n[0] + 2 * o[0], n[1] + 2 * o[1], n[2] + 2 * o[2]];
+                grid.slot(near).is_none() || !grid.is_interior(far, 0)
+            })
     })
 }
 

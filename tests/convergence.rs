@@ -120,17 +120,29 @@ fn sphere_caps_are_within_bounds() {
 
 #[test]
 fn the_catenoid_and_the_inner_torus_converge_at_second_order() {
-    let bounds = [("catenoid", 4.9e-4, 1.2e-4), ("inner torus", 5.2e-4, 1.3e-4)];
+    let bounds = [
+        ("catenoid", 4.9e-4, 1.2e-4),
+        ("inner torus", 5.2e-4, 1.3e-4),
+    ];
     for (name, at32, at64) in bounds {
         let (coarse, fine) = if name == "catenoid" {
-            let s = Shape { distance: catenoid(1.0), radius: 1.0 };
+            let s = Shape {
+                distance: catenoid(1.0),
+                radius: 1.0,
+            };
             (errors(&s, 1), errors(&s, 2))
         } else {
-            let s = Shape { distance: torus(1.0 / 0.6, -1.0), radius: 1.0 };
+            let s = Shape {
+                distance: torus(1.0 / 0.6, -1.0),
+                radius: 1.0,
+            };
             (errors(&s, 1), errors(&s, 2))
         };
         println!("{name}: {coarse:?} {fine:?}");
-        assert!(coarse.0 < 1.2 * at32 && fine.0 < 1.2 * at64, "{name}: {coarse:?} {fine:?}");
+        assert!(
+            coarse.0 < 1.2 * at32 && fine.0 < 1.2 * at64,
+            "{name}: {coarse:?} {fine:?}"
+        );
         let order = (coarse.1 / fine.1).log2();
         assert!(order > 1.8, "{name}: order {order:.2}");
     }

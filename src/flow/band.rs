@@ -33,7 +33,11 @@ pub struct Band {
 }
 
 fn offset(i: usize) -> NodeIndex {
-    [(i / 9) as i32 - 1, ((i / 3) % 3) as i32 - 1, (i % 3) as i32 - 1]
+    [
+        (i / 9) as i32 - 1,
+        ((i / 3) % 3) as i32 - 1,
+        (i % 3) as i32 - 1,
+    ]
 }
 
 fn corner(a: usize) -> NodeIndex {

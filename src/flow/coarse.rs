@@ -42,7 +42,10 @@ fn trilinear(p: [f64; 3]) -> [(NodeIndex, f64); 8] {
 }
 
 /// Interpolation of points on a lattice of nodes that `exists` allows; nodes that no point touches do not exist.
-fn interpolation(points: &[Option<[f64; 3]>], exists: impl Fn(NodeIndex) -> bool) -> (Csr, Lattice) {
+fn interpolation(
+    points: &[Option<[f64; 3]>],
+    exists: impl Fn(NodeIndex) -> bool,
+) -> (Csr, Lattice) {
     let mut nodes: Vec<NodeIndex> = points
         .iter()
         .flatten()
@@ -81,7 +84,9 @@ fn feet(band: &Band, phi: &[f64]) -> Vec<Option<[f64; 3]>> {
             });
             let gg = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).max(0.25);
             let x = band.nodes[i];
-            Some(std::array::from_fn(|d| f64::from(x[d]) - phi[i] / gg * g[d]))
+            Some(std::array::from_fn(|d| {
+                f64::from(x[d]) - phi[i] / gg * g[d]
+            }))
         })
         .collect()
 }

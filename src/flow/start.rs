@@ -95,9 +95,7 @@ pub fn biharmonic_fill(
     }
     let near: Vec<[u32; 6]> = slots
         .iter()
-        .map(|&s| {
-            NEIGHBOURS.map(|o| at(grid.node(s), o).map_or(slots.len() as u32, |t| number[t]))
-        })
+        .map(|&s| NEIGHBOURS.map(|o| at(grid.node(s), o).map_or(slots.len() as u32, |t| number[t])))
         .collect();
     let free: Vec<bool> = slots.iter().map(|&s| mask[s]).collect();
     let operator = Bilaplacian {
@@ -115,7 +113,14 @@ pub fn biharmonic_fill(
     operator.apply(&known, &mut b);
     b.iter_mut().for_each(|v| *v = -*v);
     let mut x = vec![0.0; slots.len()];
-    let outcome = conjugate_gradient(&operator, &Jacobi(&operator.jacobi), &b, &mut x, tolerance, 2000);
+    let outcome = conjugate_gradient(
+        &operator,
+        &Jacobi(&operator.jacobi),
+        &b,
+        &mut x,
+        tolerance,
+        2000,
+    );
     for (i, &s) in slots.iter().enumerate() {
         phi[s] += x[i];
     }

@@ -141,7 +141,7 @@ pub fn relax(
             outcome.converged = true;
             break;
         }
-        if stuck(&outcome.steps) {
+        if stuck(&outcome.steps) || stagnant(&outcome.steps) {
             break;
         }
         let grows = grows(&outcome.steps) || record.fraction == 0.0;
@@ -158,6 +158,19 @@ pub fn relax(
 /// No step has made the energy fall for three bands in a row.
 fn stuck(steps: &[StepRecord]) -> bool {
     steps.len() >= 3 && steps[steps.len() - 3..].iter().all(|s| s.fraction == 0.0)
+}
+
+/// The energy has not changed by a five-hundredth over five steps, late in the run.
+fn stagnant(steps: &[StepRecord]) -> bool {
+    let n = steps.len();
+    if n < 12 || steps[n - 1].movement < 0.02 {
+        return false;
+    }
+    let last = &steps[n - 5..];
+    let (low, high) = last.iter().fold((f64::INFINITY, 0.0f64), |(l, h), s| {
+        (l.min(s.energy), h.max(s.energy))
+    });
+    high - low < 2e-3 * high
 }
 
 /// Steps that do not get smaller over four in a row.
@@ -217,9 +230,8 @@ impl BandState {
             .filter(|(_, v)| v.abs() < 1.0)
             .map(|(d, _)| d.abs())
             .fold(0.0, f64::max);
-        let slope_of = |d: &[f64]| -> f64 {
-            system.gradient.iter().zip(d).map(|(g, d)| g * d).sum()
-        };
+        let slope_of =
+            |d: &[f64]| -> f64 { system.gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
         let clipped: Vec<f64> = d.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
         if slope_of(&clipped) < 0.0 {
             d = clipped;

@@ -147,11 +147,23 @@ impl WillmoreBand {
     }
 
     /// Gradient and matrix at `phi`; `time_step` is infinite for the steady state.
-    pub fn system(&self, phi: &[f64], at: &Evaluation, metric: Metric, time_step: f64) -> System<'_> {
+    pub fn system(
+        &self,
+        phi: &[f64],
+        at: &Evaluation,
+        metric: Metric,
+        time_step: f64,
+    ) -> System<'_> {
         let band = &self.band;
         let n = band.slots.len();
         let w: Vec<f64> = (0..n)
-            .map(|i| if band.residual[i] { at.r[i] / at.mass[i] } else { 0.0 })
+            .map(|i| {
+                if band.residual[i] {
+                    at.r[i] / at.mass[i]
+                } else {
+                    0.0
+                }
+            })
             .collect();
         let weighted: Vec<f64> = (0..n).map(|i| chi(phi[i]) * w[i] * w[i]).collect();
         let cells: Vec<CellFrame> = band
@@ -171,7 +183,13 @@ impl WillmoreBand {
             })
             .collect();
         let weight: Vec<f64> = (0..n)
-            .map(|i| if band.residual[i] { chi(phi[i]) / at.mass[i] } else { 0.0 })
+            .map(|i| {
+                if band.residual[i] {
+                    chi(phi[i]) / at.mass[i]
+                } else {
+                    0.0
+                }
+            })
             .collect();
         let force: Vec<f64> = (0..n).map(|i| chi(phi[i]) * w[i]).collect();
         let gradient = self.gradient(phi, &rows, &w, &force, &at.mass);
@@ -181,7 +199,13 @@ impl WillmoreBand {
             Metric::VariantTwo => (rows.iter().map(|r| r.1).collect(), tangential),
         };
         let diagonal = (0..n)
-            .map(|i| if time_step.is_finite() { at.mass[i] / time_step } else { 0.0 })
+            .map(|i| {
+                if time_step.is_finite() {
+                    at.mass[i] / time_step
+                } else {
+                    0.0
+                }
+            })
             .collect();
         System::new(band, curvature, second, weight, diagonal, gradient)
     }
@@ -297,15 +321,16 @@ fn assemble_row(
             }
             if metric == Metric::VariantTwo {
                 for b in 0..8 {
-                    row_full[b] += t
-                        * (da[0] * shape[0][b] + da[1] * shape[1][b] + da[2] * shape[2][b]);
+                    row_full[b] +=
+                        t * (da[0] * shape[0][b] + da[1] * shape[1][b] + da[2] * shape[2][b]);
                 }
             }
         }
         let shape = &e.centre;
         let da = [shape[0][a], shape[1][a], shape[2][a]];
         for b in 0..8 {
-            row_s[b] += frame.l1 * (da[0] * shape[0][b] + da[1] * shape[1][b] + da[2] * shape[2][b]);
+            row_s[b] +=
+                frame.l1 * (da[0] * shape[0][b] + da[1] * shape[1][b] + da[2] * shape[2][b]);
             let k = stencil_entry(a, b);
             p[k] += row_p[b];
             full[k] += row_full[b];
@@ -467,17 +492,28 @@ mod tests {
     fn the_gradient_is_that_of_the_energy() {
         let (w, phi) = sphere_band();
         let at = w.evaluate(&phi);
-        let g = w.system(&phi, &at, Metric::GaussNewton, f64::INFINITY).gradient;
+        let g = w
+            .system(&phi, &at, Metric::GaussNewton, f64::INFINITY)
+            .gradient;
         let direction: Vec<f64> = (0..phi.len())
-            .map(|i| if w.band.unknown[i] { (i as f64 * 1.7).sin() } else { 0.0 })
+            .map(|i| {
+                if w.band.unknown[i] {
+                    (i as f64 * 1.7).sin()
+                } else {
+                    0.0
+                }
+            })
             .collect();
-        let shifted = |s: f64| -> Vec<f64> {
-            phi.iter().zip(&direction).map(|(p, d)| p + s * d).collect()
-        };
+        let shifted =
+            |s: f64| -> Vec<f64> { phi.iter().zip(&direction).map(|(p, d)| p + s * d).collect() };
         let e = 1e-5;
-        let numeric = (w.evaluate(&shifted(e)).energy - w.evaluate(&shifted(-e)).energy) / (2.0 * e);
+        let numeric =
+            (w.evaluate(&shifted(e)).energy - w.evaluate(&shifted(-e)).energy) / (2.0 * e);
         let exact: f64 = g.iter().zip(&direction).map(|(a, b)| a * b).sum();
-        assert!((numeric - exact).abs() < 1e-6 * exact.abs().max(1.0), "{numeric} {exact}");
+        assert!(
+            (numeric - exact).abs() < 1e-6 * exact.abs().max(1.0),
+            "{numeric} {exact}"
+        );
     }
 
     #[test]
@@ -488,7 +524,13 @@ mod tests {
         let n = phi.len();
         let vector = |f: f64| -> Vec<f64> {
             (0..n)
-                .map(|i| if w.band.unknown[i] { (i as f64 * f).sin() } else { 0.0 })
+                .map(|i| {
+                    if w.band.unknown[i] {
+                        (i as f64 * f).sin()
+                    } else {
+                        0.0
+                    }
+                })
                 .collect()
         };
         let (x, y) = (vector(0.7), vector(1.3));
@@ -500,7 +542,9 @@ mod tests {
             x.iter().zip(&ay).map(|(p, q)| p * q).sum(),
         );
         assert!((a - b).abs() < 1e-9 * a.abs().max(1.0));
-        let i = (0..n).find(|&i| w.band.unknown[i] && w.band.residual[i]).unwrap();
+        let i = (0..n)
+            .find(|&i| w.band.unknown[i] && w.band.residual[i])
+            .unwrap();
         let mut unit = vec![0.0; n];
         unit[i] = 1.0;
         system.apply(&unit, &mut ax);

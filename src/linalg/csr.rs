@@ -164,11 +164,7 @@ impl Csr {
     /// The diagonal.
     pub fn diagonal(&self) -> Vec<f64> {
         (0..self.rows())
-            .map(|i| {
-                self.row(i)
-                    .find(|e| e.0 as usize == i)
-                    .map_or(0.0, |e| e.1)
-            })
+            .map(|i| self.row(i).find(|e| e.0 as usize == i).map_or(0.0, |e| e.1))
             .collect()
     }
 }

@@ -86,7 +86,11 @@ impl Multigrid {
         let apply = |x: &[f64], y: &mut [f64]| coarse.matrix.apply(x, y);
         let mut x = vec![0.0; b.len()];
         smooth.run(&apply, &coarse.inverse_diagonal, b, &mut x, true);
-        let repeats = if level + 2 < self.levels.len() { self.gamma } else { 1 };
+        let repeats = if level + 2 < self.levels.len() {
+            self.gamma
+        } else {
+            1
+        };
         let mut r = vec![0.0; b.len()];
         for _ in 0..repeats {
             residual(&apply, b, &x, &mut r);
@@ -200,7 +204,9 @@ impl Chebyshev {
         }
         let sigma = self.theta / self.delta;
         let mut rho = 1.0 / sigma;
-        let mut p: Vec<f64> = (0..n).map(|i| inverse_diagonal[i] * r[i] / self.theta).collect();
+        let mut p: Vec<f64> = (0..n)
+            .map(|i| inverse_diagonal[i] * r[i] / self.theta)
+            .collect();
         x.iter_mut().zip(&p).for_each(|(x, p)| *x += p);
         for _ in 1..self.degree {
             apply(&p, &mut ap);
@@ -225,7 +231,11 @@ fn largest_eigenvalue(apply: &dyn Fn(&[f64], &mut [f64]), inverse_diagonal: &[f6
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
             let random = (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
-            if inverse_diagonal[i] > 0.0 { random } else { 0.0 }
+            if inverse_diagonal[i] > 0.0 {
+                random
+            } else {
+                0.0
+            }
         })
         .collect();
     let mut w = vec![0.0; n];

@@ -105,7 +105,10 @@ fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, usize
             }
         }
     }
-    (loops.into_iter().filter(|l| l.len() >= 3).collect(), open_chains)
+    (
+        loops.into_iter().filter(|l| l.len() >= 3).collect(),
+        open_chains,
+    )
 }
 
 fn count_repeats(sorted: &[(u32, u32)]) -> usize {
@@ -129,7 +132,11 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
         centre += (a + b) * (0.5 * a.distance(b));
         conormals.push(conormal(mesh, h));
     }
-    let centre = if length > 0.0 { centre / length } else { point(rim[0]) };
+    let centre = if length > 0.0 {
+        centre / length
+    } else {
+        point(rim[0])
+    };
     let points: Vec<DVec3> = rim.iter().map(|&v| point(v)).collect();
     let diameter = diameter(&points);
     let planarity = if diameter > 0.0 {
@@ -223,8 +230,7 @@ fn mark_outer_borders(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
 
 /// Diagonal of the bounding box of each piece.
 fn piece_extents(mesh: &Mesh, topology: &Topology) -> Vec<f64> {
-    let mut boxes =
-        vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); topology.piece_faces.len()];
+    let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); topology.piece_faces.len()];
     for (f, face) in mesh.faces.iter().enumerate() {
         if topology.piece[f] == NONE {
             continue;

@@ -91,7 +91,11 @@ impl DistanceData for MeshData<'_> {
     fn guess(&self, x: DVec3) -> Option<f64> {
         let cap = self.cap()?;
         let to_cap = cap.faces.closest(x, f64::INFINITY)?.distance;
-        let to_mesh = self.sampler.bvh().closest(x, to_cap).map_or(to_cap, |c| c.distance);
+        let to_mesh = self
+            .sampler
+            .bvh()
+            .closest(x, to_cap)
+            .map_or(to_cap, |c| c.distance);
         let inside = self.sampler.winding_number(x) + cap.winding.winding_number(&cap.faces, x);
         Some(to_mesh.min(to_cap).copysign(0.5 - inside))
     }

@@ -50,7 +50,10 @@ pub fn group_holes(
     forced: &[Vec<usize>],
 ) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..holes.len()).collect();
-    let rims: Vec<RimSamples> = chosen.iter().map(|&h| RimSamples::new(mesh, &holes[h])).collect();
+    let rims: Vec<RimSamples> = chosen
+        .iter()
+        .map(|&h| RimSamples::new(mesh, &holes[h]))
+        .collect();
     for (i, a) in rims.iter().enumerate() {
         for (j, b) in rims.iter().enumerate().skip(i + 1) {
             if a.belongs_with(b) {
@@ -136,7 +139,9 @@ impl RimSamples {
 
     fn belongs_with(&self, other: &Self) -> bool {
         let larger = self.diameter.max(other.diameter);
-        let apart = (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO);
+        let apart = (self.low - other.high)
+            .max(other.low - self.high)
+            .max(DVec3::ZERO);
         if apart.length() > FACING_GAP * larger {
             return false;
         }
@@ -205,8 +210,7 @@ impl Region {
         let dims = [nodes.x, nodes.y, nodes.z].map(|n| (n as i32).div_ceil_block());
         let size = DVec3::from_array(dims.map(|d| f64::from(d - 1))) * coarse;
         // An irrational offset keeps nodes off the symmetry planes and vertices of regular meshes.
-        let origin =
-            0.5 * (low + high) - 0.5 * size + coarse * DVec3::new(0.0137, -0.0251, 0.0319);
+        let origin = 0.5 * (low + high) - 0.5 * size + coarse * DVec3::new(0.0137, -0.0251, 0.0319);
         Self {
             holes: group.to_vec(),
             diameter,

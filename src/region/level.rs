@@ -11,7 +11,7 @@ const DEEP: f64 = 5.5;
 /// Nodes at the faces of the box that are never free.
 const BORDER: i32 = 3;
 /// Blocks farther than this from the coarse surface, in voxels of the finer grid, are not stored.
-const STORED: f64 = 7.0;
+const STORED: f64 = 8.0;
 
 /// What is known at a point.
 #[derive(Clone, Copy, Debug)]

@@ -109,7 +109,11 @@ impl Jet {
     /// distance. None where the foot leaves the neighbourhood the graph was fitted to.
     pub fn signed_distance(&self, x: DVec3) -> Option<f64> {
         let d = (x - self.origin) / self.radius;
-        let p = [d.dot(self.axes[0]), d.dot(self.axes[1]), d.dot(self.axes[2])];
+        let p = [
+            d.dot(self.axes[0]),
+            d.dot(self.axes[1]),
+            d.dot(self.axes[2]),
+        ];
         let (mut u, mut v) = (p[0], p[1]);
         let limit = 1.3;
         let clamp = |u: &mut f64, v: &mut f64| {

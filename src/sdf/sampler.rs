@@ -101,12 +101,20 @@ impl<'a> Sampler<'a> {
     pub fn sample(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<DistanceSample> {
         let (closest, on_rim) = self.closest(rims, x, limit)?;
         let sign = if on_rim && rims.closed {
-            if self.winding.winding_number(&self.bvh, x) > 0.5 { -1.0 } else { 1.0 }
+            if self.winding.winding_number(&self.bvh, x) > 0.5 {
+                -1.0
+            } else {
+                1.0
+            }
         } else {
             self.sign(&closest, x)
         };
         let raw = sign * closest.distance;
-        let signed = if on_rim { raw } else { self.smooth(&closest, x, raw) };
+        let signed = if on_rim {
+            raw
+        } else {
+            self.smooth(&closest, x, raw)
+        };
         Some(DistanceSample {
             signed,
             distance: closest.distance,
@@ -155,7 +163,11 @@ impl<'a> Sampler<'a> {
         if side.abs() > 1e-3 * closest.distance * normal.length() || closest.distance == 0.0 {
             return if side < 0.0 { -1.0 } else { 1.0 };
         }
-        if self.winding.winding_number(&self.bvh, x) > 0.5 { -1.0 } else { 1.0 }
+        if self.winding.winding_number(&self.bvh, x) > 0.5 {
+            -1.0
+        } else {
+            1.0
+        }
     }
 
     fn jet(&self, vertex: u32) -> Option<&Jet> {

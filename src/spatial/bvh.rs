@@ -182,8 +182,8 @@ impl Bvh {
         let mut stack = vec![0u32];
         while let Some(index) = stack.pop() {
             let node = self.nodes[index as usize];
-            let apart = (0..3)
-                .any(|k| f64::from(node.min[k]) > high[k] || f64::from(node.max[k]) < low[k]);
+            let apart =
+                (0..3).any(|k| f64::from(node.min[k]) > high[k] || f64::from(node.max[k]) < low[k]);
             if apart {
                 continue;
             }
@@ -248,8 +248,8 @@ mod tests {
             let bvh = Bvh::new(&mesh, 0..mesh.faces.len() as u32);
             for i in 0..200 {
                 let t = f64::from(i);
-                let p = offset
-                    + DVec3::new((t * 0.37).sin(), (t * 0.73).cos(), 0.5 * (t * 0.11).sin());
+                let p =
+                    offset + DVec3::new((t * 0.37).sin(), (t * 0.73).cos(), 0.5 * (t * 0.11).sin());
                 let brute = mesh
                     .faces
                     .iter()

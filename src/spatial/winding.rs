@@ -167,8 +167,7 @@ impl Cluster {
         let r = self.centre - q;
         let r2 = r.length_squared();
         let r3 = r2 * r2.sqrt();
-        let trace =
-            self.quadrupole.x_axis.x + self.quadrupole.y_axis.y + self.quadrupole.z_axis.z;
+        let trace = self.quadrupole.x_axis.x + self.quadrupole.y_axis.y + self.quadrupole.z_axis.z;
         let (mut mixed, mut cubic) = (0.0, 0.0);
         for (i, s) in self.octupole.iter().enumerate() {
             mixed += 2.0 * s.col(i).dot(r) + (s.x_axis.x + s.y_axis.y + s.z_axis.z) * r[i];
@@ -204,11 +203,8 @@ mod tests {
                     PI * f64::from(i) / f64::from(n),
                     PI * f64::from(j) / f64::from(n),
                 );
-                mesh.positions.push(DVec3::new(
-                    t.sin() * u.cos(),
-                    t.sin() * u.sin(),
-                    t.cos(),
-                ));
+                mesh.positions
+                    .push(DVec3::new(t.sin() * u.cos(), t.sin() * u.sin(), t.cos()));
             }
         }
         for i in 0..n {
@@ -216,11 +212,7 @@ mod tests {
                 let (a, b) = (i * 2 * n + j, i * 2 * n + (j + 1) % (2 * n));
                 let (c, d) = (a + 2 * n, b + 2 * n);
                 for f in [[a, c, d], [a, d, b]] {
-                    let centre = f
-                        .iter()
-                        .map(|&v| mesh.positions[v as usize])
-                        .sum::<DVec3>()
-                        / 3.0;
+                    let centre = f.iter().map(|&v| mesh.positions[v as usize]).sum::<DVec3>() / 3.0;
                     if keep(centre) {
                         mesh.faces.push(f);
                     }
