@@ -13,7 +13,7 @@ use crate::grid::NodeIndex;
 use crate::mesh::{Hole, Mesh, Topology, find_holes, welded};
 use crate::params::{FillParams, SurfaceKind};
 use crate::region::{
-    Level, LevelSurface, MeshData, NestedSettings, Region, Solved, group_holes, solve_nested,
+    Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Start, group_holes, solve_nested,
 };
 use crate::report::{FillReport, HoleOutcome, HoleReport, RegionReport};
 use crate::sdf::Sampler;
@@ -360,6 +360,7 @@ struct RegionPatch {
 struct Try {
     growth: f64,
     refine: f64,
+    start: Start,
 }
 
 struct Work<'a> {
@@ -395,6 +396,7 @@ impl Work<'_> {
         let mut next = Try {
             growth: 1.0,
             refine: 1.0,
+            start: Start::Biharmonic,
         };
         for _ in 0..4 {
             if !(self.keep_going)() {
@@ -457,6 +459,7 @@ impl Work<'_> {
             lattice: region.lattice,
             dims: region.dims,
             refinements: region.refinements,
+            start: next.start,
             flow: self.flow_settings(),
         };
         let solved = solve_nested(&data, &settings, self.keep_going);

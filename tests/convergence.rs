@@ -3,7 +3,7 @@
 use glam::DVec3;
 use isomend::flow::FlowSettings;
 use isomend::grid::Lattice;
-use isomend::region::{DistanceData, NestedSettings, NodeData, solve_nested};
+use isomend::region::{DistanceData, NestedSettings, NodeData, Start, solve_nested};
 use isomend::sdf::project_on_zero_set;
 
 /// An exact signed distance with a ball of it unknown.
@@ -37,6 +37,7 @@ fn errors<F: Fn(DVec3) -> f64 + Sync>(shape: &Shape<F>, refinements: usize) -> (
         lattice: Lattice { origin, voxel },
         dims: [nodes; 3],
         refinements,
+        start: Start::Biharmonic,
         flow: FlowSettings::default(),
     };
     let solved = solve_nested(shape, &settings, &|| true);

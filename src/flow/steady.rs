@@ -196,11 +196,11 @@ impl BandState {
                     operator: &system,
                     coarse,
                 };
-                conjugate_gradient(&system, &cycle, &rhs, &mut d, tolerance, 200)
+                conjugate_gradient(&system, &cycle, &rhs, &mut d, tolerance, 60)
             }
             None => {
                 let scaling = Jacobi(system.jacobi());
-                conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 4000)
+                conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500)
             }
         };
         let movement = d

@@ -63,7 +63,7 @@ impl Multigrid {
             levels.push(Coarse::new(matrix, Some((r, p))));
             matrix = shifted(next);
         }
-        let direct = Cholesky::new(&dense(&matrix), matrix.rows())?;
+        let direct = factorised(&matrix)?;
         levels.push(Coarse::new(matrix, None));
         Some(Self {
             restriction,
@@ -116,6 +116,21 @@ fn shifted(mut matrix: Csr) -> Csr {
         }
     }
     matrix
+}
+
+/// The factor of the coarsest matrix, lifted further where rounding has left it indefinite.
+fn factorised(matrix: &Csr) -> Option<Cholesky> {
+    let n = matrix.rows();
+    let top = matrix.diagonal().into_iter().fold(0.0, f64::max);
+    (0..5).find_map(|k| {
+        let mut entries = dense(matrix);
+        if k > 0 {
+            for i in 0..n {
+                entries[i * n + i] += top * 1e-10 * 100f64.powi(k);
+            }
+        }
+        Cholesky::new(&entries, n)
+    })
 }
 
 fn dense(matrix: &Csr) -> Vec<f64> {

@@ -1,12 +1,15 @@
 //! The mesh as the data of a region, and the solved level set as the surface of its patch.
 
+use std::sync::OnceLock;
+
 use glam::DVec3;
 
 use super::level::{DistanceData, Level, NodeData};
 use crate::grid::value_and_gradient;
 use crate::mesh::{Hole, Mesh};
 use crate::sdf::{RimSet, Sampler, project_on_zero_set};
-use crate::stitch::Surface;
+use crate::spatial::{Bvh, WindingTree};
+use crate::stitch::{Surface, triangulate_loop};
 
 /// Deep nodes are free within this many rim radii of the rim's centre.
 const REACH: f64 = 1.3;
@@ -16,6 +19,14 @@ pub struct MeshData<'a> {
     sampler: &'a Sampler<'a>,
     rims: RimSet,
     balls: Vec<(DVec3, f64)>,
+    cap: OnceLock<Option<Cap>>,
+    loops: Vec<Vec<u32>>,
+}
+
+/// The mesh closed by triangulations of the region's rims.
+struct Cap {
+    faces: Bvh,
+    winding: WindingTree,
 }
 
 impl<'a> MeshData<'a> {
@@ -37,7 +48,23 @@ impl<'a> MeshData<'a> {
             sampler,
             rims: RimSet::new(holes.iter().copied(), closed),
             balls,
+            cap: OnceLock::new(),
+            loops: holes.iter().map(|h| h.rim.clone()).collect(),
         }
+    }
+
+    fn cap(&self) -> Option<&Cap> {
+        let make = || {
+            let mesh = self.sampler.mesh();
+            let mut cap = Mesh::new(mesh.positions.clone(), Vec::new());
+            for rim in &self.loops {
+                cap.faces.extend(triangulate_loop(mesh, rim).ok()?);
+            }
+            let faces = Bvh::new(&cap, 0..cap.faces.len() as u32);
+            let winding = WindingTree::new(&faces);
+            Some(Cap { faces, winding })
+        };
+        self.cap.get_or_init(make).as_ref()
     }
 }
 
@@ -59,6 +86,14 @@ impl DistanceData for MeshData<'_> {
                 free: false,
             },
         }
+    }
+
+    fn guess(&self, x: DVec3) -> Option<f64> {
+        let cap = self.cap()?;
+        let to_cap = cap.faces.closest(x, f64::INFINITY)?.distance;
+        let to_mesh = self.sampler.bvh().closest(x, to_cap).map_or(to_cap, |c| c.distance);
+        let inside = self.sampler.winding_number(x) + cap.winding.winding_number(&cap.faces, x);
+        Some(to_mesh.min(to_cap).copysign(0.5 - inside))
     }
 
     fn near_hole(&self, x: DVec3) -> bool {

@@ -30,6 +30,11 @@ pub trait DistanceData: Sync {
     fn sample(&self, x: DVec3, limit: f64) -> NodeData;
     /// Whether `x` is close enough to a hole for the rule of thin parts.
     fn near_hole(&self, x: DVec3) -> bool;
+    /// A first guess of the signed distance at a free point, from a triangulation of the holes; none where there is none.
+    fn guess(&self, x: DVec3) -> Option<f64> {
+        let _ = x;
+        None
+    }
 }
 
 /// A lattice with φ (in voxels) and the mask of its free nodes.
@@ -59,6 +64,27 @@ impl Level {
             grid,
             phi,
             mask,
+        }
+    }
+
+    /// Replaces φ at the free nodes by the data's guess; false where it has none.
+    pub fn start_from_guess(&mut self, data: &dyn DistanceData) -> bool {
+        let guesses: Vec<Option<f64>> = (0..self.grid.len())
+            .into_par_iter()
+            .map(|s| {
+                if !self.mask[s] {
+                    return Some(self.phi[s]);
+                }
+                let x = self.lattice.to_world(as_point(self.grid.node(s)));
+                data.guess(x).map(|d| d / self.lattice.voxel)
+            })
+            .collect();
+        match guesses.into_iter().collect() {
+            Some(phi) => {
+                self.phi = phi;
+                true
+            }
+            None => false,
         }
     }
 

@@ -8,4 +8,4 @@ mod nested;
 pub use data::{LevelSurface, MeshData};
 pub use group::{Region, group_holes};
 pub use level::{DistanceData, Level, NodeData};
-pub use nested::{LevelReport, NestedSettings, Solved, solve_nested};
+pub use nested::{LevelReport, NestedSettings, Solved, Start, solve_nested};

@@ -17,8 +17,19 @@ pub struct NestedSettings {
     pub dims: NodeIndex,
     /// Number of times it is refined by two.
     pub refinements: usize,
+    /// The start on the coarsest lattice.
+    pub start: Start,
     /// The flow on each level.
     pub flow: FlowSettings,
+}
+
+/// Where the flow starts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// The biharmonic fill of the free nodes.
+    Biharmonic,
+    /// The distance to a triangulation of the rims.
+    Triangulation,
 }
 
 /// What happened on one level.
@@ -60,12 +71,9 @@ pub fn solve_nested(
     let mut sampling = clock.elapsed().as_secs_f64();
     let mut reports = Vec::new();
     clock = Instant::now();
-    let start = biharmonic_fill(&level.grid, &mut level.phi, &level.mask, 1e-4);
-    log::debug!(
-        "biharmonic start: {} iterations, {:.3} s",
-        start.iterations,
-        clock.elapsed().as_secs_f64()
-    );
+    if settings.start == Start::Biharmonic || !level.start_from_guess(data) {
+        biharmonic_fill(&level.grid, &mut level.phi, &level.mask, 1e-4);
+    }
     for refinement in 0..=settings.refinements {
         if refinement > 0 {
             clock = Instant::now();

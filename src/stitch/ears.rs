@@ -11,12 +11,12 @@ use super::rim::Rims;
 /// Weight of the lean of an ear against the square of its diagonal.
 const LEAN_WEIGHT: f64 = 20.0;
 
-/// The triangulation of a polygon of patch vertices with its inside to the left, seen against the normals; None if no ear
-/// is left that repeats no edge.
+/// The triangulation of a polygon of patch vertices with its inside to the left, seen against the normals.
 ///
 /// The ear with the shortest diagonal goes first, among those that hold no other vertex; each test is made in the plane
-/// across the mean normal at the ear. Takes time with the square of the number of vertices.
-pub(super) fn cut(mesh: &PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<Vec<[u32; 3]>> {
+/// across the mean normal at the ear. Where every diagonal would repeat an edge, a vertex is put on one. None if that does
+/// not come to an end. Takes time with the square of the number of vertices.
+pub(super) fn cut(mesh: &mut PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<Vec<[u32; 3]>> {
     let corners: HashSet<u32> = polygon.iter().copied().collect();
     let edges = mesh.faces.iter().flat_map(|&f| sides(f));
     let used = edges
@@ -31,33 +31,35 @@ pub(super) fn cut(mesh: &PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<Vec<
     };
     let mut faces = Vec::with_capacity(polygon.len());
     work.cost = (0..work.ring.len()).map(|k| work.rate(k)).collect();
+    let mut spare = polygon.len();
     while work.ring.len() > 3 {
-        let n = work.ring.len();
-        let (cost, k) = (0..n)
-            .map(|k| (work.cost[k], k))
-            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
-        if !cost.is_finite() {
-            return None;
-        }
+        let (cost, mut k) = work.cheapest()?;
         let ear = work.ear(k);
-        faces.push(ear);
-        work.used.extend(sides(ear));
-        work.ring.remove(k);
-        work.cost.remove(k);
-        for i in [(k + n - 2) % (n - 1), k % (n - 1)] {
-            work.cost[i] = work.rate(i);
+        if cost.is_finite() {
+            faces.push(ear);
+            work.used.extend(sides(ear));
+            work.ring.remove(k);
+            work.cost.remove(k);
+        } else {
+            spare = spare.checked_sub(1)?;
+            k = (0..work.ring.len()).find(|&k| work.ear(k)[0] != work.ear(k)[2])?;
+            faces.extend(work.cut_with_vertex(k)?);
         }
+        work.rate_near(k);
     }
     let last = work.ear(1);
-    let fits = last[0] != last[1] && last[1] != last[2] && last[2] != last[0];
-    (fits && sides(last).iter().all(|e| !work.used.contains(e))).then(|| {
+    let distinct = last[0] != last[1] && last[1] != last[2] && last[2] != last[0];
+    if sides(last).iter().all(|e| !work.used.contains(e)) {
         faces.push(last);
-        faces
-    })
+    } else {
+        let m = work.add_vertex(last)?;
+        faces.extend(sides(last).map(|(a, b)| [a, b, m]));
+    }
+    distinct.then_some(faces)
 }
 
 struct Ears<'a> {
-    mesh: &'a PatchMesh,
+    mesh: &'a mut PatchMesh,
     rims: &'a Rims,
     ring: Vec<u32>,
     cost: Vec<f64>,
@@ -75,6 +77,42 @@ impl Ears<'_> {
             self.ring[k],
             self.ring[(k + 1) % n],
         ]
+    }
+
+    fn cheapest(&self) -> Option<(f64, usize)> {
+        let all = self.cost.iter().copied().zip(0..);
+        all.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+    }
+
+    /// Rates the ears about position `k` again.
+    fn rate_near(&mut self, k: usize) {
+        let n = self.ring.len();
+        for i in [(k + n - 1) % n, k % n, (k + 1) % n] {
+            self.cost[i] = self.rate(i);
+        }
+    }
+
+    /// Cuts the ear at `k` with a new vertex on its diagonal, which takes the place of its tip.
+    fn cut_with_vertex(&mut self, k: usize) -> Option<[[u32; 3]; 2]> {
+        let [a, b, c] = self.ear(k);
+        let m = self.add_vertex([a, c, c])?;
+        let faces = [[a, b, m], [b, c, m]];
+        faces.iter().for_each(|&f| self.used.extend(sides(f)));
+        self.ring[k] = m;
+        Some(faces)
+    }
+
+    /// A new vertex amid three others.
+    fn add_vertex(&mut self, of: [u32; 3]) -> Option<u32> {
+        let mesh = &mut *self.mesh;
+        let mean = |all: &[DVec3]| of.iter().map(|&v| all[v as usize]).sum::<DVec3>() / 3.0;
+        let (position, normal) = (mean(&mesh.position), mean(&mesh.normal).normalize_or_zero());
+        mesh.position.push(position);
+        mesh.normal.push(normal);
+        mesh.size.push(mesh.size[of[0] as usize]);
+        position
+            .is_finite()
+            .then_some(mesh.position.len() as u32 - 1)
     }
 
     fn rate(&self, k: usize) -> f64 {

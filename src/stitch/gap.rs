@@ -12,10 +12,6 @@ use super::sector::{Outline, nearest_pair};
 use super::zip::{Step, zip};
 use super::{StitchError, StitchInput, StitchReport, ears};
 
-/// A rim loop with nothing kept within is triangulated without new vertices if its area is at most this many voxels times
-/// its perimeter.
-const THIN: f64 = 2.0;
-
 /// Loops of patch vertices, each with the gap to its left.
 pub(super) struct Loops {
     /// Rim corners.
@@ -42,18 +38,18 @@ pub(super) fn fill(
             })?
         }
         (&[rim], &[inner]) => {
-            let (rim_loop, inner_loop) = (&loops.rim[rim], &loops.inner[inner]);
-            if !runs_against(mesh, rim_loop, inner_loop) {
+            let faces = ring(mesh, &loops.rim[rim], &loops.inner[inner]);
+            if lean(mesh, &faces) < 0.0 {
                 return Err(StitchError::Orientation {
                     rim: rims.source[rim],
                 });
             }
-            ring(mesh, rim_loop, inner_loop)
+            faces
         }
         _ => {
             report.bridged += gap.rims.len() + gap.inner.len() - 2;
             let polygon = merge(mesh, gap, loops);
-            let missing = gap.inner.is_empty() && !is_thin(input, mesh, &polygon);
+            let missing = gap.inner.is_empty() && !outline(mesh, &polygon).is_thin(input.voxel);
             let faces = if missing {
                 None
             } else {
@@ -86,31 +82,16 @@ fn ring(mesh: &PatchMesh, rim: &[u32], inner: &[u32]) -> Vec<[u32; 3]> {
     steps.into_iter().map(face).collect()
 }
 
-/// Whether the border loop runs against the nearby rim edges, as both have the gap to their left.
-fn runs_against(mesh: &PatchMesh, rim: &[u32], inner: &[u32]) -> bool {
-    let at = |v: u32| mesh.position[v as usize];
-    let side = |lp: &[u32], i: usize| [at(lp[i]), at(lp[(i + 1) % lp.len()])];
-    let mut along = 0.0;
-    for j in 0..inner.len() {
-        let [p, q] = side(inner, j);
-        let middle = (p + q) / 2.0;
-        let nearest = (0..rim.len())
-            .map(|i| {
-                (
-                    side(rim, i)
-                        .map(|e| e.distance_squared(middle))
-                        .into_iter()
-                        .sum::<f64>(),
-                    i,
-                )
-            })
-            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        if let Some((_, i)) = nearest {
-            let [a, b] = side(rim, i);
-            along += (b - a).normalize_or_zero().dot(q - p);
-        }
+/// Mean cosine between the faces and the surface, weighted by area.
+fn lean(mesh: &PatchMesh, faces: &[[u32; 3]]) -> f64 {
+    let (mut area, mut lean) = (0.0, 0.0);
+    for &f in faces {
+        let cross = mesh.area_vector(f);
+        let normal: DVec3 = f.iter().map(|&v| mesh.normal[v as usize]).sum();
+        area += cross.length();
+        lean += cross.dot(normal.normalize_or_zero());
     }
-    along < 0.0
+    if area > 0.0 { lean / area } else { 0.0 }
 }
 
 /// One loop from all loops of the gap: each is joined to those before by the shortest edge, which the loop then runs along
@@ -142,25 +123,12 @@ fn merge(mesh: &PatchMesh, gap: &Gap, loops: &Loops) -> Vec<u32> {
     merged
 }
 
-/// Whether no part of the polygon's inside can be far from its border.
-fn is_thin(input: &StitchInput, mesh: &PatchMesh, polygon: &[u32]) -> bool {
-    let n = polygon.len();
-    let at = |i: usize| mesh.position[polygon[i % n] as usize];
-    let area = (0..n)
-        .map(|i| at(i).cross(at(i + 1)))
-        .sum::<DVec3>()
-        .length()
-        / 2.0;
-    let perimeter: f64 = (0..n).map(|i| at(i).distance(at(i + 1))).sum();
-    area <= THIN * input.voxel * perimeter
-}
-
 /// A triangulation of one rim loop without new vertices, if the loop is thin and the faces follow the surface.
 fn direct(
     input: &StitchInput,
     rims: &Rims,
     rim: &[u32],
-    mesh: &PatchMesh,
+    mesh: &mut PatchMesh,
 ) -> Option<Vec<[u32; 3]>> {
     let n = rim.len();
     let origin = |i: usize| mesh.origin[rim[i % n] as usize];
@@ -170,7 +138,7 @@ fn direct(
         .collect();
     let blocked =
         |i: usize, j: usize| origin(i) == origin(j) || rims.has_edge(origin(i), origin(j));
-    if !is_thin(input, mesh, rim) {
+    if !outline(mesh, rim).is_thin(input.voxel) {
         return None;
     }
     let polygon = Polygon {
@@ -180,17 +148,10 @@ fn direct(
     };
     let faces: Option<Vec<[u32; 3]>> = liepa::triangulate(&polygon)
         .map(|faces| faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
-    let follows = |faces: &Vec<[u32; 3]>| {
-        let (mut area, mut lean) = (0.0, 0.0);
-        for &f in faces {
-            let cross = mesh.area_vector(f);
-            let normal: DVec3 = f.iter().map(|&v| mesh.normal[v as usize]).sum();
-            area += cross.length();
-            lean += cross.dot(normal.normalize_or_zero());
-        }
-        lean > 0.3 * area
-    };
-    faces.filter(follows).or_else(|| ears::cut(mesh, rims, rim))
+    match faces.filter(|faces| lean(mesh, faces) > 0.3) {
+        None => ears::cut(mesh, rims, rim),
+        found => found,
+    }
 }
 
 /// Directed edges of faces.

@@ -1,6 +1,7 @@
 //! Which loops of the rim and of the kept part bound the same gap.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -75,15 +76,14 @@ fn vote(
     let mut near = vec![false; kept.piece_len.len()];
     let mut votes = Vec::new();
     for (l, lp) in kept.loops.iter().enumerate() {
-        let found: Vec<(f64, usize)> = lp
-            .par_iter()
-            .map(|&v| {
-                nearest_rim(
-                    kept.positions[v as usize],
-                    kept.normals[v as usize],
-                    &segments,
-                )
-            })
+        let outline = Outline::new(
+            lp.iter()
+                .rev()
+                .map(|&v| (kept.positions[v as usize], kept.normals[v as usize])),
+        );
+        let found: Vec<(f64, usize)> = (0..lp.len())
+            .into_par_iter()
+            .map(|i| nearest_rim(&outline, i, &segments))
             .collect();
         let mean = found.iter().map(|f| f.0).sum::<f64>() / found.len() as f64;
         if mean <= limit {
@@ -92,7 +92,7 @@ fn vote(
             let worst = (0..lp.len())
                 .max_by(|&a, &b| found[a].0.total_cmp(&found[b].0))
                 .unwrap_or(0);
-            far.push((l, kept.positions[lp[worst] as usize], mean));
+            far.push((l, outline.position[worst], mean));
         }
         let mut count = BTreeMap::new();
         found
@@ -131,26 +131,34 @@ fn segments(input: &StitchInput, rims: &Rims) -> Vec<Segment> {
     segments
 }
 
-/// Distance to the nearest rim edge on whose patch side the point lies, and its loop.
-fn nearest_rim(p: DVec3, normal: DVec3, segments: &[Segment]) -> (f64, usize) {
-    let mut best = (f64::INFINITY, 0);
+/// Distance from vertex `i` to the nearest rim edge across the gap, and its loop: each must lie on the gap side of the
+/// other, if there is such an edge.
+fn nearest_rim(outline: &Outline, i: usize, segments: &[Segment]) -> (f64, usize) {
+    let (p, normal) = (outline.position[i], outline.normal[i]);
+    let mut across = (f64::INFINITY, 0);
+    let mut any = across;
     for s in segments {
         let [a, b] = s.ends;
         let d = b - a;
         let t = ((p - a).dot(d) / d.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        let distance = p.distance_squared(a + t * d);
-        if distance < best.0 {
-            let within = t > 0.0 && t < 1.0;
-            let beyond = within && d.cross(p - a).dot(s.normal) < 0.0;
-            if !beyond && s.normal.dot(normal) >= 0.0 {
-                best = (distance, s.rim);
+        let q = a + t * d;
+        let distance = p.distance_squared(q);
+        if distance < across.0 {
+            if distance < any.0 {
+                any = (distance, s.rim);
+            }
+            let beyond = t > 0.0 && t < 1.0 && d.cross(p - a).dot(s.normal) < 0.0;
+            if !beyond && s.normal.dot(normal) >= 0.0 && outline.opens_towards(i, q) {
+                across = (distance, s.rim);
             }
         }
     }
+    let best = if across.0.is_finite() { across } else { any };
     (best.0.sqrt(), best.1)
 }
 
-/// Rim loops that run round an island and that no border loop is nearest to join the gap of the nearest other loop.
+/// Rim loops that no border loop is nearest to join the gap of the nearest other loop, unless they bound a small hole of
+/// their own.
 fn join_islands(
     input: &StitchInput,
     rims: &Rims,
@@ -159,18 +167,17 @@ fn join_islands(
     reached: &[bool],
     groups: &mut Groups,
 ) {
-    let count = rims.loops.len();
-    let at = |v: &u32| (input.mesh.positions[*v as usize], rims.normal[v]);
-    let islands: Vec<usize> = (0..count)
-        .filter(|&r| !reached[r] && Outline::new(rims.loops[r].iter().map(at)).turning() < 0.0)
-        .collect();
-    if islands.is_empty() {
+    if reached.iter().all(|&r| r) {
         return;
     }
+    let at = |v: &u32| (input.mesh.positions[*v as usize], rims.normal[v]);
     let mut outlines: Vec<Outline> = rims
         .loops
         .iter()
         .map(|lp| Outline::new(lp.iter().map(at)))
+        .collect();
+    let alone: Vec<bool> = (outlines.iter().zip(reached))
+        .map(|(o, &reached)| !reached && o.turning() > 0.0 && o.is_thin(input.voxel))
         .collect();
     for (l, lp) in kept.loops.iter().enumerate() {
         let used = !dropped.contains(&kept.loop_piece[l]);
@@ -179,9 +186,11 @@ fn join_islands(
             vertices.map(|&v| (kept.positions[v as usize], kept.normals[v as usize])),
         ));
     }
-    for &r in &islands {
+    let is_alone = |o: usize| alone.get(o).copied().unwrap_or(false);
+    for r in (0..reached.len()).filter(|&r| !reached[r] && !is_alone(r)) {
+        let island = outlines[r].turning() < -PI;
         let mut best = (FAR * input.voxel, r);
-        for o in (0..outlines.len()).filter(|&o| o != r) {
+        for o in (0..outlines.len()).filter(|&o| o != r && (island || !is_alone(o))) {
             if let Some((d, ..)) = nearest_pair(&outlines[r], &outlines[o], best.0) {
                 best = (d, o);
             }

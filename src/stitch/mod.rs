@@ -133,8 +133,15 @@ pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
     let mut patch = assemble::assemble(input)?;
     remesh::remesh(input, &mut patch);
     let mut surroundings = check::Surroundings::new(input, &patch);
-    patch.report.intersecting_faces = surroundings
-        .intersections(&patch, input.mesh.positions.len())
-        .len();
+    patch.report.intersecting_faces = remesh::repair(input, &mut patch, &mut surroundings);
     patch.into_patch(input)
+}
+
+/// The number of `faces`, a patch for `mesh` with `new` vertices, that intersect another face of the patch or the mesh.
+///
+/// Decided exactly. Faces that share a vertex or an edge intersect if they meet elsewhere too; touching counts.
+pub fn count_intersecting(mesh: &Mesh, new: &[DVec3], faces: &[[u32; 3]]) -> usize {
+    let positions: Vec<DVec3> = mesh.positions.iter().chain(new).copied().collect();
+    let all: Vec<[u32; 3]> = faces.iter().chain(&mesh.faces).copied().collect();
+    intersect::intersecting(&positions, &all, faces.len()).len()
 }

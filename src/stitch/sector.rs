@@ -4,6 +4,9 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+/// A loop with nothing kept within is thin if its area is at most this many voxels times its length.
+const THIN: f64 = 2.0;
+
 /// A closed polyline with the gap to its left, seen against the normals.
 #[derive(Clone, Default)]
 pub(super) struct Outline {
@@ -41,6 +44,19 @@ impl Outline {
     /// Whether the gap at vertex `i` extends in the direction of `p`.
     pub(super) fn opens_towards(&self, i: usize, p: DVec3) -> bool {
         self.sector[i].contains(p)
+    }
+
+    /// Whether no place within can be more than a few voxels from the loop.
+    pub(super) fn is_thin(&self, voxel: f64) -> bool {
+        let n = self.len();
+        let at = |i: usize| self.position[i % n] - self.position[0];
+        let area = (0..n)
+            .map(|i| at(i).cross(at(i + 1)))
+            .sum::<DVec3>()
+            .length()
+            / 2.0;
+        let length: f64 = (0..n).map(|i| at(i).distance(at(i + 1))).sum();
+        area <= THIN * voxel * length
     }
 
     /// The sum of the turns to the left: positive round a hole, negative round an island.

@@ -225,7 +225,7 @@ impl Remesher<'_> {
     }
 
     /// Whether turning the edge leaves a mesh that follows the surface, with faces at least `keep` times as good.
-    fn can_flip(&self, h: u32, keep: f64) -> bool {
+    pub(super) fn can_flip(&self, h: u32, keep: f64) -> bool {
         let Some([a, b, c, d]) = self.diamond(h) else {
             return false;
         };

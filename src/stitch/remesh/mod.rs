@@ -1,6 +1,8 @@
 //! Isotropic remeshing of the patch with the rim held fixed (Botsch and Kobbelt 2004, section 4).
 
+mod compensate;
 mod edges;
+mod repair;
 mod size;
 mod smooth;
 mod untangle;
@@ -13,6 +15,8 @@ use super::assemble::Assembled;
 use super::half_edge::{NONE, PatchMesh};
 use super::rim::Rims;
 use super::{StitchInput, Surface};
+
+pub(super) use repair::repair;
 
 /// Cosine between a face and the surface normals at its corners that every change must keep, or at least not worsen.
 const LEAN: f64 = 0.5;
@@ -34,6 +38,9 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) {
         work.flip_by_shape();
         work.untangle();
         work.smooth_by_shape();
+    }
+    if input.params.facet_compensation != 0.0 {
+        work.compensate(input.params.facet_compensation);
     }
     patch.mesh.compact();
 }

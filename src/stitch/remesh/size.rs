@@ -13,6 +13,10 @@ const GROWTH: f64 = 0.3;
 const SWEEPS: usize = 12;
 /// The curvature never asks for edges shorter than this part of what the rim asks for.
 const LEAST: f64 = 0.25;
+/// Least target over the voxel.
+const LEAST_OVER_VOXEL: f64 = 0.02;
+/// About the largest number of faces of a patch.
+const MOST_FACES: f64 = 1e6;
 /// Power of the distance in the interpolation from the rim.
 const POWER: i32 = 3;
 
@@ -53,8 +57,23 @@ impl Remesher<'_> {
                 }
             })
             .collect();
-        self.mesh.size = wanted;
+        let floor = self.floor(voxel);
+        self.mesh.size = wanted
+            .into_iter()
+            .map(|s| if s >= floor { s } else { floor })
+            .collect();
         self.limit_growth();
+    }
+
+    /// The least target, which keeps degenerate rim edges from asking for too many faces.
+    fn floor(&self, voxel: f64) -> f64 {
+        let area: f64 = self
+            .mesh
+            .faces
+            .iter()
+            .map(|&f| self.mesh.area_vector(f).length() / 2.0)
+            .sum();
+        (area / MOST_FACES).sqrt().max(LEAST_OVER_VOXEL * voxel)
     }
 
     /// Replaces the length at each rim corner by the mean with its neighbours along the rim.

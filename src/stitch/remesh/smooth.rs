@@ -12,54 +12,57 @@ const STEP: f64 = 0.7;
 impl Remesher<'_> {
     /// Moves free vertices towards the centroid of the faces round them, weighted so that edges approach their targets.
     pub(super) fn smooth_by_area(&mut self) {
-        self.smooth(
-            |work, v| {
-                let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
-                for h in work.mesh.outgoing(v) {
-                    let face = work.mesh.faces[h as usize / 3];
-                    let centroid = face
-                        .iter()
-                        .map(|&w| work.mesh.position[w as usize])
-                        .sum::<DVec3>()
-                        / 3.0;
-                    let size = face
-                        .iter()
-                        .map(|&w| work.mesh.size[w as usize])
-                        .sum::<f64>()
-                        / 3.0;
-                    let w = work.mesh.area_vector(face).length() / size.powi(4);
-                    sum += w * centroid;
-                    weight += w;
-                }
-                sum / weight
-            },
-            0.3,
-        );
+        let free: Vec<u32> = self.free_vertices().collect();
+        self.smooth_at(&free, Self::area_goal, 0.3);
     }
 
     /// Moves free vertices towards the mean of the apexes that would make the faces round them equilateral.
     pub(super) fn smooth_by_shape(&mut self) {
-        self.smooth(
-            |work, v| {
-                let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
-                let n = work.mesh.normal[v as usize];
-                for h in work.mesh.outgoing(v) {
-                    let [a, b] = [work.mesh.to(h), work.mesh.from(prev(h))]
-                        .map(|w| work.mesh.position[w as usize]);
-                    let apex = (a + b) / 2.0 + 0.75f64.sqrt() * n.cross(b - a);
-                    sum += apex;
-                    weight += 1.0;
-                }
-                sum / weight
-            },
-            1.0,
-        );
+        let free: Vec<u32> = self.free_vertices().collect();
+        self.smooth_at(&free, Self::shape_goal, 1.0);
     }
 
-    /// Moves every free vertex towards its goal, along the surface. A move that would let a face lean is undone, and so is
-    /// one that brings the worst face round it below `keep` times what it was.
-    fn smooth(&mut self, goal: impl Fn(&Self, u32) -> DVec3 + Sync, keep: f64) {
-        let free: Vec<u32> = self.free_vertices().collect();
+    fn area_goal(&self, v: u32) -> DVec3 {
+        let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+        for h in self.mesh.outgoing(v) {
+            let face = self.mesh.faces[h as usize / 3];
+            let centroid = face
+                .iter()
+                .map(|&w| self.mesh.position[w as usize])
+                .sum::<DVec3>()
+                / 3.0;
+            let size = face
+                .iter()
+                .map(|&w| self.mesh.size[w as usize])
+                .sum::<f64>()
+                / 3.0;
+            let w = self.mesh.area_vector(face).length() / size.powi(4);
+            sum += w * centroid;
+            weight += w;
+        }
+        sum / weight
+    }
+
+    pub(super) fn shape_goal(&self, v: u32) -> DVec3 {
+        let (mut sum, mut weight) = (DVec3::ZERO, 0.0);
+        let n = self.mesh.normal[v as usize];
+        for h in self.mesh.outgoing(v) {
+            let [a, b] =
+                [self.mesh.to(h), self.mesh.from(prev(h))].map(|w| self.mesh.position[w as usize]);
+            sum += (a + b) / 2.0 + 0.75f64.sqrt() * n.cross(b - a);
+            weight += 1.0;
+        }
+        sum / weight
+    }
+
+    /// Moves vertices towards their goals, along the surface. A move that would let a face lean is undone, and so is one that
+    /// brings the worst face round it below `keep` times what it was.
+    pub(super) fn smooth_at(
+        &mut self,
+        free: &[u32],
+        goal: impl Fn(&Self, u32) -> DVec3 + Sync,
+        keep: f64,
+    ) {
         let this = &*self;
         let moved: Vec<Option<(DVec3, DVec3)>> = free
             .par_iter()

@@ -1,2 +1,3 @@
 mod cases;
+mod input;
 pub mod shapes;

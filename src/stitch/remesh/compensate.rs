@@ -1,0 +1,95 @@
+//! Moving vertices off the surface so that the faces lie on it on average.
+
+use rayon::prelude::*;
+
+use super::{LEAN, Remesher};
+use crate::stitch::half_edge::NONE;
+
+/// Rings of free vertices over which the displacement grows to its full size.
+const FADE: u32 = 2;
+/// Largest displacement over the mean length of the edges at the vertex.
+const MOST: f64 = 0.1;
+/// Mean over a triangle of a quadratic function that vanishes at the corners, over its value at the centroid.
+const MEAN_OVER_CENTROID: f64 = 0.75;
+
+impl Remesher<'_> {
+    /// Moves each free vertex along its normal by `part` of what the faces round it lie off the surface, against it.
+    pub(super) fn compensate(&mut self, part: f64) {
+        let this = &*self;
+        let offset: Vec<f64> = this
+            .mesh
+            .faces
+            .par_iter()
+            .map(|&f| this.facet_offset(f))
+            .collect();
+        let ring = self.rings();
+        let moves: Vec<(u32, f64)> = self
+            .free_vertices()
+            .map(|v| (v, part * self.displacement(v, &offset, ring[v as usize])))
+            .collect();
+        for (v, by) in moves {
+            let p = self.mesh.position[v as usize];
+            let moved = p + by * self.mesh.normal[v as usize];
+            if self.around(v, moved).0 >= LEAN.min(self.around(v, p).0) {
+                self.mesh.position[v as usize] = moved;
+            }
+        }
+    }
+
+    /// Signed mean distance of a face from the surface.
+    fn facet_offset(&self, face: [u32; 3]) -> f64 {
+        if face[0] == NONE {
+            return 0.0;
+        }
+        let centroid = face
+            .iter()
+            .map(|&v| self.mesh.position[v as usize])
+            .sum::<glam::DVec3>()
+            / 3.0;
+        let size = face
+            .iter()
+            .map(|&v| self.mesh.size[v as usize])
+            .sum::<f64>()
+            / 3.0;
+        self.project(centroid, size)
+            .map_or(0.0, |(q, n)| MEAN_OVER_CENTROID * (centroid - q).dot(n))
+    }
+
+    fn displacement(&self, v: u32, offset: &[f64], ring: u32) -> f64 {
+        let (mut sum, mut weight, mut length, mut count) = (0.0, 0.0, 0.0, 0.0);
+        for h in self.mesh.outgoing(v) {
+            let area = self
+                .mesh
+                .area_vector(self.mesh.faces[h as usize / 3])
+                .length();
+            sum += area * offset[h as usize / 3];
+            weight += area;
+            length += self.mesh.length(h);
+            count += 1.0;
+        }
+        let fade = f64::from(ring.min(FADE + 1)) / f64::from(FADE + 1);
+        let most = MOST * length / count;
+        if weight > 0.0 {
+            (-fade * sum / weight).clamp(-most, most)
+        } else {
+            0.0
+        }
+    }
+
+    /// Number of edges from the rim to each vertex, as far as it matters.
+    fn rings(&self) -> Vec<u32> {
+        let mut ring = vec![FADE + 1; self.mesh.position.len()];
+        ring[..self.mesh.rim_len()].fill(0);
+        for step in 0..FADE {
+            for v in 0..ring.len() as u32 {
+                if ring[v as usize] > step && self.mesh.is_used(v) {
+                    let near = self.mesh.neighbours(v).any(|w| ring[w as usize] == step);
+                    if near {
+                        ring[v as usize] = step + 1;
+                    }
+                }
+            }
+        }
+        ring
+    }
+}
