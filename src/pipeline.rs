@@ -11,7 +11,7 @@ use crate::extract::marching_cubes;
 use crate::flow::{FlowSettings, Variant, dilate};
 use crate::grid::NodeIndex;
 use crate::mesh::{Hole, Mesh, Topology, find_holes, welded};
-use crate::params::{FillParams, SurfaceKind};
+use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::{
     Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Start, group_holes, solve_nested,
 };
@@ -21,6 +21,8 @@ use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, stitch, trian
 
 /// Loops of at most this many edges are triangulated without new vertices.
 const TRIVIAL_EDGES: usize = 4;
+/// Most tries at a region.
+const MOST_TRIES: usize = 6;
 
 /// Why nothing could be filled.
 #[derive(Debug, Error)]
@@ -220,7 +222,7 @@ fn check_params(params: &FillParams) -> Result<(), FillError> {
             what: what.to_owned(),
         })
     };
-    if let crate::params::VoxelSize::Length(v) = params.voxel
+    if let VoxelSize::Length(v) = params.voxel
         && !(v.is_finite() && v > 0.0)
     {
         return bad("the voxel size must be a positive length, or `auto`");
@@ -357,10 +359,43 @@ struct RegionPatch {
 }
 
 /// One try at a region.
+#[derive(Clone, Copy)]
 struct Try {
+    /// Widens the box.
     growth: f64,
+    /// Divides the voxel.
     refine: f64,
     start: Start,
+}
+
+impl Default for Try {
+    fn default() -> Self {
+        Self {
+            growth: 1.0,
+            refine: 1.0,
+            start: Start::Biharmonic,
+        }
+    }
+}
+
+impl Try {
+    /// The next finer grid, up to four times the first, if the voxel may be chosen; on the finest with the other start.
+    fn finer(&self, params: &FillParams) -> Option<Self> {
+        if params.voxel != VoxelSize::Auto {
+            return None;
+        }
+        if self.refine < 4.0 {
+            return Some(Self {
+                refine: 2.0 * self.refine,
+                ..*self
+            });
+        }
+        (self.start == Start::Biharmonic).then_some(Self {
+            refine: 2.0,
+            start: Start::Triangulation,
+            ..*self
+        })
+    }
 }
 
 struct Work<'a> {
@@ -392,26 +427,27 @@ impl Work<'_> {
 
     /// Solves and stitches, with a wider box or a finer grid where the first try fails.
     fn evolve(&self, group: &[usize]) -> RegionPatch {
-        let mut report = RegionReport::default();
-        let mut next = Try {
-            growth: 1.0,
-            refine: 1.0,
-            start: Start::Biharmonic,
-        };
-        for _ in 0..4 {
-            if !(self.keep_going)() {
+        let mut tries: Vec<String> = Vec::new();
+        let mut next = Some(Try::default());
+        let mut best: Option<(Patch, RegionReport)> = None;
+        let mut last = RegionReport::default();
+        while let Some(now) = next.take() {
+            if !(self.keep_going)() || tries.len() >= MOST_TRIES {
                 break;
             }
-            let (solved, region, data) = self.solve(group, &next);
-            report.diameter = region.diameter;
-            report.voxel = region.voxel;
-            report.converged = solved.converged();
-            report.levels = solved.reports.clone();
-            if touches_box(&solved.level) && next.growth < 3.0 {
-                report
-                    .earlier_tries
-                    .push("the surface reached the side of its box".to_owned());
-                next.growth *= 1.8;
+            let (solved, region, data) = self.solve(group, &now);
+            let mut report = RegionReport {
+                diameter: region.diameter,
+                voxel: region.voxel,
+                converged: solved.converged(),
+                levels: solved.reports.clone(),
+                earlier_tries: tries.clone(),
+                ..RegionReport::default()
+            };
+            if let Some((why, then)) = self.reconsider(&solved, &now) {
+                tries.push(why);
+                next = Some(then);
+                last = report;
                 continue;
             }
             let surface = LevelSurface {
@@ -425,15 +461,51 @@ impl Work<'_> {
                 return self.all(group, extracted, report, HoleOutcome::Filled);
             }
             match self.stitch(group, &region, &surface, &extracted) {
-                Ok(patch) => return self.accept(group, patch, report),
+                Ok(patch) => {
+                    let crossing = patch.report.intersecting_faces;
+                    let better = best
+                        .as_ref()
+                        .is_none_or(|b| crossing < b.0.report.intersecting_faces);
+                    if better {
+                        best = Some((patch, report));
+                    }
+                    if crossing > 0 {
+                        tries.push(format!("{crossing} faces of the patch intersected others"));
+                        next = now.finer(self.params);
+                    }
+                }
                 Err(e) => {
-                    report.earlier_tries.push(e.to_string());
-                    next.refine *= 1.5;
+                    tries.push(e.to_string());
+                    last = report;
+                    next = now.finer(self.params);
                 }
             }
         }
-        let why = report.earlier_tries.last().cloned().unwrap_or_default();
-        self.triangulate(group, &why, report)
+        match best {
+            Some((patch, report)) => self.accept(group, patch, report),
+            None => {
+                let why = tries.last().cloned().unwrap_or_default();
+                last.earlier_tries = tries;
+                self.triangulate(group, &why, last)
+            }
+        }
+    }
+
+    /// Whether a solve has to be done again, why and how.
+    fn reconsider(&self, solved: &Solved, now: &Try) -> Option<(String, Try)> {
+        if touches_box(&solved.level) && now.growth < 3.0 {
+            let wider = Try {
+                growth: 1.8 * now.growth,
+                ..*now
+            };
+            return Some(("the surface reached the side of its box".to_owned(), wider));
+        }
+        let expected = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
+        if solved.converged() || !expected || now.refine > 1.0 {
+            return None;
+        }
+        let finer = now.finer(self.params)?;
+        Some(("the flow did not become steady on this grid".to_owned(), finer))
     }
 
     fn solve(&self, group: &[usize], next: &Try) -> (Solved, Region, MeshData<'_>) {
@@ -460,6 +532,7 @@ impl Work<'_> {
             dims: region.dims,
             refinements: region.refinements,
             start: next.start,
+            stop_when_lost: next.refine == 1.0 && self.params.voxel == VoxelSize::Auto,
             flow: self.flow_settings(),
         };
         let solved = solve_nested(&data, &settings, self.keep_going);

@@ -37,6 +37,7 @@ fn errors<F: Fn(DVec3) -> f64 + Sync>(shape: &Shape<F>, refinements: usize) -> (
         lattice: Lattice { origin, voxel },
         dims: [nodes; 3],
         refinements,
+        stop_when_lost: false,
         start: Start::Biharmonic,
         flow: FlowSettings::default(),
     };

@@ -50,12 +50,20 @@ pub struct IsoSurface {
 pub fn marching_cubes(cells: &[[i32; 3]], value: impl Fn([i32; 3]) -> f64) -> IsoSurface {
     let mut builder = Builder::default();
     let mut corner = [0.0; 8];
+    let mut last = None;
     for &cell in cells {
-        let mut case = 0u8;
-        for (i, v) in corner.iter_mut().enumerate() {
-            *v = value(offset(cell, CORNER[i]));
-            case |= u8::from(*v < 0.0) << i;
+        // the next cell along x shares a face with the one before
+        let follows = last == Some([cell[0].wrapping_sub(1), cell[1], cell[2]]);
+        for i in 0..8 {
+            let shared = follows && i & 1 == 0;
+            corner[i] = if shared {
+                corner[i + 1]
+            } else {
+                value(offset(cell, CORNER[i]))
+            };
         }
+        last = Some(cell);
+        let case = (0..8).fold(0, |bits, i| bits | u8::from(corner[i] < 0.0) << i);
         if case != 0 && case != 255 {
             builder.cell(cell, &corner, case);
         }

@@ -141,7 +141,10 @@ pub fn relax(
             outcome.converged = true;
             break;
         }
-        let grows = grows(&outcome.steps);
+        if stuck(&outcome.steps) {
+            break;
+        }
+        let grows = grows(&outcome.steps) || record.fraction == 0.0;
         let worn = now.moved.iter().any(|m| m.abs() > 0.5 * (WIDTH + MARGIN));
         if grows && outcome.kappa < KAPPA_LIMIT {
             outcome.kappa *= 2.0;
@@ -150,6 +153,11 @@ pub fn relax(
         }
     }
     outcome
+}
+
+/// No step has made the energy fall for three bands in a row.
+fn stuck(steps: &[StepRecord]) -> bool {
+    steps.len() >= 3 && steps[steps.len() - 3..].iter().all(|s| s.fraction == 0.0)
 }
 
 /// Steps that do not get smaller over four in a row.
@@ -209,8 +217,17 @@ impl BandState {
             .filter(|(_, v)| v.abs() < 1.0)
             .map(|(d, _)| d.abs())
             .fold(0.0, f64::max);
-        d.iter_mut().for_each(|x| *x = x.clamp(-1.0, 1.0));
-        let slope: f64 = system.gradient.iter().zip(&d).map(|(g, d)| g * d).sum();
+        let slope_of = |d: &[f64]| -> f64 {
+            system.gradient.iter().zip(d).map(|(g, d)| g * d).sum()
+        };
+        let clipped: Vec<f64> = d.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
+        if slope_of(&clipped) < 0.0 {
+            d = clipped;
+        } else {
+            let top = d.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
+            d.iter_mut().for_each(|x| *x /= top);
+        }
+        let slope = slope_of(&d);
         let fraction = self.search(&d, at.energy, slope);
         let record = StepRecord {
             energy: at.energy,
@@ -221,18 +238,23 @@ impl BandState {
         (record, at.willmore)
     }
 
-    /// Halves the step until the energy falls (Armijo), and takes it.
+    /// Halves the step until the energy falls (Armijo), and takes it; zero where it does not.
     fn search(&mut self, d: &[f64], energy: f64, slope: f64) -> f64 {
         let mut fraction = 1.0;
         let mut trial = self.values.clone();
+        let mut falls = false;
         for _ in 0..8 {
             for (t, (v, d)) in trial.iter_mut().zip(self.values.iter().zip(d)) {
                 *t = v + fraction * d;
             }
-            if self.energy.evaluate(&trial).energy <= energy + 1e-4 * fraction * slope {
+            falls = self.energy.evaluate(&trial).energy <= energy + 1e-4 * fraction * slope;
+            if falls {
                 break;
             }
             fraction *= 0.5;
+        }
+        if !falls {
+            return 0.0;
         }
         for (m, d) in self.moved.iter_mut().zip(d) {
             *m += fraction * d;

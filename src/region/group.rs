@@ -14,6 +14,8 @@ const NEAR_GAP: f64 = 0.1;
 const SAMPLES: usize = 240;
 /// Voxels across a hole by default, at least across the smallest loop of a region, and at most.
 const ACROSS: f64 = 32.0;
+/// Voxels across a hole on the coarsest level.
+const COARSEST: f64 = 16.0;
 const ACROSS_SMALLEST: f64 = 14.0;
 const ACROSS_LIMIT: f64 = 160.0;
 /// Free space round the rims: this part of the diameter, and this many coarse voxels.
@@ -162,7 +164,8 @@ impl RimSamples {
 }
 
 impl Region {
-    /// The lattice of a group of holes. `growth` widens the box, `refine` divides the voxel (both 1 at first).
+    /// The lattice of a group of holes. `growth` widens the box, `refine` divides the voxel (both 1 at first) and, where it
+    /// doubles it, the coarsest voxel too.
     pub fn new(
         mesh: &Mesh,
         holes: &[Hole],
@@ -189,7 +192,8 @@ impl Region {
             }
         };
         let across = diameter / voxel;
-        let refinements = (across / 16.0).log2().floor().max(0.0) as usize;
+        let coarsest = COARSEST * if refine >= 2.0 { 2.0 } else { 1.0 };
+        let refinements = (across / coarsest).log2().floor().max(0.0) as usize;
         let coarse = voxel * f64::from(1u32 << refinements.min(16));
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for v in chosen().flat_map(|h| &h.rim) {

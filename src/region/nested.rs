@@ -8,6 +8,9 @@ use super::level::{DistanceData, Level};
 use crate::flow::{FlowOutcome, FlowSettings, biharmonic_fill, relax};
 use crate::grid::{Lattice, NodeIndex};
 
+/// Most steps on a coarser level.
+const COARSE_STEPS: usize = 20;
+
 /// The grids of a nested solve.
 #[derive(Clone, Copy, Debug)]
 pub struct NestedSettings {
@@ -17,6 +20,8 @@ pub struct NestedSettings {
     pub dims: NodeIndex,
     /// Number of times it is refined by two.
     pub refinements: usize,
+    /// Whether to give up on a coarser level that does not become steady: its grid cannot resolve the region.
+    pub stop_when_lost: bool,
     /// The start on the coarsest lattice.
     pub start: Start,
     /// The flow on each level.
@@ -85,6 +90,11 @@ pub fn solve_nested(
         let last = refinement == settings.refinements;
         let flow_settings = FlowSettings {
             tolerance: settings.flow.tolerance * if last { 1.0 } else { 10.0 },
+            max_steps: if last {
+                settings.flow.max_steps
+            } else {
+                settings.flow.max_steps.min(COARSE_STEPS)
+            },
             ..settings.flow
         };
         let flow = relax(
@@ -94,12 +104,16 @@ pub fn solve_nested(
             &flow_settings,
             keep_going,
         );
+        let lost = !last && settings.stop_when_lost && !flow.converged;
         reports.push(LevelReport {
             voxel: level.lattice.voxel,
             nodes: level.grid.len(),
             flow,
             seconds: [sampling, clock.elapsed().as_secs_f64()],
         });
+        if lost {
+            break;
+        }
     }
     Solved { level, reports }
 }

@@ -12,6 +12,9 @@ use super::sector::{Outline, nearest_pair};
 use super::zip::{Step, zip};
 use super::{StitchError, StitchInput, StitchReport, ears};
 
+/// A gap whose faces agree less with the surface on average has not been understood.
+const LEAST_LEAN: f64 = 0.3;
+
 /// Loops of patch vertices, each with the gap to its left.
 pub(super) struct Loops {
     /// Rim corners.
@@ -55,9 +58,11 @@ pub(super) fn fill(
             } else {
                 ears::cut(mesh, rims, &polygon)
             };
-            faces.ok_or(StitchError::RimNotReached {
-                rim: rims.source[gap.rims[0]],
-            })?
+            faces.filter(|faces| lean(mesh, faces) > LEAST_LEAN).ok_or(
+                StitchError::RimNotReached {
+                    rim: rims.source[gap.rims[0]],
+                },
+            )?
         }
     };
     mesh.faces.extend(faces);
@@ -148,8 +153,8 @@ fn direct(
     };
     let faces: Option<Vec<[u32; 3]>> = liepa::triangulate(&polygon)
         .map(|faces| faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
-    match faces.filter(|faces| lean(mesh, faces) > 0.3) {
-        None => ears::cut(mesh, rims, rim),
+    match faces.filter(|faces| lean(mesh, faces) > LEAST_LEAN) {
+        None => ears::cut(mesh, rims, rim).filter(|faces| lean(mesh, faces) > LEAST_LEAN),
         found => found,
     }
 }

@@ -8,7 +8,7 @@ use super::StitchError;
 use crate::mesh::Mesh;
 
 /// Polygons with more edges are first reduced by cutting ears.
-pub const MOST_EDGES: usize = 300;
+const MOST_EDGES: usize = 300;
 
 /// A polygon to be triangulated.
 pub(super) struct Polygon<'a> {
@@ -24,7 +24,7 @@ pub(super) struct Polygon<'a> {
 ///
 /// The largest angle between neighbouring faces is the least possible, the mesh's own faces at the rim included, and of
 /// those triangulations the one of least area is taken (Liepa 2003, section 3). No diagonal repeats an edge of the mesh.
-/// Takes time with the cube of the number of edges up to [`MOST_EDGES`]; longer loops are first reduced by cutting ears.
+/// Takes time with the cube of the number of edges up to 300; longer loops are first reduced by cutting ears.
 pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, StitchError> {
     let len = mesh.positions.len();
     if let Some(&vertex) = rim.iter().find(|&&v| v as usize >= len) {
