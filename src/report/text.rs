@@ -20,7 +20,11 @@ pub fn hole_table(holes: &[Hole]) -> Vec<String> {
             h.planarity,
             centre,
             h.piece,
-            if h.outer_border { "outer border" } else { "hole" }
+            if h.outer_border {
+                "outer border"
+            } else {
+                "hole"
+            }
         ));
     }
     lines
@@ -31,11 +35,26 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
     let all = [
         (d.degenerate_faces, "degenerate faces"),
         (d.non_manifold_edges, "edges with more than two faces"),
-        (d.misoriented_edges, "edges whose two faces are oriented against each other"),
-        (d.faces_turned, "faces turned over for the computation (kept as they are in the output)"),
-        (d.non_manifold_boundary_vertices, "vertices where the boundary passes more than once"),
-        (d.duplicate_vertices, "vertices at the position of an earlier one"),
-        (d.crumbs, "crumbs (pieces of one or two triangles, not filled)"),
+        (
+            d.misoriented_edges,
+            "edges whose two faces are oriented against each other",
+        ),
+        (
+            d.faces_turned,
+            "faces turned over for the computation (kept as they are in the output)",
+        ),
+        (
+            d.non_manifold_boundary_vertices,
+            "vertices where the boundary passes more than once",
+        ),
+        (
+            d.duplicate_vertices,
+            "vertices at the position of an earlier one",
+        ),
+        (
+            d.crumbs,
+            "crumbs (pieces of one or two triangles, not filled)",
+        ),
     ];
     all.iter()
         .filter(|(n, _)| *n > 0)
@@ -46,9 +65,10 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
 /// A line for each region.
 pub fn region_lines(r: &RegionReport) -> String {
     let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
-    let energy = r.levels.last().map_or((0.0, 0.0), |l| {
-        (l.flow.energy_before, l.flow.energy_after)
-    });
+    let energy = r
+        .levels
+        .last()
+        .map_or((0.0, 0.0), |l| (l.flow.energy_before, l.flow.energy_after));
     let mut line = format!(
         "hole {}: diameter {:.5}, {:.0} voxels across, {} steps, energy {:.4} -> {:.4}, seam {:.1} degrees, {} faces, {:.2} s",
         join(&r.holes),
