@@ -4,10 +4,10 @@
 # ///
 """Fill the analytic meshes of data/ and measure the patches against the exact surfaces.
 
-    cargo build --release && uv run scripts/accuracy.py [--json FILE] [--readme]
+    cargo build --release && python3 scripts/accuracy.py [--json FILE] [--readme]
 
 Distances are from the patch to the exact surface, over points spread evenly on its faces, in 1/1000 of the hole's
-diameter. 'floor' is the same for the mesh's own faces round the hole: what flat triangles of that size cannot avoid.
+diameter. 'floor' is the same for the mesh's own faces round the hole, which are flat where the surface is not.
 With --readme the table goes into README.md, between the markers."""
 
 import argparse

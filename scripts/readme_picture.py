@@ -4,7 +4,7 @@
 # ///
 """Draw data/mended.png, the README's picture: data/scan.ply before and after, from the front and from the back.
 
-    cargo build --release && uv run scripts/readme_picture.py [IN OUT.png]
+    cargo build --release && python3 scripts/readme_picture.py [IN OUT.png]
 
 Patches are orange. Without a display pyvista draws in memory."""
 

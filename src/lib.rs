@@ -1,4 +1,65 @@
 //! isomend fills holes in triangle meshes by 3D level-set Willmore flow.
+//!
+//! The neighbourhood of each hole is voxelised into a signed distance field; the missing part evolves by Willmore flow,
+//! position and normal of the surroundings held fixed, until it is steady; the new piece is extracted, joined to the rim
+//! and meshed like its surroundings. So patches continue the curvature of what is round them: a sphere is mended to a
+//! sphere, and so are the other surfaces that are critical for the Willmore energy `∫ H² dA`.
+//!
+//! ```
+//! use std::f64::consts::PI;
+//! use isomend::glam::DVec3;
+//! use isomend::{FillParams, Mesh, fill};
+//!
+//! // A ball of radius 1 without its top, of rings of 24 vertices each.
+//! let (rings, around) = (9, 24);
+//! let mut mesh = Mesh::new(vec![-DVec3::Z], Vec::new());
+//! for ring in 1..=rings {
+//!     let latitude = PI * f64::from(ring) / 12.0 - PI / 2.0;
+//!     for i in 0..around {
+//!         let angle = 2.0 * PI * (f64::from(i) + 0.5 * f64::from(ring)) / f64::from(around);
+//!         let (y, x) = angle.sin_cos();
+//!         mesh.positions.push(DVec3::new(x * latitude.cos(), y * latitude.cos(), latitude.sin()));
+//!     }
+//! }
+//! let vertex = |ring: u32, i: u32| 1 + (ring - 1) * 24 + i % 24;
+//! for i in 0..24 {
+//!     mesh.faces.push([0, vertex(1, i + 1), vertex(1, i)]);
+//!     for ring in 1..9 {
+//!         let [a, b] = [vertex(ring, i), vertex(ring, i + 1)];
+//!         let [c, d] = [vertex(ring + 1, i), vertex(ring + 1, i + 1)];
+//!         mesh.faces.extend([[a, b, c], [b, d, c]]);
+//!     }
+//! }
+//!
+//! let filled = fill(&mesh, &FillParams::default())?;
+//! assert!(!filled.report.incomplete());
+//! assert_eq!(filled.mesh.faces[..mesh.faces.len()], mesh.faces);
+//! for new in &filled.mesh.positions[mesh.positions.len()..] {
+//!     assert!((new.length() - 1.0).abs() < 0.02);
+//! }
+//! # Ok::<(), isomend::FillError>(())
+//! ```
+//!
+//! # What it guarantees
+//! - Every vertex and face of the input is kept, bit for bit and in order; what is new comes after it
+//!   ([`SurfaceKind::Stitched`]).
+//! - A filled hole is closed by a manifold patch, oriented as its surroundings, that shares the rim's edges.
+//! - Every hole is accounted for in the [`report`]: filled, triangulated, left or failed, and why.
+//! - It always ends, and the result is the same, to the byte, for any number of threads.
+//!
+//! # What it does not
+//! - Sharp edges and texture do not come back: a patch is smooth.
+//! - A patch is checked against the mesh's faces for intersections; what cannot be had is reported, not prevented.
+//! - It mends holes, not other defects: edges with more than two faces, misoriented faces and intersections of the
+//!   input with itself are reported and stay.
+//! - Colours, normals and texture coordinates are not carried over.
+//!
+//! # From file to file
+//! [`io::read_path`], [`inspect`], [`fill`], [`io::write_path`]; [`fill_with_progress`] tells of progress and can be
+//! stopped. Lengths are in the units of the mesh throughout.
+//!
+//! # Source
+//! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
 
 pub mod extract;
@@ -15,6 +76,12 @@ pub mod sdf;
 pub mod spatial;
 pub mod stitch;
 
+pub use glam;
 pub use mesh::Mesh;
 pub use params::{FillParams, SurfaceKind, VoxelSize};
 pub use pipeline::{FillError, Filled, Inspection, fill, fill_with_progress, inspect};
+
+/// The README's examples, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -150,6 +150,7 @@ pub fn summary_lines(report: &FillReport) -> Vec<String> {
             "{holes} holes of at most four edges: closed with {faces} faces between their own vertices"
         ));
     }
+    let mut left: Vec<(&str, Vec<usize>)> = Vec::new();
     for h in &report.holes {
         match &h.outcome {
             HoleOutcome::Filled => {}
@@ -158,9 +159,17 @@ pub fn summary_lines(report: &FillReport) -> Vec<String> {
                     lines.push(format!("hole {} triangulated: {why}", h.hole.id));
                 }
             }
-            HoleOutcome::Left(why) => lines.push(format!("hole {} left open: {why}", h.hole.id)),
+            HoleOutcome::Left(why) => match left.iter_mut().find(|(w, _)| w == why) {
+                Some((_, ids)) => ids.push(h.hole.id),
+                None => left.push((why, vec![h.hole.id])),
+            },
             HoleOutcome::Failed(why) => lines.push(format!("hole {} NOT filled: {why}", h.hole.id)),
         }
+    }
+    for (why, ids) in left {
+        let noun = if ids.len() == 1 { "hole" } else { "holes" };
+        let numbers: Vec<String> = ids.iter().map(ToString::to_string).collect();
+        lines.push(format!("{noun} {} left open: {why}", numbers.join(", ")));
     }
     let count = |f: fn(&HoleOutcome) -> bool| report.holes.iter().filter(|h| f(&h.outcome)).count();
     let mended = count(|o| matches!(o, HoleOutcome::Filled | HoleOutcome::Triangulated(_)));

@@ -1,0 +1,203 @@
+//! What must hold of every fill, over families of shapes whose exact surface is known.
+
+mod shapes;
+
+use glam::DVec3;
+use isomend::io::{Format, Precision, WriteOptions, to_bytes};
+use isomend::report::HoleOutcome;
+use isomend::{FillParams, Filled, Mesh, SurfaceKind, fill, inspect};
+
+use shapes::{bits, cut, polar, topology, turn, turned};
+
+/// Fills all holes and checks all that must hold of any result.
+fn fill_all(mesh: &Mesh, euler: i64) -> Filled {
+    let filled = fill(mesh, &FillParams::default()).unwrap();
+    for hole in &filled.report.holes {
+        assert_eq!(hole.outcome, HoleOutcome::Filled, "hole {}", hole.hole.id);
+    }
+    assert_kept(mesh, &filled.mesh);
+    assert_eq!(
+        topology(&filled.mesh),
+        (0, euler),
+        "closed and oriented; Euler number"
+    );
+    assert_eq!(shapes::pinched_vertices(&filled.mesh), 0);
+    assert!(inspect(&filled.mesh).unwrap().holes.is_empty());
+    for region in &filled.report.regions {
+        assert!(region.converged);
+        assert_eq!(region.intersecting_faces, 0);
+        assert!(
+            region.quality_mean > 0.85,
+            "quality {:.3}",
+            region.quality_mean
+        );
+    }
+    filled
+}
+
+fn assert_kept(mesh: &Mesh, filled: &Mesh) {
+    let count = mesh.positions.len();
+    assert_eq!(bits(&filled.positions[..count]), bits(&mesh.positions));
+    assert_eq!(filled.faces[..mesh.faces.len()], mesh.faces);
+}
+
+/// Largest distance of the new vertices to the exact surface over the hole's diameter, in per mille.
+fn error(mesh: &Mesh, filled: &Filled, distance: impl Fn(DVec3) -> f64) -> f64 {
+    let diameter = filled.report.regions[0].diameter;
+    let back = turn().transpose();
+    let new = &filled.mesh.positions[mesh.positions.len()..];
+    assert!(!new.is_empty());
+    let largest = new
+        .iter()
+        .map(|p| distance(back * *p).abs())
+        .fold(0.0, f64::max);
+    println!("largest error {:.3} per mille", 1e3 * largest / diameter);
+    1e3 * largest / diameter
+}
+
+fn assert_sphere(mesh: &Mesh, bound: f64) {
+    let mesh = turned(mesh.clone());
+    let filled = fill_all(&mesh, 2);
+    assert!(error(&mesh, &filled, |p| p.length() - 1.0) < bound);
+}
+
+#[test]
+fn sphere_cap_of_30_degrees() {
+    assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 30.0), 0.1);
+}
+
+#[test]
+fn sphere_cap_of_60_degrees() {
+    assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 60.0), 0.5);
+}
+
+#[test]
+fn sphere_cap_of_90_degrees() {
+    assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 90.0), 2.0);
+}
+
+#[test]
+fn island_in_a_hole() {
+    let mesh = cut(&shapes::sphere(16), |p| (20.0..55.0).contains(&polar(p)));
+    assert_sphere(&mesh, 0.15);
+}
+
+#[test]
+fn torus_outer_side() {
+    let at = DVec3::X * (shapes::BIG + 1.0);
+    let mesh = turned(cut(&shapes::torus(64, 46), |p| p.distance(at) < 0.8));
+    let filled = fill_all(&mesh, 0);
+    assert!(error(&mesh, &filled, shapes::torus_distance) < 0.25);
+}
+
+#[test]
+fn torus_inner_side() {
+    let at = DVec3::X * (shapes::BIG - 1.0);
+    let mesh = turned(cut(&shapes::torus(80, 56), |p| p.distance(at) < 0.35));
+    let filled = fill_all(&mesh, 0);
+    assert!(error(&mesh, &filled, shapes::torus_distance) < 0.3);
+}
+
+#[test]
+fn catenoid_neck_between_two_rims() {
+    let mesh = turned(shapes::catenoid_neck(0.16));
+    assert_eq!(inspect(&mesh).unwrap().topology.piece_faces.len(), 2);
+    let filled = fill_all(&mesh, 2);
+    assert_eq!(
+        filled.report.regions.len(),
+        1,
+        "one region bridges both rims"
+    );
+    assert!(error(&mesh, &filled, shapes::catenoid_distance) < 0.8);
+}
+
+#[test]
+fn flat_side_of_a_box() {
+    let mesh = cut(&shapes::slab(9), |p| {
+        p.z > shapes::HALF - 1e-9 && p.truncate().length() < 0.4
+    });
+    let mesh = turned(mesh);
+    let filled = fill_all(&mesh, 2);
+    assert!(error(&mesh, &filled, |p| p.z - shapes::HALF) < 0.01);
+}
+
+#[test]
+fn far_from_the_origin_and_at_other_scales() {
+    let near = turned(cut(&shapes::sphere(10), |p| polar(p) < 50.0));
+    let reference = fill_all(&near, 2).mesh.faces.len();
+    for (scale, offset) in [(1e-3, DVec3::ZERO), (1e4, DVec3::new(3e5, -2e6, 5e5))] {
+        let mut mesh = near.clone();
+        mesh.positions
+            .iter_mut()
+            .for_each(|p| *p = *p * scale + offset);
+        let filled = fill_all(&mesh, 2);
+        let ratio = filled.mesh.faces.len() as f64 / reference as f64;
+        assert!((0.9..1.1).contains(&ratio), "{ratio}");
+    }
+}
+
+#[test]
+fn the_outer_border_of_a_sheet_is_left_unless_it_is_named() {
+    let mesh = cut(&shapes::sheet(24), |p| {
+        p.distance(DVec3::new(0.2, 0.1, 0.0)) < 0.3
+    });
+    let filled = fill(&mesh, &FillParams::default()).unwrap();
+    assert_kept(&mesh, &filled.mesh);
+    let left: Vec<_> = inspect(&filled.mesh).unwrap().holes;
+    assert_eq!(left.len(), 1);
+    assert!(left[0].outer_border);
+    let HoleOutcome::Left(why) = &filled.report.holes[0].outcome else {
+        panic!("{:?}", filled.report.holes[0].outcome);
+    };
+    assert!(why.contains("outer border"), "{why}");
+    assert!(!filled.report.incomplete());
+}
+
+#[test]
+fn a_closed_mesh_comes_back_as_it_is() {
+    let mesh = shapes::sphere(6);
+    let filled = fill(&mesh, &FillParams::default()).unwrap();
+    assert_eq!(filled.mesh, mesh);
+    assert!(filled.report.holes.is_empty() && filled.report.regions.is_empty());
+}
+
+#[test]
+fn the_whole_level_set_covers_the_hole() {
+    let mesh = turned(cut(&shapes::sphere(10), |p| polar(p) < 50.0));
+    let params = FillParams {
+        surface: SurfaceKind::Whole,
+        ..FillParams::default()
+    };
+    let filled = fill(&mesh, &params).unwrap();
+    let top = turn() * DVec3::Z;
+    let nearest = filled
+        .mesh
+        .positions
+        .iter()
+        .map(|p| p.distance(top))
+        .fold(f64::MAX, f64::min);
+    assert!(nearest < 0.1, "{nearest}");
+}
+
+#[test]
+fn one_and_two_threads_give_the_same_bytes() {
+    let at = |s: f64| DVec3::X * (shapes::BIG + s);
+    let mesh = turned(cut(&shapes::torus(64, 46), |p| {
+        p.distance(at(1.0)) < 0.8 || p.distance(-at(-1.0)) < 0.4
+    }));
+    let bytes = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        let filled = pool
+            .install(|| fill(&mesh, &FillParams::default()))
+            .unwrap();
+        let options = WriteOptions {
+            precision: Precision::F64,
+            ascii: false,
+        };
+        to_bytes(&filled.mesh, Format::Ply, &options).unwrap().bytes
+    };
+    assert!(bytes(1) == bytes(2));
+}
