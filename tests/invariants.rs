@@ -41,18 +41,28 @@ fn assert_kept(mesh: &Mesh, filled: &Mesh) {
     assert_eq!(filled.faces[..mesh.faces.len()], mesh.faces);
 }
 
-/// Largest distance of the new vertices to the exact surface over the hole's diameter, in per mille.
+/// Distance of the patch to the exact surface, root mean square over points on its faces, over the hole's diameter, in
+/// per mille. It includes that facets are flat.
 fn error(mesh: &Mesh, filled: &Filled, distance: impl Fn(DVec3) -> f64) -> f64 {
-    let diameter = filled.report.regions[0].diameter;
     let back = turn().transpose();
-    let new = &filled.mesh.positions[mesh.positions.len()..];
-    assert!(!new.is_empty());
-    let largest = new
-        .iter()
-        .map(|p| distance(back * *p).abs())
-        .fold(0.0, f64::max);
-    println!("largest error {:.3} per mille", 1e3 * largest / diameter);
-    1e3 * largest / diameter
+    let (mut sum, mut area) = (0.0, 0.0);
+    for face in &filled.mesh.faces[mesh.faces.len()..] {
+        let [a, b, c] = face.map(|v| back * filled.mesh.positions[v as usize]);
+        let weight = (b - a).cross(c - a).length();
+        for i in 0..5 {
+            for j in 0..5 - i {
+                let (s, t) = (
+                    (f64::from(i) + 1.0 / 3.0) / 5.0,
+                    (f64::from(j) + 1.0 / 3.0) / 5.0,
+                );
+                sum += weight * distance(a + (b - a) * s + (c - a) * t).powi(2);
+                area += weight;
+            }
+        }
+    }
+    let error = 1e3 * (sum / area).sqrt() / filled.report.regions[0].diameter;
+    println!("error {error:.3} per mille");
+    error
 }
 
 fn assert_sphere(mesh: &Mesh, bound: f64) {
@@ -63,23 +73,23 @@ fn assert_sphere(mesh: &Mesh, bound: f64) {
 
 #[test]
 fn sphere_cap_of_30_degrees() {
-    assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 30.0), 0.1);
+    assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 30.0), 0.55);
 }
 
 #[test]
 fn sphere_cap_of_60_degrees() {
-    assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 60.0), 0.5);
+    assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 60.0), 0.33);
 }
 
 #[test]
 fn sphere_cap_of_90_degrees() {
-    assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 90.0), 2.0);
+    assert_sphere(&cut(&shapes::sphere(14), |p| polar(p) < 90.0), 0.75);
 }
 
 #[test]
 fn island_in_a_hole() {
     let mesh = cut(&shapes::sphere(16), |p| (20.0..55.0).contains(&polar(p)));
-    assert_sphere(&mesh, 0.15);
+    assert_sphere(&mesh, 0.26);
 }
 
 #[test]
@@ -87,7 +97,7 @@ fn torus_outer_side() {
     let at = DVec3::X * (shapes::BIG + 1.0);
     let mesh = turned(cut(&shapes::torus(64, 46), |p| p.distance(at) < 0.8));
     let filled = fill_all(&mesh, 0);
-    assert!(error(&mesh, &filled, shapes::torus_distance) < 0.25);
+    assert!(error(&mesh, &filled, shapes::torus_distance) < 1.25);
 }
 
 #[test]
@@ -95,7 +105,7 @@ fn torus_inner_side() {
     let at = DVec3::X * (shapes::BIG - 1.0);
     let mesh = turned(cut(&shapes::torus(80, 56), |p| p.distance(at) < 0.35));
     let filled = fill_all(&mesh, 0);
-    assert!(error(&mesh, &filled, shapes::torus_distance) < 0.3);
+    assert!(error(&mesh, &filled, shapes::torus_distance) < 0.9);
 }
 
 #[test]
@@ -108,7 +118,7 @@ fn catenoid_neck_between_two_rims() {
         1,
         "one region bridges both rims"
     );
-    assert!(error(&mesh, &filled, shapes::catenoid_distance) < 0.8);
+    assert!(error(&mesh, &filled, shapes::catenoid_distance) < 0.65);
 }
 
 #[test]
