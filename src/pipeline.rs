@@ -508,22 +508,20 @@ impl Work<'_> {
 
     /// Whether a solve has to be done again, why and how.
     fn reconsider(&self, solved: &Solved, now: &Try) -> Option<(String, Try)> {
-        if touches_box(&solved.level) && now.growth < 3.0 {
+        let expected = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
+        let lost = solved.lost() && expected;
+        if lost && now.refine == 1.0 && !now.accept {
+            let why = "the flow did not become steady on this grid".to_owned();
+            return now.finer(self.params).map(|finer| (why, finer));
+        }
+        if !lost && touches_box(&solved.level) && now.growth < 1.5 {
             let wider = Try {
                 growth: 1.8 * now.growth,
                 ..*now
             };
             return Some(("the surface reached the side of its box".to_owned(), wider));
         }
-        let expected = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
-        if solved.converged() || !expected || now.refine > 1.0 || now.accept {
-            return None;
-        }
-        let finer = now.finer(self.params)?;
-        Some((
-            "the flow did not become steady on this grid".to_owned(),
-            finer,
-        ))
+        None
     }
 
     fn solve(&self, group: &[usize], next: &Try) -> (Solved, Region, MeshData<'_>) {

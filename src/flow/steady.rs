@@ -47,7 +47,7 @@ impl Default for FlowSettings {
         Self {
             variant: Variant::GaussNewton,
             time_step: f64::INFINITY,
-            max_steps: 30,
+            max_steps: 20,
             tolerance: 1e-3,
             solver_tolerance: 1e-3,
             kappa: 1.0,
@@ -62,10 +62,35 @@ pub struct StepRecord {
     pub energy: f64,
     /// Largest movement of a node within one voxel of the surface, in voxels.
     pub movement: f64,
+    /// Root mean square movement of those nodes.
+    pub mean_movement: f64,
     /// Fraction of the step taken.
     pub fraction: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,
+}
+
+impl StepRecord {
+    /// No node moves by more than the tolerance; or, where the data are rough and single nodes do not come to rest, none by
+    /// more than ten times as much and the surface as a whole by half of it.
+    fn is_steady(&self, tolerance: f64) -> bool {
+        let calm = self.movement < tolerance
+            || (self.movement < 10.0 * tolerance && self.mean_movement < 0.5 * tolerance);
+        calm && self.fraction > 0.9
+    }
+}
+
+/// Largest and root mean square entry of a step over the unknowns within one voxel of the surface.
+fn movements(d: &[f64], values: &[f64], unknown: &[bool]) -> (f64, f64) {
+    let (mut top, mut sum, mut count) = (0.0f64, 0.0, 0.0);
+    for ((d, v), &u) in d.iter().zip(values).zip(unknown) {
+        if u && v.abs() < 1.0 {
+            top = top.max(d.abs());
+            sum += d * d;
+            count += 1.0;
+        }
+    }
+    (top, (sum / f64::max(count, 1.0)).sqrt())
 }
 
 /// How the flow ended.
@@ -137,7 +162,7 @@ pub fn relax(
         if !record.energy.is_finite() || !record.movement.is_finite() {
             break;
         }
-        if record.movement < settings.tolerance && record.fraction > 0.9 {
+        if record.is_steady(settings.tolerance) {
             outcome.converged = true;
             break;
         }
@@ -145,7 +170,11 @@ pub fn relax(
             break;
         }
         let grows = grows(&outcome.steps) || record.fraction == 0.0;
-        let worn = now.moved.iter().any(|m| m.abs() > 0.5 * (WIDTH + MARGIN));
+        let worn = now
+            .moved
+            .iter()
+            .zip(&now.values)
+            .any(|(m, v)| v.abs() < 1.0 && m.abs() > 0.5 * (WIDTH + MARGIN));
         if grows && outcome.kappa < KAPPA_LIMIT {
             outcome.kappa *= 2.0;
         } else if !worn {
@@ -155,9 +184,11 @@ pub fn relax(
     outcome
 }
 
-/// No step has made the energy fall for three bands in a row.
+/// No step has made the energy fall for three bands in a row, or the surface has leapt by voxels for five steps.
 fn stuck(steps: &[StepRecord]) -> bool {
-    steps.len() >= 3 && steps[steps.len() - 3..].iter().all(|s| s.fraction == 0.0)
+    let last = |n: usize| steps.len().checked_sub(n).map(|i| &steps[i..]);
+    last(3).is_some_and(|l| l.iter().all(|s| s.fraction == 0.0))
+        || last(5).is_some_and(|l| l.iter().all(|s| s.movement > 1.0))
 }
 
 /// The energy has not changed by a five-hundredth over five steps, late in the run.
@@ -173,10 +204,13 @@ fn stagnant(steps: &[StepRecord]) -> bool {
     high - low < 2e-3 * high
 }
 
-/// Steps that do not get smaller over four in a row.
+/// Large steps that do not get smaller over four in a row.
 fn grows(steps: &[StepRecord]) -> bool {
     let n = steps.len();
-    n >= 5 && n % 4 == 1 && steps[n - 1].movement > 0.7 * steps[n - 5].movement
+    n >= 5
+        && n % 4 == 1
+        && steps[n - 1].movement > 0.05
+        && steps[n - 1].movement > 0.7 * steps[n - 5].movement
 }
 
 /// A band between two redistancings.
@@ -224,12 +258,7 @@ impl BandState {
                 conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500)
             }
         };
-        let movement = d
-            .iter()
-            .zip(&self.values)
-            .filter(|(_, v)| v.abs() < 1.0)
-            .map(|(d, _)| d.abs())
-            .fold(0.0, f64::max);
+        let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);
         let slope_of =
             |d: &[f64]| -> f64 { system.gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
         let clipped: Vec<f64> = d.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
@@ -244,6 +273,7 @@ impl BandState {
         let record = StepRecord {
             energy: at.energy,
             movement,
+            mean_movement,
             fraction,
             iterations: solved.iterations,
         };

@@ -26,6 +26,8 @@ pub struct Hole {
     pub length: f64,
     /// Largest distance between two of its vertices.
     pub diameter: f64,
+    /// Width: four times the (vector) area over the length, the diameter for a circle, at most the diameter.
+    pub width: f64,
     /// Root mean square distance of the vertices from their best plane, over the diameter: 0 is planar.
     pub planarity: f64,
     /// Mean of the vertices, weighted by edge length.
@@ -139,6 +141,12 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
     };
     let points: Vec<DVec3> = rim.iter().map(|&v| point(v)).collect();
     let diameter = diameter(&points);
+    let area = (0..points.len()).fold(DVec3::ZERO, |sum, i| {
+        let (a, b) = (points[i] - centre, points[(i + 1) % points.len()] - centre);
+        sum + 0.5 * a.cross(b)
+    });
+    // Rims of triangles zigzag, which makes them about a quarter longer than the curve they follow.
+    let width = (1.25 * 4.0 * area.length() / length.max(f64::MIN_POSITIVE)).min(diameter);
     let planarity = if diameter > 0.0 {
         plane_residual(&points) / diameter
     } else {
@@ -151,6 +159,7 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
         conormals,
         length,
         diameter,
+        width,
         planarity,
         centre,
         piece: topology.piece[half_edges[0] as usize / 3],

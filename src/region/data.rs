@@ -18,9 +18,41 @@ const REACH: f64 = 1.3;
 pub struct MeshData<'a> {
     sampler: &'a Sampler<'a>,
     rims: RimSet,
-    balls: Vec<(DVec3, f64)>,
+    neighbourhoods: Vec<Neighbourhood>,
     cap: OnceLock<Option<Cap>>,
     loops: Vec<Vec<u32>>,
+}
+
+/// Where deep nodes are free: near the rim's centre, and not farther from the rim than half its width.
+struct Neighbourhood {
+    centre: DVec3,
+    radius: f64,
+    rim: Vec<DVec3>,
+    half_width: f64,
+}
+
+impl Neighbourhood {
+    fn new(mesh: &Mesh, hole: &Hole) -> Self {
+        let stride = hole.rim.len().div_ceil(256);
+        let rim: Vec<DVec3> = hole
+            .rim
+            .iter()
+            .step_by(stride)
+            .map(|&v| mesh.positions[v as usize])
+            .collect();
+        let reach = |m: f64, p: &DVec3| m.max(p.distance(hole.centre));
+        Self {
+            centre: hole.centre,
+            radius: REACH * rim.iter().fold(0.0, reach),
+            rim,
+            half_width: 0.5 * REACH * hole.width,
+        }
+    }
+
+    fn holds(&self, x: DVec3) -> bool {
+        let near = |p: &DVec3| p.distance_squared(x) < self.half_width.powi(2);
+        x.distance_squared(self.centre) < self.radius.powi(2) && self.rim.iter().any(near)
+    }
 }
 
 /// The mesh closed by triangulations of the region's rims.
@@ -33,21 +65,14 @@ impl<'a> MeshData<'a> {
     /// The data of the region that consists of `holes`; `closed` says whether their pieces are closed once all holes that
     /// are to be filled are.
     pub fn new(sampler: &'a Sampler<'a>, mesh: &Mesh, holes: &[&Hole], closed: bool) -> Self {
-        let balls = holes
+        let neighbourhoods = holes
             .iter()
-            .map(|hole| {
-                let radius = hole
-                    .rim
-                    .iter()
-                    .map(|&v| mesh.positions[v as usize].distance(hole.centre))
-                    .fold(0.0, f64::max);
-                (hole.centre, REACH * radius)
-            })
+            .map(|hole| Neighbourhood::new(mesh, hole))
             .collect();
         Self {
             sampler,
             rims: RimSet::new(holes.iter().copied(), closed),
-            balls,
+            neighbourhoods,
             cap: OnceLock::new(),
             loops: holes.iter().map(|h| h.rim.clone()).collect(),
         }
@@ -101,7 +126,7 @@ impl DistanceData for MeshData<'_> {
     }
 
     fn near_hole(&self, x: DVec3) -> bool {
-        self.balls.iter().any(|(c, r)| x.distance(*c) < *r)
+        self.neighbourhoods.iter().any(|n| n.holds(x))
     }
 }
 

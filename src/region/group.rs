@@ -14,9 +14,13 @@ const NEAR_GAP: f64 = 0.1;
 const SAMPLES: usize = 240;
 /// Voxels across a hole by default, at least across the smallest loop of a region, and at most.
 const ACROSS: f64 = 32.0;
+/// Slots are resolved across their width, up to this ratio of diameter to width.
+const NARROWEST: f64 = 2.0;
 /// Voxels across a hole on the coarsest level.
 const COARSEST: f64 = 16.0;
 const ACROSS_SMALLEST: f64 = 14.0;
+/// A finer try goes up to this, if the first did not.
+const ACROSS_RETRY: f64 = 72.0;
 const ACROSS_LIMIT: f64 = 160.0;
 /// Free space round the rims: this part of the diameter, and this many coarse voxels.
 const MARGIN_PART: f64 = 0.5;
@@ -190,14 +194,24 @@ impl Region {
             VoxelSize::Auto => {
                 let edge = chosen().map(|h| h.length).sum::<f64>()
                     / chosen().map(|h| h.edges as f64).sum::<f64>();
-                let wanted = ACROSS
+                let narrow = chosen()
+                    .filter(|h| h.edges > 8)
+                    .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(NARROWEST))
+                    .fold(1.0, f64::max);
+                let wanted = (ACROSS * narrow)
                     .max((diameter / edge).min(64.0))
                     .max((ACROSS_SMALLEST * diameter / smallest).min(96.0));
-                diameter / (wanted * refine).min(ACROSS_LIMIT)
+                diameter
+                    / (wanted * refine)
+                        .min(ACROSS_RETRY.max(wanted))
+                        .min(ACROSS_LIMIT)
             }
         };
         let across = diameter / voxel;
-        let coarsest = COARSEST * if refine >= 2.0 { 2.0 } else { 1.0 };
+        let narrow = chosen()
+            .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(NARROWEST))
+            .fold(f64::INFINITY, f64::min);
+        let coarsest = COARSEST * narrow.max(refine.min(2.0));
         let refinements = (across / coarsest).log2().floor().max(0.0) as usize;
         let coarse = voxel * f64::from(1u32 << refinements.min(16));
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
@@ -205,7 +219,8 @@ impl Region {
             low = low.min(mesh.positions[*v as usize]);
             high = high.max(mesh.positions[*v as usize]);
         }
-        let margin = growth * MARGIN_PART * diameter + MARGIN_NODES * coarse;
+        let widest = chosen().map(|h| h.width).fold(0.25 * diameter, f64::max);
+        let margin = growth * MARGIN_PART * widest + MARGIN_NODES * coarse;
         let nodes = ((high - low + 2.0 * margin) / coarse).ceil() + 1.0;
         let dims = [nodes.x, nodes.y, nodes.z].map(|n| (n as i32).div_ceil_block());
         let size = DVec3::from_array(dims.map(|d| f64::from(d - 1))) * coarse;

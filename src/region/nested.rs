@@ -9,7 +9,9 @@ use crate::flow::{FlowOutcome, FlowSettings, biharmonic_fill, relax};
 use crate::grid::{Lattice, NodeIndex};
 
 /// Most steps on a coarser level.
-const COARSE_STEPS: usize = 20;
+const COARSE_STEPS: usize = 14;
+/// A level is lost when its last step still moved the surface by more than this, in voxels.
+const LOST: f64 = 0.1;
 
 /// The grids of a nested solve.
 #[derive(Clone, Copy, Debug)]
@@ -63,6 +65,15 @@ impl Solved {
     pub fn converged(&self) -> bool {
         self.reports.last().is_some_and(|r| r.flow.converged)
     }
+
+    /// Whether the last level was far from steady when its steps ran out.
+    pub fn lost(&self) -> bool {
+        self.reports.last().is_none_or(|r| is_lost(&r.flow))
+    }
+}
+
+fn is_lost(flow: &FlowOutcome) -> bool {
+    !flow.converged && flow.steps.last().is_some_and(|s| s.movement > LOST)
 }
 
 /// Solves on each level in turn; `keep_going` may end it early.
@@ -104,7 +115,7 @@ pub fn solve_nested(
             &flow_settings,
             keep_going,
         );
-        let lost = !last && settings.stop_when_lost && !flow.converged;
+        let lost = !last && settings.stop_when_lost && is_lost(&flow);
         reports.push(LevelReport {
             voxel: level.lattice.voxel,
             nodes: level.grid.len(),

@@ -89,7 +89,7 @@ impl Default for StitchParams {
             edge_factor: 0.8,
             chord_error: 0.1,
             iterations: 10,
-            facet_compensation: 1.0,
+            facet_compensation: 0.5,
         }
     }
 }
