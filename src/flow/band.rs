@@ -22,7 +22,7 @@ pub struct Band {
     pub neighbours: Vec<[u32; 27]>,
     /// Corner nodes of each cell.
     pub cells: Vec<[u32; 8]>,
-    /// For each node the cell of which it is corner `a`, or [`NONE`].
+    /// For each node the cell of which it is corner `a`, or `u32::MAX`.
     pub node_cells: Vec<[u32; 8]>,
     /// Whether a node carries a residual.
     pub residual: Vec<bool>,
