@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{RimSet, Sampler, redistance};
-use crate::grid::SparseGrid;
+use crate::grid::{SparseGrid, as_point};
 use crate::mesh::Topology;
 use crate::mesh::shapes::icosphere;
 
@@ -52,7 +52,7 @@ fn redistancing_mends_a_distorted_distance() {
     const REACH: f64 = 5.0;
     let grid = SparseGrid::new([40; 3], |_| true);
     let centre = DVec3::new(19.3, 19.6, 20.2);
-    let at = |s: usize| DVec3::from_array(grid.node(s).map(f64::from));
+    let at = |s: usize| as_point(grid.node(s));
     let exact: Vec<f64> = (0..grid.len())
         .map(|s| at(s).distance(centre) - 11.0)
         .collect();
