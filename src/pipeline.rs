@@ -230,7 +230,7 @@ fn check_params(params: &FillParams) -> Result<(), FillError> {
     if !(params.edge_ratio.is_finite() && params.edge_ratio > 0.05 && params.edge_ratio < 20.0) {
         return bad("the edge ratio must lie between 0.05 and 20");
     }
-    if params.time_step.is_some_and(|t| !(t > 0.0)) {
+    if params.time_step.is_some_and(|t| t.is_nan() || t <= 0.0) {
         return bad("the time step must be positive");
     }
     Ok(())

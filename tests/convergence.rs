@@ -104,9 +104,11 @@ fn a_plane_is_filled_exactly() {
     assert!(errors(&shape, 0).0 < 1e-6);
 }
 
+/// The largest error at 32 voxels across stays below 1.56e-4 of the diameter for a cap of 60 degrees and below 4.5e-4 for
+/// one of 90 degrees.
 #[test]
 fn sphere_caps_are_within_bounds() {
-    for (degrees, bound) in [(60.0f64, 1.3e-4), (90.0, 3.3e-4)] {
+    for (degrees, bound) in [(60.0f64, 1.56e-4), (90.0, 4.5e-4)] {
         let r = 1.0 / (2.0 * (degrees.to_radians() / 2.0).sin());
         let shape = Shape {
             distance: |x: DVec3| (turned(x) + DVec3::Z * r).length() - r,
@@ -114,7 +116,7 @@ fn sphere_caps_are_within_bounds() {
         };
         let (max, rms) = errors(&shape, 1);
         println!("sphere {degrees}: {max:.2e} {rms:.2e}");
-        assert!(max < 1.2 * bound, "{degrees}: {max:.2e}");
+        assert!(max < bound, "{degrees}: {max:.2e}");
     }
 }
 

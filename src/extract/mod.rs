@@ -18,6 +18,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::DVec3;
 
+use crate::grid::{add, as_point};
 use polygon::Polygon;
 use table::{CORNER, EDGE_AXIS, EDGE_NODE, table};
 
@@ -59,7 +60,7 @@ pub fn marching_cubes(cells: &[[i32; 3]], value: impl Fn([i32; 3]) -> f64) -> Is
             corner[i] = if shared {
                 corner[i + 1]
             } else {
-                value(offset(cell, CORNER[i]))
+                value(add(cell, CORNER[i]))
             };
         }
         last = Some(cell);
@@ -69,10 +70,6 @@ pub fn marching_cubes(cells: &[[i32; 3]], value: impl Fn([i32; 3]) -> f64) -> Is
         }
     }
     builder.surface
-}
-
-fn offset(cell: [i32; 3], by: [i32; 3]) -> [i32; 3] {
-    [cell[0] + by[0], cell[1] + by[1], cell[2] + by[2]]
 }
 
 #[derive(Default)]
@@ -102,7 +99,7 @@ impl Builder {
     fn vertex(&mut self, cell: [i32; 3], edge: usize, corner: &[f64; 8]) -> u32 {
         let axis = EDGE_AXIS[edge];
         let low = EDGE_NODE[edge] as usize;
-        let node = offset(cell, CORNER[low]);
+        let node = add(cell, CORNER[low]);
         let surface = &mut self.surface;
         *self.by_edge.entry(EdgeKey(node, axis)).or_insert_with(|| {
             let (a, b) = (corner[low], corner[low | 1 << axis]);
@@ -112,7 +109,7 @@ impl Builder {
             } else {
                 0.5
             };
-            let mut p = DVec3::new(node[0].into(), node[1].into(), node[2].into());
+            let mut p = as_point(node);
             p[axis as usize] += t;
             surface.positions.push(p);
             surface.edges.push((node, axis));

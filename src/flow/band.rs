@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::grid::{NodeIndex, SparseGrid};
+use crate::grid::{NodeIndex, SparseGrid, add};
 
 /// Half width of the weight χ, in voxels.
 pub const WIDTH: f64 = 2.5;
@@ -22,7 +22,7 @@ pub struct Band {
     pub neighbours: Vec<[u32; 27]>,
     /// Corner nodes of each cell.
     pub cells: Vec<[u32; 8]>,
-    /// For each node the cell of which it is corner `a`, or [`NONE`].
+    /// For each node the cell of which it is corner `a`, or `u32::MAX`.
     pub node_cells: Vec<[u32; 8]>,
     /// Whether a node carries a residual.
     pub residual: Vec<bool>,
@@ -42,10 +42,6 @@ fn offset(i: usize) -> NodeIndex {
 
 fn corner(a: usize) -> NodeIndex {
     [((a >> 2) & 1) as i32, ((a >> 1) & 1) as i32, (a & 1) as i32]
-}
-
-fn add(n: NodeIndex, o: NodeIndex) -> NodeIndex {
-    [n[0] + o[0], n[1] + o[1], n[2] + o[2]]
 }
 
 /// Marks the nodes within one step (26 neighbours) of a marked one.

@@ -23,16 +23,15 @@ pub static ELEMENT: LazyLock<Element> = LazyLock::new(|| {
 });
 
 fn gradients(p: [f64; 3]) -> Gradients {
-    let mut out = [[0.0; 8]; 3];
-    for a in 0..8 {
-        let o = [(a >> 2) & 1, (a >> 1) & 1, a & 1];
-        let f: [f64; 3] = std::array::from_fn(|d| if o[d] == 1 { p[d] } else { 1.0 - p[d] });
-        let g: [f64; 3] = std::array::from_fn(|d| if o[d] == 1 { 1.0 } else { -1.0 });
-        out[0][a] = g[0] * f[1] * f[2];
-        out[1][a] = f[0] * g[1] * f[2];
-        out[2][a] = f[0] * f[1] * g[2];
-    }
-    out
+    let factor = |a: usize, along: usize, d: usize| match ((a >> (2 - d)) & 1 == 1, d == along) {
+        (true, true) => 1.0,
+        (false, true) => -1.0,
+        (true, false) => p[d],
+        (false, false) => 1.0 - p[d],
+    };
+    std::array::from_fn(|along| {
+        std::array::from_fn(|a| (0..3).map(|d| factor(a, along, d)).product())
+    })
 }
 
 /// The gradient of the interpolant with corner values `v`.

@@ -171,13 +171,13 @@ impl WillmoreBand {
             .par_iter()
             .map(|cell| CellFrame::new(cell, phi, &weighted))
             .collect();
-        let rows: Vec<([f64; 27], [f64; 27], [f64; 27], f64)> = band
+        let rows: Vec<Row> = band
             .node_cells
             .par_iter()
             .enumerate()
             .map(|(i, touching)| {
                 if !band.residual[i] && !band.unknown[i] {
-                    return ([0.0; 27], [0.0; 27], [0.0; 27], 0.0);
+                    return Row::ZERO;
                 }
                 assemble_row(touching, &cells, self.kappa, metric)
             })
@@ -193,10 +193,10 @@ impl WillmoreBand {
             .collect();
         let force: Vec<f64> = (0..n).map(|i| chi(phi[i]) * w[i]).collect();
         let gradient = self.gradient(phi, &rows, &w, &force, &at.mass);
-        let tangential: Vec<[f64; 27]> = rows.iter().map(|r| r.2).collect();
+        let tangential: Vec<[f64; 27]> = rows.iter().map(|r| r.second).collect();
         let (curvature, second) = match metric {
-            Metric::GaussNewton => (rows.iter().map(|r| r.0).collect(), tangential),
-            Metric::VariantTwo => (rows.iter().map(|r| r.1).collect(), tangential),
+            Metric::GaussNewton => (rows.iter().map(|r| r.curvature).collect(), tangential),
+            Metric::VariantTwo => (rows.iter().map(|r| r.full).collect(), tangential),
         };
         let diagonal = (0..n)
             .map(|i| {
@@ -214,7 +214,7 @@ impl WillmoreBand {
     fn gradient(
         &self,
         phi: &[f64],
-        rows: &[([f64; 27], [f64; 27], [f64; 27], f64)],
+        rows: &[Row],
         w: &[f64],
         force: &[f64],
         mass: &[f64],
@@ -226,10 +226,10 @@ impl WillmoreBand {
                 if !band.unknown[i] {
                     return 0.0;
                 }
-                let mut sum = rows[i].3;
+                let mut sum = rows[i].force;
                 for (k, &j) in band.neighbours[i].iter().enumerate() {
                     if let Some(f) = force.get(j as usize) {
-                        sum += rows[i].0[k] * f;
+                        sum += rows[i].curvature[k] * f;
                     }
                 }
                 if band.residual[i] {
@@ -253,6 +253,27 @@ fn cell_residual(v: &[f64; 8]) -> ([f64; 8], f64) {
         }
     }
     (r, 0.125 / norm(gradient(&e.centre, v)))
+}
+
+/// What the cells round a node add to its stencils and its entry of the gradient.
+struct Row {
+    /// L[P/|∇φ|].
+    curvature: [f64; 27],
+    /// L[1/|∇φ|]; only for variant II.
+    full: [f64; 27],
+    /// ½ L1 + κ L[n⊗n].
+    second: [f64; 27],
+    /// `½ L1 φ + κ ∂Eik`.
+    force: f64,
+}
+
+impl Row {
+    const ZERO: Self = Self {
+        curvature: [0.0; 27],
+        full: [0.0; 27],
+        second: [0.0; 27],
+        force: 0.0,
+    };
 }
 
 /// What a cell hands to the rows of its corners.
@@ -293,15 +314,10 @@ impl CellFrame {
     }
 }
 
-/// Stencil rows of one node: L[P/|∇φ|], L[1/|∇φ|] (only for variant II), ½ L1 + κ L[n⊗n]; and its entry of `½ L1 φ + κ ∂Eik`.
-fn assemble_row(
-    touching: &[u32; 8],
-    cells: &[CellFrame],
-    kappa: f64,
-    metric: Metric,
-) -> ([f64; 27], [f64; 27], [f64; 27], f64) {
+/// The row of one node from the cells that touch it.
+fn assemble_row(touching: &[u32; 8], cells: &[CellFrame], kappa: f64, metric: Metric) -> Row {
     let e = &*ELEMENT;
-    let (mut p, mut full, mut s, mut force) = ([0.0; 27], [0.0; 27], [0.0; 27], 0.0);
+    let mut row = Row::ZERO;
     for (a, &c) in touching.iter().enumerate() {
         if c == NONE {
             continue;
@@ -332,13 +348,13 @@ fn assemble_row(
             row_s[b] +=
                 frame.l1 * (da[0] * shape[0][b] + da[1] * shape[1][b] + da[2] * shape[2][b]);
             let k = stencil_entry(a, b);
-            p[k] += row_p[b];
-            full[k] += row_full[b];
-            s[k] += row_s[b];
+            row.curvature[k] += row_p[b];
+            row.full[k] += row_full[b];
+            row.second[k] += row_s[b];
         }
-        force += (frame.l1 + kappa * frame.eikonal) * dot(frame.centre, da);
+        row.force += (frame.l1 + kappa * frame.eikonal) * dot(frame.centre, da);
     }
-    (p, full, s, force)
+    row
 }
 
 /// Position in the 27-point stencil of corner `b` seen from corner `a`.

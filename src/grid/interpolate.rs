@@ -112,17 +112,13 @@ pub fn linear(grid: &SparseGrid, field: &[f64], p: DVec3) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::as_point;
 
     #[test]
     fn cubics_are_reproduced_with_their_gradient() {
         let grid = SparseGrid::new([8, 8, 8], |_| true);
         let f = |p: DVec3| p.x * p.x * p.x - 2.0 * p.y * p.z * p.z + p.x * p.y * p.z + 1.0;
-        let field: Vec<f64> = (0..grid.len())
-            .map(|s| {
-                let n = grid.node(s);
-                f(DVec3::new(n[0].into(), n[1].into(), n[2].into()))
-            })
-            .collect();
+        let field: Vec<f64> = (0..grid.len()).map(|s| f(as_point(grid.node(s)))).collect();
         for p in [DVec3::new(2.3, 3.7, 4.1), DVec3::new(0.2, 6.9, 3.0)] {
             let (v, g) = value_and_gradient(&grid, &field, p).unwrap();
             let e = 1e-5;

@@ -5,3 +5,4 @@ mod sparse;
 
 pub use interpolate::{Tricubic, linear, value_and_gradient};
 pub use sparse::{BLOCK, Lattice, NodeIndex, SparseGrid};
+pub(crate) use sparse::{add, as_point};

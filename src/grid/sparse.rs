@@ -10,6 +10,18 @@ const ABSENT: u32 = u32::MAX;
 /// Integer coordinates of a node.
 pub type NodeIndex = [i32; 3];
 
+/// The node at an offset from another.
+#[inline]
+pub(crate) fn add(n: NodeIndex, o: NodeIndex) -> NodeIndex {
+    [n[0] + o[0], n[1] + o[1], n[2] + o[2]]
+}
+
+/// A node in lattice coordinates.
+#[inline]
+pub(crate) fn as_point(n: NodeIndex) -> DVec3 {
+    DVec3::new(n[0].into(), n[1].into(), n[2].into())
+}
+
 /// Where a lattice lies in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {

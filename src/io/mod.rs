@@ -250,6 +250,18 @@ pub(crate) mod samples {
         assert_eq!(loaded.f32_exact, Precision::of(mesh) == Precision::F32);
     }
 
+    /// Damages a written file, in text and in binary.
+    pub(crate) fn assert_damage_is_survived(format: Format) {
+        for ascii in [false, true] {
+            let options = WriteOptions {
+                ascii,
+                precision: Precision::F32,
+            };
+            let written = to_bytes(&open_tetrahedron(), format, &options).unwrap();
+            assert_survives_damage(&written.bytes, format);
+        }
+    }
+
     /// Cuts a file short at every length and flips bytes all over it: any result will do, as long as there is one.
     pub(crate) fn assert_survives_damage(bytes: &[u8], format: Format) {
         for length in 0..bytes.len() {

@@ -18,6 +18,9 @@ pub struct Csr {
     pub values: Vec<f64>,
 }
 
+/// Consecutive rows: the length of each, and their entries one after another.
+type Rows = (Vec<usize>, Vec<(u32, f64)>);
+
 /// Gathers one sparse row: a dense array with a list of the columns in use.
 struct Accumulator {
     values: Vec<f64>,
@@ -63,7 +66,7 @@ impl Csr {
         columns: usize,
         emit: impl Fn(usize, &mut dyn FnMut(u32, f64)) + Sync,
     ) -> Self {
-        let chunks: Vec<(Vec<usize>, Vec<(u32, f64)>)> = (0..rows.div_ceil(CHUNK))
+        let chunks: Vec<Rows> = (0..rows.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(
                 || Accumulator::new(columns),

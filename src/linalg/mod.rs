@@ -4,6 +4,8 @@ mod cg;
 mod csr;
 mod dense;
 mod multigrid;
+#[cfg(test)]
+mod tests;
 
 pub use cg::{CgOutcome, Jacobi, LinearOperator, Preconditioner, conjugate_gradient};
 pub use csr::Csr;

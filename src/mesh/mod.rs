@@ -3,6 +3,10 @@
 mod adjacency;
 pub mod holes;
 pub mod measures;
+#[cfg(test)]
+pub(crate) mod shapes;
+#[cfg(test)]
+mod tests;
 pub mod topology;
 mod weld;
 

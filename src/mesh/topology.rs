@@ -102,8 +102,8 @@ impl Topology {
 
     fn find_pieces(&mut self, degenerate: &[bool]) {
         let mut stack = Vec::new();
-        for f in 0..self.piece.len() {
-            if self.piece[f] != NONE || degenerate[f] {
+        for (f, &degenerate) in degenerate.iter().enumerate() {
+            if self.piece[f] != NONE || degenerate {
                 continue;
             }
             let id = self.piece_faces.len() as u32;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::grid::{BLOCK, Lattice, NodeIndex, SparseGrid, linear, value_and_gradient};
+use crate::grid::{BLOCK, Lattice, NodeIndex, SparseGrid, as_point, linear, value_and_gradient};
 
 /// Where the distance to the known surface is larger than this many voxels, the nodes round a hole are free: in thin parts
 /// they may be nearer to the opposite wall than to the surface that is missing.
@@ -48,10 +48,6 @@ pub struct Level {
     pub phi: Vec<f64>,
     /// Whether a node is free.
     pub mask: Vec<bool>,
-}
-
-fn as_point(n: NodeIndex) -> DVec3 {
-    DVec3::new(n[0].into(), n[1].into(), n[2].into())
 }
 
 impl Level {

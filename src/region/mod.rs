@@ -4,6 +4,8 @@ mod data;
 mod group;
 mod level;
 mod nested;
+#[cfg(test)]
+mod tests;
 
 pub use data::{LevelSurface, MeshData};
 pub use group::{Region, group_holes};

@@ -3,6 +3,8 @@
 mod jets;
 mod redistance;
 mod sampler;
+#[cfg(test)]
+mod tests;
 
 pub use jets::{Jet, fit_jet};
 pub use redistance::{project_on_zero_set, redistance};

@@ -7,7 +7,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::grid::{NodeIndex, SparseGrid, Tricubic, value_and_gradient};
+use crate::grid::{NodeIndex, SparseGrid, Tricubic, add, as_point, value_and_gradient};
 
 const ITERATIONS: usize = 30;
 
@@ -16,14 +16,6 @@ fn neighbours() -> impl Iterator<Item = NodeIndex> {
     (0..27)
         .filter(|&i| i != 13)
         .map(|i| [i / 9 - 1, (i / 3) % 3 - 1, i % 3 - 1])
-}
-
-fn add(n: NodeIndex, o: NodeIndex) -> NodeIndex {
-    [n[0] + o[0], n[1] + o[1], n[2] + o[2]]
-}
-
-fn as_point(n: NodeIndex) -> DVec3 {
-    DVec3::new(n[0].into(), n[1].into(), n[2].into())
 }
 
 /// The point of the zero set of the tricubic interpolant closest to `x`, from the start `p` (lattice coordinates):

@@ -152,17 +152,18 @@ impl PatchMesh {
         self.position[self.from(h) as usize].distance(self.position[self.to(h) as usize])
     }
 
+    /// Round an edge a → b and its twin: the corners a, b, c (of the face of `h`), d, and the half-edges on the other side of
+    /// bc, ca, ad, db.
+    fn diamond(&self, h: u32, t: u32) -> ([u32; 4], [u32; 4]) {
+        let corners = [h, next(h), prev(h), prev(t)].map(|e| self.from(e));
+        let outside = [next(h), prev(h), next(t), prev(t)].map(|e| self.twin[e as usize]);
+        (corners, outside)
+    }
+
     /// The edge turned in its two faces; the caller has made sure that the new edge is not there yet.
     pub(super) fn flip(&mut self, h: u32) {
         let Some(t) = self.twin(h) else { return };
-        let (a, b, c, d) = (
-            self.from(h),
-            self.to(h),
-            self.from(prev(h)),
-            self.from(prev(t)),
-        );
-        let (bc, ca) = (self.twin[next(h) as usize], self.twin[prev(h) as usize]);
-        let (ad, db) = (self.twin[next(t) as usize], self.twin[prev(t) as usize]);
+        let ([a, b, c, d], [bc, ca, ad, db]) = self.diamond(h, t);
         let (f, g) = (h / 3 * 3, t / 3 * 3);
         self.faces[f as usize / 3] = [a, d, c];
         self.faces[g as usize / 3] = [d, b, c];
@@ -190,14 +191,7 @@ impl PatchMesh {
         self.position.push(position);
         self.normal.push(normal);
         self.size.push(size);
-        let (a, b, c, d) = (
-            self.from(h),
-            self.to(h),
-            self.from(prev(h)),
-            self.from(prev(t)),
-        );
-        let (bc, ca) = (self.twin[next(h) as usize], self.twin[prev(h) as usize]);
-        let (ad, db) = (self.twin[next(t) as usize], self.twin[prev(t) as usize]);
+        let ([a, b, c, d], [bc, ca, ad, db]) = self.diamond(h, t);
         let (f, g) = (h / 3 * 3, t / 3 * 3);
         let (f2, g2) = (self.twin.len() as u32, self.twin.len() as u32 + 3);
         self.twin.extend([NONE; 6]);

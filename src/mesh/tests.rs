@@ -1,0 +1,104 @@
+//! Boundary loops, pieces and orientation of small meshes.
+
+use glam::DVec3;
+
+use super::shapes::{grid, icosphere, punch};
+use super::{Hole, Mesh, Topology, find_holes};
+
+/// A flat square of 10 × 10 squares of side 1.
+fn sheet() -> Mesh {
+    grid(10, 10, [false, false], |u, v| {
+        DVec3::new(10.0 * u, 10.0 * v, 0.0)
+    })
+}
+
+fn holes_of(mesh: &mut Mesh) -> (Topology, Vec<Hole>) {
+    let mut topology = Topology::new(mesh);
+    let (holes, open_chains) = find_holes(mesh, &mut topology);
+    assert_eq!(open_chains, 0);
+    (topology, holes)
+}
+
+#[test]
+fn holes_that_touch_at_a_vertex_are_two_loops() {
+    let in_square = |c: DVec3, i: f64| c.x.floor() == i && c.y.floor() == i;
+    let mut mesh = punch(&sheet(), |c| in_square(c, 4.0) || in_square(c, 5.0));
+    let (topology, holes) = holes_of(&mut mesh);
+    let edges: Vec<usize> = holes.iter().map(|h| h.edges).collect();
+    assert_eq!(edges, [40, 4, 4]);
+    assert_eq!(topology.defects.non_manifold_boundary_vertices, 1);
+    let common: Vec<DVec3> = holes[1]
+        .rim
+        .iter()
+        .filter(|v| holes[2].rim.contains(v))
+        .map(|&v| mesh.positions[v as usize])
+        .collect();
+    assert_eq!(common, [DVec3::new(5.0, 5.0, 0.0)]);
+}
+
+#[test]
+fn a_rim_runs_against_the_faces_beside_it() {
+    let mut mesh = punch(&icosphere(3), |c| c.z > 0.5);
+    let (_, holes) = holes_of(&mut mesh);
+    assert_eq!(holes.len(), 1);
+    let rim = &holes[0].rim;
+    for (i, &v) in rim.iter().enumerate() {
+        let w = rim[(i + 1) % rim.len()];
+        let uses = |a, b| {
+            let runs = |f: &&[u32; 3]| (0..3).any(|k| (f[k], f[(k + 1) % 3]) == (a, b));
+            mesh.faces.iter().filter(runs).count()
+        };
+        assert_eq!((uses(v, w), uses(w, v)), (0, 1));
+        assert!(holes[0].conormals[i].z > 0.0);
+    }
+}
+
+#[test]
+fn a_loose_triangle_is_a_crumb() {
+    let mut mesh = icosphere(1);
+    let first = mesh.positions.len() as u32;
+    let away = 3.0 * DVec3::X;
+    mesh.positions
+        .extend([away, away + DVec3::Y, away + DVec3::Z]);
+    mesh.faces.push([first, first + 1, first + 2]);
+    let (topology, holes) = holes_of(&mut mesh);
+    assert_eq!(topology.piece_faces, [80, 1]);
+    assert_eq!(topology.defects.crumbs, 1);
+    assert_eq!((holes.len(), holes[0].piece), (1, 1));
+}
+
+#[test]
+fn a_face_that_disagrees_is_turned_over() {
+    let right = punch(&icosphere(2), |c| c.z > 0.5);
+    let loops = |holes: &[Hole]| holes.iter().map(|h| h.rim.clone()).collect::<Vec<_>>();
+    let wanted = loops(&holes_of(&mut right.clone()).1);
+    for f in 0..right.faces.len() {
+        let mut mesh = right.clone();
+        mesh.faces[f].swap(1, 2);
+        let (topology, holes) = holes_of(&mut mesh);
+        assert_eq!(mesh, right);
+        assert_eq!(topology.defects.faces_turned, 1);
+        assert!(topology.turned[f]);
+        assert_eq!(loops(&holes), wanted);
+        for (h, &o) in topology.opposite.iter().enumerate() {
+            assert!(topology.boundary[h] || topology.opposite[o as usize] == h as u32);
+        }
+    }
+}
+
+#[test]
+fn only_the_border_of_an_open_sheet_is_its_outer_border() {
+    let middle = DVec3::new(5.0, 5.0, 0.0);
+    let outer = |mut mesh: Mesh| -> Vec<bool> {
+        let (_, holes) = holes_of(&mut mesh);
+        holes.iter().map(|h| h.outer_border).collect()
+    };
+    assert_eq!(outer(sheet()), [true]);
+    assert_eq!(
+        outer(punch(&sheet(), |c| c.distance(middle) < 2.0)),
+        [true, false]
+    );
+    for height in [0.0, 0.5, 0.9] {
+        assert_eq!(outer(punch(&icosphere(3), |c| c.z > height)), [false]);
+    }
+}

@@ -1,0 +1,79 @@
+//! The distance of a sphere: from the jets of its vertices, and from a distorted level-set function.
+
+use glam::DVec3;
+
+use super::{RimSet, Sampler, redistance};
+use crate::grid::{SparseGrid, as_point};
+use crate::mesh::Topology;
+use crate::mesh::shapes::icosphere;
+
+/// Points spread evenly over the unit sphere.
+fn directions(n: i32) -> impl Iterator<Item = DVec3> {
+    (0..n).map(move |i| {
+        let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
+        let (s, c) = (2.399_963 * f64::from(i)).sin_cos();
+        (DVec3::new(c, s, 0.0) * (1.0 - z * z).sqrt()).with_z(z)
+    })
+}
+
+/// Largest errors of the smooth and of the faceted distance to the sphere, in edges.
+fn sphere_errors(levels: usize) -> (f64, f64) {
+    let mut mesh = icosphere(levels);
+    let topology = Topology::new(&mut mesh);
+    let sampler = Sampler::new(&mesh, &topology);
+    let rims = RimSet::new(std::iter::empty(), true);
+    let [a, b, _] = mesh.faces[0].map(|v| mesh.positions[v as usize]);
+    let edge = a.distance(b);
+    let (mut smooth, mut faceted) = (0.0f64, 0.0f64);
+    for d in directions(500) {
+        for distance in [-2.0, -0.1, 0.0, 0.3, 3.0].map(|t| t * edge) {
+            let x = (1.0 + distance) * d;
+            let sample = sampler
+                .sample(&rims, x, f64::INFINITY)
+                .expect("a closest point");
+            assert!(!sample.on_rim);
+            smooth = smooth.max((sample.signed - distance).abs() / edge);
+            faceted = faceted.max((sample.distance - distance.abs()).abs() / edge);
+        }
+    }
+    (smooth, faceted)
+}
+
+#[test]
+fn jets_give_the_distance_of_the_sphere_the_vertices_lie_on() {
+    let ((coarse, faceted), (fine, _)) = (sphere_errors(4), sphere_errors(5));
+    assert!(fine < 1e-4, "{fine:e}");
+    assert!(fine < coarse / 6.0, "{coarse:e} {fine:e}");
+    assert!(coarse < 0.05 * faceted, "{coarse:e} {faceted:e}");
+}
+
+#[test]
+fn redistancing_mends_a_distorted_distance() {
+    const REACH: f64 = 5.0;
+    let grid = SparseGrid::new([40; 3], |_| true);
+    let centre = DVec3::new(19.3, 19.6, 20.2);
+    let at = |s: usize| as_point(grid.node(s));
+    let exact: Vec<f64> = (0..grid.len())
+        .map(|s| at(s).distance(centre) - 11.0)
+        .collect();
+    let distorted: Vec<f64> = exact
+        .iter()
+        .enumerate()
+        .map(|(s, d)| d * (1.0 + 0.3 * (0.15 * at(s).x).sin()))
+        .collect();
+    let mask: Vec<bool> = (0..grid.len())
+        .map(|s| grid.is_interior(grid.node(s), 3))
+        .collect();
+    let mended = redistance(&grid, &distorted, &mask, REACH);
+    let mut worst: f64 = 0.0;
+    for s in 0..grid.len() {
+        if !mask[s] {
+            assert_eq!(mended[s], distorted[s]);
+        } else if exact[s].abs() < REACH {
+            worst = worst.max((mended[s] - exact[s]).abs());
+        } else {
+            assert!(mended[s] * exact[s] > 0.0 && mended[s].abs() >= REACH - 0.1);
+        }
+    }
+    assert!(worst < 1e-3, "{worst:e}");
+}
