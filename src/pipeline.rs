@@ -17,10 +17,12 @@ use crate::region::{
 };
 use crate::report::{FillReport, HoleOutcome, HoleReport, RegionReport};
 use crate::sdf::Sampler;
-use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, stitch, triangulate_loop};
+use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch, triangulate_loop};
 
 /// Loops of at most this many edges are triangulated without new vertices.
 const TRIVIAL_EDGES: usize = 4;
+/// Loops of at most this many edges are solved once only.
+const SMALL_EDGES: usize = 16;
 /// Most tries at a region.
 const MOST_TRIES: usize = 6;
 
@@ -443,7 +445,14 @@ impl Work<'_> {
     /// Solves and stitches, with a wider box or a finer grid where the first try fails.
     fn evolve(&self, group: &[usize]) -> RegionPatch {
         let mut tries: Vec<String> = Vec::new();
-        let mut next = Some(Try::default());
+        // A small rough hole is not worth a finer grid: its few edges say little about the surface.
+        let small = group
+            .iter()
+            .all(|&h| self.found.holes[h].edges <= SMALL_EDGES);
+        let mut next = Some(Try {
+            accept: small,
+            ..Try::default()
+        });
         let mut best: Option<(Patch, RegionReport)> = None;
         let mut last = RegionReport::default();
         while let Some(now) = next.take() {
@@ -634,6 +643,7 @@ impl Work<'_> {
             outcomes.push((h, outcome));
         }
         report.new_faces = patch.faces.len();
+        report.intersecting_faces = count_intersecting(&self.found.mesh, &[], &patch.faces);
         report.components = outcomes.len();
         RegionPatch {
             patch,
