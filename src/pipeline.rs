@@ -17,7 +17,9 @@ use crate::region::{
 };
 use crate::report::{FillReport, HoleOutcome, HoleReport, RegionReport};
 use crate::sdf::Sampler;
-use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch, triangulate_loop};
+use crate::stitch::{
+    Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch, triangulate_loop,
+};
 
 /// Loops of at most this many edges are triangulated without new vertices.
 const TRIVIAL_EDGES: usize = 4;
@@ -432,6 +434,11 @@ impl Work<'_> {
             self.evolve(group)
         };
         filled.report.holes = group.iter().map(|&h| self.found.holes[h].id).collect();
+        filled.report.bridge = self
+            .params
+            .bridge
+            .iter()
+            .any(|asked| asked.iter().any(|id| filled.report.holes.contains(id)));
         filled.report.seconds = clock.elapsed().as_secs_f64();
         filled
     }

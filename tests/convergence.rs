@@ -1,7 +1,7 @@
 //! The fill of exact surfaces: bounds on the error, and second order.
 
 use glam::DVec3;
-use isomend::flow::FlowSettings;
+use isomend::flow::{FlowSettings, Variant};
 use isomend::grid::Lattice;
 use isomend::region::{DistanceData, NestedSettings, NodeData, Start, solve_nested};
 use isomend::sdf::project_on_zero_set;
@@ -147,5 +147,40 @@ fn the_catenoid_and_the_inner_torus_converge_at_second_order() {
         );
         let order = (coarse.1 / fine.1).log2();
         assert!(order > 1.8, "{name}: order {order:.2}");
+    }
+}
+
+#[test]
+fn all_variants_end_in_the_same_surface() {
+    let shape = Shape {
+        distance: torus(1.0, 1.0),
+        radius: 1.0,
+    };
+    let voxel = 2.0 / 16.0;
+    let ends: Vec<f64> = [Variant::I, Variant::II, Variant::GaussNewton]
+        .into_iter()
+        .map(|variant| {
+            let settings = NestedSettings {
+                lattice: Lattice {
+                    origin: -DVec3::splat(17.0 * voxel),
+                    voxel,
+                },
+                dims: [35; 3],
+                refinements: 0,
+                stop_when_lost: false,
+                start: Start::Biharmonic,
+                flow: FlowSettings {
+                    variant,
+                    max_steps: 60,
+                    ..FlowSettings::default()
+                },
+            };
+            let solved = solve_nested(&shape, &settings, &|| true);
+            assert!(solved.converged(), "{variant:?}");
+            solved.reports[0].flow.energy_after
+        })
+        .collect();
+    for e in &ends {
+        assert!((e / ends[2] - 1.0).abs() < 1e-3, "{ends:?}");
     }
 }

@@ -6,11 +6,15 @@ use super::band::{Band, MARGIN, WIDTH};
 use super::coarse::hierarchy;
 use super::willmore::{Metric, WillmoreBand};
 use crate::grid::SparseGrid;
-use crate::linalg::{Jacobi, LinearOperator, Multigrid, MultigridCycle, conjugate_gradient};
+use crate::linalg::{
+    Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
+};
 use crate::sdf::redistance;
 
 /// How far out redistancing goes, in voxels.
 const REACH: f64 = WIDTH + MARGIN + 3.5;
+/// After so many steps single nodes that do not come to rest are let be.
+const LONG: usize = 8;
 /// κ is raised by doubling, up to this.
 const KAPPA_LIMIT: f64 = 16.0;
 
@@ -71,11 +75,13 @@ pub struct StepRecord {
 }
 
 impl StepRecord {
-    /// No node moves by more than the tolerance; or, where the data are rough and single nodes do not come to rest, none by
+    /// No node moves by more than the tolerance; or, after many steps, where the data are rough and single nodes do not come to rest, none by
     /// more than ten times as much and the surface as a whole by half of it.
-    fn is_steady(&self, tolerance: f64) -> bool {
+    fn is_steady(&self, tolerance: f64, steps: usize) -> bool {
         let calm = self.movement < tolerance
-            || (self.movement < 10.0 * tolerance && self.mean_movement < 0.5 * tolerance);
+            || (steps >= LONG
+                && self.movement < 10.0 * tolerance
+                && self.mean_movement < 0.5 * tolerance);
         calm && self.fraction > 0.9
     }
 }
@@ -162,11 +168,13 @@ pub fn relax(
         if !record.energy.is_finite() || !record.movement.is_finite() {
             break;
         }
-        if record.is_steady(settings.tolerance) {
+        // Small steps of a flow in time say nothing about rest.
+        let in_time = settings.time_step.is_finite();
+        if !in_time && record.is_steady(settings.tolerance, step + 1) {
             outcome.converged = true;
             break;
         }
-        if stuck(&outcome.steps) || stagnant(&outcome.steps) {
+        if stuck(&outcome.steps) || (!in_time && stagnant(&outcome.steps)) {
             break;
         }
         let grows = grows(&outcome.steps) || record.fraction == 0.0;
@@ -233,7 +241,8 @@ impl BandState {
         let at = self.energy.evaluate(&self.values);
         let metric = match settings.variant {
             Variant::GaussNewton => Metric::GaussNewton,
-            Variant::I | Variant::II => Metric::VariantTwo,
+            Variant::I => Metric::VariantOne,
+            Variant::II => Metric::VariantTwo,
         };
         let system = self
             .energy
@@ -246,6 +255,10 @@ impl BandState {
             .get_or_insert_with(|| hierarchy(grid, mask, band, &self.values, &system));
         let tolerance = settings.solver_tolerance;
         let solved = match coarse {
+            _ if !system.is_symmetric() => {
+                let scaling = Jacobi(system.jacobi());
+                bicgstab(&system, &scaling, &rhs, &mut d, tolerance, 1000)
+            }
             Some(coarse) => {
                 let cycle = MultigridCycle {
                     operator: &system,

@@ -22,6 +22,8 @@ const EPSILON: f64 = 1e-6;
 pub enum Metric {
     /// `L2 M⁻¹ L2`: Gauss-Newton.
     GaussNewton,
+    /// `L2 M⁻¹ L3`, nonsymmetric: variant I of the paper.
+    VariantOne,
     /// `L3 M⁻¹ L3`: variant II of the paper.
     VariantTwo,
 }
@@ -49,6 +51,8 @@ pub struct System<'a> {
     band: &'a Band,
     /// Stencil rows of L[P/|∇φ|] (or L[1/|∇φ|] for variant II).
     curvature: Vec<[f64; 27]>,
+    /// Stencil rows of the right factor where it is another than the left: L[1/|∇φ|] for variant I.
+    inner: Option<Vec<[f64; 27]>>,
     /// Stencil rows of ½ L1 + κ L[n⊗n].
     second: Vec<[f64; 27]>,
     /// χ/M on R, else 0.
@@ -193,10 +197,13 @@ impl WillmoreBand {
             .collect();
         let force: Vec<f64> = (0..n).map(|i| chi(phi[i]) * w[i]).collect();
         let gradient = self.gradient(phi, &rows, &w, &force, &at.mass);
-        let tangential: Vec<[f64; 27]> = rows.iter().map(|r| r.second).collect();
-        let (curvature, second) = match metric {
-            Metric::GaussNewton => (rows.iter().map(|r| r.curvature).collect(), tangential),
-            Metric::VariantTwo => (rows.iter().map(|r| r.full).collect(), tangential),
+        let second: Vec<[f64; 27]> = rows.iter().map(|r| r.second).collect();
+        let tangential_rows = || rows.iter().map(|r| r.curvature).collect();
+        let full_rows = || rows.iter().map(|r| r.full).collect();
+        let (curvature, inner) = match metric {
+            Metric::GaussNewton => (tangential_rows(), None),
+            Metric::VariantOne => (tangential_rows(), Some(full_rows())),
+            Metric::VariantTwo => (full_rows(), None),
         };
         let diagonal = (0..n)
             .map(|i| {
@@ -207,7 +214,7 @@ impl WillmoreBand {
                 }
             })
             .collect();
-        System::new(band, curvature, second, weight, diagonal, gradient)
+        System::new(band, curvature, second, weight, diagonal, gradient).with_inner(inner)
     }
 
     /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; the parts from L1 and κ come with the rows.
@@ -259,7 +266,7 @@ fn cell_residual(v: &[f64; 8]) -> ([f64; 8], f64) {
 struct Row {
     /// L[P/|∇φ|].
     curvature: [f64; 27],
-    /// L[1/|∇φ|]; only for variant II.
+    /// L[1/|∇φ|]; only for the paper's variants.
     full: [f64; 27],
     /// ½ L1 + κ L[n⊗n].
     second: [f64; 27],
@@ -335,7 +342,7 @@ fn assemble_row(touching: &[u32; 8], cells: &[CellFrame], kappa: f64, metric: Me
                 row_p[b] += vp[0] * shape[0][b] + vp[1] * shape[1][b] + vp[2] * shape[2][b];
                 row_s[b] += vn[0] * shape[0][b] + vn[1] * shape[1][b] + vn[2] * shape[2][b];
             }
-            if metric == Metric::VariantTwo {
+            if metric != Metric::GaussNewton {
                 for b in 0..8 {
                     row_full[b] +=
                         t * (da[0] * shape[0][b] + da[1] * shape[1][b] + da[2] * shape[2][b]);
@@ -390,6 +397,7 @@ impl<'a> System<'a> {
         Self {
             band,
             curvature,
+            inner: None,
             second,
             weight,
             diagonal,
@@ -400,6 +408,16 @@ impl<'a> System<'a> {
 }
 
 impl System<'_> {
+    fn with_inner(mut self, inner: Option<Vec<[f64; 27]>>) -> Self {
+        self.inner = inner;
+        self
+    }
+
+    /// Whether the system is symmetric: all but variant I are.
+    pub fn is_symmetric(&self) -> bool {
+        self.inner.is_none()
+    }
+
     /// `Pᵀ A P` for a prolongation `P` whose rows run over the band's nodes.
     pub fn galerkin(&self, p: &Csr) -> Csr {
         let n = self.weight.len();
@@ -443,14 +461,14 @@ impl LinearOperator for System<'_> {
         padded.extend_from_slice(x);
         padded.push(0.0);
         let mut t = vec![0.0; n + 1];
+        let inner = self.inner.as_ref().unwrap_or(&self.curvature);
         t[..n]
             .par_chunks_mut(CHUNK)
             .enumerate()
             .for_each(|(c, out)| {
                 for (i, o) in (c * CHUNK..).zip(out.iter_mut()) {
                     if self.weight[i] != 0.0 {
-                        *o = self.weight[i]
-                            * stencil(&self.curvature[i], &self.band.neighbours[i], &padded);
+                        *o = self.weight[i] * stencil(&inner[i], &self.band.neighbours[i], &padded);
                     }
                 }
             });

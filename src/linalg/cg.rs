@@ -39,7 +39,7 @@ pub struct CgOutcome {
     pub relative_residual: f64,
 }
 
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     if a.len() <= CHUNK {
         return a.iter().zip(b).map(|(x, y)| x * y).sum();
     }

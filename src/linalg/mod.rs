@@ -1,5 +1,6 @@
 //! Linear algebra that knows nothing of surfaces.
 
+mod bicgstab;
 mod cg;
 mod csr;
 mod dense;
@@ -7,6 +8,7 @@ mod multigrid;
 #[cfg(test)]
 mod tests;
 
+pub use bicgstab::bicgstab;
 pub use cg::{CgOutcome, Jacobi, LinearOperator, Preconditioner, conjugate_gradient};
 pub use csr::Csr;
 pub use dense::{Cholesky, solve_spd};

@@ -103,6 +103,9 @@ pub fn solve_nested(
             tolerance: settings.flow.tolerance * if last { 1.0 } else { 10.0 },
             max_steps: if last {
                 settings.flow.max_steps
+            } else if settings.flow.time_step.is_finite() {
+                // A flow in time runs on one grid, from the start.
+                0
             } else {
                 settings.flow.max_steps.min(COARSE_STEPS)
             },

@@ -43,6 +43,8 @@ pub struct RegionReport {
     pub id: usize,
     /// Numbers of its holes.
     pub holes: Vec<usize>,
+    /// Whether its holes were put together because the caller asked for a bridge.
+    pub bridge: bool,
     /// Diameter in the mesh's units.
     pub diameter: f64,
     /// Voxel size of the finest level in the mesh's units.

@@ -89,7 +89,7 @@ pub fn region_lines(r: &RegionReport) -> String {
     if r.intersecting_faces > 0 {
         line += &format!("; {} faces intersect others", r.intersecting_faces);
     }
-    if r.holes.len() > 1 && r.components > 1 {
+    if r.bridge && r.components > 1 {
         line += &format!("; the surface came out in {} separate caps", r.components);
     }
     line
