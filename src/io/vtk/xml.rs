@@ -224,9 +224,7 @@ fn file_encoding(tag: &BytesStart<'_>) -> Result<Encoding, IoError> {
 
 fn not_a_surface(kind: &str) -> IoError {
     let advice = match kind {
-        "ImageData" => {
-            "it is a volume: take its zero level with 'isomend surface', or give a surface"
-        }
+        "ImageData" => "it is a volume: extract its zero level as a surface first, and give that",
         "PPolyData" | "PUnstructuredGrid" | "PImageData" => {
             "it only names the files of its pieces: merge them into one .vtp"
         }
