@@ -346,8 +346,10 @@ fn the_voxel_size_the_edge_ratio_and_the_variant_are_used() {
     let report = desk.report(&["--voxel", "0.05", "--holes", "2"]);
     assert!(report["regions"][0]["voxel"].as_f64().unwrap() < 0.0501);
     let faces = |report: &Value| report["regions"][0]["new_faces"].as_u64().unwrap();
-    let coarse = desk.report(&["--edge-ratio", "1.5", "--holes", "1"]);
-    assert!(2 * faces(&coarse) < faces(&desk.report(&["--holes", "1"])));
+    let fine = desk.report(&["--edge-ratio", "0.4", "--holes", "1"]);
+    let usual = desk.report(&["--holes", "1"]);
+    let (fine, usual) = (faces(&fine), faces(&usual));
+    assert!(fine > 2 * usual, "{fine} and {usual} faces");
     let report = desk.report(&[
         "--variant",
         "II",
