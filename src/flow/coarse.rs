@@ -5,7 +5,7 @@
 //! follow by plain trilinear interpolation, all matrices by Galerkin products.
 
 use super::band::Band;
-use super::willmore::System;
+use super::system::System;
 use crate::grid::{NodeIndex, SparseGrid};
 use crate::linalg::{Csr, Multigrid};
 

@@ -8,9 +8,11 @@ mod coarse;
 mod element;
 mod start;
 mod steady;
+mod system;
 mod willmore;
 
 pub use band::{Band, dilate};
 pub use start::biharmonic_fill;
 pub use steady::{FlowOutcome, FlowSettings, StepRecord, Variant, relax};
-pub use willmore::{Evaluation, Metric, System, WillmoreBand};
+pub use system::System;
+pub use willmore::{Evaluation, Metric, WillmoreBand};

@@ -1,0 +1,345 @@
+//! The way of the data, from a mesh with holes to a mesh without.
+
+mod attempt;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::mesh::{Hole, Mesh, Topology, find_holes, welded};
+use crate::params::{FillParams, SurfaceKind, VoxelSize};
+use crate::region::group_holes;
+use crate::report::{FillReport, HoleOutcome, HoleReport};
+use crate::sdf::Sampler;
+use attempt::{RegionPatch, Work};
+
+/// Loops of at most this many edges are triangulated without new vertices.
+const TRIVIAL_EDGES: usize = 4;
+
+/// Why nothing could be filled.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FillError {
+    /// The mesh has no faces.
+    #[error("the mesh has no faces; there is nothing to fill")]
+    Empty,
+    /// A face refers to a vertex that is not there.
+    #[error("face {face} refers to vertex {vertex}, but there are only {count} vertices")]
+    Index {
+        /// The face, from 0.
+        face: usize,
+        /// The vertex.
+        vertex: u32,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// A position is not finite.
+    #[error("vertex {vertex} has a coordinate that is not a finite number; repair the file first")]
+    NotFinite {
+        /// The vertex, from 0.
+        vertex: usize,
+    },
+    /// A hole number that does not exist.
+    #[error("there is no hole {id}; the mesh has {count} (`isomend inspect` lists them)")]
+    NoSuchHole {
+        /// The number asked for.
+        id: usize,
+        /// Number of holes.
+        count: usize,
+    },
+    /// A parameter makes no sense.
+    #[error("{what}")]
+    Parameter {
+        /// What is wrong and what would be right.
+        what: String,
+    },
+    /// The caller asked to stop.
+    #[error("stopped before it was done; nothing was written")]
+    Cancelled,
+}
+
+/// Progress of a fill: regions done of all. It is called often, from several threads; return false to stop.
+pub type Progress<'a> = dyn Fn(usize, usize) -> bool + Sync + 'a;
+
+/// A filled mesh.
+#[derive(Clone, Debug)]
+pub struct Filled {
+    /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches. With
+    /// [`SurfaceKind::Whole`] the zero sets alone.
+    pub mesh: Mesh,
+    /// What was found and done.
+    pub report: FillReport,
+}
+
+/// What a mesh holds, without changing it.
+pub struct Inspection {
+    /// Its holes, the longest first.
+    pub holes: Vec<Hole>,
+    /// The welded mesh with faces turned to agree.
+    pub mesh: Mesh,
+    /// Its connectivity.
+    pub topology: Topology,
+    /// Boundary chains that do not close.
+    pub open_chains: usize,
+}
+
+/// Finds the pieces, holes and defects of a mesh.
+///
+/// # Errors
+/// When the mesh is empty, an index is out of range or a coordinate is not finite.
+pub fn inspect(mesh: &Mesh) -> Result<Inspection, FillError> {
+    validate(mesh)?;
+    let (mut mesh, duplicates) = welded(mesh);
+    let mut topology = Topology::new(&mut mesh);
+    topology.defects.duplicate_vertices = duplicates;
+    let (holes, open_chains) = find_holes(&mesh, &mut topology);
+    Ok(Inspection {
+        holes,
+        mesh,
+        topology,
+        open_chains,
+    })
+}
+
+/// Fills the holes of a mesh.
+///
+/// # Errors
+/// When the mesh or the parameters make no sense. A hole that cannot be filled is no error: the report says so.
+pub fn fill(mesh: &Mesh, params: &FillParams) -> Result<Filled, FillError> {
+    fill_with_progress(mesh, params, &|_, _| true)
+}
+
+/// [`fill`] with a callback that is told of progress and may stop it.
+///
+/// # Errors
+/// As [`fill`], and [`FillError::Cancelled`] when the callback returned false.
+pub fn fill_with_progress(
+    mesh: &Mesh,
+    params: &FillParams,
+    progress: &Progress,
+) -> Result<Filled, FillError> {
+    let clock = Instant::now();
+    check_params(params)?;
+    let found = inspect(mesh)?;
+    let (mut outcomes, chosen) = choose(&found, params)?;
+    let sampler = Sampler::new(&found.mesh, &found.topology);
+    let groups = groups(&found, &chosen, &mut outcomes, &bridges(&found, params)?);
+    let stop = AtomicBool::new(false);
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let keep_going = || {
+        if !progress(done.load(Ordering::Relaxed), groups.len()) {
+            stop.store(true, Ordering::Relaxed);
+        }
+        !stop.load(Ordering::Relaxed)
+    };
+    keep_going();
+    let work = Work {
+        found: &found,
+        sampler: &sampler,
+        params,
+        keep_going: &keep_going,
+    };
+    let patches: Vec<RegionPatch> = groups
+        .par_iter()
+        .map(|group| {
+            let patch = work.fill_region(group);
+            done.fetch_add(1, Ordering::Relaxed);
+            keep_going();
+            patch
+        })
+        .collect();
+    if stop.load(Ordering::Relaxed) {
+        return Err(FillError::Cancelled);
+    }
+    let mut report = FillReport {
+        vertices: mesh.positions.len(),
+        faces: mesh.faces.len(),
+        pieces: found.topology.piece_faces.len(),
+        defects: found.topology.defects,
+        open_chains: found.open_chains,
+        ..FillReport::default()
+    };
+    let mut out = match params.surface {
+        SurfaceKind::Stitched => mesh.clone(),
+        SurfaceKind::Whole => Mesh::default(),
+    };
+    let mut regions = vec![0; found.holes.len()];
+    for (i, mut patch) in patches.into_iter().enumerate() {
+        patch.report.id = i + 1;
+        for (h, outcome) in patch.outcomes {
+            outcomes[h] = outcome;
+            regions[h] = i + 1;
+        }
+        append(&mut out, mesh.positions.len(), &patch.patch, params.surface);
+        report.regions.push(patch.report);
+    }
+    report.holes = found
+        .holes
+        .into_iter()
+        .zip(outcomes)
+        .zip(regions)
+        .map(|((hole, outcome), region)| HoleReport {
+            hole,
+            outcome,
+            region,
+        })
+        .collect();
+    report.seconds = clock.elapsed().as_secs_f64();
+    Ok(Filled { mesh: out, report })
+}
+
+fn validate(mesh: &Mesh) -> Result<(), FillError> {
+    if mesh.faces.is_empty() {
+        return Err(FillError::Empty);
+    }
+    let count = mesh.positions.len();
+    for (face, f) in mesh.faces.iter().enumerate() {
+        if let Some(&vertex) = f.iter().find(|&&v| v as usize >= count) {
+            return Err(FillError::Index {
+                face,
+                vertex,
+                count,
+            });
+        }
+    }
+    match mesh.positions.iter().position(|p| !p.is_finite()) {
+        Some(vertex) => Err(FillError::NotFinite { vertex }),
+        None => Ok(()),
+    }
+}
+
+fn check_params(params: &FillParams) -> Result<(), FillError> {
+    let bad = |what: &str| {
+        Err(FillError::Parameter {
+            what: what.to_owned(),
+        })
+    };
+    if let VoxelSize::Length(v) = params.voxel
+        && !(v.is_finite() && v > 0.0)
+    {
+        return bad("the voxel size must be a positive length, or `auto`");
+    }
+    if !(params.edge_ratio.is_finite() && params.edge_ratio > 0.05 && params.edge_ratio < 20.0) {
+        return bad("the edge ratio must lie between 0.05 and 20");
+    }
+    if params.time_step.is_some_and(|t| t.is_nan() || t <= 0.0) {
+        return bad("the time step must be positive");
+    }
+    Ok(())
+}
+
+fn lookup(found: &Inspection, id: usize) -> Result<usize, FillError> {
+    let count = found.holes.len();
+    if id == 0 || id > count {
+        return Err(FillError::NoSuchHole { id, count });
+    }
+    Ok(id - 1)
+}
+
+fn bridges(found: &Inspection, params: &FillParams) -> Result<Vec<Vec<usize>>, FillError> {
+    params
+        .bridge
+        .iter()
+        .map(|group| group.iter().map(|&id| lookup(found, id)).collect())
+        .collect()
+}
+
+/// What becomes of each hole, and which are to be filled.
+fn choose(
+    found: &Inspection,
+    params: &FillParams,
+) -> Result<(Vec<HoleOutcome>, Vec<usize>), FillError> {
+    let listed = |ids: &[usize]| -> Result<Vec<usize>, FillError> {
+        ids.iter().map(|&id| lookup(found, id)).collect()
+    };
+    let asked = params.holes.as_deref().map(listed).transpose()?;
+    let kept = listed(&params.keep_open)?;
+    let bridged: Vec<usize> = bridges(found, params)?.concat();
+    let facing = facing_borders(found);
+    let (mut outcomes, mut chosen) = (Vec::new(), Vec::new());
+    for (i, hole) in found.holes.iter().enumerate() {
+        let wanted = asked.as_ref().is_some_and(|a| a.contains(&i)) || bridged.contains(&i);
+        let reason = if kept.contains(&i) {
+            Some("asked to keep it open".to_owned())
+        } else if wanted {
+            None
+        } else if asked.is_some() {
+            Some("not asked for".to_owned())
+        } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
+            Some("wider than the largest diameter asked for".to_owned())
+        } else if hole.outer_border && !facing.contains(&i) {
+            Some(format!(
+                "the outer border of an open sheet (fill it with --holes {})",
+                hole.id
+            ))
+        } else {
+            None
+        };
+        outcomes.push(match reason {
+            Some(reason) => HoleOutcome::Left(reason),
+            None => {
+                chosen.push(i);
+                HoleOutcome::Failed("not reached".to_owned())
+            }
+        });
+    }
+    Ok((outcomes, chosen))
+}
+
+/// Groups of holes for the regions. Trivial holes stand alone; crumbs go with the hole they lie in, or are left.
+fn groups(
+    found: &Inspection,
+    chosen: &[usize],
+    outcomes: &mut [HoleOutcome],
+    bridges: &[Vec<usize>],
+) -> Vec<Vec<usize>> {
+    let is_crumb = |h: usize| found.topology.piece_faces[found.holes[h].piece as usize] <= 2;
+    let is_trivial = |h: usize| found.holes[h].edges <= TRIVIAL_EDGES && !is_crumb(h);
+    let (trivial, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_trivial(h));
+    let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges);
+    groups.retain(|group| {
+        let crumbs_only = group.iter().all(|&h| is_crumb(h));
+        if crumbs_only {
+            for &h in group {
+                outcomes[h] =
+                    HoleOutcome::Left("the border of a crumb of one or two triangles".to_owned());
+            }
+        }
+        !crumbs_only
+    });
+    groups.extend(trivial.into_iter().map(|h| vec![h]));
+    groups
+}
+
+/// Outer borders that face another rim: islands in holes, sides of a gap.
+fn facing_borders(found: &Inspection) -> Vec<usize> {
+    let all: Vec<usize> = (0..found.holes.len()).collect();
+    if !found.holes.iter().any(|h| h.outer_border) {
+        return Vec::new();
+    }
+    group_holes(&found.mesh, &found.holes, &all, &[])
+        .into_iter()
+        .filter(|g| g.len() > 1)
+        .flatten()
+        .collect()
+}
+
+fn append(out: &mut Mesh, original: usize, patch: &Mesh, kind: SurfaceKind) {
+    let base = out.positions.len();
+    let shift = match kind {
+        SurfaceKind::Stitched => original,
+        SurfaceKind::Whole => 0,
+    };
+    out.positions.extend_from_slice(&patch.positions);
+    out.faces.extend(patch.faces.iter().map(|f| {
+        f.map(|v| {
+            if (v as usize) < shift {
+                v
+            } else {
+                (v as usize - shift + base) as u32
+            }
+        })
+    }));
+}
