@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::band::{Band, MARGIN, WIDTH};
 use super::coarse::hierarchy;
-use super::willmore::{Metric, WillmoreBand};
+use super::willmore::{Evaluation, Metric, WillmoreBand};
 use crate::grid::SparseGrid;
 use crate::linalg::{
     Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
@@ -150,6 +150,7 @@ pub fn relax(
                     band,
                     kappa: outcome.kappa,
                 },
+                at: None,
                 coarse: None,
             }
         });
@@ -163,7 +164,7 @@ pub fn relax(
             outcome.energy_before = willmore;
         }
         outcome.steps.push(record);
-        outcome.energy_after = now.energy.evaluate(&now.values).willmore;
+        outcome.energy_after = now.at.as_ref().map_or(willmore, |at| at.willmore);
         now.energy.band.scatter(&now.values, phi);
         if !record.energy.is_finite() || !record.movement.is_finite() {
             break;
@@ -227,6 +228,8 @@ struct BandState {
     values: Vec<f64>,
     /// How far each node has moved since the band was made.
     moved: Vec<f64>,
+    /// The evaluation at `values`, where it is known.
+    at: Option<Evaluation>,
     /// Coarse levels, made for the first step in this band; none where they could not be made.
     coarse: Option<Option<Multigrid>>,
 }
@@ -238,7 +241,10 @@ impl BandState {
         mask: &[bool],
         settings: &FlowSettings,
     ) -> (StepRecord, f64) {
-        let at = self.energy.evaluate(&self.values);
+        let at = self
+            .at
+            .take()
+            .unwrap_or_else(|| self.energy.evaluate(&self.values));
         let metric = match settings.variant {
             Variant::GaussNewton => Metric::GaussNewton,
             Variant::I => Metric::VariantOne,
@@ -282,35 +288,39 @@ impl BandState {
             d.iter_mut().for_each(|x| *x /= top);
         }
         let slope = slope_of(&d);
-        let fraction = self.search(&d, at.energy, slope);
+        let (energy, willmore) = (at.energy, at.willmore);
+        let fraction = self.search(&d, at, slope);
         let record = StepRecord {
-            energy: at.energy,
+            energy,
             movement,
             mean_movement,
             fraction,
             iterations: solved.iterations,
         };
-        (record, at.willmore)
+        (record, willmore)
     }
 
     /// Halves the step until the energy falls (Armijo), and takes it; zero where it does not.
-    fn search(&mut self, d: &[f64], energy: f64, slope: f64) -> f64 {
+    fn search(&mut self, d: &[f64], at: Evaluation, slope: f64) -> f64 {
         let mut fraction = 1.0;
         let mut trial = self.values.clone();
-        let mut falls = false;
+        let mut reached = None;
         for _ in 0..8 {
             for (t, (v, d)) in trial.iter_mut().zip(self.values.iter().zip(d)) {
                 *t = v + fraction * d;
             }
-            falls = self.energy.evaluate(&trial).energy <= energy + 1e-4 * fraction * slope;
-            if falls {
+            let there = self.energy.evaluate(&trial);
+            if there.energy <= at.energy + 1e-4 * fraction * slope {
+                reached = Some(there);
                 break;
             }
             fraction *= 0.5;
         }
-        if !falls {
+        if reached.is_none() {
+            self.at = Some(at);
             return 0.0;
         }
+        self.at = reached;
         for (m, d) in self.moved.iter_mut().zip(d) {
             *m += fraction * d;
         }
