@@ -15,6 +15,12 @@ use crate::sdf::redistance;
 const REACH: f64 = WIDTH + MARGIN + 3.5;
 /// After so many steps single nodes that do not come to rest are let be.
 const LONG: usize = 8;
+/// Then a surface that moves by less than this on average (root mean square, in voxels) is steady once its energy falls by
+/// no more than this part in three steps: what is left is the roughness of the data.
+const ROUGH_MOVEMENT: f64 = 0.01;
+const ROUGH_FALL: f64 = 5e-3;
+/// Redistancing may multiply the energy by no more than this.
+const LEAP: f64 = 4.0;
 /// κ is raised by doubling, up to this.
 const KAPPA_LIMIT: f64 = 16.0;
 
@@ -38,11 +44,13 @@ pub struct FlowSettings {
     pub time_step: f64,
     /// Most steps to take.
     pub max_steps: usize,
-    /// Converged when no node within one voxel of the surface moves by more than this, in voxels.
+    /// Converged when no node within one voxel of the surface moves by more than this, in voxels; or, on rough data, once
+    /// the surface hardly moves and its energy has settled.
     pub tolerance: f64,
-    /// Relative residual of the linear solves.
+    /// Relative error of the linear solves (relative residual, for the variants that are not preconditioned by multigrid).
     pub solver_tolerance: f64,
-    /// Weight κ of the eikonal term to begin with.
+    /// Weight κ of the eikonal term to begin with; on nested grids that of the finest, half of it on the next, but at
+    /// least 1. It should grow with the number of voxels across: with 1 the surface drifts on fine grids.
     pub kappa: f64,
 }
 
@@ -53,7 +61,7 @@ impl Default for FlowSettings {
             time_step: f64::INFINITY,
             max_steps: 20,
             tolerance: 1e-3,
-            solver_tolerance: 3e-3,
+            solver_tolerance: 1e-2,
             kappa: 1.0,
         }
     }
@@ -140,20 +148,19 @@ pub fn relax(
         if !keep_going() {
             break;
         }
-        let mut now = state.take().unwrap_or_else(|| {
-            *phi = redistance(grid, phi, mask, REACH);
-            let band = Band::new(grid, phi, mask);
-            BandState {
-                values: band.gather(phi),
-                moved: vec![0.0; band.slots.len()],
-                energy: WillmoreBand {
-                    band,
-                    kappa: outcome.kappa,
-                },
-                at: None,
-                coarse: None,
+        let mut now = match state.take() {
+            Some(now) => now,
+            None => {
+                let distances = redistance(grid, phi, mask, REACH);
+                let next =
+                    BandState::new(Band::new(grid, &distances, mask), &distances, outcome.kappa);
+                if outcome.steps.last().is_some_and(|s| next.leaps(s.energy)) {
+                    break;
+                }
+                *phi = distances;
+                next
             }
-        });
+        };
         outcome.unknowns = now.energy.band.unknowns;
         if outcome.unknowns == 0 {
             outcome.converged = true;
@@ -171,7 +178,7 @@ pub fn relax(
         }
         // Small steps of a flow in time say nothing about rest.
         let in_time = settings.time_step.is_finite();
-        if !in_time && record.is_steady(settings.tolerance, step + 1) {
+        if !in_time && (record.is_steady(settings.tolerance, step + 1) || settled(&outcome.steps)) {
             outcome.converged = true;
             break;
         }
@@ -200,6 +207,16 @@ fn stuck(steps: &[StepRecord]) -> bool {
     last(3).is_some_and(|l| l.iter().all(|s| s.fraction == 0.0))
         || last(3).is_some_and(|l| l.iter().all(|s| s.movement > 5.0))
         || last(5).is_some_and(|l| l.iter().all(|s| s.movement > 1.0))
+}
+
+/// Late in the run the surface hardly moves and its energy has all but stopped falling.
+fn settled(steps: &[StepRecord]) -> bool {
+    let n = steps.len();
+    if n < LONG || steps[n - 1].mean_movement > ROUGH_MOVEMENT {
+        return false;
+    }
+    let (before, now) = (steps[n - 4].energy, steps[n - 1].energy);
+    now <= before && before - now < ROUGH_FALL * before
 }
 
 /// The energy has not changed by a five-hundredth over five steps, late in the run.
@@ -237,6 +254,27 @@ struct BandState {
 }
 
 impl BandState {
+    fn new(band: Band, phi: &[f64], kappa: f64) -> Self {
+        let values = band.gather(phi);
+        let moved = vec![0.0; values.len()];
+        let energy = WillmoreBand { band, kappa };
+        let at = Some(energy.evaluate(&values));
+        Self {
+            energy,
+            values,
+            moved,
+            at,
+            coarse: None,
+        }
+    }
+
+    /// Whether redistancing has torn the surface: its energy is many times what it was.
+    fn leaps(&self, before: f64) -> bool {
+        self.at
+            .as_ref()
+            .is_some_and(|at| at.willmore.is_nan() || at.willmore > LEAP * before)
+    }
+
     fn step(
         &mut self,
         grid: &SparseGrid,

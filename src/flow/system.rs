@@ -72,7 +72,7 @@ struct Scratch {
     single: Vec<f32>,
 }
 
-/// The linear system of one step. Its vectors run over the positions of the band's [`Layout`].
+/// The linear system of one step. Its vectors run over the positions of the band's layout.
 pub struct System<'a> {
     layout: &'a Layout,
     /// L[P/|∇φ|] (or L[1/|∇φ|] for variant II).
@@ -197,7 +197,7 @@ impl<'a> System<'a> {
                 }
             }
         };
-        each_chunk(t, &first);
+        each_chunk(t, first);
         let t = &t[..];
         let second = |(c, out): (usize, &mut [T])| {
             out.fill(T::ZERO);
@@ -211,12 +211,12 @@ impl<'a> System<'a> {
                 }
             }
         };
-        each_chunk(y, &second);
+        each_chunk(y, second);
     }
 }
 
 /// Runs over the chunks of a vector, in parallel where there are more than two.
-fn each_chunk<T: Real>(vector: &mut [T], run: &(dyn Fn((usize, &mut [T])) + Sync)) {
+fn each_chunk<T: Real>(vector: &mut [T], run: impl Fn((usize, &mut [T])) + Sync + Send) {
     if vector.len() <= 2 * CHUNK {
         vector.chunks_mut(CHUNK).enumerate().for_each(run);
     } else {

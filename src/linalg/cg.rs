@@ -24,6 +24,11 @@ pub trait LinearOperator: Sync {
 pub trait Preconditioner: Sync {
     /// `z ≈ A⁻¹ r`.
     fn apply(&self, r: &[f64], z: &mut [f64]);
+    /// Whether `z` is good enough an approximation to tell the error of a solution from its residual. Solvers then stop by
+    /// that: where eigenvalues spread over many orders, a small residual may hide a large smooth error.
+    fn estimates_error(&self) -> bool {
+        false
+    }
 }
 
 /// Scaling by the diagonal.
@@ -58,8 +63,9 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     partial.iter().sum()
 }
 
-/// Solves `A x = b` from the given `x` until the residual has fallen to `tolerance` times `b`, in at most
-/// `max_iterations` (Hestenes and Stiefel 1952). Stops early where the operator shows no positive curvature.
+/// Solves `A x = b` from the given `x` until the residual has fallen to `tolerance` times `b`, or where the preconditioner
+/// estimates the error, that to `tolerance` times `x`; in at most `max_iterations` (Hestenes and Stiefel 1952). Stops early
+/// where the operator shows no positive curvature.
 pub fn conjugate_gradient(
     operator: &impl LinearOperator,
     preconditioner: &dyn Preconditioner,
@@ -84,7 +90,15 @@ pub fn conjugate_gradient(
     let mut rr = dot(&r, &r);
     let goal = tolerance * tolerance * reference;
     let mut iterations = 0;
-    while iterations < max_iterations && rr > goal && rz > 0.0 {
+    let by_error = preconditioner.estimates_error();
+    let reached = |rr: f64, z: &[f64], x: &[f64]| {
+        if by_error {
+            dot(z, z) <= tolerance * tolerance * dot(x, x)
+        } else {
+            rr <= goal
+        }
+    };
+    while iterations < max_iterations && rz > 0.0 && !reached(rr, &z, x) {
         operator.apply(&p, &mut q);
         let curvature = dot(&p, &q);
         if curvature <= 0.0 || !curvature.is_finite() {

@@ -353,6 +353,10 @@ impl<'a, A: LinearOperator> MultigridCycle<'a, A> {
 }
 
 impl<A: LinearOperator> Preconditioner for MultigridCycle<'_, A> {
+    fn estimates_error(&self) -> bool {
+        true
+    }
+
     fn apply(&self, r: &[f64], z: &mut [f64]) {
         let coarse = self.coarse;
         let apply = |x: &[f32], y: &mut [f32]| self.operator.apply_single(x, y);

@@ -93,13 +93,10 @@ impl<'a> MeshData<'a> {
     }
 }
 
-impl DistanceData for MeshData<'_> {
-    fn sample(&self, x: DVec3, limit: f64) -> NodeData {
-        let sample = self
-            .sampler
-            .sample(&self.rims, x, limit)
-            .or_else(|| self.sampler.sample(&self.rims, x, f64::INFINITY));
-        match sample {
+impl MeshData<'_> {
+    fn node(&self, x: DVec3, limit: f64, rough: bool) -> NodeData {
+        let sample = |limit| self.sampler.sample(&self.rims, x, limit, rough);
+        match sample(limit).or_else(|| sample(f64::INFINITY)) {
             Some(s) => NodeData {
                 signed: s.signed,
                 distance: s.distance,
@@ -111,6 +108,16 @@ impl DistanceData for MeshData<'_> {
                 free: false,
             },
         }
+    }
+}
+
+impl DistanceData for MeshData<'_> {
+    fn sample(&self, x: DVec3, limit: f64) -> NodeData {
+        self.node(x, limit, false)
+    }
+
+    fn sample_roughly(&self, x: DVec3, limit: f64) -> NodeData {
+        self.node(x, limit, true)
     }
 
     fn guess(&self, x: DVec3) -> Option<f64> {

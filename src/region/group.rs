@@ -25,6 +25,9 @@ const ACROSS_LIMIT: f64 = 160.0;
 /// Free space round the rims: this part of the diameter, and this many coarse voxels.
 const MARGIN_PART: f64 = 0.5;
 const MARGIN_NODES: f64 = 7.0;
+/// Less where the rims themselves reach far: by this part of their extent, to this part of the diameter.
+const MARGIN_TAKEN: f64 = 0.35;
+const LEAST_MARGIN: f64 = 0.15;
 
 /// Holes that are filled together on one lattice.
 #[derive(Clone, Debug)]
@@ -220,7 +223,10 @@ impl Region {
             high = high.max(mesh.positions[*v as usize]);
         }
         let widest = chosen().map(|h| h.width).fold(0.25 * diameter, f64::max);
-        let margin = growth * MARGIN_PART * widest + MARGIN_NODES * coarse;
+        // Along a rim that is wide already the surface bulges less far beyond it.
+        let bulge = (MARGIN_PART * widest - MARGIN_TAKEN * (high - low))
+            .max(DVec3::splat(LEAST_MARGIN * widest));
+        let margin = growth * bulge + MARGIN_NODES * coarse;
         let nodes = ((high - low + 2.0 * margin) / coarse).ceil() + 1.0;
         let dims = [nodes.x, nodes.y, nodes.z].map(|n| (n as i32).div_ceil_block());
         let size = DVec3::from_array(dims.map(|d| f64::from(d - 1))) * coarse;

@@ -28,6 +28,10 @@ pub struct NodeData {
 pub trait DistanceData: Sync {
     /// The data at `x`; `limit` is an upper bound of the distance, infinite where none is known.
     fn sample(&self, x: DVec3, limit: f64) -> NodeData;
+    /// The same, but the sign at a free point may be wrong: the start of the flow gives it another value.
+    fn sample_roughly(&self, x: DVec3, limit: f64) -> NodeData {
+        self.sample(x, limit)
+    }
     /// Whether `x` is close enough to a hole for the rule of thin parts.
     fn near_hole(&self, x: DVec3) -> bool;
     /// A first guess of the signed distance at a free point, from a triangulation of the holes; none where there is none.
@@ -54,7 +58,7 @@ impl Level {
     /// The coarsest level: every node of a box of `dims` nodes.
     pub fn coarsest(lattice: Lattice, dims: NodeIndex, data: &dyn DistanceData) -> Self {
         let grid = SparseGrid::new(dims, |_| true);
-        let (phi, mask) = fill(&lattice, &grid, data, &|_| None);
+        let (phi, mask) = fill(&lattice, &grid, data, true, &|_| None);
         Self {
             lattice,
             grid,
@@ -99,7 +103,7 @@ impl Level {
             let value = self.prolong(n)?;
             self.grid.slot(c).is_some_and(|s| deep[s]).then_some(value)
         };
-        let (mut phi, mask) = fill(&lattice, &grid, data, &known_free);
+        let (mut phi, mask) = fill(&lattice, &grid, data, false, &known_free);
         for s in 0..grid.len() {
             if mask[s]
                 && let Some(v) = self.prolong(grid.node(s))
@@ -143,11 +147,13 @@ impl Level {
     }
 }
 
-/// φ and mask of a grid; `known_free` gives the value of nodes that need no query.
+/// φ and mask of a grid; `known_free` gives the value of nodes that need no query, `rough` allows the sign of free nodes to
+/// be wrong.
 fn fill(
     lattice: &Lattice,
     grid: &SparseGrid,
     data: &dyn DistanceData,
+    rough: bool,
     known_free: &(dyn Fn(NodeIndex) -> Option<f64> + Sync),
 ) -> (Vec<f64>, Vec<bool>) {
     let per_block = (BLOCK * BLOCK * BLOCK) as usize;
@@ -166,10 +172,15 @@ fn fill(
                     let limit = last.map_or(f64::INFINITY, |(y, d)| {
                         (d + x.distance(y)) * (1.0 + 1e-9) + 1e-9 * lattice.voxel
                     });
-                    let s = data.sample(x, limit);
+                    let interior = grid.is_interior(n, BORDER);
+                    let s = if rough && interior {
+                        data.sample_roughly(x, limit)
+                    } else {
+                        data.sample(x, limit)
+                    };
                     last = Some((x, s.distance));
                     let deep = s.distance > DEEP * lattice.voxel && data.near_hole(x);
-                    let free = (s.free || deep) && grid.is_interior(n, BORDER);
+                    let free = (s.free || deep) && interior;
                     (s.signed / lattice.voxel, free)
                 })
                 .collect()

@@ -10,7 +10,8 @@ use crate::grid::{Lattice, NodeIndex};
 
 /// Most steps on a coarser level.
 const COARSE_STEPS: usize = 14;
-/// A level is lost when its last step still moved the surface by more than this, in voxels, and beyond hope by more than that.
+/// A level is lost when its last step still moved the surface by more than this, in voxels, and beyond hope when its last
+/// three did by more than that.
 const LOST: f64 = 0.1;
 const HOPELESS: f64 = 4.0;
 
@@ -70,22 +71,26 @@ impl Solved {
 
     /// Whether the last level was far from steady when its steps ran out.
     pub fn lost(&self) -> bool {
-        self.reports
-            .last()
-            .is_none_or(|r| ended_above(&r.flow, LOST))
+        self.reports.last().is_none_or(|r| is_lost(&r.flow))
     }
 
     /// Whether the last level was so far from steady that its zero set means nothing: its data contradict each other.
     pub fn hopeless(&self) -> bool {
-        self.reports
-            .last()
-            .is_none_or(|r| ended_above(&r.flow, HOPELESS))
+        self.reports.last().is_none_or(|r| is_hopeless(&r.flow))
     }
 }
 
-fn ended_above(flow: &FlowOutcome, movement: f64) -> bool {
-    let calm = |m: f64| m <= movement;
-    !flow.converged && flow.steps.last().is_some_and(|s| !calm(s.movement))
+fn is_lost(flow: &FlowOutcome) -> bool {
+    !flow.converged
+        && flow
+            .steps
+            .last()
+            .is_some_and(|s| s.movement.is_nan() || s.movement > LOST)
+}
+
+fn is_hopeless(flow: &FlowOutcome) -> bool {
+    let last = &flow.steps[flow.steps.len().saturating_sub(3)..];
+    !flow.converged && !last.iter().any(|s| s.movement <= HOPELESS)
 }
 
 /// Solves on each level in turn; `keep_going` may end it early.
@@ -111,7 +116,9 @@ pub fn solve_nested(
         }
         // A coarser level is only a start for the next.
         let last = refinement == settings.refinements;
+        let coarser = (settings.refinements - refinement) as i32;
         let flow_settings = FlowSettings {
+            kappa: (settings.flow.kappa * 0.5f64.powi(coarser)).max(settings.flow.kappa.min(1.0)),
             tolerance: settings.flow.tolerance * if last { 1.0 } else { 10.0 },
             max_steps: if last {
                 settings.flow.max_steps
@@ -130,12 +137,7 @@ pub fn solve_nested(
             &flow_settings,
             keep_going,
         );
-        let limit = if settings.stop_when_lost {
-            LOST
-        } else {
-            HOPELESS
-        };
-        let lost = !last && ended_above(&flow, limit);
+        let lost = !last && (is_hopeless(&flow) || settings.stop_when_lost && is_lost(&flow));
         reports.push(LevelReport {
             voxel: level.lattice.voxel,
             nodes: level.grid.len(),

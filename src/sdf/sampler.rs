@@ -121,10 +121,17 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Samples the distance at `x`; `limit` is an upper bound of the distance that the caller knows.
-    pub fn sample(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<DistanceSample> {
+    /// Samples the distance at `x`; `limit` is an upper bound of the distance that the caller knows. With `rough` the sign is
+    /// that of the nearest face's side where a rim is nearest, which is cheap but often wrong.
+    pub fn sample(
+        &self,
+        rims: &RimSet,
+        x: DVec3,
+        limit: f64,
+        rough: bool,
+    ) -> Option<DistanceSample> {
         let (closest, on_rim) = self.closest(rims, x, limit)?;
-        let sign = if on_rim && rims.closed {
+        let sign = if on_rim && rims.closed && !rough {
             if self.winding.winding_number(&self.bvh, x) > 0.5 {
                 -1.0
             } else {

@@ -29,7 +29,7 @@ fn sphere_errors(levels: usize) -> (f64, f64) {
         for distance in [-2.0, -0.1, 0.0, 0.3, 3.0].map(|t| t * edge) {
             let x = (1.0 + distance) * d;
             let sample = sampler
-                .sample(&rims, x, f64::INFINITY)
+                .sample(&rims, x, f64::INFINITY, false)
                 .expect("a closest point");
             assert!(!sample.on_rim);
             smooth = smooth.max((sample.signed - distance).abs() / edge);
