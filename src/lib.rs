@@ -75,6 +75,7 @@ pub mod report;
 pub mod sdf;
 pub mod spatial;
 pub mod stitch;
+pub mod study;
 
 pub use glam;
 pub use mesh::Mesh;
