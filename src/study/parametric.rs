@@ -5,9 +5,10 @@
 //!
 //! `∫ y·ψ + ∫ ∇x:∇ψ = ∫_∂Γ μ·ψ`, `∫ ∂t x·ψ = ∫ (2 n⊗n − E) ∇y:∇ψ − ½ ∫ |y|² ∇x:∇ψ`.
 //!
-//! A step is semi-implicit and in increments: with `L1 = L[|y|²]`, `(M + τ/2 L1 + τ S M⁻¹ S) δ = τ F(x, y)` on the free
-//! vertices, for each coordinate; the implicit part stands for the normal part of y, as in variant II of the level set
-//! flow, so that the system is symmetric.
+//! Vertices move along their normals ν only, ψ and δ being multiples of ν: the tangential part of the motion changes the
+//! mesh, not the surface, and left free it spoils the mesh in the end. A step is semi-implicit and in increments: with
+//! `L1 = L[|y|²]`, `Nᵀ(M + τ/2 L1 + τ S M⁻¹ S)N s = τ Nᵀ F(x, y)`, `δ = N s`, `(N s)_i = s_i ν_i`, on the free vertices.
+//! For δ along the normal `2 n⊗n − E` is the identity, so the system is symmetric, as variant II of the level set flow.
 
 use glam::DVec3;
 
@@ -34,7 +35,7 @@ pub struct ParametricStep {
     pub energy: f64,
     /// Longest way of a vertex.
     pub movement: f64,
-    /// Iterations of the linear solver, the three coordinates together.
+    /// Iterations of the linear solver.
     pub iterations: usize,
 }
 
@@ -43,6 +44,7 @@ struct Geometry {
     /// `∫ ∇ψa·∇ψb` for (a, b) = (0, 1), (1, 2), (2, 0).
     cotangents: Vec<[f64; 3]>,
     normals: Vec<DVec3>,
+    areas: Vec<f64>,
     mass: Vec<f64>,
 }
 
@@ -107,24 +109,31 @@ impl ParametricFlow {
             .collect();
         let weighted = self.matrix(&weighted);
         let force = self.force(&geometry, &y, &weighted);
-        let system = System::new(&self.free, &geometry.mass, stiffness, weighted, self.tau);
-        let (mut iterations, mut way) = (0, vec![DVec3::ZERO; y.len()]);
-        for k in 0..3 {
-            let b: Vec<f64> = force.iter().map(|f| self.tau * f[k]).collect();
-            let mut x = vec![0.0; b.len()];
-            let scaling = Jacobi(system.jacobi());
-            let end = conjugate_gradient(&system, &scaling, &b, &mut x, 1e-8, 2000);
-            iterations += end.iterations;
-            way.iter_mut().zip(&x).for_each(|(w, x)| w[k] = *x);
-        }
-        let energy = energy_of(&y, &geometry.mass);
-        for (p, w) in self.mesh.positions.iter_mut().zip(&way) {
-            *p += *w;
+        let normals = self.vertex_normals(&geometry);
+        let b: Vec<f64> = force
+            .iter()
+            .zip(&normals)
+            .map(|(f, n)| self.tau * f.dot(*n))
+            .collect();
+        let system = System {
+            jacobi: jacobi(&self.free, &geometry.mass, &stiffness, &weighted, self.tau),
+            free: &self.free,
+            mass: &geometry.mass,
+            normals: &normals,
+            stiffness,
+            weighted,
+            tau: self.tau,
+        };
+        let mut way = vec![0.0; b.len()];
+        let scaling = Jacobi(system.jacobi());
+        let end = conjugate_gradient(&system, &scaling, &b, &mut way, 1e-7, 2000);
+        for ((p, w), n) in self.mesh.positions.iter_mut().zip(&way).zip(&normals) {
+            *p += *w * *n;
         }
         ParametricStep {
-            energy,
-            movement: way.iter().fold(0.0, |m, w| m.max(w.length())),
-            iterations,
+            energy: energy_of(&y, &geometry.mass),
+            movement: way.iter().fold(0.0, |m, w| m.max(w.abs())),
+            iterations: end.iterations,
         }
     }
 
@@ -132,6 +141,7 @@ impl ParametricFlow {
         let mut geometry = Geometry {
             cotangents: Vec::with_capacity(self.mesh.faces.len()),
             normals: Vec::with_capacity(self.mesh.faces.len()),
+            areas: Vec::with_capacity(self.mesh.faces.len()),
             mass: vec![0.0; self.mesh.positions.len()],
         };
         for face in &self.mesh.faces {
@@ -148,8 +158,24 @@ impl ParametricFlow {
                 .cotangents
                 .push([entry(0, 1, 2), entry(1, 2, 0), entry(2, 0, 1)]);
             geometry.normals.push(normal.normalize_or_zero());
+            geometry.areas.push(0.5 * twice);
         }
         geometry
+    }
+
+    /// Unit normals of the vertices, faces weighted by their area.
+    fn vertex_normals(&self, geometry: &Geometry) -> Vec<DVec3> {
+        let mut sums = vec![DVec3::ZERO; self.fans.len()];
+        for ((face, n), area) in self
+            .mesh
+            .faces
+            .iter()
+            .zip(&geometry.normals)
+            .zip(&geometry.areas)
+        {
+            face.iter().for_each(|&v| sums[v as usize] += *area * *n);
+        }
+        sums.into_iter().map(DVec3::normalize_or_zero).collect()
     }
 
     /// The matrix whose face entries off the diagonal are given, its rows summing to zero.
@@ -221,56 +247,46 @@ fn energy_of(y: &[DVec3], mass: &[f64]) -> f64 {
         .sum::<f64>()
 }
 
-/// `M + τ/2 L1 + τ S M⁻¹ S` on the free vertices.
+/// `Nᵀ (M + τ/2 L1 + τ S M⁻¹ S) N` on the free vertices.
 struct System<'a> {
     free: &'a [bool],
     mass: &'a [f64],
+    normals: &'a [DVec3],
     stiffness: Csr,
     weighted: Csr,
     tau: f64,
     jacobi: Vec<f64>,
 }
 
-impl<'a> System<'a> {
-    fn new(free: &'a [bool], mass: &'a [f64], stiffness: Csr, weighted: Csr, tau: f64) -> Self {
-        let second = weighted.diagonal();
-        let jacobi = (0..mass.len())
-            .map(|i| {
-                let square: f64 = stiffness
-                    .row(i)
-                    .map(|(j, s)| s * s / mass[j as usize])
-                    .sum();
-                if free[i] {
-                    1.0 / (mass[i] + tau * (0.5 * second[i] + square))
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        Self {
-            free,
-            mass,
-            stiffness,
-            weighted,
-            tau,
-            jacobi,
-        }
-    }
+/// The inverse of the diagonal; unit normals do not show in it.
+fn jacobi(free: &[bool], mass: &[f64], stiffness: &Csr, weighted: &Csr, tau: f64) -> Vec<f64> {
+    let second = weighted.diagonal();
+    (0..mass.len())
+        .map(|i| {
+            let squares = stiffness.row(i).map(|(j, s)| s * s / mass[j as usize]);
+            let d = mass[i] + tau * (0.5 * second[i] + squares.sum::<f64>());
+            if free[i] { 1.0 / d } else { 0.0 }
+        })
+        .collect()
 }
 
 impl LinearOperator for System<'_> {
     fn apply(&self, x: &[f64], y: &mut [f64]) {
-        let (mut bent, mut back) = (vec![0.0; x.len()], vec![0.0; x.len()]);
-        self.stiffness.apply(x, &mut bent);
-        bent.iter_mut().zip(self.mass).for_each(|(b, m)| *b /= m);
-        self.stiffness.apply(&bent, &mut back);
-        self.weighted.apply(x, y);
-        for i in 0..x.len() {
-            y[i] = if self.free[i] {
-                self.mass[i] * x[i] + self.tau * (0.5 * y[i] + back[i])
-            } else {
-                0.0
-            };
+        let n = x.len();
+        let (mut bent, mut back, mut pull) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+        y.fill(0.0);
+        for k in 0..3 {
+            let part: Vec<f64> = x.iter().zip(self.normals).map(|(x, n)| x * n[k]).collect();
+            self.stiffness.apply(&part, &mut bent);
+            bent.iter_mut().zip(self.mass).for_each(|(b, m)| *b /= m);
+            self.stiffness.apply(&bent, &mut back);
+            self.weighted.apply(&part, &mut pull);
+            for i in 0..n {
+                if self.free[i] {
+                    let sum = self.mass[i] * part[i] + self.tau * (0.5 * pull[i] + back[i]);
+                    y[i] += self.normals[i][k] * sum;
+                }
+            }
         }
     }
 

