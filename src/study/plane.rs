@@ -89,18 +89,17 @@ impl PlaneEnergy {
 
     /// The energy of φ.
     pub fn energy(&self, phi: &[f64]) -> f64 {
-        let (w, mass, ..) = self.curvature(phi);
-        energy_of(&w, &mass)
+        self.curvature(phi).energy()
     }
 
     /// Everything a step needs at φ.
     pub fn linearise(&self, phi: &[f64]) -> Linearisation {
-        let (w, mass, inverse_mass, full, tangential) = self.curvature(phi);
-        let weighted = self.weighted(phi, &w);
+        let curvature = self.curvature(phi);
+        let weighted = self.weighted(phi, &curvature.w);
         let mut gradient = vec![0.0; phi.len()];
         let mut bent = vec![0.0; phi.len()];
         weighted.apply(phi, &mut gradient);
-        tangential.apply(&w, &mut bent);
+        curvature.tangential.apply(&curvature.w, &mut bent);
         for (i, g) in gradient.iter_mut().enumerate() {
             *g = if self.free[i] {
                 0.5 * *g + bent[i]
@@ -109,12 +108,12 @@ impl PlaneEnergy {
             };
         }
         Linearisation {
-            energy: energy_of(&w, &mass),
+            energy: curvature.energy(),
             gradient,
-            mass,
-            inverse_mass,
-            full,
-            tangential,
+            mass: curvature.mass,
+            inverse_mass: curvature.inverse_mass,
+            full: curvature.full,
+            tangential: curvature.tangential,
             weighted,
         }
     }
@@ -127,9 +126,7 @@ impl PlaneEnergy {
         shape.gradient_of(v).map(|x| x / self.grid.h())
     }
 
-    /// w, M, M⁻¹, L3 and L2.
-    #[allow(clippy::type_complexity)]
-    fn curvature(&self, phi: &[f64]) -> (Vec<f64>, Vec<f64>, Vec<f64>, Stencils, Stencils) {
+    fn curvature(&self, phi: &[f64]) -> Curvature {
         let grid = &self.grid;
         let (mut full, mut tangential) = (Stencils::zero(grid), Stencils::zero(grid));
         let mut mass = vec![0.0; phi.len()];
@@ -163,7 +160,13 @@ impl PlaneEnergy {
         for (i, w) in w.iter_mut().enumerate() {
             *w = (*w - self.load[i]) * inverse_mass[i];
         }
-        (w, mass, inverse_mass, full, tangential)
+        Curvature {
+            w,
+            mass,
+            inverse_mass,
+            full,
+            tangential,
+        }
     }
 
     /// L1.
@@ -197,8 +200,22 @@ impl PlaneEnergy {
     }
 }
 
-fn energy_of(w: &[f64], mass: &[f64]) -> f64 {
-    0.5 * w.iter().zip(mass).map(|(w, m)| m * w * w).sum::<f64>()
+/// The weak curvature of φ and what it is made of.
+struct Curvature {
+    w: Vec<f64>,
+    mass: Vec<f64>,
+    inverse_mass: Vec<f64>,
+    /// L3.
+    full: Stencils,
+    /// L2.
+    tangential: Stencils,
+}
+
+impl Curvature {
+    fn energy(&self) -> f64 {
+        let parts = self.w.iter().zip(&self.mass);
+        0.5 * parts.map(|(w, m)| m * w * w).sum::<f64>()
+    }
 }
 
 /// Adds `c ∇ψa·∇ψb`.

@@ -291,12 +291,7 @@ mod tests {
         table.rows.push(vec!["c".into(), Cell::Missing]);
         assert_eq!(
             table.text_lines(),
-            [
-                "one",
-                "name     value",
-                "a, b  1.234e-5",
-                "   c         -"
-            ]
+            ["one", "name     value", "a, b  1.234e-5", "   c         -"]
         );
         report.tables.push(table);
         assert_eq!(report.csv(), "# one\nname,value\n\"a, b\",1.2345e-5\nc,\n");

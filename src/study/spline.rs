@@ -56,10 +56,11 @@ impl Spline {
         let mut sums = [[0.0; 3]; 3];
         for b in 0..4 {
             let row = &self.coefficients[(j + b) * side + i..][..4];
+            let across = by.map(|weights| weights[b]);
             for (d, along) in bx.iter().enumerate() {
                 let s: f64 = row.iter().zip(along).map(|(c, w)| c * w).sum();
-                for (e, sum) in sums[d].iter_mut().enumerate().take(3 - d) {
-                    *sum += s * by[e][b];
+                for (sum, w) in sums[d].iter_mut().zip(across).take(3 - d) {
+                    *sum += s * w;
                 }
             }
         }
