@@ -4,11 +4,13 @@ use std::time::Instant;
 
 use crate::flow::Variant;
 use crate::study::evolution::Evolution;
+use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
-use crate::study::report::{Chart, Curve, Panel, StudyReport, Table};
+use crate::study::report::{Curve, StudyReport, Table};
 use crate::study::step::{PlaneFlow, Tolerance};
 
 use super::table1::{cap_energy, cap_error, cap_height, cap_start};
+use super::{chart, claim_fall, line};
 
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
@@ -48,12 +50,6 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
         &format!("h = 1/{}, time step {:e}", settings.cells, settings.tau),
         &["step", "time", "energy", "L2 error", "largest error"],
     );
-    let profile = |phi: &[f64]| -> Vec<(f64, f64)> {
-        let j = grid.cells() / 2;
-        (0..=grid.cells())
-            .map(|i| (grid.position(i, j)[0], phi[grid.index(i, j)]))
-            .collect()
-    };
     let (mut curves, mut errors) = (Vec::new(), Vec::new());
     for &step in &settings.looks {
         let done = evolution.energies.len();
@@ -68,11 +64,7 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
             largest.into(),
         ]);
         errors.push((error, largest));
-        curves.push(Curve {
-            name: format!("step {step}"),
-            points: profile(&phi),
-            dots: false,
-        });
+        curves.push(line(&format!("step {step}"), section(&grid, &phi)));
         observer.progress(&format!("cap: step {step}, error {largest:.2e}"));
         observer.frame(&Frame {
             series: "cap",
@@ -85,25 +77,25 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
     report.tables.push(table);
     curves.push(Curve {
         name: "sphere".to_owned(),
-        points: profile(&grid.field(cap_height))
+        points: section(&grid, &grid.field(cap_height))
             .into_iter()
             .step_by(4)
             .collect(),
         dots: true,
     });
-    report.claim(
-        "energy",
-        "falls in every step".to_owned(),
-        format!(
-            "{} rises in {} steps",
-            evolution.rises(),
-            evolution.energies.len()
-        ),
-        evolution.rises() == 0,
-    );
+    claims(&mut report, &evolution, &errors, grid.h());
+    report
+        .panels
+        .push(chart("Section y = 0", ["x", "height"], curves));
+    report.seconds = clock.elapsed().as_secs_f64();
+    Ok(report)
+}
+
+fn claims(report: &mut StudyReport, evolution: &Evolution, errors: &[(f64, f64)], h: f64) {
+    claim_fall(report, evolution);
     if let (Some(first), Some(last)) = (errors.first(), errors.last()) {
         // The error of the steady state is 6.4e-2 h² (Table 1).
-        let bound = 0.07 * grid.h() * grid.h();
+        let bound = 0.07 * h * h;
         report.claim(
             "the end is the sphere",
             format!("L2 error below 0.07 h^2 = {bound:.2e}"),
@@ -111,12 +103,12 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
             last.0 < bound,
         );
     }
-    report.panels.push(Panel::Chart(Chart {
-        title: "Section y = 0".to_owned(),
-        axes: ["x", "height"],
-        logarithmic: [false, false],
-        curves,
-    }));
-    report.seconds = clock.elapsed().as_secs_f64();
-    Ok(report)
+}
+
+/// Heights along y = 0.
+fn section(grid: &SquareGrid, phi: &[f64]) -> Vec<(f64, f64)> {
+    let j = grid.cells() / 2;
+    (0..=grid.cells())
+        .map(|i| (grid.position(i, j)[0], phi[grid.index(i, j)]))
+        .collect()
 }

@@ -9,11 +9,11 @@ use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::plane::PlaneEnergy;
 use crate::study::redistance::{keeps_rule, redistance, redistance_interval, zero_points};
-use crate::study::report::{Chart, Curve, Levels, Panel, StudyReport, Table};
+use crate::study::report::{Curve, Levels, Panel, StudyReport, Table};
 use crate::study::spline::Spline;
 use crate::study::step::{PlaneFlow, Tolerance};
 
-use super::variant_name;
+use super::{chart, line, variant_name};
 
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
@@ -161,57 +161,48 @@ pub fn circle(
     let runs = super::in_parallel(&settings.runs, |&(cells, variant)| {
         run_one(settings, cells, variant, observer)
     })?;
-    let mut curves = Vec::new();
     for run in &runs {
         add_run(&mut report, settings, run);
-        curves.push(Curve {
-            name: format!("h = 1/{}, variant {}", run.cells, variant_name(run.variant)),
-            points: thinned(&run.samples).map(|s| (s.time, s.mean)).collect(),
-            dots: true,
-        });
     }
-    if let Some(longest) = runs.iter().map(|r| &r.samples).max_by_key(|s| s.len()) {
-        let exact = longest.iter().map(|s| (s.time, s.exact)).collect();
-        curves.insert(
-            0,
-            Curve {
-                name: "exact".to_owned(),
-                points: exact,
-                dots: false,
-            },
-        );
-    }
-    report.panels.push(Panel::Chart(Chart {
-        title: "Radius of the circle".to_owned(),
-        axes: ["time", "radius"],
-        logarithmic: [false, false],
-        curves,
-    }));
-    let errors = runs.iter().map(|run| Curve {
-        name: format!("h = 1/{}, variant {}", run.cells, variant_name(run.variant)),
-        points: run
-            .samples
-            .iter()
-            .map(|s| (s.time, (s.mean - s.exact) * run.cells as f64))
-            .collect(),
-        dots: false,
-    });
-    report.panels.push(Panel::Chart(Chart {
-        title: "Error of the mean radius, in h".to_owned(),
-        axes: ["time", "error / h"],
-        logarithmic: [false, false],
-        curves: errors.collect(),
-    }));
-    if let Some(run) = runs.first() {
-        report.panels.push(Panel::Levels(Levels {
-            title: format!("First and last circle, h = 1/{}", run.cells),
-            square: ([-0.5; 2], 1.0),
-            thin: run.start.clone(),
-            bold: run.end.clone(),
-        }));
-    }
+    panels(&mut report, &runs);
     report.seconds = clock.elapsed().as_secs_f64();
     Ok(report)
+}
+
+fn run_name(run: &Run) -> String {
+    format!("h = 1/{}, variant {}", run.cells, variant_name(run.variant))
+}
+
+fn panels(report: &mut StudyReport, runs: &[Run]) {
+    let Some(longest) = runs.iter().max_by_key(|r| r.samples.len()) else {
+        return;
+    };
+    let exact = longest.samples.iter().map(|s| (s.time, s.exact)).collect();
+    let mut curves = vec![line("exact", exact)];
+    curves.extend(runs.iter().map(|run| Curve {
+        name: run_name(run),
+        points: thinned(&run.samples).map(|s| (s.time, s.mean)).collect(),
+        dots: true,
+    }));
+    let errors = runs.iter().map(|run| {
+        let scaled = |s: &Sample| (s.time, (s.mean - s.exact) * run.cells as f64);
+        line(&run_name(run), run.samples.iter().map(scaled).collect())
+    });
+    let errors = errors.collect();
+    report
+        .panels
+        .push(chart("Radius of the circle", ["time", "radius"], curves));
+    report.panels.push(chart(
+        "Error of the mean radius, in h",
+        ["time", "error / h"],
+        errors,
+    ));
+    report.panels.push(Panel::Levels(Levels {
+        title: format!("First and last circle, h = 1/{}", longest.cells),
+        square: ([-0.5; 2], 1.0),
+        thin: longest.start.clone(),
+        bold: longest.end.clone(),
+    }));
 }
 
 /// About forty samples of a run.

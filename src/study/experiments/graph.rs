@@ -12,9 +12,11 @@ use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::parametric::ParametricFlow;
 use crate::study::plane::PlaneEnergy;
-use crate::study::report::{Chart, Curve, Panel, StudyReport, Table};
+use crate::study::report::{Cell, Chart, Curve, Panel, StudyReport, Table};
 use crate::study::spline::Spline;
 use crate::study::step::{PlaneFlow, Tolerance};
+
+use super::{chart, claim_fall, line};
 
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
@@ -115,6 +117,79 @@ fn difference(grid: &SquareGrid, phi: &[f64], mesh: &Mesh, time: f64) -> Differe
     out
 }
 
+/// Both flows of the same surface.
+struct Pair {
+    phi: Vec<f64>,
+    flow: PlaneFlow,
+    evolution: Evolution,
+    surface: ParametricFlow,
+    /// (time, energy) of the parametric flow before each step.
+    energies: Vec<(f64, f64)>,
+}
+
+impl Pair {
+    fn new(settings: &GraphSettings) -> Self {
+        let grid = SquareGrid::new(settings.cells, [0.0; 2], 1.0);
+        let energy = PlaneEnergy::clamped(grid.clone(), 1.0, |_, _| 0.0);
+        let mut phi = grid.field(start);
+        for (p, free) in phi.iter_mut().zip(energy.free()) {
+            *p *= f64::from(*free);
+        }
+        // On the border the surface is flat and horizontal: the conormal is the square's outer normal.
+        let outward = |p: DVec3, q: DVec3| {
+            let edge = q - p;
+            DVec3::new(edge.y, -edge.x, 0.0).normalize_or_zero()
+        };
+        Self {
+            surface: ParametricFlow::new(triangulated(&grid, &phi), settings.tau, outward),
+            flow: PlaneFlow::new(energy, Variant::II, settings.tau, Tolerance::OfState(1e-8)),
+            evolution: Evolution::default(),
+            energies: Vec::new(),
+            phi,
+        }
+    }
+
+    fn advance(&mut self, until: usize, observer: &dyn Observer) -> Result<(), StudyError> {
+        for step in self.evolution.energies.len()..until {
+            self.evolution
+                .advance(&mut self.flow, &mut self.phi, 1, observer)?;
+            let taken = self.surface.step();
+            self.energies
+                .push((step as f64 * self.surface.tau, taken.energy));
+            if !taken.movement.is_finite() {
+                return Err(StudyError::BlewUp { step });
+            }
+        }
+        Ok(())
+    }
+
+    fn row(&self, done: usize, now: &Difference) -> Vec<Cell> {
+        vec![
+            done.into(),
+            now.time.into(),
+            self.flow.energy.energy(&self.phi).into(),
+            self.surface.energy().into(),
+            now.l2.into(),
+            now.largest.into(),
+            now.gentle.into(),
+            (now.distance / self.flow.energy.grid.h()).into(),
+            now.height.into(),
+        ]
+    }
+}
+
+const COLUMNS: [&str; 9] = [
+    "step",
+    "time",
+    "energy of the graph",
+    "energy, parametric",
+    "L2 difference",
+    "largest difference",
+    "where slope < 2",
+    "distance / h",
+    "largest height",
+];
+
 /// Runs the experiment.
 pub fn graph(settings: &GraphSettings, observer: &dyn Observer) -> Result<StudyReport, StudyError> {
     let clock = Instant::now();
@@ -122,63 +197,20 @@ pub fn graph(settings: &GraphSettings, observer: &dyn Observer) -> Result<StudyR
         "graph",
         "Figures 4 and 5: the graph of 1/4 sin(pi y) (1/4 sin(pi x) + sin(3 pi x)), clamped flat, and the parametric flow of the same surface; epsilon = 1, variant II",
     );
-    let grid = SquareGrid::new(settings.cells, [0.0; 2], 1.0);
-    let tau = settings.tau;
-    let energy = PlaneEnergy::clamped(grid.clone(), 1.0, |_, _| 0.0);
-    let mut phi = grid.field(start);
-    for (p, free) in phi.iter_mut().zip(energy.free()) {
-        *p *= f64::from(*free);
-    }
-    // On the border the surface is flat and horizontal: the conormal is the square's outer normal.
-    let outward = |p: DVec3, q: DVec3| {
-        let edge = q - p;
-        DVec3::new(edge.y, -edge.x, 0.0).normalize_or_zero()
-    };
-    let mut surface = ParametricFlow::new(triangulated(&grid, &phi), tau, outward);
-    let mut flow = PlaneFlow::new(energy, Variant::II, tau, Tolerance::OfState(1e-8));
-    let mut evolution = Evolution::default();
-    let mut parametric = Vec::new();
-    let mut table = Table::new(
-        &format!("h = 1/{}, time step {tau:e}", settings.cells),
-        &[
-            "step",
-            "time",
-            "energy of the graph",
-            "energy, parametric",
-            "L2 difference",
-            "largest difference",
-            "where slope < 2",
-            "distance / h",
-            "largest height",
-        ],
-    );
+    let mut pair = Pair::new(settings);
+    let grid = pair.flow.energy.grid.clone();
+    let title = format!("h = 1/{}, time step {:e}", settings.cells, settings.tau);
+    let mut table = Table::new(&title, &COLUMNS);
     let (mut apart, mut sections) = (Vec::new(), Vec::new());
     for k in 0..=settings.looks {
         let done = settings.steps * k / settings.looks;
-        for step in evolution.energies.len()..done {
-            evolution.advance(&mut flow, &mut phi, 1, observer)?;
-            let taken = surface.step();
-            parametric.push((step as f64 * tau, taken.energy));
-            if !taken.movement.is_finite() {
-                return Err(StudyError::BlewUp { step });
-            }
-        }
-        let time = done as f64 * tau;
-        let now = difference(&grid, &phi, &surface.mesh, time);
-        table.rows.push(vec![
-            done.into(),
-            time.into(),
-            flow.energy.energy(&phi).into(),
-            surface.energy().into(),
-            now.l2.into(),
-            now.largest.into(),
-            now.gentle.into(),
-            (now.distance / grid.h()).into(),
-            now.height.into(),
-        ]);
+        pair.advance(done, observer)?;
+        let time = done as f64 * settings.tau;
+        let now = difference(&grid, &pair.phi, &pair.surface.mesh, time);
+        table.rows.push(pair.row(done, &now));
         apart.push(now);
         if k == 0 || 2 * k == settings.looks || k == settings.looks {
-            sections.push(section(&grid, &phi, done));
+            sections.push(section(&grid, &pair.phi, done));
         }
         observer.progress(&format!("graph: step {done} of {}", settings.steps));
         observer.frame(&Frame {
@@ -186,18 +218,13 @@ pub fn graph(settings: &GraphSettings, observer: &dyn Observer) -> Result<StudyR
             step: done,
             time,
             grid: &grid,
-            field: &phi,
+            field: &pair.phi,
         })?;
     }
     report.tables.push(table);
-    claims(
-        &mut report,
-        settings,
-        &evolution,
-        flow.energy.energy(&phi),
-        &apart,
-    );
-    panels(&mut report, &evolution, parametric, &apart, sections, tau);
+    let end = pair.flow.energy.energy(&pair.phi);
+    claims(&mut report, settings, &pair.evolution, end, &apart);
+    panels(&mut report, pair, &apart, sections);
     report.seconds = clock.elapsed().as_secs_f64();
     Ok(report)
 }
@@ -221,16 +248,7 @@ fn claims(
     end: f64,
     apart: &[Difference],
 ) {
-    report.claim(
-        "energy",
-        "falls in every step".to_owned(),
-        format!(
-            "{} rises in {} steps",
-            evolution.rises(),
-            evolution.energies.len()
-        ),
-        evolution.rises() == 0,
-    );
+    claim_fall(report, evolution);
     let paper = GraphSettings::default();
     if (settings.cells, settings.steps) == (paper.cells, paper.steps) {
         let got = [evolution.energies[0], end];
@@ -266,60 +284,33 @@ fn claims(
     );
 }
 
-fn panels(
-    report: &mut StudyReport,
-    evolution: &Evolution,
-    parametric: Vec<(f64, f64)>,
-    apart: &[Difference],
-    sections: Vec<Curve>,
-    tau: f64,
-) {
-    let chart = |title: &str, axes, logarithmic, curves| {
-        Panel::Chart(Chart {
-            title: title.to_owned(),
-            axes,
-            logarithmic,
-            curves,
-        })
-    };
-    let curve = |name: &str, points| Curve {
-        name: name.to_owned(),
-        points,
-        dots: false,
-    };
-    report.panels.push(chart(
-        "Section y = 1/2",
-        ["x", "height"],
-        [false, false],
-        sections,
-    ));
-    let every = parametric.len().div_ceil(500).max(1);
-    report.panels.push(chart(
-        "Energy",
-        ["time", "energy"],
-        [false, true],
-        vec![
-            curve("graph", evolution.curve(tau)),
-            curve(
+fn panels(report: &mut StudyReport, pair: Pair, apart: &[Difference], sections: Vec<Curve>) {
+    report
+        .panels
+        .push(chart("Section y = 1/2", ["x", "height"], sections));
+    let every = pair.energies.len().div_ceil(500).max(1);
+    report.panels.push(Panel::Chart(Chart {
+        title: "Energy".to_owned(),
+        axes: ["time", "energy"],
+        logarithmic: [false, true],
+        curves: vec![
+            line("graph", pair.evolution.curve(pair.flow.tau)),
+            line(
                 "parametric",
-                parametric.into_iter().step_by(every).collect(),
+                pair.energies.into_iter().step_by(every).collect(),
             ),
         ],
-    ));
+    }));
+    let over_time = |name: &str, f: &dyn Fn(&Difference) -> f64| {
+        line(name, apart.iter().map(|d| (d.time, f(d))).collect())
+    };
     report.panels.push(chart(
         "Parametric surface against graph",
         ["time", "difference"],
-        [false, false],
         vec![
-            curve("L2 norm", apart.iter().map(|d| (d.time, d.l2)).collect()),
-            curve(
-                "largest where slope < 2",
-                apart.iter().map(|d| (d.time, d.gentle)).collect(),
-            ),
-            curve(
-                "largest distance",
-                apart.iter().map(|d| (d.time, d.distance)).collect(),
-            ),
+            over_time("L2 norm", &|d| d.l2),
+            over_time("largest where slope < 2", &|d| d.gentle),
+            over_time("largest distance", &|d| d.distance),
         ],
     ));
 }

@@ -8,8 +8,10 @@ use crate::study::evolution::Evolution;
 use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::plane::PlaneEnergy;
-use crate::study::report::{Chart, Curve, Levels, Panel, StudyReport, Table};
+use crate::study::report::{Chart, Levels, Panel, StudyReport, Table};
 use crate::study::step::{PlaneFlow, Tolerance};
+
+use super::{claim_fall, line};
 
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
@@ -60,6 +62,62 @@ struct Look {
     convexity: f64,
 }
 
+/// What has been seen so far.
+struct Watch<'a> {
+    settings: &'a MergeSettings,
+    observer: &'a dyn Observer,
+    grid: SquareGrid,
+    tau: f64,
+    table: Table,
+    panels: Vec<Panel>,
+    /// The step since which there is one piece.
+    merged: Option<usize>,
+    /// Roundness at step 100.
+    round: Option<f64>,
+}
+
+impl Watch<'_> {
+    fn look(&mut self, done: usize, phi: &[f64], energy: &PlaneEnergy) -> Result<Look, StudyError> {
+        let seen = look(&self.grid, phi);
+        self.merged = (seen.pieces == 1).then(|| self.merged.unwrap_or(done));
+        if done == 100 {
+            self.round = Some(seen.roundness);
+        }
+        let last = self.settings.steps;
+        if self.settings.drawn.contains(&done) || done == last {
+            self.observer.progress(&format!(
+                "merge: step {done} of {last}, {} pieces",
+                seen.pieces
+            ));
+            self.table.rows.push(vec![
+                done.into(),
+                energy.energy(phi).into(),
+                seen.pieces.into(),
+                seen.area.into(),
+                seen.roundness.into(),
+                seen.convexity.into(),
+            ]);
+            self.panels
+                .push(Panel::Levels(drawn(&self.grid, phi, done)));
+            self.observer.frame(&Frame {
+                series: "merge",
+                step: done,
+                time: done as f64 * self.tau,
+                grid: &self.grid,
+                field: phi,
+            })?;
+        }
+        Ok(seen)
+    }
+
+    /// Steps until the next look.
+    fn part(&self, done: usize) -> usize {
+        let drawn = self.settings.drawn.iter().filter(|&&d| d > done).min();
+        let next = drawn.map_or(self.settings.steps, |&d| d.min(self.settings.steps));
+        LOOK.min(next - done)
+    }
+}
+
 /// Runs the experiment.
 pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyReport, StudyError> {
     let clock = Instant::now();
@@ -74,73 +132,38 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
     let energy = PlaneEnergy::natural(grid.clone(), EPSILON * h);
     let mut flow = PlaneFlow::new(energy, Variant::II, tau, Tolerance::OfState(1e-7));
     let mut evolution = Evolution::default();
-    let mut table = Table::new(
-        &format!("h = 1/{}", settings.cells),
-        &[
-            "step",
-            "energy",
-            "pieces",
-            "area",
-            "farthest / nearest",
-            "area / hull",
-        ],
-    );
-    let mut merged = None;
-    let mut round = None;
-    let mut done = 0;
-    let last = loop {
-        let seen = look(&grid, &phi);
-        if seen.pieces == 1 && merged.is_none() {
-            merged = Some(done);
-        } else if seen.pieces != 1 {
-            merged = None;
-        }
-        if done == 100 {
-            round = Some(seen.roundness);
-        }
-        if settings.drawn.contains(&done) || done == settings.steps {
-            observer.progress(&format!(
-                "merge: step {done} of {}, {} pieces",
-                settings.steps, seen.pieces
-            ));
-            table.rows.push(vec![
-                done.into(),
-                flow.energy.energy(&phi).into(),
-                seen.pieces.into(),
-                seen.area.into(),
-                seen.roundness.into(),
-                seen.convexity.into(),
-            ]);
-            report.panels.push(Panel::Levels(drawn(&grid, &phi, done)));
-            observer.frame(&Frame {
-                series: "merge",
-                step: done,
-                time: done as f64 * tau,
-                grid: &grid,
-                field: &phi,
-            })?;
-        }
-        if done >= settings.steps {
-            break seen;
-        }
-        let next = settings.drawn.iter().copied().filter(|&d| d > done).min();
-        let part = LOOK
-            .min(settings.steps - done)
-            .min(next.unwrap_or(usize::MAX) - done);
-        evolution.advance(&mut flow, &mut phi, part, observer)?;
-        done += part;
+    let columns = [
+        "step",
+        "energy",
+        "pieces",
+        "area",
+        "farthest / nearest",
+        "area / hull",
+    ];
+    let mut watch = Watch {
+        settings,
+        observer,
+        grid,
+        tau,
+        table: Table::new(&format!("h = 1/{}", settings.cells), &columns),
+        panels: Vec::new(),
+        merged: None,
+        round: None,
     };
-    report.tables.push(table);
-    claims(&mut report, settings, &evolution, round, merged, &last);
+    let mut last = watch.look(0, &phi, &flow.energy)?;
+    while evolution.energies.len() < settings.steps {
+        let part = watch.part(evolution.energies.len());
+        evolution.advance(&mut flow, &mut phi, part, observer)?;
+        last = watch.look(evolution.energies.len(), &phi, &flow.energy)?;
+    }
+    claims(&mut report, &watch, &evolution, &last);
+    report.tables.push(watch.table);
+    report.panels = watch.panels;
     report.panels.push(Panel::Chart(Chart {
         title: "Energy".to_owned(),
         axes: ["step", "energy"],
         logarithmic: [false, true],
-        curves: vec![Curve {
-            name: "energy".to_owned(),
-            points: evolution.curve(1.0),
-            dots: false,
-        }],
+        curves: vec![line("energy", evolution.curve(1.0))],
     }));
     report.remarks.push(format!(
         "{:.1} iterations a step",
@@ -150,25 +173,10 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
     Ok(report)
 }
 
-fn claims(
-    report: &mut StudyReport,
-    settings: &MergeSettings,
-    evolution: &Evolution,
-    round: Option<f64>,
-    merged: Option<usize>,
-    last: &Look,
-) {
-    report.claim(
-        "energy",
-        "falls in every step".to_owned(),
-        format!(
-            "{} rises in {} steps",
-            evolution.rises(),
-            evolution.energies.len()
-        ),
-        evolution.rises() == 0,
-    );
-    if let Some(r) = round {
+fn claims(report: &mut StudyReport, watch: &Watch, evolution: &Evolution, last: &Look) {
+    let (settings, merged) = (watch.settings, watch.merged);
+    claim_fall(report, evolution);
+    if let Some(r) = watch.round {
         report.claim(
             "round by step 100",
             "farthest over nearest point of the border below 1.1 (a square: 1.414)".to_owned(),

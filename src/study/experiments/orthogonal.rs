@@ -9,9 +9,11 @@ use crate::study::evolution::Evolution;
 use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::plane::PlaneEnergy;
-use crate::study::report::{Chart, Curve, Levels, Panel, StudyReport, Table};
+use crate::study::report::{Levels, Panel, StudyReport, Table};
 use crate::study::spline::Spline;
 use crate::study::step::{PlaneFlow, Tolerance};
+
+use super::{chart, claim_fall, line};
 
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
@@ -145,31 +147,17 @@ pub fn orthogonal(
     }
     report.tables.push(table);
     claims(&mut report, &evolution, &looks);
-    report.panels.push(Panel::Chart(Chart {
-        title: "Energy".to_owned(),
-        axes: ["time", "energy"],
-        logarithmic: [false, false],
-        curves: vec![Curve {
-            name: "energy".to_owned(),
-            points: evolution.curve(tau),
-            dots: false,
-        }],
-    }));
+    report.panels.push(chart(
+        "Energy",
+        ["time", "energy"],
+        vec![line("energy", evolution.curve(tau))],
+    ));
     report.seconds = clock.elapsed().as_secs_f64();
     Ok(report)
 }
 
 fn claims(report: &mut StudyReport, evolution: &Evolution, looks: &[Look]) {
-    report.claim(
-        "energy",
-        "falls in every step".to_owned(),
-        format!(
-            "{} rises in {} steps",
-            evolution.rises(),
-            evolution.energies.len()
-        ),
-        evolution.rises() == 0,
-    );
+    claim_fall(report, evolution);
     if let [first, .., last] = looks {
         report.claim(
             "arcs",

@@ -10,7 +10,7 @@ use crate::grid::{Lattice, as_point, value_and_gradient};
 use crate::region::{NestedSettings, Solved, Start, solve_nested};
 use crate::sdf::project_on_zero_set;
 use crate::study::observer::{Observer, StudyError};
-use crate::study::report::{Chart, Curve, Panel, StudyReport, Table};
+use crate::study::report::{Cell, Chart, Curve, Panel, StudyReport, Table};
 use crate::study::shapes::{ExactShape, UNKNOWN_RADIUS};
 
 /// Settings of the experiment.
@@ -187,20 +187,9 @@ fn run_shape(
             .zip(rms)
             .map(|(&(h, e), rms)| (e / rms).ln() / (h * across as f64).ln());
         let reference = reference(shape.name).and_then(|r| r.get(refinements).copied());
-        let flow = solved.reports.last().map(|r| &r.flow);
-        let iterations: usize = flow.map_or(0, |f| f.steps.iter().map(|s| s.iterations).sum());
-        table.rows.push(vec![
-            across.into(),
-            error.map(|e| e.largest).into(),
-            reference.into(),
-            rms.into(),
-            order.into(),
-            error.map(|e| e.angle).into(),
-            flow.map_or(0, |f| f.steps.len()).into(),
-            iterations.into(),
-            if solved.converged() { "yes" } else { "no" }.into(),
-            seconds.into(),
-        ]);
+        table
+            .rows
+            .push(row(across, error, reference, order, &solved, seconds));
         points.extend(rms.map(|rms| (1.0 / across as f64, rms)));
         observer.progress(&format!(
             "{}, D / h = {across}: largest {:.2e}, {seconds:.1} s",
@@ -222,6 +211,30 @@ fn run_shape(
     }
     report.tables.push(table);
     Ok(points)
+}
+
+fn row(
+    across: usize,
+    error: Option<PatchError>,
+    reference: Option<f64>,
+    order: Option<f64>,
+    solved: &Solved,
+    seconds: f64,
+) -> Vec<Cell> {
+    let steps = solved.reports.last().map_or(&[][..], |r| &r.flow.steps);
+    let iterations: usize = steps.iter().map(|s| s.iterations).sum();
+    vec![
+        across.into(),
+        error.map(|e| e.largest).into(),
+        reference.into(),
+        error.map(|e| e.rms).into(),
+        order.into(),
+        error.map(|e| e.angle).into(),
+        steps.len().into(),
+        iterations.into(),
+        if solved.converged() { "yes" } else { "no" }.into(),
+        seconds.into(),
+    ]
 }
 
 fn claims(report: &mut StudyReport, name: &str, error: Option<PatchError>, reference: Option<f64>) {
