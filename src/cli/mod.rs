@@ -1,6 +1,7 @@
 //! One file per command. Raw arguments become validated parameters once; all printing is done here.
 
 mod arguments;
+mod compare;
 mod console;
 mod fill;
 mod input;
@@ -63,6 +64,7 @@ pub struct Cli {
 enum Command {
     Fill(fill::FillArgs),
     Inspect(inspect::InspectArgs),
+    Compare(compare::CompareArgs),
     Study(study::StudyArgs),
 }
 
@@ -97,6 +99,7 @@ pub fn run(cli: Cli) -> anyhow::Result<End> {
     match cli.command {
         Command::Fill(args) => start(&args.common, |console| fill::run(&args, console)),
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
+        Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
         Command::Study(args) => {
             let console = Console::new(args.quiet, args.verbose);
             in_pool(args.threads, || study::run(&args, &console))

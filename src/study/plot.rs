@@ -8,7 +8,9 @@ use plotters::prelude::*;
 use super::report::{Chart, Curve, Levels, Panel, StudyReport, short_number};
 
 /// Size of a panel, in pixels.
-const PANEL: (u32, u32) = (460, 380);
+const PANEL: (u32, u32) = (560, 380);
+/// Width of a chart's legend, in pixels.
+const LEGEND: u32 = 165;
 /// Panels in a row.
 const COLUMNS: usize = 3;
 /// Colours that can be told apart in print (Okabe and Ito).
@@ -86,7 +88,19 @@ fn range(values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
 
 fn label(value: f64, logarithmic: bool) -> String {
     if !logarithmic {
-        return short_number(if value.abs() < 1e-12 { 0.0 } else { value });
+        let text = short_number(if value.abs() < 1e-12 { 0.0 } else { value });
+        let (digits, exponent) = text
+            .split_once('e')
+            .map_or((text.as_str(), ""), |(d, e)| (d, e));
+        let short = match digits.contains('.') {
+            true => digits.trim_end_matches('0').trim_end_matches('.'),
+            false => digits,
+        };
+        return if exponent.is_empty() {
+            short.to_owned()
+        } else {
+            format!("{short}e{exponent}")
+        };
     }
     let v = 10f64.powf(value);
     if (0.1..1000.0).contains(&v) {
@@ -109,6 +123,11 @@ fn draw_chart(area: &Area, chart: &Chart) -> Drawn {
     let mut context = ChartBuilder::on(area)
         .caption(&chart.title, ("sans-serif", 18))
         .margin(12)
+        .margin_right(if chart.curves.len() > 1 {
+            LEGEND + 12
+        } else {
+            12
+        })
         .x_label_area_size(42)
         .y_label_area_size(72)
         .build_cartesian_2d(xs, ys)?;
@@ -127,66 +146,36 @@ fn draw_chart(area: &Area, chart: &Chart) -> Drawn {
     for (k, (curve, points)) in chart.curves.iter().zip(curves).enumerate() {
         let colour = COLOURS[k % COLOURS.len()];
         if curve.dots {
-            context
-                .draw_series(
-                    points
-                        .into_iter()
-                        .map(|p| Circle::new(p, 3, colour.stroke_width(1))),
-                )?
-                .label(&curve.name)
-                .legend(move |(x, y)| Circle::new((x + 9, y), 3, colour.stroke_width(1)));
+            let dots = points.into_iter();
+            context.draw_series(dots.map(|p| Circle::new(p, 3, colour.stroke_width(1))))?;
         } else {
-            context
-                .draw_series(LineSeries::new(points, colour.stroke_width(2)))?
-                .label(&curve.name)
-                .legend(move |(x, y)| {
-                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
-                });
+            context.draw_series(LineSeries::new(points, colour.stroke_width(2)))?;
         }
     }
-    if chart.curves.len() > 1 {
-        context
-            .configure_series_labels()
-            .position(legend_place(chart))
-            .background_style(WHITE.mix(0.8))
-            .border_style(BLACK.mix(0.3))
-            .label_font(("sans-serif", 12))
-            .draw()?;
-    }
-    Ok(())
+    draw_legend(area, chart)
 }
 
-/// The corner that is farthest from the curves' points.
-fn legend_place(chart: &Chart) -> SeriesLabelPosition {
-    let points: Vec<(f64, f64)> = chart
-        .curves
-        .iter()
-        .flat_map(|c| drawn_points(chart, c))
-        .collect();
-    let (xs, ys) = (
-        range(points.iter().map(|p| p.0)),
-        range(points.iter().map(|p| p.1)),
-    );
-    let corners = [
-        (0.8, 0.85, SeriesLabelPosition::UpperRight),
-        (0.2, 0.85, SeriesLabelPosition::UpperLeft),
-        (0.8, 0.15, SeriesLabelPosition::LowerRight),
-        (0.2, 0.15, SeriesLabelPosition::LowerLeft),
-    ];
-    let crowd = |u: f64, v: f64| {
-        points
-            .iter()
-            .filter(|p| {
-                let x = (p.0 - xs.start) / (xs.end - xs.start);
-                let y = (p.1 - ys.start) / (ys.end - ys.start);
-                (x - u).abs() < 0.25 && (y - v).abs() < 0.25
-            })
-            .count()
-    };
-    corners
-        .into_iter()
-        .min_by_key(|c| crowd(c.0, c.1))
-        .map_or(SeriesLabelPosition::UpperRight, |c| c.2)
+/// The names of the curves, right of the chart.
+fn draw_legend(area: &Area, chart: &Chart) -> Drawn {
+    if chart.curves.len() < 2 {
+        return Ok(());
+    }
+    let left = area.dim_in_pixel().0 as i32 - LEGEND as i32;
+    let style = ("sans-serif", 12).into_text_style(area);
+    for (k, curve) in chart.curves.iter().enumerate() {
+        let y = 52 + 20 * k as i32;
+        let colour = COLOURS[k % COLOURS.len()];
+        if curve.dots {
+            area.draw(&Circle::new((left + 9, y), 3, colour.stroke_width(1)))?;
+        } else {
+            area.draw(&PathElement::new(
+                [(left, y), (left + 18, y)],
+                colour.stroke_width(2),
+            ))?;
+        }
+        area.draw_text(&curve.name, &style, (left + 24, y - 6))?;
+    }
+    Ok(())
 }
 
 fn draw_levels(area: &Area, levels: &Levels) -> Drawn {
