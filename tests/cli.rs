@@ -561,3 +561,29 @@ fn a_study_refuses_what_it_cannot_do_before_it_starts() {
         &["--finest"],
     );
 }
+
+#[test]
+fn compare_tells_what_is_kept_and_how_far_the_patches_are() {
+    let desk = Desk::new();
+    desk.fill(&["-q"]);
+    let output = desk.run(&[
+        "compare",
+        "ball.ply",
+        "out.ply",
+        "--samples",
+        "5000",
+        "--json",
+        "-",
+    ]);
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    let report: Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
+    let (first, kept) = (&report["a"], &report["kept"]);
+    assert_eq!(kept["vertices_in_order"], first["vertices"]);
+    assert_eq!(kept["faces_in_order"], first["faces"]);
+    assert_eq!(report["a_to_b"]["samples"], 5000);
+    assert!(report["a_to_b"]["max"].as_f64().is_some_and(|d| d < 1e-6));
+    // The caps of the ball lie well away from its rims.
+    assert!(report["b_to_a"]["max"].as_f64().is_some_and(|d| d > 0.3));
+    let table = desk.run(&["compare", "ball.ply", "out.ply", "--samples", "500"]);
+    assert!(text(&table.stdout).contains("B to A"));
+}
