@@ -120,10 +120,7 @@ mod tests {
         let at = energy.linearise(&phi);
         let system = StepSystem::new(&energy, &at, Variant::GaussNewton, 1e6);
         let coarse = coarse_levels(&energy, &system).expect("a grid that can be halved");
-        let cycle = MultigridCycle {
-            operator: &system,
-            coarse: &coarse,
-        };
+        let cycle = MultigridCycle::new(&system, &coarse);
         let scaling = Jacobi(system.jacobi());
         let preconditioner: &dyn Preconditioner = if multigrid { &cycle } else { &scaling };
         let mut x = vec![0.0; phi.len()];

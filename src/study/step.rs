@@ -199,10 +199,7 @@ impl PlaneFlow {
         }
         let end = match &self.coarse {
             Some(coarse) => {
-                let cycle = MultigridCycle {
-                    operator: &system,
-                    coarse,
-                };
+                let cycle = MultigridCycle::new(&system, coarse);
                 solve(&system, &cycle, &b, &mut d, tolerance, self.variant)
             }
             None => {
