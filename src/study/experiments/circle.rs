@@ -255,7 +255,7 @@ fn add_run(report: &mut StudyReport, settings: &CircleSettings, run: &Run) {
         );
     } else {
         report.remarks.push(format!(
-            "{name}: at most {got} from the exact circle; its error in time is larger than that of variant I"
+            "{name}: at most {got} from the exact circle over the whole run"
         ));
     }
     if !run.rule {
