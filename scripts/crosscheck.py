@@ -8,9 +8,12 @@
 
 Every file must be watertight, manifold, consistently oriented, of the right Euler number and volume and free of
 self-intersections, and hold the input's vertices and faces first, in order and bit for bit (STL keeps the triangles).
-VTK files, which neither program reads, are first brought back to PLY by isomend. Exits with 1 if anything is wrong."""
+VTK files, which neither program reads, are first brought back to PLY by isomend. What `isomend compare` measures between
+input and output must be what MeshLab's Hausdorff filter does, within the error of sampling. Exits with 1 if anything is
+wrong."""
 
 import argparse
+import json
 import subprocess
 import sys
 import tempfile
@@ -116,6 +119,34 @@ def check(program, name, suffix, options, folder):
     return wrong + (check_meshlab(joined) if pymeshlab else [])
 
 
+def check_compare(program, name, folder):
+    """Distances from the filled mesh to the input: isomend's against MeshLab's; of the input everything is kept."""
+    source, target = ROOT / "data" / f"{name}.ply", Path(folder) / f"{name}.ply"
+    report = Path(folder) / "compare.json"
+    failed = run(program, "compare", source, target, "-q", "--json", report)
+    if failed:
+        return [failed]
+    got = json.loads(report.read_text())
+    meshes = pymeshlab.MeshSet()
+    for path in (source, target):
+        meshes.load_new_mesh(str(path))
+    common = dict(sampledmesh=1, targetmesh=0, samplenum=400_000, sampleface=True)
+    spread = meshes.get_hausdorff_distance(samplevert=False, **common)
+    corners = meshes.get_hausdorff_distance(samplevert=True, **common)
+    wrong = []
+    for ours, theirs, part in (
+        ("rms", spread["RMS"], 0.02),
+        ("mean", spread["mean"], 0.02),
+        ("max", corners["max"], 0.01),
+    ):
+        if abs(got["b_to_a"][ours] - theirs) > part * theirs:
+            wrong.append(f"{ours} distance {got['b_to_a'][ours]:.6g}, MeshLab {theirs:.6g}")
+    kept, first = got["kept"], got["a"]
+    if kept["faces_in_order"] != first["faces"] or kept["vertices_in_order"] != first["vertices"]:
+        wrong.append(f"not all of the input is kept: {kept}")
+    return wrong
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
@@ -129,7 +160,12 @@ def main():
             wrong = check(program, name, suffix, options, folder)
             failures += bool(wrong)
             print(f"{name:9s} {suffix:5s} {' '.join(options):8s} {'; '.join(wrong) or 'right'}", flush=True)
-    print(f"{len(jobs) - failures} of {len(jobs)} files are right")
+        for name in CASES if pymeshlab else ():
+            wrong = check_compare(program, name, folder)
+            failures += bool(wrong)
+            print(f"{name:9s} {'compare':14s} {'; '.join(wrong) or 'right'}", flush=True)
+    total = len(jobs) + (len(CASES) if pymeshlab else 0)
+    print(f"{total - failures} of {total} checks are right")
     return 1 if failures else 0
 
 

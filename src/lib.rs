@@ -62,6 +62,7 @@
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
 
+pub mod compare;
 pub mod extract;
 pub mod flow;
 pub mod grid;
@@ -75,6 +76,7 @@ pub mod report;
 pub mod sdf;
 pub mod spatial;
 pub mod stitch;
+pub mod study;
 
 pub use glam;
 pub use mesh::Mesh;

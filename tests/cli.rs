@@ -516,3 +516,74 @@ fn ctrl_c_leaves_no_file() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert_eq!(desk.files(), ["ball.ply"]);
 }
+
+#[test]
+fn a_study_prints_its_table_and_writes_what_was_asked_for() {
+    let desk = Desk::new();
+    let arguments = [
+        "study", "table1", "--finest", "16", "-q", "--csv", "t.csv", "--json", "t.json", "--plot",
+        "t.svg", "--series", "fields",
+    ];
+    let output = desk.run(&arguments);
+    let printed = text(&output.stdout);
+    assert!(
+        printed.contains("variant gauss-newton") && printed.contains("pass  variant I: errors")
+    );
+    assert!(text(&output.stderr).is_empty(), "{}", text(&output.stderr));
+    let read = |name: &str| fs::read_to_string(desk.path(name)).expect("a file");
+    assert!(read("t.csv").contains("h,L2 error,order"));
+    assert!(read("t.svg").contains("</svg>"));
+    let report: Value = serde_json::from_str(&read("t.json")).expect("JSON");
+    assert_eq!(report["command"], "study");
+    assert_eq!(report["tables"].as_array().map(Vec::len), Some(3));
+    let collection = read("fields/table1-16-I.pvd");
+    let field = collection.split('"').find(|part| part.ends_with(".vti"));
+    let field = read(&format!("fields/{}", field.expect("a field")));
+    assert!(field.contains("Name=\"phi\"") && field.contains("WholeExtent=\"0 16 0 16 0 0\""));
+}
+
+#[test]
+fn a_study_refuses_what_it_cannot_do_before_it_starts() {
+    let desk = Desk::new();
+    assert_refused(
+        &desk.run(&["study", "fig9"]),
+        2,
+        &["fig9", "table1", "merge"],
+    );
+    assert_refused(
+        &desk.run(&["study", "merge", "--plot", "plate.png"]),
+        1,
+        &["plate.png", ".svg"],
+    );
+    assert_refused(
+        &desk.run(&["study", "merge", "--finest", "64"]),
+        1,
+        &["--finest"],
+    );
+}
+
+#[test]
+fn compare_tells_what_is_kept_and_how_far_the_patches_are() {
+    let desk = Desk::new();
+    desk.fill(&["-q"]);
+    let output = desk.run(&[
+        "compare",
+        "ball.ply",
+        "out.ply",
+        "--samples",
+        "5000",
+        "--json",
+        "-",
+    ]);
+    assert_eq!(code(&output), 0, "{}", text(&output.stderr));
+    let report: Value = serde_json::from_str(&text(&output.stdout)).expect("JSON");
+    let (first, kept) = (&report["a"], &report["kept"]);
+    assert_eq!(kept["vertices_in_order"], first["vertices"]);
+    assert_eq!(kept["faces_in_order"], first["faces"]);
+    assert_eq!(report["a_to_b"]["samples"], 5000);
+    assert!(report["a_to_b"]["max"].as_f64().is_some_and(|d| d < 1e-6));
+    // The caps of the ball lie well away from its rims.
+    assert!(report["b_to_a"]["max"].as_f64().is_some_and(|d| d > 0.3));
+    let table = desk.run(&["compare", "ball.ply", "out.ply", "--samples", "500"]);
+    assert!(text(&table.stdout).contains("B to A"));
+}

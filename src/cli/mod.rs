@@ -1,6 +1,7 @@
 //! One file per command. Raw arguments become validated parameters once; all printing is done here.
 
 mod arguments;
+mod compare;
 mod console;
 mod fill;
 mod input;
@@ -8,6 +9,7 @@ mod inspect;
 mod json;
 mod output;
 mod progress;
+mod study;
 
 use std::process::ExitCode;
 
@@ -43,7 +45,8 @@ Exit codes:
   0    done
   1    failed; the output file is as it was before
   2    wrong usage
-  3    done in part: the output is written, but a hole that was to be filled is still open
+  3    done in part: the output is written, but a hole that was to be filled is still open, or something that an
+       experiment states was not met
   130  stopped by Ctrl-C; the output file is as it was before";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
@@ -61,6 +64,8 @@ pub struct Cli {
 enum Command {
     Fill(fill::FillArgs),
     Inspect(inspect::InspectArgs),
+    Compare(compare::CompareArgs),
+    Study(study::StudyArgs),
 }
 
 /// Options of every command.
@@ -94,6 +99,11 @@ pub fn run(cli: Cli) -> anyhow::Result<End> {
     match cli.command {
         Command::Fill(args) => start(&args.common, |console| fill::run(&args, console)),
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
+        Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
+        Command::Study(args) => {
+            let console = Console::new(args.quiet, args.verbose);
+            in_pool(args.threads, || study::run(&args, &console))
+        }
     }
 }
 
@@ -103,9 +113,17 @@ fn start(
     command: impl FnOnce(&Console) -> anyhow::Result<End> + Send,
 ) -> anyhow::Result<End> {
     let console = Console::new(common.quiet, common.verbose);
+    in_pool(common.threads, || command(&console))
+}
+
+/// Runs in a pool of so many threads, or of one per core.
+fn in_pool<R: Send>(
+    threads: Option<usize>,
+    command: impl FnOnce() -> anyhow::Result<R> + Send,
+) -> anyhow::Result<R> {
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(common.threads.unwrap_or(0))
+        .num_threads(threads.unwrap_or(0))
         .build()
         .context("cannot start the threads; try fewer with --threads")?;
-    pool.install(|| command(&console))
+    pool.install(command)
 }

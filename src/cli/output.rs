@@ -103,5 +103,10 @@ pub fn same_file(a: &Path, b: &Path) -> bool {
 
 /// Writes text beside its target and moves it over it.
 pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes bytes beside their target and moves them over it.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    isomend::io::save(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }

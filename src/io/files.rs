@@ -87,7 +87,11 @@ pub fn write_path(
     Ok(written.notes)
 }
 
-fn save(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+/// Writes bytes to a file beside the target and moves it over the target, so that a failure leaves the target as it was.
+///
+/// # Errors
+/// When the target is a folder or may not be changed, or the file cannot be written.
+pub fn save(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let old = match fs::metadata(path) {
         Ok(old) if old.is_dir() => {
             return Err(std::io::Error::other("it is a folder: name a file in it"));

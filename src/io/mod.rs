@@ -34,7 +34,7 @@ mod vtk;
 mod weld;
 
 pub use error::{IoError, Place};
-pub use files::{read_path, write_path};
+pub use files::{read_path, save, write_path};
 pub use format::Format;
 
 use crate::mesh::Mesh;

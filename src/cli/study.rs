@@ -1,0 +1,253 @@
+//! `isomend study`: the experiments of the paper.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use isomend::study::experiments::{
+    CapSettings, CircleSettings, GraphSettings, MergeSettings, OrthogonalSettings, PatchesSettings,
+    Table1Settings, cap, circle, graph, merge, orthogonal, patches, table1,
+};
+use isomend::study::{Frame, Observer, StudyError, StudyReport, to_svg};
+use serde::Serialize;
+
+use super::console::{self, Console};
+use super::json::Target;
+use super::{End, arguments, output, progress};
+
+const EXAMPLES: &str = "\
+Examples:
+  isomend study table1                                 the table, and what was stated beside what was got
+  isomend study merge --plot merge.svg --series merge  a plate of level lines, and files for ParaView
+  isomend study patches --finest 64 --csv patches.csv";
+
+/// Run an experiment of the paper.
+///
+/// Prints tables, and what the paper states beside what was got. All lengths and times are without units.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct StudyArgs {
+    /// The experiment.
+    #[arg(value_name = "NAME", value_enum)]
+    name: Experiment,
+
+    /// The finest grid: cells a side for table1 and circle, voxels across the hole for patches. Finer ones are left out.
+    #[arg(long, value_name = "N", value_parser = arguments::count)]
+    finest: Option<usize>,
+
+    /// Write the tables as comma-separated values.
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+
+    /// Write the report as JSON to a file, or to standard output with `-`.
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<Target>,
+
+    /// Draw charts and level lines as SVG.
+    #[arg(long, value_name = "FILE.svg")]
+    plot: Option<PathBuf>,
+
+    /// Write the fields of single steps into a folder, as VTI files with one PVD file for each run; made where it is not there.
+    #[arg(long, value_name = "DIR")]
+    series: Option<PathBuf>,
+
+    /// Number of threads [default: one per core]. The result does not depend on it.
+    #[arg(long, value_name = "N", value_parser = arguments::count)]
+    pub(super) threads: Option<usize>,
+
+    /// Print no progress.
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+
+    /// Print more.
+    #[arg(short, long)]
+    pub(super) verbose: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Experiment {
+    /// Spherical cap as a graph: error and order for h = 1/4 to 1/256, variants I, II, Gauss-Newton (Table 1)
+    Table1,
+    /// Growing circle: radius against the exact one (Figures 2 and 3); several minutes
+    Circle,
+    /// Flow of a graph, its energy, and its difference from a parametric flow (Figures 4 and 5)
+    Graph,
+    /// Two squares that merge (Figure 6); a few minutes
+    Merge,
+    /// Level lines at right angles to a natural border (Figure 7)
+    Orthogonal,
+    /// A graph that becomes a spherical cap (Figure 1)
+    Cap,
+    /// Fills of exact surfaces in 3D: error, order, normals, at 16 to 128 voxels across; a few minutes
+    Patches,
+}
+
+/// Runs an experiment and writes what was asked for.
+pub fn run(args: &StudyArgs, console: &Console) -> anyhow::Result<End> {
+    check(args)?;
+    progress::catch_interrupt()?;
+    let recorder = Recorder {
+        console,
+        folder: args.series.as_deref(),
+        written: Mutex::new(BTreeMap::new()),
+    };
+    let report = match experiment(args, &recorder) {
+        Ok(report) => report,
+        Err(StudyError::Stopped) => return Ok(End::Interrupted),
+        Err(error) => return Err(error.into()),
+    };
+    recorder.finish()?;
+    if let Some(path) = &args.csv {
+        output::write_text(path, &report.csv())?;
+    }
+    if let Some(path) = &args.plot {
+        let svg = to_svg(&report).map_err(|error| anyhow::anyhow!("cannot draw: {error}"))?;
+        output::write_text(path, &svg)?;
+    }
+    if let Some(json) = &args.json {
+        json.write(&StudyDocument {
+            command: "study",
+            version: env!("CARGO_PKG_VERSION"),
+            holds: report.holds(),
+            report: &report,
+        })?;
+    }
+    if !matches!(args.json, Some(Target::Stdout)) {
+        let text = report.text_lines().join("\n") + "\n";
+        console::print(&text).context("cannot write to standard output")?;
+    }
+    Ok(if report.holds() {
+        End::Done
+    } else {
+        End::InPart
+    })
+}
+
+/// What can be refused before the long work.
+fn check(args: &StudyArgs) -> anyhow::Result<()> {
+    if let Some(json) = &args.json {
+        json.check(&[])?;
+    }
+    for path in args.csv.iter().chain(&args.plot) {
+        output::check_writable(path)?;
+    }
+    if let Some(path) = &args.plot {
+        let extension = path.extension().unwrap_or_default();
+        if !extension.eq_ignore_ascii_case("svg") {
+            bail!(
+                "--plot {} is not SVG; name a file that ends in .svg",
+                path.display()
+            );
+        }
+    }
+    if let Some(folder) = &args.series {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+    }
+    if args.finest.is_some()
+        && !matches!(
+            args.name,
+            Experiment::Table1 | Experiment::Circle | Experiment::Patches
+        )
+    {
+        bail!("--finest is for table1, circle and patches");
+    }
+    Ok(())
+}
+
+fn experiment(args: &StudyArgs, observer: &Recorder) -> Result<StudyReport, StudyError> {
+    let finest = args.finest.unwrap_or(usize::MAX);
+    match args.name {
+        Experiment::Table1 => {
+            let mut settings = Table1Settings::default();
+            settings.cells.retain(|&cells| cells <= finest);
+            table1(&settings, observer)
+        }
+        Experiment::Circle => {
+            let mut settings = CircleSettings::default();
+            settings.runs.retain(|run| run.0 <= finest);
+            circle(&settings, observer)
+        }
+        Experiment::Graph => graph(&GraphSettings::default(), observer),
+        Experiment::Merge => merge(&MergeSettings::default(), observer),
+        Experiment::Orthogonal => orthogonal(&OrthogonalSettings::default(), observer),
+        Experiment::Cap => cap(&CapSettings::default(), observer),
+        Experiment::Patches => {
+            let mut settings = PatchesSettings::default();
+            settings.refinements.retain(|&r| 16 << r <= finest);
+            patches(&settings, observer)
+        }
+    }
+}
+
+/// The report of `isomend study`.
+#[derive(Serialize)]
+struct StudyDocument<'a> {
+    command: &'static str,
+    version: &'static str,
+    /// Whether every claim holds.
+    holds: bool,
+    #[serde(flatten)]
+    report: &'a StudyReport,
+}
+
+/// Prints progress and keeps fields.
+struct Recorder<'a> {
+    console: &'a Console,
+    folder: Option<&'a Path>,
+    /// (time, file) of the fields of each run.
+    written: Mutex<BTreeMap<String, Vec<(f64, String)>>>,
+}
+
+impl Recorder<'_> {
+    /// Writes the collections that tell ParaView the times.
+    fn finish(&self) -> anyhow::Result<()> {
+        let Some(folder) = self.folder else {
+            return Ok(());
+        };
+        let written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        if written.is_empty() {
+            self.console.warn("this experiment has no fields to write");
+        }
+        for (series, files) in written.iter() {
+            let mut text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\">\n<Collection>\n".to_owned();
+            for (time, file) in files {
+                text += &format!("<DataSet timestep=\"{time:e}\" part=\"0\" file=\"{file}\"/>\n");
+            }
+            text += "</Collection>\n</VTKFile>\n";
+            output::write_text(&folder.join(format!("{series}.pvd")), &text)?;
+        }
+        Ok(())
+    }
+}
+
+impl Observer for Recorder<'_> {
+    fn progress(&self, line: &str) {
+        self.console.say(line);
+    }
+
+    fn frame(&self, frame: &Frame) -> Result<(), StudyError> {
+        let Some(folder) = self.folder else {
+            return Ok(());
+        };
+        let file = format!("{}-{:06}.vti", frame.series, frame.step);
+        output::write_bytes(&folder.join(&file), &frame.to_vti()?).map_err(|error| {
+            StudyError::Frame {
+                step: frame.step,
+                reason: format!("{error:#}"),
+            }
+        })?;
+        let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
+        written
+            .entry(frame.series.to_owned())
+            .or_default()
+            .push((frame.time, file));
+        Ok(())
+    }
+
+    fn keep_going(&self) -> bool {
+        !progress::interrupted()
+    }
+}

@@ -1,0 +1,365 @@
+//! Two meshes beside each other: distances both ways, normals, bending energy, and what of the first is kept in the second.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+use thiserror::Error;
+
+use crate::mesh::{Mesh, face_normal};
+use crate::spatial::Bvh;
+
+/// Why two meshes cannot be compared.
+#[derive(Debug, Error)]
+pub enum CompareError {
+    /// A mesh has no face with an area.
+    #[error("the {which} mesh has no face with an area, so there is nothing to measure from or to")]
+    Empty {
+        /// `first` or `second`.
+        which: &'static str,
+    },
+}
+
+/// Everything about two meshes A and B.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// The first mesh.
+    pub a: SurfaceFacts,
+    /// The second mesh.
+    pub b: SurfaceFacts,
+    /// From samples of A to the closest points of B.
+    pub a_to_b: Distances,
+    /// From samples of B to the closest points of A.
+    pub b_to_a: Distances,
+    /// What of A is in B.
+    pub kept: Kept,
+}
+
+/// One mesh by itself.
+#[derive(Clone, Debug, Serialize)]
+pub struct SurfaceFacts {
+    /// Vertices.
+    pub vertices: usize,
+    /// Faces.
+    pub faces: usize,
+    /// Area in the mesh's units squared.
+    pub area: f64,
+    /// `½ ∫ h² dA` with h the sum of the principal curvatures: 8π for a sphere. Without the vertices of the border.
+    pub willmore_energy: f64,
+    /// Vertices of the border, which have no curvature vector.
+    pub border_vertices: usize,
+}
+
+/// Distances from samples of one mesh to another, in the meshes' units.
+#[derive(Clone, Debug, Serialize)]
+pub struct Distances {
+    /// Samples, spread evenly over the area.
+    pub samples: usize,
+    /// Largest distance of a sample or a vertex.
+    pub max: f64,
+    /// Where it is.
+    pub max_at: DVec3,
+    /// Root mean square distance of the samples.
+    pub rms: f64,
+    /// Mean distance of the samples.
+    pub mean: f64,
+    /// Mean angle between the faces' normals at a sample and at its closest point, in degrees.
+    pub normal_mean: f64,
+    /// Largest such angle.
+    pub normal_max: f64,
+}
+
+/// What of A is bit for bit in B.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Kept {
+    /// Vertices of A whose position is that of a vertex of B.
+    pub vertices: usize,
+    /// Vertices of A, from the first on, that have the same number in B.
+    pub vertices_in_order: usize,
+    /// Faces of A whose corners' positions are those of a face of B, in the same sense of rotation.
+    pub faces: usize,
+    /// Faces of A, from the first on, that have the same number and the same vertex numbers in B.
+    pub faces_in_order: usize,
+}
+
+/// Compares two meshes by so many samples on each.
+///
+/// # Errors
+/// When one of them has no face with an area.
+pub fn compare(a: &Mesh, b: &Mesh, samples: usize) -> Result<Comparison, CompareError> {
+    let facts = |mesh: &Mesh, which| {
+        let facts = surface_facts(mesh);
+        if facts.area > 0.0 {
+            Ok(facts)
+        } else {
+            Err(CompareError::Empty { which })
+        }
+    };
+    Ok(Comparison {
+        a: facts(a, "first")?,
+        b: facts(b, "second")?,
+        a_to_b: distances(a, b, samples),
+        b_to_a: distances(b, a, samples),
+        kept: kept(a, b),
+    })
+}
+
+fn twice_area(mesh: &Mesh, face: &[u32; 3]) -> f64 {
+    let [p, q, r] = face.map(|v| mesh.positions[v as usize]);
+    (q - p).cross(r - p).length()
+}
+
+fn surface_facts(mesh: &Mesh) -> SurfaceFacts {
+    let (energy, border) = willmore_energy(mesh);
+    SurfaceFacts {
+        vertices: mesh.positions.len(),
+        faces: mesh.faces.len(),
+        area: 0.5 * mesh.faces.iter().map(|f| twice_area(mesh, f)).sum::<f64>(),
+        willmore_energy: energy,
+        border_vertices: border,
+    }
+}
+
+/// `½ Σ |K_i|² A_i` over the inner vertices, `K_i` the curvature vector by cotangents and `A_i` the mixed Voronoi area
+/// (Meyer, Desbrun, Schröder, Barr 2003); and the number of border vertices.
+fn willmore_energy(mesh: &Mesh) -> (f64, usize) {
+    let n = mesh.positions.len();
+    let (mut bent, mut area) = (vec![DVec3::ZERO; n], vec![0.0; n]);
+    let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
+    for face in &mesh.faces {
+        let p = face.map(|v| mesh.positions[v as usize]);
+        let twice = twice_area(mesh, face);
+        for k in 0..3 {
+            let (i, j, l) = (k, (k + 1) % 3, (k + 2) % 3);
+            let (a, b) = (face[i], face[j]);
+            *edges.entry((a.min(b), a.max(b))).or_default() += 1;
+            if twice <= 0.0 {
+                continue;
+            }
+            // The angle across the edge from i to j is at l.
+            let half_cotangent = 0.5 * (p[i] - p[l]).dot(p[j] - p[l]) / twice;
+            let pull = half_cotangent * (p[j] - p[i]);
+            bent[a as usize] += pull;
+            bent[b as usize] -= pull;
+            area[a as usize] += voronoi_part(p[i], p[j], p[l], twice);
+        }
+    }
+    let mut border = vec![false; n];
+    for (&(a, b), &count) in &edges {
+        if count != 2 {
+            border[a as usize] = true;
+            border[b as usize] = true;
+        }
+    }
+    let energy = (0..n)
+        .filter(|&v| !border[v] && area[v] > 0.0)
+        .map(|v| 0.5 * bent[v].length_squared() / area[v])
+        .sum();
+    (energy, border.iter().filter(|b| **b).count())
+}
+
+/// The part of a triangle that belongs to its corner `p`.
+fn voronoi_part(p: DVec3, q: DVec3, r: DVec3, twice: f64) -> f64 {
+    let at_p = (q - p).dot(r - p);
+    let at_q = (p - q).dot(r - q);
+    let at_r = (p - r).dot(q - r);
+    if at_p < 0.0 {
+        return 0.25 * twice;
+    }
+    if at_q < 0.0 || at_r < 0.0 {
+        return 0.125 * twice;
+    }
+    0.125 * ((r - p).length_squared() * at_q + (q - p).length_squared() * at_r) / twice
+}
+
+/// A point of a face.
+struct Sample {
+    point: DVec3,
+    face: u32,
+}
+
+/// Points at equal steps of the area, face after face; inside a face they follow a sequence that fills it evenly.
+fn spread(mesh: &Mesh, count: usize) -> Vec<Sample> {
+    let total: f64 = mesh.faces.iter().map(|f| twice_area(mesh, f)).sum();
+    let step = total / count as f64;
+    let mut samples = Vec::with_capacity(count);
+    let (mut passed, mut next) = (0.0, 0.5 * step);
+    for (f, face) in mesh.faces.iter().enumerate() {
+        let [p, q, r] = face.map(|v| mesh.positions[v as usize]);
+        passed += twice_area(mesh, face);
+        while next < passed {
+            let k = samples.len() as f64;
+            // Roberts' R2 sequence, folded into the triangle.
+            let (mut u, mut v) = (
+                (0.5 + 0.754_877_666_246_693 * k).fract(),
+                (0.5 + 0.569_840_290_998_053 * k).fract(),
+            );
+            if u + v > 1.0 {
+                (u, v) = (1.0 - u, 1.0 - v);
+            }
+            samples.push(Sample {
+                point: p + u * (q - p) + v * (r - p),
+                face: f as u32,
+            });
+            next += step;
+        }
+    }
+    samples
+}
+
+fn distances(from: &Mesh, to: &Mesh, count: usize) -> Distances {
+    let bvh = Bvh::new(to, 0..to.faces.len() as u32);
+    let samples = spread(from, count);
+    let measured: Vec<(f64, f64)> = samples
+        .par_iter()
+        .map(|s| {
+            let Some(foot) = bvh.closest(s.point, f64::INFINITY) else {
+                return (f64::NAN, f64::NAN);
+            };
+            let angle = face_normal(from, s.face).angle_between(face_normal(to, foot.face));
+            (foot.distance, angle.to_degrees())
+        })
+        .collect();
+    // The farthest point of a polyhedron is often a vertex.
+    let used: HashSet<u32> = from.faces.iter().flatten().copied().collect();
+    let mut corners: Vec<u32> = used.into_iter().collect();
+    corners.sort_unstable();
+    let at_corners: Vec<f64> = corners
+        .par_iter()
+        .map(|&v| {
+            let foot = bvh.closest(from.positions[v as usize], f64::INFINITY);
+            foot.map_or(f64::NAN, |f| f.distance)
+        })
+        .collect();
+    let points = samples
+        .iter()
+        .map(|s| s.point)
+        .zip(measured.iter().map(|m| m.0));
+    let corners = corners
+        .iter()
+        .map(|&v| from.positions[v as usize])
+        .zip(at_corners);
+    let (max_at, max) =
+        points.chain(corners).fold(
+            (DVec3::ZERO, 0.0),
+            |best, x| if x.1 > best.1 { x } else { best },
+        );
+    let n = measured.len().max(1) as f64;
+    // A face without area has no normal.
+    let angles = || measured.iter().map(|m| m.1).filter(|a| a.is_finite());
+    Distances {
+        samples: measured.len(),
+        max,
+        max_at,
+        rms: (measured.iter().map(|m| m.0 * m.0).sum::<f64>() / n).sqrt(),
+        mean: measured.iter().map(|m| m.0).sum::<f64>() / n,
+        normal_mean: angles().sum::<f64>() / angles().count().max(1) as f64,
+        normal_max: angles().fold(0.0, f64::max),
+    }
+}
+
+type Bits = [u64; 3];
+
+fn bits(p: DVec3) -> Bits {
+    p.to_array().map(f64::to_bits)
+}
+
+/// The corners of a face, beginning with the least.
+fn face_bits(mesh: &Mesh, face: &[u32; 3]) -> [Bits; 3] {
+    let corners = face.map(|v| bits(mesh.positions[v as usize]));
+    let [a, b, c] = corners;
+    [[a, b, c], [b, c, a], [c, a, b]]
+        .into_iter()
+        .min()
+        .unwrap_or(corners)
+}
+
+fn kept(a: &Mesh, b: &Mesh) -> Kept {
+    let places: HashSet<Bits> = b.positions.iter().map(|&p| bits(p)).collect();
+    let faces: HashSet<[Bits; 3]> = b.faces.iter().map(|f| face_bits(b, f)).collect();
+    let same_places = a.positions.iter().zip(&b.positions);
+    let same_faces = a.faces.iter().zip(&b.faces);
+    Kept {
+        vertices: a
+            .positions
+            .iter()
+            .filter(|&&p| places.contains(&bits(p)))
+            .count(),
+        vertices_in_order: same_places
+            .take_while(|(p, q)| bits(**p) == bits(**q))
+            .count(),
+        faces: a
+            .faces
+            .iter()
+            .filter(|f| faces.contains(&face_bits(a, f)))
+            .count(),
+        faces_in_order: same_faces.take_while(|(f, g)| f == g).count(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::mesh::shapes;
+
+    #[test]
+    fn a_mesh_is_all_kept_in_itself() {
+        let mesh = shapes::icosphere(3);
+        let same = compare(&mesh, &mesh, 2000).expect("a comparison");
+        assert!(same.a_to_b.max < 1e-12 && same.a_to_b.normal_mean < 1e-5);
+        let (vertices, faces) = (mesh.positions.len(), mesh.faces.len());
+        let all = Kept {
+            vertices,
+            vertices_in_order: vertices,
+            faces,
+            faces_in_order: faces,
+        };
+        assert_eq!(same.kept, all);
+    }
+
+    #[test]
+    fn parallel_squares_are_as_far_apart_as_they_are() {
+        let square = |z: f64, flip: bool| {
+            let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+            let positions = corners.map(|[x, y]| DVec3::new(x, y, z)).to_vec();
+            let faces = vec![[0, 1, 2], [0, 2, 3]];
+            let turned = faces
+                .iter()
+                .map(|f: &[u32; 3]| [f[0], f[2], f[1]])
+                .collect();
+            Mesh::new(positions, if flip { turned } else { faces })
+        };
+        let c = compare(&square(0.0, false), &square(0.25, true), 1000).expect("a comparison");
+        for d in [&c.a_to_b, &c.b_to_a] {
+            assert_eq!(d.samples, 1000);
+            for x in [d.max, d.rms, d.mean] {
+                assert!((x - 0.25).abs() < 1e-12, "{d:?}");
+            }
+            assert!((d.normal_mean - 180.0).abs() < 1e-6);
+        }
+        assert_eq!(c.kept, Kept::default());
+        assert_eq!((c.a.border_vertices, c.a.willmore_energy), (4, 0.0));
+        assert!((c.a.area - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_energy_of_a_sphere_is_8_pi() {
+        let fine = surface_facts(&shapes::icosphere(4));
+        assert!(
+            (fine.willmore_energy / (8.0 * PI) - 1.0).abs() < 0.02,
+            "{fine:?}"
+        );
+    }
+
+    #[test]
+    fn a_mesh_without_area_is_refused() {
+        let mesh = shapes::icosphere(1);
+        assert!(matches!(
+            compare(&mesh, &Mesh::default(), 10),
+            Err(CompareError::Empty { which: "second" })
+        ));
+    }
+}

@@ -1,0 +1,61 @@
+//! The bilinear element on the unit square: 2 × 2 Gauss points and the centre.
+
+use std::sync::LazyLock;
+
+/// Values and gradients of the four shape functions at one point; corner `a` is at (a & 1, a >> 1).
+#[derive(Clone, Copy)]
+pub struct Shape {
+    /// Values.
+    pub value: [f64; 4],
+    /// Derivatives along x and y on the unit square.
+    pub gradient: [[f64; 4]; 2],
+}
+
+impl Shape {
+    fn at(x: f64, y: f64) -> Self {
+        Self {
+            value: [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y],
+            gradient: [[y - 1.0, 1.0 - y, -y, y], [x - 1.0, -x, 1.0 - x, x]],
+        }
+    }
+
+    /// Gradient of the interpolant with corner values `v`.
+    #[inline]
+    pub fn gradient_of(&self, v: &[f64; 4]) -> [f64; 2] {
+        let [gx, gy] = &self.gradient;
+        [
+            gx[0] * v[0] + gx[1] * v[1] + gx[2] * v[2] + gx[3] * v[3],
+            gy[0] * v[0] + gy[1] * v[1] + gy[2] * v[2] + gy[3] * v[3],
+        ]
+    }
+
+    /// Value of the interpolant with corner values `v`.
+    #[inline]
+    pub fn value_of(&self, v: &[f64; 4]) -> f64 {
+        let n = &self.value;
+        n[0] * v[0] + n[1] * v[1] + n[2] * v[2] + n[3] * v[3]
+    }
+}
+
+/// The element's quadrature points.
+pub struct Element {
+    /// The four Gauss points, each of weight 1/4.
+    pub gauss: [Shape; 4],
+    /// The centre.
+    pub centre: Shape,
+}
+
+/// Abscissae of the two-point Gauss rule on [0, 1].
+pub fn gauss_points() -> [f64; 2] {
+    let s = 0.5 / 3f64.sqrt();
+    [0.5 - s, 0.5 + s]
+}
+
+/// The element's constant tables.
+pub static ELEMENT: LazyLock<Element> = LazyLock::new(|| {
+    let g = gauss_points();
+    Element {
+        gauss: std::array::from_fn(|q| Shape::at(g[q & 1], g[q >> 1])),
+        centre: Shape::at(0.5, 0.5),
+    }
+});

@@ -1,0 +1,62 @@
+//! Runs of many steps, and their energies.
+
+use super::observer::{Observer, StudyError};
+use super::step::PlaneFlow;
+
+/// What a run left behind.
+#[derive(Clone, Debug, Default)]
+pub struct Evolution {
+    /// Energy before each step.
+    pub energies: Vec<f64>,
+    /// Iterations of the linear solver in all.
+    pub iterations: usize,
+    /// Steps whose system was not solved to its tolerance.
+    pub unsolved: usize,
+}
+
+impl Evolution {
+    /// Takes some steps.
+    pub fn advance(
+        &mut self,
+        flow: &mut PlaneFlow,
+        phi: &mut [f64],
+        steps: usize,
+        observer: &dyn Observer,
+    ) -> Result<(), StudyError> {
+        for _ in 0..steps {
+            if !observer.keep_going() {
+                return Err(StudyError::Stopped);
+            }
+            let step = flow.step(phi);
+            self.energies.push(step.energy);
+            self.iterations += step.iterations;
+            self.unsolved += usize::from(!step.solved);
+            if !step.energy.is_finite() || !step.movement.is_finite() {
+                return Err(StudyError::BlewUp {
+                    step: self.energies.len(),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Steps in which the energy rose by more than rounding.
+    pub fn rises(&self) -> usize {
+        self.energies
+            .windows(2)
+            .filter(|e| e[1] > e[0] * (1.0 + 1e-12))
+            .count()
+    }
+
+    /// Iterations a step.
+    pub fn iterations_per_step(&self) -> f64 {
+        self.iterations as f64 / self.energies.len().max(1) as f64
+    }
+
+    /// (time, energy) before each step, thinned to at most about 500 points.
+    pub fn curve(&self, tau: f64) -> Vec<(f64, f64)> {
+        let every = self.energies.len().div_ceil(500).max(1);
+        let points = self.energies.iter().enumerate().step_by(every);
+        points.map(|(k, &e)| (k as f64 * tau, e)).collect()
+    }
+}

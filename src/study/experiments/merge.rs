@@ -1,0 +1,325 @@
+//! Figure 6: two squares become round and merge to one oval.
+
+use std::time::Instant;
+
+use crate::flow::Variant;
+use crate::study::contour::{level_line, pieces_inside};
+use crate::study::evolution::Evolution;
+use crate::study::grid::SquareGrid;
+use crate::study::observer::{Frame, Observer, StudyError};
+use crate::study::plane::PlaneEnergy;
+use crate::study::report::{Chart, Levels, Panel, StudyReport, Table};
+use crate::study::step::{PlaneFlow, Tolerance};
+
+use super::{claim_fall, line};
+
+/// Settings of the experiment.
+#[derive(Clone, Debug)]
+pub struct MergeSettings {
+    /// Cells a side of the unit square.
+    pub cells: usize,
+    /// Steps in all.
+    pub steps: usize,
+    /// Steps at which the level lines are drawn.
+    pub drawn: Vec<usize>,
+    /// The step by which the squares are to be one.
+    pub merged_by: usize,
+}
+
+impl Default for MergeSettings {
+    fn default() -> Self {
+        Self {
+            cells: 128,
+            steps: 6000,
+            drawn: vec![0, 100, 1000, 2000, 3000, 6000],
+            merged_by: 3000,
+        }
+    }
+}
+
+/// The squares: half of their side, and their centres.
+const HALF: f64 = 0.1;
+const CENTRES: [[f64; 2]; 2] = [[0.365, 0.5], [0.635, 0.5]];
+/// Time step in units of h⁴, and ε in units of h.
+const TIME_STEP: f64 = 10.0;
+const EPSILON: f64 = 5.0;
+/// Steps between looks at the level lines.
+const LOOK: usize = 50;
+
+/// Signed distance to a square of half side [`HALF`] round `centre`.
+fn square([x, y]: [f64; 2], centre: [f64; 2]) -> f64 {
+    let (dx, dy) = ((x - centre[0]).abs() - HALF, (y - centre[1]).abs() - HALF);
+    dx.max(0.0).hypot(dy.max(0.0)) + dx.max(dy).min(0.0)
+}
+
+/// What is seen of the inside.
+struct Look {
+    pieces: usize,
+    area: f64,
+    /// Farthest over nearest distance from the centre of a piece to its border; of all pieces the largest.
+    roundness: f64,
+    /// Area over that of the convex hull.
+    convexity: f64,
+}
+
+/// What has been seen so far.
+struct Watch<'a> {
+    settings: &'a MergeSettings,
+    observer: &'a dyn Observer,
+    grid: SquareGrid,
+    tau: f64,
+    table: Table,
+    panels: Vec<Panel>,
+    /// The step since which there is one piece.
+    merged: Option<usize>,
+    /// Roundness at step 100.
+    round: Option<f64>,
+}
+
+impl Watch<'_> {
+    fn look(&mut self, done: usize, phi: &[f64], energy: &PlaneEnergy) -> Result<Look, StudyError> {
+        let seen = look(&self.grid, phi);
+        self.merged = (seen.pieces == 1).then(|| self.merged.unwrap_or(done));
+        if done == 100 {
+            self.round = Some(seen.roundness);
+        }
+        let last = self.settings.steps;
+        if self.settings.drawn.contains(&done) || done == last {
+            self.observer.progress(&format!(
+                "merge: step {done} of {last}, {} pieces",
+                seen.pieces
+            ));
+            self.table.rows.push(vec![
+                done.into(),
+                energy.energy(phi).into(),
+                seen.pieces.into(),
+                seen.area.into(),
+                seen.roundness.into(),
+                seen.convexity.into(),
+            ]);
+            self.panels
+                .push(Panel::Levels(drawn(&self.grid, phi, done)));
+            self.observer.frame(&Frame {
+                series: "merge",
+                step: done,
+                time: done as f64 * self.tau,
+                grid: &self.grid,
+                field: phi,
+            })?;
+        }
+        Ok(seen)
+    }
+
+    /// Steps until the next look.
+    fn part(&self, done: usize) -> usize {
+        let drawn = self.settings.drawn.iter().filter(|&&d| d > done).min();
+        let next = drawn.map_or(self.settings.steps, |&d| d.min(self.settings.steps));
+        LOOK.min(next - done)
+    }
+}
+
+/// Runs the experiment.
+pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyReport, StudyError> {
+    let clock = Instant::now();
+    let mut report = StudyReport::new(
+        "merge",
+        "Figure 6: two squares under Willmore flow; variant II, epsilon = 5 h, time step 10 h^4, natural border, no redistancing",
+    );
+    let grid = SquareGrid::new(settings.cells, [0.0; 2], 1.0);
+    let h = grid.h();
+    let tau = TIME_STEP * h.powi(4);
+    let mut phi = grid.field(|x| square(x, CENTRES[0]).min(square(x, CENTRES[1])));
+    let energy = PlaneEnergy::natural(grid.clone(), EPSILON * h);
+    let mut flow = PlaneFlow::new(energy, Variant::II, tau, Tolerance::OfState(1e-7));
+    let mut evolution = Evolution::default();
+    let columns = [
+        "step",
+        "energy",
+        "pieces",
+        "area",
+        "farthest / nearest",
+        "area / hull",
+    ];
+    let mut watch = Watch {
+        settings,
+        observer,
+        grid,
+        tau,
+        table: Table::new(&format!("h = 1/{}", settings.cells), &columns),
+        panels: Vec::new(),
+        merged: None,
+        round: None,
+    };
+    let mut last = watch.look(0, &phi, &flow.energy)?;
+    while evolution.energies.len() < settings.steps {
+        let part = watch.part(evolution.energies.len());
+        evolution.advance(&mut flow, &mut phi, part, observer)?;
+        last = watch.look(evolution.energies.len(), &phi, &flow.energy)?;
+    }
+    claims(&mut report, &watch, &evolution, &last);
+    report.tables.push(watch.table);
+    report.panels = watch.panels;
+    report.panels.push(Panel::Chart(Chart {
+        title: "Energy".to_owned(),
+        axes: ["step", "energy"],
+        logarithmic: [false, true],
+        curves: vec![line("energy", evolution.curve(1.0))],
+    }));
+    report.remarks.push(format!(
+        "{:.1} iterations a step",
+        evolution.iterations_per_step()
+    ));
+    report.seconds = clock.elapsed().as_secs_f64();
+    Ok(report)
+}
+
+fn claims(report: &mut StudyReport, watch: &Watch, evolution: &Evolution, last: &Look) {
+    let (settings, merged) = (watch.settings, watch.merged);
+    claim_fall(report, evolution);
+    if let Some(r) = watch.round {
+        report.claim(
+            "round by step 100",
+            "farthest over nearest point of the border below 1.1 (a square: 1.414)".to_owned(),
+            format!("{r:.3}"),
+            r < 1.1,
+        );
+    }
+    if settings.steps >= settings.merged_by {
+        report.claim(
+            "one piece",
+            format!("by step {}", settings.merged_by),
+            merged.map_or("never".to_owned(), |s| format!("by step {s}")),
+            merged.is_some_and(|s| s <= settings.merged_by),
+        );
+    }
+    if settings.steps >= 2 * settings.merged_by {
+        report.claim(
+            &format!("a convex oval at step {}", settings.steps),
+            "one piece that fills its convex hull to 1 %".to_owned(),
+            format!(
+                "{} piece(s), {:.2} % of the hull",
+                last.pieces,
+                100.0 * last.convexity
+            ),
+            last.pieces == 1 && last.convexity > 0.99,
+        );
+    }
+}
+
+/// The zero line and twenty others.
+pub(super) fn drawn(grid: &SquareGrid, phi: &[f64], step: usize) -> Levels {
+    let values = grid.strip(phi);
+    let (low, high) = values
+        .iter()
+        .fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(*v), h.max(*v)));
+    let thin = (1..=20)
+        .flat_map(|k| level_line(grid, phi, low + (high - low) * f64::from(k) / 21.0))
+        .collect();
+    Levels {
+        title: format!("step {step}"),
+        square: (grid.origin(), grid.h() * grid.cells() as f64),
+        thin,
+        bold: level_line(grid, phi, 0.0),
+    }
+}
+
+fn look(grid: &SquareGrid, phi: &[f64]) -> Look {
+    let pieces = pieces_inside(grid, phi);
+    let line = level_line(grid, phi, 0.0);
+    // Pieces are told apart by the side of x = ½ while there are two.
+    let sides: Vec<Vec<[f64; 2]>> = if pieces == 2 {
+        [true, false]
+            .map(|left| {
+                line.iter()
+                    .flatten()
+                    .copied()
+                    .filter(|p| (p[0] < 0.5) == left)
+                    .collect()
+            })
+            .to_vec()
+    } else {
+        vec![line.iter().flatten().copied().collect()]
+    };
+    // Green's theorem: the segments have no common direction, so each is turned to have the inside on its left.
+    let area = line
+        .iter()
+        .map(|[p, q]| {
+            let centre = if pieces == 2 {
+                CENTRES[usize::from(p[0] > 0.5)]
+            } else {
+                [0.5, 0.5]
+            };
+            let cross =
+                (p[0] - centre[0]) * (q[1] - centre[1]) - (p[1] - centre[1]) * (q[0] - centre[0]);
+            0.5 * cross.abs()
+        })
+        .sum();
+    let hull: f64 = sides.iter().map(|s| hull_area(s)).sum();
+    Look {
+        pieces,
+        area,
+        roundness: sides.iter().map(|s| spread(s)).fold(0.0, f64::max),
+        convexity: if hull > 0.0 { area / hull } else { 0.0 },
+    }
+}
+
+fn spread(points: &[[f64; 2]]) -> f64 {
+    let n = points.len() as f64;
+    let mean = points
+        .iter()
+        .fold([0.0; 2], |m, p| [m[0] + p[0] / n, m[1] + p[1] / n]);
+    let (low, high) = points.iter().fold((f64::MAX, 0.0f64), |(l, h), p| {
+        let r = (p[0] - mean[0]).hypot(p[1] - mean[1]);
+        (l.min(r), h.max(r))
+    });
+    high / low
+}
+
+/// Area of the convex hull (Andrew's monotone chain).
+fn hull_area(points: &[[f64; 2]]) -> f64 {
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+    let turn = |a: [f64; 2], b: [f64; 2], c: [f64; 2]| {
+        (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    };
+    let chain = |points: &mut dyn Iterator<Item = [f64; 2]>| {
+        let mut out: Vec<[f64; 2]> = Vec::new();
+        for p in points {
+            while out.len() > 1 && turn(out[out.len() - 2], out[out.len() - 1], p) <= 0.0 {
+                out.pop();
+            }
+            out.push(p);
+        }
+        out
+    };
+    let mut hull = chain(&mut sorted.iter().copied());
+    let upper = chain(&mut sorted.iter().rev().copied());
+    hull.extend(upper);
+    let n = hull.len();
+    (0..n)
+        .map(|k| {
+            let (p, q) = (hull[k], hull[(k + 1) % n]);
+            0.5 * (p[0] * q[1] - p[1] * q[0])
+        })
+        .sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_squares_are_seen_as_such() {
+        let grid = SquareGrid::new(100, [0.0; 2], 1.0);
+        let phi = grid.field(|x| square(x, CENTRES[0]).min(square(x, CENTRES[1])));
+        let seen = look(&grid, &phi);
+        assert_eq!(seen.pieces, 2);
+        assert!((seen.area - 0.08).abs() < 1e-3, "{}", seen.area);
+        assert!(
+            (seen.roundness - 2f64.sqrt()).abs() < 0.05,
+            "{}",
+            seen.roundness
+        );
+        assert!((seen.convexity - 1.0).abs() < 0.01, "{}", seen.convexity);
+    }
+}

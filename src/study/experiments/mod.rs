@@ -1,0 +1,71 @@
+//! The experiments.
+
+mod cap;
+mod circle;
+mod graph;
+mod merge;
+mod orthogonal;
+mod patches;
+mod table1;
+
+pub use cap::{CapSettings, cap};
+pub use circle::{CircleSettings, circle};
+pub use graph::{GraphSettings, graph};
+pub use merge::{MergeSettings, merge};
+pub use orthogonal::{OrthogonalSettings, orthogonal};
+pub use patches::{PatchError, PatchesSettings, fill_shape, patch_error, patches};
+pub use table1::{Table1Settings, table1};
+
+use rayon::prelude::*;
+
+use super::evolution::Evolution;
+use super::observer::StudyError;
+use super::report::{Chart, Curve, Panel, StudyReport};
+use crate::flow::Variant;
+
+/// The name of a scheme.
+fn variant_name(variant: Variant) -> &'static str {
+    match variant {
+        Variant::I => "I",
+        Variant::II => "II",
+        Variant::GaussNewton => "gauss-newton",
+    }
+}
+
+/// Runs at the same time, as many as there are threads; the results are in order.
+fn in_parallel<S: Sync, R: Send>(
+    settings: &[S],
+    run: impl Fn(&S) -> Result<R, StudyError> + Sync + Send,
+) -> Result<Vec<R>, StudyError> {
+    settings.par_iter().with_max_len(1).map(run).collect()
+}
+
+/// The claim that the energy falls in every step.
+fn claim_fall(report: &mut StudyReport, evolution: &Evolution) {
+    let (rises, steps) = (evolution.rises(), evolution.energies.len());
+    report.claim(
+        "energy",
+        "falls in every step".to_owned(),
+        format!("{rises} rises in {steps} steps"),
+        rises == 0,
+    );
+}
+
+/// A chart with linear axes.
+fn chart(title: &str, axes: [&'static str; 2], curves: Vec<Curve>) -> Panel {
+    Panel::Chart(Chart {
+        title: title.to_owned(),
+        axes,
+        logarithmic: [false, false],
+        curves,
+    })
+}
+
+/// A line.
+fn line(name: &str, points: Vec<(f64, f64)>) -> Curve {
+    Curve {
+        name: name.to_owned(),
+        points,
+        dots: false,
+    }
+}

@@ -1,0 +1,302 @@
+//! What an experiment hands back: tables, what was stated beside what was got, and what to draw.
+
+use serde::Serialize;
+
+use super::contour::Segment;
+
+/// The result of an experiment.
+#[derive(Clone, Debug, Serialize)]
+pub struct StudyReport {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What it is.
+    pub title: String,
+    /// What was measured.
+    pub tables: Vec<Table>,
+    /// What was stated, beside what was got.
+    pub claims: Vec<Claim>,
+    /// Remarks on how it was run.
+    pub remarks: Vec<String>,
+    /// Seconds in all.
+    pub seconds: f64,
+    /// What to draw.
+    #[serde(skip)]
+    pub panels: Vec<Panel>,
+}
+
+impl StudyReport {
+    /// An empty report.
+    pub fn new(name: &'static str, title: &str) -> Self {
+        Self {
+            name,
+            title: title.to_owned(),
+            tables: Vec::new(),
+            claims: Vec::new(),
+            remarks: Vec::new(),
+            seconds: 0.0,
+            panels: Vec::new(),
+        }
+    }
+
+    /// Whether every claim holds.
+    pub fn holds(&self) -> bool {
+        self.claims.iter().all(|c| c.holds)
+    }
+
+    /// Adds a claim.
+    pub fn claim(&mut self, what: &str, stated: String, got: String, holds: bool) {
+        self.claims.push(Claim {
+            what: what.to_owned(),
+            stated,
+            got,
+            holds,
+        });
+    }
+
+    /// The report as lines of text.
+    pub fn text_lines(&self) -> Vec<String> {
+        let mut lines = vec![self.title.clone(), String::new()];
+        for table in &self.tables {
+            lines.extend(table.text_lines());
+            lines.push(String::new());
+        }
+        lines.extend(self.remarks.iter().map(|r| format!("note: {r}")));
+        if !self.remarks.is_empty() {
+            lines.push(String::new());
+        }
+        for c in &self.claims {
+            let word = if c.holds { "pass" } else { "FAIL" };
+            lines.push(format!(
+                "{word}  {}: stated {}; got {}",
+                c.what, c.stated, c.got
+            ));
+        }
+        lines.push(format!("{:.1} s", self.seconds));
+        lines
+    }
+
+    /// The tables as comma-separated values, each after a line `# title`.
+    pub fn csv(&self) -> String {
+        let mut out = String::new();
+        for table in &self.tables {
+            out += &format!("# {}\n", table.title);
+            out += &csv_line(table.columns.iter().map(|c| (*c).to_owned()));
+            for row in &table.rows {
+                out += &csv_line(row.iter().map(Cell::exact));
+            }
+        }
+        out
+    }
+}
+
+fn csv_line(cells: impl Iterator<Item = String>) -> String {
+    let quoted = cells.map(|c| {
+        if c.contains([',', '"', '\n']) {
+            format!("\"{}\"", c.replace('"', "\"\""))
+        } else {
+            c
+        }
+    });
+    let mut line = quoted.collect::<Vec<_>>().join(",");
+    line.push('\n');
+    line
+}
+
+/// What the paper or the project's reference states, beside what was got.
+#[derive(Clone, Debug, Serialize)]
+pub struct Claim {
+    /// What it is about.
+    pub what: String,
+    /// What was stated.
+    pub stated: String,
+    /// What was got.
+    pub got: String,
+    /// Whether they agree.
+    pub holds: bool,
+}
+
+/// A table.
+#[derive(Clone, Debug, Serialize)]
+pub struct Table {
+    /// What it shows.
+    pub title: String,
+    /// Names of the columns, with units.
+    pub columns: Vec<&'static str>,
+    /// The rows.
+    pub rows: Vec<Vec<Cell>>,
+}
+
+impl Table {
+    /// A table without rows.
+    pub fn new(title: &str, columns: &[&'static str]) -> Self {
+        Self {
+            title: title.to_owned(),
+            columns: columns.to_vec(),
+            rows: Vec::new(),
+        }
+    }
+
+    /// The table as text, its columns aligned.
+    pub fn text_lines(&self) -> Vec<String> {
+        let cells: Vec<Vec<String>> =
+            std::iter::once(self.columns.iter().map(|c| (*c).to_owned()).collect())
+                .chain(
+                    self.rows
+                        .iter()
+                        .map(|r| r.iter().map(Cell::short).collect()),
+                )
+                .collect();
+        let widths: Vec<usize> = (0..self.columns.len())
+            .map(|k| {
+                cells
+                    .iter()
+                    .map(|r| r[k].chars().count())
+                    .max()
+                    .unwrap_or(0)
+            })
+            .collect();
+        let line = |row: &Vec<String>| {
+            let padded = row.iter().zip(&widths).map(|(c, w)| format!("{c:>w$}"));
+            padded.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+        };
+        std::iter::once(self.title.clone())
+            .chain(cells.iter().map(line))
+            .collect()
+    }
+}
+
+/// An entry of a table.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Cell {
+    /// Text.
+    Text(String),
+    /// A number of things.
+    Count(usize),
+    /// A number.
+    Number(f64),
+    /// Nothing to compare with.
+    Missing,
+}
+
+impl Cell {
+    fn short(&self) -> String {
+        match self {
+            Cell::Text(t) => t.clone(),
+            Cell::Count(n) => n.to_string(),
+            Cell::Number(x) => short_number(*x),
+            Cell::Missing => "-".to_owned(),
+        }
+    }
+
+    fn exact(&self) -> String {
+        match self {
+            Cell::Number(x) => format!("{x:e}"),
+            Cell::Missing => String::new(),
+            other => other.short(),
+        }
+    }
+}
+
+impl From<&str> for Cell {
+    fn from(text: &str) -> Self {
+        Cell::Text(text.to_owned())
+    }
+}
+
+impl From<usize> for Cell {
+    fn from(n: usize) -> Self {
+        Cell::Count(n)
+    }
+}
+
+impl From<f64> for Cell {
+    fn from(x: f64) -> Self {
+        Cell::Number(x)
+    }
+}
+
+impl From<Option<f64>> for Cell {
+    fn from(x: Option<f64>) -> Self {
+        x.map_or(Cell::Missing, Cell::Number)
+    }
+}
+
+/// Four digits, with an exponent where the number is small or large.
+pub fn short_number(x: f64) -> String {
+    match x.abs() {
+        0.0 => "0".to_owned(),
+        a if !(1e-2..1e5).contains(&a) => format!("{x:.3e}"),
+        a if a < 1.0 => format!("{x:.4}"),
+        a if a < 100.0 => format!("{x:.3}"),
+        _ => format!("{x:.1}"),
+    }
+}
+
+/// One picture of a plate.
+#[derive(Clone, Debug)]
+pub enum Panel {
+    /// Curves over axes.
+    Chart(Chart),
+    /// Level lines of a function on a square.
+    Levels(Levels),
+}
+
+/// Curves over axes.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    /// Heading.
+    pub title: String,
+    /// What the axes are, with units.
+    pub axes: [&'static str; 2],
+    /// Which axes are logarithmic.
+    pub logarithmic: [bool; 2],
+    /// The curves.
+    pub curves: Vec<Curve>,
+}
+
+/// A curve.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// Its name in the legend.
+    pub name: String,
+    /// Its points.
+    pub points: Vec<(f64, f64)>,
+    /// Whether it is drawn as dots: what was measured at few places.
+    pub dots: bool,
+}
+
+/// Level lines.
+#[derive(Clone, Debug)]
+pub struct Levels {
+    /// Heading.
+    pub title: String,
+    /// Lower left corner and side of the square.
+    pub square: ([f64; 2], f64),
+    /// Thin lines.
+    pub thin: Vec<Segment>,
+    /// The line that matters.
+    pub bold: Vec<Segment>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_are_aligned_and_csv_is_quoted() {
+        let mut report = StudyReport::new("x", "An experiment");
+        let mut table = Table::new("one", &["name", "value"]);
+        table.rows.push(vec!["a, b".into(), 0.000_012_345.into()]);
+        table.rows.push(vec!["c".into(), Cell::Missing]);
+        assert_eq!(
+            table.text_lines(),
+            ["one", "name     value", "a, b  1.234e-5", "   c         -"]
+        );
+        report.tables.push(table);
+        assert_eq!(report.csv(), "# one\nname,value\n\"a, b\",1.2345e-5\nc,\n");
+        report.claim("b", "1".into(), "2".into(), false);
+        assert!(!report.holds());
+        assert!(report.text_lines().iter().any(|l| l.starts_with("FAIL")));
+    }
+}
