@@ -4,8 +4,8 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::{Format, IoError, Loaded, WriteOptions, read_bytes, to_bytes};
-use crate::mesh::Mesh;
+use super::{Format, IoError, Loaded, Model, WriteOptions, model_to_bytes, read_bytes};
+use crate::mesh::{Attributes, Mesh};
 
 /// Reads a mesh file. The format is told from the content, else from the extension, unless it is given.
 ///
@@ -72,6 +72,25 @@ pub fn write_path(
     format: Option<Format>,
     options: &WriteOptions,
 ) -> Result<Vec<String>, IoError> {
+    let attributes = &Attributes::default();
+    let model = Model {
+        mesh,
+        attributes,
+        document: None,
+    };
+    write_model(path, &model, format, options)
+}
+
+/// As [`write_path`], with attributes.
+///
+/// # Errors
+/// As [`write_path`].
+pub fn write_model(
+    path: &Path,
+    model: &Model<'_>,
+    format: Option<Format>,
+    options: &WriteOptions,
+) -> Result<Vec<String>, IoError> {
     let format = match format.or_else(|| Format::from_extension(path)) {
         Some(format) => format,
         None => {
@@ -79,7 +98,7 @@ pub fn write_path(
             return Err(IoError::UnknownFormat { what }.in_file(path));
         }
     };
-    let written = to_bytes(mesh, format, options).map_err(|error| error.in_file(path))?;
+    let written = model_to_bytes(model, format, options).map_err(|error| error.in_file(path))?;
     save(path, &written.bytes).map_err(|cause| IoError::Write {
         path: path.to_path_buf(),
         cause,

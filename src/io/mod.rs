@@ -24,6 +24,7 @@ mod error;
 mod files;
 mod format;
 mod gltf;
+mod lost;
 mod obj;
 mod ply;
 mod polygon;
@@ -33,11 +34,12 @@ mod text;
 mod vtk;
 mod weld;
 
+pub use self::gltf::Document;
 pub use error::{IoError, Place};
-pub use files::{read_path, write_path};
+pub use files::{read_path, write_model, write_path};
 pub use format::Format;
 
-use crate::mesh::Mesh;
+use crate::mesh::{Attributes, Mesh};
 
 /// A mesh that was read, and what is to be known about its file.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +50,10 @@ pub struct Loaded {
     pub format: Format,
     /// Whether every coordinate is a 32-bit float, so that writing 32-bit floats changes nothing.
     pub f32_exact: bool,
+    /// What the mesh carries beside its shape: colours, texture coordinates, materials and the like.
+    pub attributes: Attributes,
+    /// What else was in the file, kept for writing the same format again.
+    pub document: Option<Document>,
     /// Remarks for the user, one sentence each, such as how many faces are degenerate.
     pub notes: Vec<String>,
 }
@@ -82,6 +88,18 @@ pub struct WriteOptions {
     pub precision: Precision,
     /// Text instead of binary, for PLY, STL and VTK legacy. OBJ is always text; glTF, GLB and VTP do not change.
     pub ascii: bool,
+}
+
+/// A mesh with all that is written beside its shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Model<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// What it carries beside its shape.
+    pub attributes: &'a Attributes,
+    /// The rest of the glTF file that the mesh came from: its first vertices and faces must be those of the file, save
+    /// faces that [`Attributes::with_faces`] took out. It is used where glTF or GLB is written.
+    pub document: Option<&'a Document>,
 }
 
 /// A mesh as the bytes of a file.
@@ -128,20 +146,37 @@ pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result
     }
 }
 
-/// Writes a mesh to bytes.
+/// Writes a mesh to bytes, without attributes.
 ///
 /// # Errors
 /// When a face names a vertex that is not there, or a coordinate is not finite or too large for the format.
 pub fn to_bytes(mesh: &Mesh, format: Format, options: &WriteOptions) -> Result<Written, IoError> {
-    check(mesh, format)?;
+    let attributes = &Attributes::default();
+    let model = Model {
+        mesh,
+        attributes,
+        document: None,
+    };
+    model_to_bytes(&model, format, options)
+}
+
+/// Writes a mesh and its attributes to bytes. What the format cannot hold is left out, and named in the remarks.
+///
+/// # Errors
+/// As [`to_bytes`].
+pub fn model_to_bytes(
+    model: &Model<'_>,
+    format: Format,
+    options: &WriteOptions,
+) -> Result<Written, IoError> {
+    check(model.mesh, format)?;
     match format {
-        Format::Obj => Ok(obj::write(mesh)),
-        Format::Ply => ply::write(mesh, options),
-        Format::Stl => stl::write(mesh, options),
-        Format::Gltf => gltf::write_gltf(mesh),
-        Format::Glb => gltf::write_glb(mesh),
-        Format::Vtk => vtk::write_legacy(mesh, options),
-        Format::Vtp => vtk::write_xml(mesh, options),
+        Format::Obj => Ok(obj::write(model)),
+        Format::Ply => ply::write(model, options),
+        Format::Stl => stl::write(model.mesh, options).map(|w| lost::all(w, model, format)),
+        Format::Gltf | Format::Glb => gltf::write(model, format),
+        Format::Vtk => vtk::write_legacy(model.mesh, options).map(|w| lost::all(w, model, format)),
+        Format::Vtp => vtk::write_xml(model.mesh, options).map(|w| lost::all(w, model, format)),
     }
 }
 

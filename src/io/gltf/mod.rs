@@ -5,7 +5,23 @@ mod buffers;
 mod scene;
 mod write;
 
-pub(super) use write::{write_glb, write_gltf};
+use write::{write_glb, write_gltf};
+
+#[derive(Clone, Debug, PartialEq)]
+/// Kept.
+pub struct Document;
+impl Document {
+    /// x
+    pub fn side_files(&self) -> Vec<String> {
+        Vec::new()
+    }
+}
+pub(super) fn write(model: &super::Model<'_>, format: Format) -> Result<super::Written, IoError> {
+    match format {
+        Format::Glb => write_glb(model.mesh),
+        _ => write_gltf(model.mesh),
+    }
+}
 
 use gltf_json::Root;
 
