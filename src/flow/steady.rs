@@ -193,10 +193,12 @@ pub fn relax(
     outcome
 }
 
-/// No step has made the energy fall for three bands in a row, or the surface has leapt by voxels for five steps.
+/// No step has made the energy fall for three bands in a row, or the surface has leapt by voxels for five steps, by many for
+/// three.
 fn stuck(steps: &[StepRecord]) -> bool {
     let last = |n: usize| steps.len().checked_sub(n).map(|i| &steps[i..]);
     last(3).is_some_and(|l| l.iter().all(|s| s.fraction == 0.0))
+        || last(3).is_some_and(|l| l.iter().all(|s| s.movement > 5.0))
         || last(5).is_some_and(|l| l.iter().all(|s| s.movement > 1.0))
 }
 

@@ -5,6 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::sources::Sources;
 use super::{Inspection, TRIVIAL_EDGES};
 use crate::extract::marching_cubes;
 use crate::flow::{FlowSettings, Variant, dilate};
@@ -86,23 +87,30 @@ impl Try {
 
 pub(super) struct Work<'a> {
     pub(super) found: &'a Inspection,
-    pub(super) sampler: &'a Sampler<'a>,
+    pub(super) sources: &'a Sources<'a>,
     pub(super) params: &'a FillParams,
     /// Tells of progress; false when the caller asked to stop.
     pub(super) keep_going: &'a (dyn Fn() -> bool + Sync),
 }
 
+/// Whether a group is one loop of so few edges that its triangulation needs no new vertices.
+pub(super) fn is_trivial(found: &Inspection, params: &FillParams, group: &[usize]) -> bool {
+    group.len() == 1
+        && found.holes[group[0]].edges <= TRIVIAL_EDGES
+        && params.surface == SurfaceKind::Stitched
+}
+
 impl Work<'_> {
-    pub(super) fn fill_region(&self, group: &[usize]) -> RegionPatch {
+    pub(super) fn fill_region(&self, number: usize, group: &[usize]) -> RegionPatch {
         let clock = Instant::now();
-        let mut filled = if self.is_trivial(group) {
+        let mut filled = if is_trivial(self.found, self.params, group) {
             self.triangulate(
                 group,
                 "it has no more than four edges",
                 RegionReport::default(),
             )
         } else {
-            self.evolve(group)
+            self.evolve(group, self.sources.of(number))
         };
         filled.report.holes = group.iter().map(|&h| self.found.holes[h].id).collect();
         filled.report.bridge = self
@@ -114,14 +122,8 @@ impl Work<'_> {
         filled
     }
 
-    fn is_trivial(&self, group: &[usize]) -> bool {
-        group.len() == 1
-            && self.found.holes[group[0]].edges <= TRIVIAL_EDGES
-            && self.params.surface == SurfaceKind::Stitched
-    }
-
     /// Solves and stitches, with a wider box or a finer grid where the first try fails.
-    fn evolve(&self, group: &[usize]) -> RegionPatch {
+    fn evolve(&self, group: &[usize], sampler: &Sampler) -> RegionPatch {
         let mut tries: Vec<String> = Vec::new();
         // A small rough hole is not worth a finer grid: its few edges say little about the surface.
         let small = group
@@ -137,7 +139,9 @@ impl Work<'_> {
             if !(self.keep_going)() || tries.len() >= MOST_TRIES {
                 break;
             }
-            let (solved, region, data) = self.solve(group, &now);
+            let begun = Instant::now();
+            let (solved, region, data) = self.solve(group, sampler, &now);
+            self.log_try(group, &now, &region, &solved, begun);
             let mut report = RegionReport {
                 diameter: region.diameter,
                 voxel: region.voxel,
@@ -148,7 +152,7 @@ impl Work<'_> {
             };
             if let Some((why, then)) = self.reconsider(&solved, &now) {
                 tries.push(why);
-                next = Some(then);
+                next = then;
                 last = report;
                 continue;
             }
@@ -193,25 +197,67 @@ impl Work<'_> {
         }
     }
 
+    fn log_try(
+        &self,
+        group: &[usize],
+        now: &Try,
+        region: &Region,
+        solved: &Solved,
+        begun: Instant,
+    ) {
+        let ids: Vec<usize> = group.iter().map(|&h| self.found.holes[h].id).collect();
+        let levels: Vec<String> = solved
+            .reports
+            .iter()
+            .map(|l| {
+                let last = l.flow.steps.last().map_or(0.0, |s| s.movement);
+                let (nodes, unknowns, steps) = (l.nodes, l.flow.unknowns, l.flow.steps.len());
+                let [sampling, flow] = l.seconds;
+                format!("{nodes} nodes, {unknowns} unknown, {steps} steps to {last:.1e}, {sampling:.2} + {flow:.2} s")
+            })
+            .collect();
+        log::debug!(
+            "holes {ids:?}, {:.0} voxels across, {:?} start, {:.2} s: {}",
+            region.diameter / region.voxel,
+            now.start,
+            begun.elapsed().as_secs_f64(),
+            levels.join("; ")
+        );
+    }
+
     /// Whether a solve has to be done again, why and how.
-    fn reconsider(&self, solved: &Solved, now: &Try) -> Option<(String, Try)> {
+    fn reconsider(&self, solved: &Solved, now: &Try) -> Option<(String, Option<Try>)> {
         let expected = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
         let lost = solved.lost() && expected;
+        if solved.hopeless() && expected && (now.refine > 1.0 || now.accept) {
+            return Some((
+                "the data round it contradict each other; no steady surface was found".to_owned(),
+                None,
+            ));
+        }
         if lost && now.refine == 1.0 && !now.accept {
             let why = "the flow did not become steady on this grid".to_owned();
-            return now.finer(self.params).map(|finer| (why, finer));
+            return now.finer(self.params).map(|finer| (why, Some(finer)));
         }
         if !lost && touches_box(&solved.level) && now.growth < 1.5 {
             let wider = Try {
                 growth: 1.8 * now.growth,
                 ..*now
             };
-            return Some(("the surface reached the side of its box".to_owned(), wider));
+            return Some((
+                "the surface reached the side of its box".to_owned(),
+                Some(wider),
+            ));
         }
         None
     }
 
-    fn solve(&self, group: &[usize], next: &Try) -> (Solved, Region, MeshData<'_>) {
+    fn solve<'s>(
+        &'s self,
+        group: &[usize],
+        sampler: &'s Sampler<'s>,
+        next: &Try,
+    ) -> (Solved, Region, MeshData<'s>) {
         let found = self.found;
         let region = Region::new(
             &found.mesh,
@@ -225,7 +271,7 @@ impl Work<'_> {
         let closed = !found.holes.iter().enumerate().any(|(i, h)| {
             h.outer_border && !group.contains(&i) && holes.iter().any(|g| g.piece == h.piece)
         });
-        let data = MeshData::new(self.sampler, &found.mesh, &holes, closed);
+        let data = MeshData::new(sampler, &found.mesh, &holes, closed);
         let settings = NestedSettings {
             lattice: region.lattice,
             dims: region.dims,

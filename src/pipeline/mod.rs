@@ -1,6 +1,7 @@
 //! The way of the data, from a mesh with holes to a mesh without.
 
 mod attempt;
+mod sources;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
@@ -12,8 +13,8 @@ use crate::mesh::{Hole, Mesh, Topology, find_holes, welded};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::group_holes;
 use crate::report::{FillReport, HoleOutcome, HoleReport};
-use crate::sdf::Sampler;
 use attempt::{RegionPatch, Work};
+use sources::Sources;
 
 /// Loops of at most this many edges are triangulated without new vertices.
 const TRIVIAL_EDGES: usize = 4;
@@ -124,8 +125,9 @@ pub fn fill_with_progress(
     check_params(params)?;
     let found = inspect(mesh)?;
     let (mut outcomes, chosen) = choose(&found, params)?;
-    let sampler = Sampler::new(&found.mesh, &found.topology);
     let groups = groups(&found, &chosen, &mut outcomes, &bridges(&found, params)?);
+    let asked = |group: &[usize]| !attempt::is_trivial(&found, params, group);
+    let sources = Sources::new(&found, &groups, &asked);
     let stop = AtomicBool::new(false);
     let done = std::sync::atomic::AtomicUsize::new(0);
     let keep_going = || {
@@ -137,14 +139,15 @@ pub fn fill_with_progress(
     keep_going();
     let work = Work {
         found: &found,
-        sampler: &sampler,
+        sources: &sources,
         params,
         keep_going: &keep_going,
     };
     let patches: Vec<RegionPatch> = groups
         .par_iter()
-        .map(|group| {
-            let patch = work.fill_region(group);
+        .enumerate()
+        .map(|(i, group)| {
+            let patch = work.fill_region(i, group);
             done.fetch_add(1, Ordering::Relaxed);
             keep_going();
             patch

@@ -10,8 +10,9 @@ use crate::grid::{Lattice, NodeIndex};
 
 /// Most steps on a coarser level.
 const COARSE_STEPS: usize = 14;
-/// A level is lost when its last step still moved the surface by more than this, in voxels.
+/// A level is lost when its last step still moved the surface by more than this, in voxels, and beyond hope by more than that.
 const LOST: f64 = 0.1;
+const HOPELESS: f64 = 4.0;
 
 /// The grids of a nested solve.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +23,8 @@ pub struct NestedSettings {
     pub dims: NodeIndex,
     /// Number of times it is refined by two.
     pub refinements: usize,
-    /// Whether to give up on a coarser level that does not become steady: its grid cannot resolve the region.
+    /// Whether to give up on a coarser level that does not become steady: its grid cannot resolve the region. One that is
+    /// beyond hope is always given up.
     pub stop_when_lost: bool,
     /// The start on the coarsest lattice.
     pub start: Start,
@@ -68,12 +70,22 @@ impl Solved {
 
     /// Whether the last level was far from steady when its steps ran out.
     pub fn lost(&self) -> bool {
-        self.reports.last().is_none_or(|r| is_lost(&r.flow))
+        self.reports
+            .last()
+            .is_none_or(|r| ended_above(&r.flow, LOST))
+    }
+
+    /// Whether the last level was so far from steady that its zero set means nothing: its data contradict each other.
+    pub fn hopeless(&self) -> bool {
+        self.reports
+            .last()
+            .is_none_or(|r| ended_above(&r.flow, HOPELESS))
     }
 }
 
-fn is_lost(flow: &FlowOutcome) -> bool {
-    !flow.converged && flow.steps.last().is_some_and(|s| s.movement > LOST)
+fn ended_above(flow: &FlowOutcome, movement: f64) -> bool {
+    let calm = |m: f64| m <= movement;
+    !flow.converged && flow.steps.last().is_some_and(|s| !calm(s.movement))
 }
 
 /// Solves on each level in turn; `keep_going` may end it early.
@@ -118,7 +130,12 @@ pub fn solve_nested(
             &flow_settings,
             keep_going,
         );
-        let lost = !last && settings.stop_when_lost && is_lost(&flow);
+        let limit = if settings.stop_when_lost {
+            LOST
+        } else {
+            HOPELESS
+        };
+        let lost = !last && ended_above(&flow, limit);
         reports.push(LevelReport {
             voxel: level.lattice.voxel,
             nodes: level.grid.len(),

@@ -1,6 +1,6 @@
 //! Signed distance samples of a mesh with holes.
 
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
@@ -32,34 +32,58 @@ enum Feature {
 pub struct Sampler<'a> {
     mesh: &'a Mesh,
     topology: &'a Topology,
-    around: VertexFaces,
+    smooth: Arc<Smooth>,
     bvh: Bvh,
     /// Crumbs: no data, but the patch must be cut round them.
     crumbs: Bvh,
     winding: WindingTree,
+}
+
+/// The smooth surface through the vertices, fitted where it is asked for.
+struct Smooth {
+    around: VertexFaces,
     jets: Vec<OnceLock<Option<Box<Jet>>>>,
 }
 
 impl<'a> Sampler<'a> {
     /// Prepares the queries over all faces but degenerate ones and crumbs (pieces of at most two faces).
     pub fn new(mesh: &'a Mesh, topology: &'a Topology) -> Self {
-        let whole = |f: u32| {
-            let piece = topology.piece[f as usize];
-            piece != NONE && topology.piece_faces[piece as usize] > 2
+        let smooth = Smooth {
+            around: VertexFaces::new(mesh),
+            jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
         };
-        let crumb = |f: u32| topology.piece[f as usize] != NONE && !whole(f);
-        let all = 0..mesh.faces.len() as u32;
-        let bvh = Bvh::new(mesh, all.clone().filter(|&f| whole(f)));
-        let crumbs = Bvh::new(mesh, all.filter(|&f| crumb(f)));
+        Self::over(mesh, topology, Arc::new(smooth), &|_| true)
+    }
+
+    /// Queries over the faces of some pieces only.
+    pub fn restricted(&self, wanted: &dyn Fn(u32) -> bool) -> Self {
+        Self::over(self.mesh, self.topology, self.smooth.clone(), wanted)
+    }
+
+    fn over(
+        mesh: &'a Mesh,
+        topology: &'a Topology,
+        smooth: Arc<Smooth>,
+        wanted: &dyn Fn(u32) -> bool,
+    ) -> Self {
+        let faces = |crumbs: bool| {
+            (0..mesh.faces.len() as u32).filter(move |&f| {
+                let piece = topology.piece[f as usize];
+                piece != NONE
+                    && wanted(piece)
+                    && (topology.piece_faces[piece as usize] <= 2) == crumbs
+            })
+        };
+        let bvh = Bvh::new(mesh, faces(false));
+        let crumbs = Bvh::new(mesh, faces(true));
         let winding = WindingTree::new(&bvh);
         Self {
             mesh,
             topology,
-            around: VertexFaces::new(mesh),
+            smooth,
             bvh,
             crumbs,
             winding,
-            jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
         }
     }
 
@@ -147,7 +171,7 @@ impl<'a> Sampler<'a> {
         let face = face_normal(self.mesh, closest.face);
         let normal = match self.feature(closest) {
             Feature::Face => face,
-            Feature::Vertex(v) => vertex_normal(self.mesh, &self.around, v),
+            Feature::Vertex(v) => vertex_normal(self.mesh, &self.smooth.around, v),
             Feature::Edge(h) => {
                 let opposite = self.topology.opposite[h as usize];
                 if opposite != NONE {
@@ -171,8 +195,9 @@ impl<'a> Sampler<'a> {
     }
 
     fn jet(&self, vertex: u32) -> Option<&Jet> {
-        self.jets[vertex as usize]
-            .get_or_init(|| fit_jet(self.mesh, &self.around, vertex).map(Box::new))
+        let Smooth { around, jets } = &*self.smooth;
+        jets[vertex as usize]
+            .get_or_init(|| fit_jet(self.mesh, around, vertex).map(Box::new))
             .as_deref()
     }
 
