@@ -8,6 +8,8 @@ mod inspect;
 mod json;
 mod output;
 mod progress;
+mod sdf;
+mod surface;
 
 use std::process::ExitCode;
 
@@ -61,6 +63,8 @@ pub struct Cli {
 enum Command {
     Fill(fill::FillArgs),
     Inspect(inspect::InspectArgs),
+    Sdf(sdf::SdfArgs),
+    Surface(surface::SurfaceArgs),
 }
 
 /// Options of every command.
@@ -76,6 +80,13 @@ struct CommonArgs {
     #[arg(long, value_name = "FILE|-")]
     json: Option<json::Target>,
 
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Options of how a command runs.
+#[derive(Debug, Args)]
+struct RunArgs {
     /// Number of threads [default: one per core]. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     threads: Option<usize>,
@@ -94,17 +105,27 @@ pub fn run(cli: Cli) -> anyhow::Result<End> {
     match cli.command {
         Command::Fill(args) => start(&args.common, |console| fill::run(&args, console)),
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
+        Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),
+        Command::Surface(args) => start_run(&args.run, |console| surface::run(&args, console)),
     }
 }
 
-/// Runs a command in a pool of the threads asked for.
+/// Runs a command that has the common options.
 fn start(
     common: &CommonArgs,
     command: impl FnOnce(&Console) -> anyhow::Result<End> + Send,
 ) -> anyhow::Result<End> {
-    let console = Console::new(common.quiet, common.verbose);
+    start_run(&common.run, command)
+}
+
+/// Runs a command in a pool of the threads asked for.
+fn start_run(
+    run: &RunArgs,
+    command: impl FnOnce(&Console) -> anyhow::Result<End> + Send,
+) -> anyhow::Result<End> {
+    let console = Console::new(run.quiet, run.verbose);
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(common.threads.unwrap_or(0))
+        .num_threads(run.threads.unwrap_or(0))
         .build()
         .context("cannot start the threads; try fewer with --threads")?;
     pool.install(|| command(&console))

@@ -1,6 +1,6 @@
 //! Reading and writing mesh files.
 //!
-//! Every format has one module that turns bytes into a [`Mesh`] and back; only [`read_path`] and [`write_path`] touch the
+//! Volumes are VTI files and, for reading, VTK legacy ones. Every format has one module that turns bytes into a [`Mesh`] and back; only [`read_path`] and [`write_path`] touch the
 //! file system. Coordinates are `f64` inside. Vertices of indexed formats keep the order of the file, unreferenced and
 //! duplicate ones included; the facets of an STL file are welded where their corners have equal coordinates. Faces of
 //! more than three corners are cut into triangles, concave ones properly.
@@ -36,9 +36,10 @@ mod weld;
 
 pub use self::gltf::Document;
 pub use error::{IoError, Place};
-pub use files::{read_path, write_model, write_path};
+pub use files::{read_path, read_volume_path, write_model, write_path, write_volume_path};
 pub use format::Format;
 
+use crate::grid::Volume;
 use crate::mesh::{Attributes, Mesh};
 
 /// A mesh that was read, and what is to be known about its file.
@@ -143,6 +144,7 @@ pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result
         Format::Gltf | Format::Glb => gltf::read(bytes, format, resolve),
         Format::Vtk => vtk::read_legacy(bytes),
         Format::Vtp => vtk::read_xml(bytes),
+        Format::Vti => Err(no_mesh()),
     }
 }
 
@@ -177,7 +179,43 @@ pub fn model_to_bytes(
         Format::Gltf | Format::Glb => gltf::write(model, format),
         Format::Vtk => vtk::write_legacy(model.mesh, options).map(|w| lost::all(w, model, format)),
         Format::Vtp => vtk::write_xml(model.mesh, options).map(|w| lost::all(w, model, format)),
+        Format::Vti => Err(no_mesh()),
     }
+}
+
+/// The error for a volume where a mesh should be.
+fn no_mesh() -> IoError {
+    IoError::Unsupported {
+        format: Format::Vti,
+        what: "it holds volumes, not meshes".to_owned(),
+        advice: "'isomend surface' and 'isomend sdf' turn one into the other",
+    }
+}
+
+/// Reads a volume from the bytes of a VTI file or of a VTK legacy file of structured points.
+///
+/// `array` names the values to take where there are several.
+///
+/// # Errors
+/// When the bytes are damaged, hold no volume or none of that name, or hold several and none is named.
+pub fn read_volume_bytes(bytes: &[u8], array: Option<&str>) -> Result<Volume, IoError> {
+    if text::skip_blank(bytes).starts_with(b"#") {
+        vtk::read_image_legacy(bytes, array)
+    } else {
+        vtk::read_image_xml(bytes, array)
+    }
+}
+
+/// Writes a volume as the bytes of a VTI file, compressed with zlib.
+///
+/// # Errors
+/// When a value is not finite or too large for 32-bit floats, or the counts do not fit.
+pub fn volume_to_bytes(
+    volume: &Volume,
+    name: &str,
+    precision: Precision,
+) -> Result<Vec<u8>, IoError> {
+    vtk::write_image(volume, name, precision)
 }
 
 fn check(mesh: &Mesh, format: Format) -> Result<(), IoError> {
