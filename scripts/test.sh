@@ -20,3 +20,4 @@ if command -v npm > /dev/null && [ ! -d .venv/node_modules/gltf-validator ]; the
 fi
 "$python" scripts/crosscheck.py
 "$python" -W ignore scripts/crosscheck_attributes.py
+"$python" scripts/crosscheck_volumes.py

@@ -125,7 +125,8 @@ fn a_field_is_closed_at_its_border_if_asked() {
     };
     assert_eq!(euler(&["--close"]), (0, 2));
     let (open, disc) = euler(&[]);
-    assert!(open > 0 && disc == 1, "{open} {disc}");
+    // Edges of the border count half in that number.
+    assert!(open > 0 && disc - open as i64 / 2 == 1, "{open} {disc}");
 }
 
 #[test]
@@ -143,7 +144,7 @@ fn wrong_input_is_refused() {
         &["--voxel"],
     );
     desk.refused(
-        &["sdf", "ball.ply", "-o", "a.vti", "--band", "-1"],
+        &["sdf", "ball.ply", "-o", "a.vti", "--band=-1"],
         2,
         &["--band"],
     );
