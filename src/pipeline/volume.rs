@@ -1,5 +1,7 @@
 //! The signed distance of a whole model on a lattice round it.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 use rayon::prelude::*;
 use thiserror::Error;
@@ -90,15 +92,13 @@ pub fn signed_distance_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Volu
     let (voxel, dims) = lattice(high - low, params)?;
     let origin = low - MARGIN * voxel;
     let bvh = Bvh::new(&mesh, faces.into_iter());
-    let defects = &topology.defects;
+    let rims = Rims::new(&mesh, &topology);
     let field = Field {
         winding: WindingTree::new(&bvh),
         bvh,
         voxel,
         band: params.band.unwrap_or(f64::INFINITY),
-        closed: !topology.boundary.contains(&true)
-            && defects.non_manifold_edges == 0
-            && defects.misoriented_edges == 0,
+        rims,
     };
     let mut values = vec![0.0; dims.iter().product()];
     values
@@ -166,34 +166,117 @@ struct Field {
     winding: WindingTree,
     voxel: f64,
     band: f64,
-    closed: bool,
+    rims: Rims,
 }
 
 impl Field {
     /// The values along a row of nodes.
     fn row(&self, start: DVec3, out: &mut [f64]) {
-        // The node before: its distance, or a lower bound of it, and whether it is inside.
-        let mut before: Option<(f64, bool)> = None;
+        let step = self.voxel * (1.0 + 1e-9);
+        // Of the node before: its distance, or a lower bound of it, whether it is inside, and by how much the winding
+        // number may still change before that does.
+        let mut before: Option<(f64, bool, f64)> = None;
         for (i, value) in out.iter_mut().enumerate() {
             let p = start + DVec3::X * (i as f64 * self.voxel);
             // Distances of neighbours differ by a voxel at most.
-            let near = before.map_or(f64::INFINITY, |(d, _)| (d + self.voxel) * (1.0 + 1e-9));
-            let limit = if near >= self.band { self.band } else { near };
+            let near = before.map_or(f64::INFINITY, |(d, ..)| (d + step) * (1.0 + 1e-9));
+            let limit = near.min(self.band);
             let distance = match self.bvh.closest(p, limit) {
                 Some(closest) => closest.distance.min(self.band),
                 None => limit,
             };
-            let inside = match before {
+            let change = self.rims.rate(p, step) * step;
+            let (inside, slack) = match before {
                 // No surface lies between nodes that are together farther from it than from each other.
-                Some((d, inside)) if self.closed && d + distance > self.voxel * (1.0 + 1e-9) => {
-                    inside
+                Some((d, inside, slack)) if d + distance > step && slack > change => {
+                    (inside, slack - change)
                 }
-                _ => self.winding.winding_number(&self.bvh, p).abs() > 0.5,
+                _ => {
+                    let winding = self.winding.winding_number(&self.bvh, p).abs();
+                    (winding > 0.5, (winding - 0.5).abs() - WINDING_ERROR)
+                }
             };
             *value = if inside { -distance } else { distance };
-            before = Some((distance, inside));
+            before = Some((distance, inside, slack));
         }
     }
+}
+
+/// How far the winding number may be off, since distant faces are summed up together.
+const WINDING_ERROR: f64 = 0.02;
+
+/// The rims of a mesh, in groups, to bound how fast the winding number changes off the surface.
+///
+/// Its gradient is that of the solid angle of the rims, at most `L / (4 π d²)` at the distance `d` from a rim of length
+/// `L` (the law of Biot and Savart).
+struct Rims {
+    /// Bounding box and length of each group.
+    groups: Vec<(DVec3, DVec3, f64)>,
+    /// Whether there are edges besides at which the winding number has a source.
+    unknown: bool,
+}
+
+impl Rims {
+    /// The most groups that are told apart.
+    const MOST: usize = 48;
+
+    fn new(mesh: &Mesh, topology: &Topology) -> Self {
+        let defects = &topology.defects;
+        let mut groups: Vec<(DVec3, DVec3, f64)> = Vec::new();
+        let mut of_vertex: HashMap<u32, usize> = HashMap::new();
+        for h in (0..topology.boundary.len()).filter(|h| topology.boundary[*h]) {
+            let face = mesh.faces[h / 3];
+            let ends = [face[h % 3], face[(h + 1) % 3]];
+            let [a, b] = ends.map(|v| mesh.positions[v as usize]);
+            let known = ends.iter().find_map(|v| of_vertex.get(v).copied());
+            let group = known.unwrap_or_else(|| {
+                groups.push((a, a, 0.0));
+                groups.len() - 1
+            });
+            ends.iter().for_each(|v| {
+                of_vertex.insert(*v, group);
+            });
+            let (low, high, length) = &mut groups[group];
+            (*low, *high) = (low.min(a).min(b), high.max(a).max(b));
+            *length += a.distance(b);
+        }
+        Self {
+            groups: merged(groups, Self::MOST),
+            unknown: defects.non_manifold_edges > 0 || defects.misoriented_edges > 0,
+        }
+    }
+
+    /// The most that the winding number changes with the distance, within a step of a point.
+    fn rate(&self, p: DVec3, step: f64) -> f64 {
+        if self.unknown {
+            return f64::INFINITY;
+        }
+        let one = |(low, high, length): &(DVec3, DVec3, f64)| {
+            let distance = p.distance(p.clamp(*low, *high)) - step;
+            match distance > 0.0 {
+                true => length / (4.0 * std::f64::consts::PI * distance * distance),
+                false => f64::INFINITY,
+            }
+        };
+        self.groups.iter().map(one).sum()
+    }
+}
+
+/// Joins groups whose boxes meet, then all, if there are more than so many.
+fn merged(groups: Vec<(DVec3, DVec3, f64)>, most: usize) -> Vec<(DVec3, DVec3, f64)> {
+    let join = |a: &mut (DVec3, DVec3, f64), b: &(DVec3, DVec3, f64)| {
+        *a = (a.0.min(b.0), a.1.max(b.1), a.2 + b.2);
+    };
+    let mut out: Vec<(DVec3, DVec3, f64)> = Vec::new();
+    for group in groups {
+        let meets = |o: &(DVec3, DVec3, f64)| o.0.cmple(group.1).all() && group.0.cmple(o.1).all();
+        match out.iter().position(meets) {
+            Some(other) => join(&mut out[other], &group),
+            None if out.len() < most => out.push(group),
+            None => join(&mut out[most - 1], &group),
+        }
+    }
+    out
 }
 
 #[cfg(test)]
@@ -276,6 +359,22 @@ mod tests {
         let mut open = mesh.clone();
         open.faces.retain(|f| !top(f));
         assert!(open.faces.len() < mesh.faces.len() && value(&open) < -0.7);
+    }
+
+    #[test]
+    fn signs_carried_along_rows_are_those_of_the_winding_number() {
+        let mesh = shapes::punch(&shapes::icosphere(3), |p| p.z > 0.7 || p.x > 0.9);
+        let volume = signed_distance_volume(&mesh, &length(0.1, None)).unwrap();
+        let bvh = Bvh::new(&mesh, 0..mesh.faces.len() as u32);
+        let tree = WindingTree::new(&bvh);
+        let [nx, ny, _] = volume.dims;
+        for (i, value) in volume.values.iter().enumerate() {
+            let node = DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / nx / ny) as f64);
+            let winding = tree.winding_number(&bvh, volume.position(node));
+            if (winding - 0.5).abs() > WINDING_ERROR {
+                assert_eq!(*value < 0.0, winding > 0.5, "{node} {winding} {value}");
+            }
+        }
     }
 
     #[test]

@@ -207,7 +207,7 @@ pub(super) fn choose(
     }
 }
 
-fn words<'a>(text: &'a [u8]) -> impl Iterator<Item = &'a [u8]> {
+fn words(text: &[u8]) -> impl Iterator<Item = &[u8]> {
     text::Tokens::new(text, 0)
 }
 
