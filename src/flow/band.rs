@@ -2,6 +2,7 @@
 
 use rayon::prelude::*;
 
+use super::layout::Layout;
 use crate::grid::{NodeIndex, SparseGrid, add};
 
 /// Half width of the weight χ, in voxels.
@@ -12,14 +13,14 @@ pub const MARGIN: f64 = 1.0;
 pub const NONE: u32 = u32::MAX;
 
 /// A narrow band: residual nodes R = {|φ| < b + 1} ∩ (mask dilated once), the cells that touch R, the unknowns
-/// U = mask ∩ (R dilated once), all with compact numbers in the order of the grid's slots.
+/// U = mask ∩ (R dilated once), all with compact numbers in the lexicographic order of the nodes.
 pub struct Band {
     /// Slot of each node in the grid.
     pub slots: Vec<u32>,
     /// The nodes' coordinates.
     pub nodes: Vec<NodeIndex>,
-    /// 27 neighbours of each node (offset `9 (i + 1) + 3 (j + 1) + k + 1`); the number of nodes where there is none.
-    pub neighbours: Vec<[u32; 27]>,
+    /// Where vectors keep the nodes.
+    pub layout: Layout,
     /// Corner nodes of each cell.
     pub cells: Vec<[u32; 8]>,
     /// For each node the cell of which it is corner `a`, or `u32::MAX`.
@@ -66,20 +67,16 @@ impl Band {
             .map(|s| near[s] && phi[s].abs() < WIDTH + MARGIN && Self::whole(grid, s))
             .collect();
         let reach = dilate(grid, &residual);
-        let slots: Vec<u32> = (0..grid.len() as u32)
+        let mut slots: Vec<u32> = (0..grid.len() as u32)
             .filter(|&s| reach[s as usize])
             .collect();
+        slots.par_sort_unstable_by_key(|&s| grid.node(s as usize));
         let mut number = vec![NONE; grid.len()];
         for (i, &s) in slots.iter().enumerate() {
             number[s as usize] = i as u32;
         }
         let nodes: Vec<NodeIndex> = slots.iter().map(|&s| grid.node(s as usize)).collect();
-        let count = slots.len() as u32;
         let lookup = |n: NodeIndex| grid.slot(n).map_or(NONE, |s| number[s]);
-        let neighbours: Vec<[u32; 27]> = nodes
-            .par_iter()
-            .map(|&n| std::array::from_fn(|i| lookup(add(n, offset(i))).min(count)))
-            .collect();
         let cells: Vec<[u32; 8]> = nodes
             .par_iter()
             .filter_map(|&n| {
@@ -95,13 +92,16 @@ impl Band {
             }
         }
         let unknown: Vec<bool> = slots.iter().map(|&s| mask[s as usize]).collect();
+        let residual: Vec<bool> = slots.iter().map(|&s| residual[s as usize]).collect();
+        let around = |i: usize| std::array::from_fn(|k| lookup(add(nodes[i], offset(k))));
+        let layout = Layout::new(&nodes, |i| unknown[i] || residual[i], around);
         Self {
-            residual: slots.iter().map(|&s| residual[s as usize]).collect(),
+            residual,
             unknowns: unknown.iter().filter(|&&u| u).count(),
             unknown,
             slots,
             nodes,
-            neighbours,
+            layout,
             cells,
             node_cells,
         }

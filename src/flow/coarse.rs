@@ -6,22 +6,82 @@
 
 use super::band::Band;
 use super::system::System;
-use crate::grid::{NodeIndex, SparseGrid};
+use crate::grid::{BLOCK, NodeIndex, SparseGrid, add};
 use crate::linalg::{Csr, Multigrid};
 
 /// Levels are added until so few unknowns are left.
 const FEW: usize = 400;
 /// A W-cycle from so many unknowns on.
 const MANY: usize = 100_000;
+/// Smaller weights do not count.
+const LEAST: f64 = 1e-12;
+const ABSENT: u32 = u32::MAX;
 
-/// Nodes of one coarse lattice, sorted.
+/// The nodes of one coarse lattice, numbered.
 struct Lattice {
+    /// The lattice's coordinates of the grid's first node.
+    low: NodeIndex,
+    grid: SparseGrid,
+    /// Number of each stored node, or `ABSENT`.
+    number: Vec<u32>,
     nodes: Vec<NodeIndex>,
 }
 
 impl Lattice {
+    /// The nodes that carry weight for one of the points and that `exists` allows.
+    fn new(points: &[Option<[f64; 3]>], exists: impl Fn(NodeIndex) -> bool) -> Self {
+        let (mut low, mut high) = ([i32::MAX; 3], [i32::MIN; 3]);
+        for p in points.iter().flatten() {
+            for d in 0..3 {
+                low[d] = low[d].min(p[d].floor() as i32);
+                high[d] = high[d].max(p[d].floor() as i32 + 1);
+            }
+        }
+        if low[0] > high[0] {
+            (low, high) = ([0; 3], [-1; 3]);
+        }
+        let blocks: [i32; 3] = std::array::from_fn(|d| (high[d] - low[d]) / BLOCK + 1);
+        let mut touched = vec![false; blocks.iter().map(|&b| b as usize).product()];
+        let used = || {
+            let weights = points.iter().flatten().flat_map(|&p| trilinear(p));
+            weights
+                .filter(|w| w.1 > LEAST)
+                .map(|(n, _)| std::array::from_fn(|d| n[d] - low[d]))
+        };
+        for n in used() {
+            let b: [i32; 3] = NodeIndex::map(n, |i| i / BLOCK);
+            touched[((b[0] * blocks[1] + b[1]) * blocks[2] + b[2]) as usize] = true;
+        }
+        let mut at = touched.into_iter();
+        let grid = SparseGrid::new(blocks.map(|b| b * BLOCK), |_| at.next().unwrap_or(false));
+        let mut number = vec![ABSENT; grid.len()];
+        used().for_each(|n| {
+            if let Some(slot) = grid.slot(n) {
+                number[slot] = 0;
+            }
+        });
+        let mut nodes = Vec::new();
+        for (slot, number) in number.iter_mut().enumerate() {
+            let n = add(grid.node(slot), low);
+            if *number == 0 && exists(n) {
+                *number = nodes.len() as u32;
+                nodes.push(n);
+            } else {
+                *number = ABSENT;
+            }
+        }
+        Self {
+            low,
+            grid,
+            number,
+            nodes,
+        }
+    }
+
     fn number(&self, n: NodeIndex) -> Option<u32> {
-        self.nodes.binary_search(&n).ok().map(|i| i as u32)
+        let slot = self.grid.slot(add(n, self.low.map(|i| -i)))?;
+        let number = self.number[slot];
+        (number != ABSENT).then_some(number)
     }
 }
 
@@ -46,21 +106,11 @@ fn interpolation(
     points: &[Option<[f64; 3]>],
     exists: impl Fn(NodeIndex) -> bool,
 ) -> (Csr, Lattice) {
-    let mut nodes: Vec<NodeIndex> = points
-        .iter()
-        .flatten()
-        .flat_map(|&p| trilinear(p))
-        .filter(|&(_, w)| w > 1e-12)
-        .map(|(n, _)| n)
-        .collect();
-    nodes.sort_unstable();
-    nodes.dedup();
-    nodes.retain(|&n| exists(n));
-    let lattice = Lattice { nodes };
+    let lattice = Lattice::new(points, exists);
     let matrix = Csr::from_rows(points.len(), lattice.nodes.len(), |i, sink| {
         if let Some(p) = points[i] {
             for (n, w) in trilinear(p) {
-                if let (true, Some(c)) = (w > 1e-12, lattice.number(n)) {
+                if let (true, Some(c)) = (w > LEAST, lattice.number(n)) {
                     sink(c, w);
                 }
             }
@@ -69,26 +119,33 @@ fn interpolation(
     (matrix, lattice)
 }
 
-/// The nodes' closest points on the zero set, by central differences; unknowns only.
+/// The closest points on the zero set of the nodes at a layout's positions, by central differences; unknowns only.
 fn feet(band: &Band, phi: &[f64]) -> Vec<Option<[f64; 3]>> {
-    let value = |j: u32, own: f64| phi.get(j as usize).copied().unwrap_or(own);
-    (0..phi.len())
-        .map(|i| {
-            if !band.unknown[i] {
-                return None;
-            }
-            let near = &band.neighbours[i];
-            let g: [f64; 3] = std::array::from_fn(|d| {
-                let step = [9, 3, 1][d];
-                0.5 * (value(near[13 + step], phi[i]) - value(near[13 - step], phi[i]))
-            });
-            let gg = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).max(0.25);
-            let x = band.nodes[i];
-            Some(std::array::from_fn(|d| {
-                f64::from(x[d]) - phi[i] / gg * g[d]
-            }))
-        })
-        .collect()
+    let layout = &band.layout;
+    let mut values = vec![f64::NAN; layout.len];
+    for (&p, &v) in layout.position.iter().zip(phi) {
+        values[p as usize] = v;
+    }
+    let mut out = vec![None; layout.len];
+    for (r, &i) in layout.rows.iter().enumerate() {
+        if !band.unknown[i as usize] {
+            continue;
+        }
+        let own = phi[i as usize];
+        let value = |k: usize| {
+            let v = values[layout.starts[r][k / 3] as usize + k % 3];
+            if v.is_nan() { own } else { v }
+        };
+        let g: [f64; 3] = std::array::from_fn(|d| {
+            let step = [9, 3, 1][d];
+            0.5 * (value(13 + step) - value(13 - step))
+        });
+        let gg = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).max(0.25);
+        let x = band.nodes[i as usize];
+        out[layout.position_of(r)] =
+            Some(std::array::from_fn(|d| f64::from(x[d]) - own / gg * g[d]));
+    }
+    out
 }
 
 /// The hierarchy for a system; none where it cannot be made (then the diagonal has to do).

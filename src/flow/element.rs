@@ -5,22 +5,41 @@ use std::sync::LazyLock;
 /// Gradients of the 8 shape functions at one point; corner `a` is at (a >> 2, (a >> 1) & 1, a & 1).
 pub type Gradients = [[f64; 8]; 3];
 
+/// `∇N_a · ∇N_b` at one point, entry `8 a + b`.
+pub type Products = [f32; 64];
+
 /// Shape-function gradients at the quadrature points.
 pub struct Element {
     /// At the eight Gauss points, each of weight 1/8.
     pub gauss: [Gradients; 8],
     /// At the centre.
     pub centre: Gradients,
+    /// Products of the gradients at the Gauss points.
+    pub gauss_products: [Products; 8],
+    /// Products of the gradients at the centre.
+    pub centre_products: Products,
 }
 
 /// The element's constant tables.
 pub static ELEMENT: LazyLock<Element> = LazyLock::new(|| {
     let s = [0.5 - 0.5 / 3f64.sqrt(), 0.5 + 0.5 / 3f64.sqrt()];
+    let gauss: [Gradients; 8] =
+        std::array::from_fn(|q| gradients([s[(q >> 2) & 1], s[(q >> 1) & 1], s[q & 1]]));
+    let centre = gradients([0.5; 3]);
     Element {
-        gauss: std::array::from_fn(|q| gradients([s[(q >> 2) & 1], s[(q >> 1) & 1], s[q & 1]])),
-        centre: gradients([0.5; 3]),
+        gauss_products: gauss.each_ref().map(products),
+        centre_products: products(&centre),
+        gauss,
+        centre,
     }
 });
+
+fn products(shape: &Gradients) -> Products {
+    std::array::from_fn(|i| {
+        let (a, b) = (i / 8, i % 8);
+        (0..3).map(|d| shape[d][a] * shape[d][b]).sum::<f64>() as f32
+    })
+}
 
 fn gradients(p: [f64; 3]) -> Gradients {
     let factor = |a: usize, along: usize, d: usize| match ((a >> (2 - d)) & 1 == 1, d == along) {

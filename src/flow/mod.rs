@@ -6,6 +6,7 @@
 mod band;
 mod coarse;
 mod element;
+mod layout;
 mod start;
 mod steady;
 mod system;

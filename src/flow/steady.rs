@@ -53,7 +53,7 @@ impl Default for FlowSettings {
             time_step: f64::INFINITY,
             max_steps: 20,
             tolerance: 1e-3,
-            solver_tolerance: 1e-3,
+            solver_tolerance: 3e-3,
             kappa: 1.0,
         }
     }
@@ -255,7 +255,9 @@ impl BandState {
         let system = self
             .energy
             .system(&self.values, &at, metric, settings.time_step);
-        let rhs: Vec<f64> = system.gradient.iter().map(|g| -g).collect();
+        let layout = system.layout();
+        let mut rhs = layout.spread(&system.gradient);
+        rhs.iter_mut().for_each(|g| *g = -*g);
         let mut d = vec![0.0; rhs.len()];
         let band = &self.energy.band;
         let coarse = self
@@ -268,10 +270,7 @@ impl BandState {
                 bicgstab(&system, &scaling, &rhs, &mut d, tolerance, 1000)
             }
             Some(coarse) => {
-                let cycle = MultigridCycle {
-                    operator: &system,
-                    coarse,
-                };
+                let cycle = MultigridCycle::new(&system, coarse);
                 conjugate_gradient(&system, &cycle, &rhs, &mut d, tolerance, 60)
             }
             None => {
@@ -279,6 +278,7 @@ impl BandState {
                 conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500)
             }
         };
+        let mut d = layout.gathered(&d);
         let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);
         let slope_of =
             |d: &[f64]| -> f64 { system.gradient.iter().zip(d).map(|(g, d)| g * d).sum() };

@@ -1,71 +1,138 @@
 //! The linear system of one step, matrix-free: two or three 27-point stencils a node.
+//!
+//! Stencils are kept in single precision. What rounding does to their sums is taken back at the centre, in the precision of
+//! the vectors: constants are annihilated, so the smooth functions, whose eigenvalues are of the order (h/D)⁴, come out
+//! right too.
+
+use std::sync::Mutex;
 
 use rayon::prelude::*;
 
 use super::band::Band;
-use crate::linalg::{Csr, LinearOperator};
+use super::layout::{CHUNK, Layout};
+use crate::linalg::{Csr, LinearOperator, Real};
 
-const CHUNK: usize = 1024;
+/// A 27-point stencil: nine groups of three entries, and minus their sum.
+///
+/// Groups are applied four entries wide; the fourth sum is that of the entries of the next group and is dropped.
+#[derive(Clone)]
+pub struct Stencil([f32; 28]);
 
-/// The linear system of one step.
-pub struct System<'a> {
-    band: &'a Band,
-    /// Stencil rows of L[P/|∇φ|] (or L[1/|∇φ|] for variant II).
-    curvature: Vec<[f64; 27]>,
-    /// Stencil rows of the right factor where it is another than the left: L[1/|∇φ|] for variant I.
-    inner: Option<Vec<[f64; 27]>>,
-    /// Stencil rows of ½ L1 + κ L[n⊗n].
-    second: Vec<[f64; 27]>,
+impl Stencil {
+    /// The stencil of a row whose 27 entries add up to zero.
+    pub fn new(row: &[f64; 27]) -> Self {
+        let mut entries = [0.0; 28];
+        let mut sum = 0.0;
+        for (entry, &v) in entries.iter_mut().zip(row) {
+            *entry = v as f32;
+            sum += f64::from(*entry);
+        }
+        entries[27] = -sum as f32;
+        Self(entries)
+    }
+
+    fn entry(&self, k: usize) -> f64 {
+        let value = f64::from(self.0[k]);
+        if k == 13 {
+            value + f64::from(self.0[27])
+        } else {
+            value
+        }
+    }
+
+    #[inline]
+    fn apply<T: Real>(&self, starts: &[u32; 9], own: usize, x: &[T]) -> T {
+        let mut sums = [T::ZERO; 4];
+        for (c, &start) in starts.iter().enumerate() {
+            let near = &x[start as usize..start as usize + 4];
+            let group = &self.0[3 * c..3 * c + 4];
+            for d in 0..4 {
+                sums[d] += T::of(group[d]) * near[d];
+            }
+        }
+        (sums[0] + sums[1]) + (sums[2] + T::of(self.0[27]) * x[own])
+    }
+}
+
+/// What one row holds beside its stencils.
+#[derive(Clone, Copy, Default)]
+pub struct RowWeights {
     /// χ/M on R, else 0.
-    weight: Vec<f64>,
+    pub residual: f64,
     /// M/τ, or 0.
-    diagonal: Vec<f64>,
+    pub inertia: f64,
+    /// Whether the node is an unknown.
+    pub unknown: bool,
+}
+
+/// Scratch vectors of the two precisions, kept from one product to the next.
+#[derive(Default)]
+struct Scratch {
+    double: Vec<f64>,
+    single: Vec<f32>,
+}
+
+/// The linear system of one step. Its vectors run over the positions of the band's [`Layout`].
+pub struct System<'a> {
+    layout: &'a Layout,
+    /// L[P/|∇φ|] (or L[1/|∇φ|] for variant II).
+    curvature: Vec<Stencil>,
+    /// The right factor where it is another than the left: L[1/|∇φ|] for variant I.
+    inner: Option<Vec<Stencil>>,
+    /// ½ L1 + κ L[n⊗n].
+    second: Vec<Stencil>,
+    weights: Vec<RowWeights>,
     jacobi: Vec<f64>,
-    /// The gradient of the energy on U, 0 elsewhere.
+    scratch: Mutex<Scratch>,
+    /// The gradient of the energy at the band's nodes: zero off the unknowns.
     pub gradient: Vec<f64>,
 }
 
 impl<'a> System<'a> {
+    /// A system from one entry of each list for each row of the band's layout.
     pub(super) fn new(
         band: &'a Band,
-        curvature: Vec<[f64; 27]>,
-        second: Vec<[f64; 27]>,
-        weight: Vec<f64>,
-        diagonal: Vec<f64>,
+        [curvature, second]: [Vec<Stencil>; 2],
+        inner: Option<Vec<Stencil>>,
+        weights: Vec<RowWeights>,
         gradient: Vec<f64>,
     ) -> Self {
-        let jacobi = (0..weight.len())
-            .into_par_iter()
-            .map(|j| {
-                if !band.unknown[j] {
-                    return 0.0;
-                }
-                let mut d = second[j][13] + diagonal[j];
-                for (k, &i) in band.neighbours[j].iter().enumerate() {
-                    if let Some(w) = weight.get(i as usize) {
-                        d += w * curvature[j][k] * curvature[j][k];
-                    }
-                }
-                if d > 1e-12 { 1.0 / d } else { 1.0 }
-            })
-            .collect();
-        Self {
-            band,
+        let mut system = Self {
+            layout: &band.layout,
             curvature,
-            inner: None,
+            inner,
             second,
-            weight,
-            diagonal,
-            jacobi,
+            weights,
+            jacobi: Vec::new(),
+            scratch: Mutex::default(),
             gradient,
-        }
+        };
+        system.jacobi = system.inverse_diagonal();
+        system
     }
-}
 
-impl System<'_> {
-    pub(super) fn with_inner(mut self, inner: Option<Vec<[f64; 27]>>) -> Self {
-        self.inner = inner;
-        self
+    fn inverse_diagonal(&self) -> Vec<f64> {
+        let layout = self.layout;
+        let mut weight = vec![0.0; layout.len];
+        for (r, w) in self.weights.iter().enumerate() {
+            weight[layout.position_of(r)] = w.residual;
+        }
+        let mut out = vec![0.0; layout.len];
+        out.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
+            for (r, place) in layout.rows_of(c) {
+                if !self.weights[r].unknown {
+                    continue;
+                }
+                let mut d = self.second[r].entry(13) + self.weights[r].inertia;
+                for k in 0..27 {
+                    let entry = self.curvature[r].entry(k);
+                    let at = layout.starts[r][k / 3] as usize + k % 3;
+                    d += weight[at] * entry * entry;
+                }
+                out[place] = if d > 1e-12 { 1.0 / d } else { 1.0 };
+            }
+        });
+        out
     }
 
     /// Whether the system is symmetric: all but variant I are.
@@ -73,72 +140,101 @@ impl System<'_> {
         self.inner.is_none()
     }
 
-    /// `Pᵀ A P` for a prolongation `P` whose rows run over the band's nodes.
+    /// The positions of the system's vectors.
+    pub fn layout(&self) -> &Layout {
+        self.layout
+    }
+
+    /// `Pᵀ A P` for a prolongation `P` whose rows run over the positions.
     pub fn galerkin(&self, p: &Csr) -> Csr {
-        let n = self.weight.len();
-        let spread = |rows: &[[f64; 27]], wanted: &(dyn Fn(usize) -> bool + Sync)| {
-            Csr::from_rows(n, p.columns, |i, sink| {
-                if wanted(i) {
-                    for (k, &j) in self.band.neighbours[i].iter().enumerate() {
-                        if (j as usize) < n && rows[i][k] != 0.0 {
-                            for (c, v) in p.row(j as usize) {
-                                sink(c, rows[i][k] * v);
-                            }
+        let layout = self.layout;
+        let rows = layout.rows.len();
+        let spread = |stencils: &[Stencil], wanted: &(dyn Fn(&RowWeights) -> bool + Sync)| {
+            Csr::from_rows(rows, p.columns, |r, sink| {
+                if wanted(&self.weights[r]) {
+                    for k in 0..27 {
+                        let entry = stencils[r].entry(k);
+                        if entry != 0.0 {
+                            let at = layout.starts[r][k / 3] as usize + k % 3;
+                            p.row(at).for_each(|(c, v)| sink(c, entry * v));
                         }
                     }
                 }
             })
         };
-        let q = spread(&self.curvature, &|i| self.weight[i] != 0.0);
-        let s = spread(&self.second, &|i| self.band.unknown[i]);
-        let (qt, pt) = (q.transposed(), p.transposed());
+        let q = spread(&self.curvature, &|w| w.residual != 0.0);
+        let s = spread(&self.second, &|w| w.unknown);
+        let own = Csr::from_rows(rows, p.columns, |r, sink| {
+            p.row(layout.position_of(r)).for_each(|(c, v)| sink(c, v));
+        });
+        let (qt, pt) = (q.transposed(), own.transposed());
         Csr::from_rows(p.columns, p.columns, |c, sink| {
-            for (i, v) in qt.row(c) {
-                let w = v * self.weight[i as usize];
-                q.row(i as usize).for_each(|(j, x)| sink(j, w * x));
+            for (r, v) in qt.row(c) {
+                let w = v * self.weights[r as usize].residual;
+                q.row(r as usize).for_each(|(j, x)| sink(j, w * x));
             }
-            for (i, v) in pt.row(c) {
-                s.row(i as usize).for_each(|(j, x)| sink(j, v * x));
-                let d = v * self.diagonal[i as usize];
+            for (r, v) in pt.row(c) {
+                s.row(r as usize).for_each(|(j, x)| sink(j, v * x));
+                let d = v * self.weights[r as usize].inertia;
                 if d != 0.0 {
-                    p.row(i as usize).for_each(|(j, x)| sink(j, d * x));
+                    own.row(r as usize).for_each(|(j, x)| sink(j, d * x));
                 }
             }
         })
     }
+
+    /// `y = (BPᵀ diag(χ/M) BP + S + M/τ) x`.
+    fn product<T: Real>(&self, x: &[T], y: &mut [T], t: &mut Vec<T>) {
+        let layout = self.layout;
+        t.resize(layout.len, T::ZERO);
+        let inner = self.inner.as_ref().unwrap_or(&self.curvature);
+        let first = |(c, out): (usize, &mut [T])| {
+            for (r, place) in layout.rows_of(c) {
+                let weight = self.weights[r].residual;
+                if weight != 0.0 {
+                    let own = c * CHUNK + place;
+                    out[place] = T::of_double(weight) * inner[r].apply(&layout.starts[r], own, x);
+                }
+            }
+        };
+        each_chunk(t, &first);
+        let t = &t[..];
+        let second = |(c, out): (usize, &mut [T])| {
+            out.fill(T::ZERO);
+            for (r, place) in layout.rows_of(c) {
+                let weights = &self.weights[r];
+                if weights.unknown {
+                    let (starts, own) = (&layout.starts[r], c * CHUNK + place);
+                    out[place] = self.curvature[r].apply(starts, own, t)
+                        + self.second[r].apply(starts, own, x)
+                        + T::of_double(weights.inertia) * x[own];
+                }
+            }
+        };
+        each_chunk(y, &second);
+    }
+}
+
+/// Runs over the chunks of a vector, in parallel where there are more than two.
+fn each_chunk<T: Real>(vector: &mut [T], run: &(dyn Fn((usize, &mut [T])) + Sync)) {
+    if vector.len() <= 2 * CHUNK {
+        vector.chunks_mut(CHUNK).enumerate().for_each(run);
+    } else {
+        vector.par_chunks_mut(CHUNK).enumerate().for_each(run);
+    }
 }
 
 impl LinearOperator for System<'_> {
-    /// `y = (BPᵀ diag(χ/M) BP + S + M/τ) x` on the unknowns; `x` and `y` run over all nodes and are zero off the unknowns.
     fn apply(&self, x: &[f64], y: &mut [f64]) {
-        let n = x.len();
-        let mut padded = Vec::with_capacity(n + 1);
-        padded.extend_from_slice(x);
-        padded.push(0.0);
-        let mut t = vec![0.0; n + 1];
-        let inner = self.inner.as_ref().unwrap_or(&self.curvature);
-        t[..n]
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(c, out)| {
-                for (i, o) in (c * CHUNK..).zip(out.iter_mut()) {
-                    if self.weight[i] != 0.0 {
-                        *o = self.weight[i] * stencil(&inner[i], &self.band.neighbours[i], &padded);
-                    }
-                }
-            });
-        y.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
-            for (j, o) in (c * CHUNK..).zip(out.iter_mut()) {
-                *o = if self.band.unknown[j] {
-                    let near = &self.band.neighbours[j];
-                    stencil(&self.curvature[j], near, &t)
-                        + stencil(&self.second[j], near, &padded)
-                        + self.diagonal[j] * x[j]
-                } else {
-                    0.0
-                };
-            }
-        });
+        let mut t = self.take(|s| &mut s.double);
+        self.product(x, y, &mut t);
+        self.give(|s| &mut s.double, t);
+    }
+
+    fn apply_single(&self, x: &[f32], y: &mut [f32]) {
+        let mut t = self.take(|s| &mut s.single);
+        self.product(x, y, &mut t);
+        self.give(|s| &mut s.single, t);
     }
 
     fn jacobi(&self) -> &[f64] {
@@ -146,13 +242,16 @@ impl LinearOperator for System<'_> {
     }
 }
 
-#[inline]
-fn stencil(row: &[f64; 27], near: &[u32; 27], x: &[f64]) -> f64 {
-    let mut s = [0.0; 3];
-    for k in 0..9 {
-        for d in 0..3 {
-            s[d] += row[3 * k + d] * x[near[3 * k + d] as usize];
+impl System<'_> {
+    /// Takes a scratch vector out, so that no lock is held during a product.
+    fn take<T>(&self, which: impl Fn(&mut Scratch) -> &mut Vec<T>) -> Vec<T> {
+        let scratch = self.scratch.lock();
+        scratch.map_or_else(|_| Vec::new(), |mut s| std::mem::take(which(&mut s)))
+    }
+
+    fn give<T>(&self, which: impl Fn(&mut Scratch) -> &mut Vec<T>, vector: Vec<T>) {
+        if let Ok(mut s) = self.scratch.lock() {
+            *which(&mut s) = vector;
         }
     }
-    s[0] + s[1] + s[2]
 }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::band::{Band, NONE, WIDTH};
 use super::element::{ELEMENT, dot, gradient};
-use super::system::System;
+use super::system::{RowWeights, Stencil, System};
 
 const CHUNK: usize = 1024;
 /// Keeps |∇φ| from zero.
@@ -152,62 +152,64 @@ impl WillmoreBand {
             })
             .collect();
         let weighted: Vec<f64> = (0..n).map(|i| chi(phi[i]) * w[i] * w[i]).collect();
-        let cells: Vec<CellFrame> = band
+        let force: Vec<f64> = (0..n).map(|i| chi(phi[i]) * w[i]).collect();
+        let fields = Fields {
+            phi,
+            weighted: &weighted,
+            force: &force,
+            kappa: self.kappa,
+        };
+        let cells: Vec<CellMatrices> = band
             .cells
             .par_iter()
-            .map(|cell| CellFrame::new(cell, phi, &weighted))
+            .map(|cell| CellMatrices::new(cell, &fields, metric))
             .collect();
-        let rows: Vec<Row> = band
-            .node_cells
-            .par_iter()
-            .enumerate()
-            .map(|(i, touching)| {
-                if !band.residual[i] && !band.unknown[i] {
-                    return Row::ZERO;
-                }
-                assemble_row(touching, &cells, self.kappa, metric)
-            })
-            .collect();
-        let weight: Vec<f64> = (0..n)
-            .map(|i| {
-                if band.residual[i] {
-                    chi(phi[i]) / at.mass[i]
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        let force: Vec<f64> = (0..n).map(|i| chi(phi[i]) * w[i]).collect();
-        let gradient = self.gradient(phi, &rows, &w, &force, &at.mass);
-        let second: Vec<[f64; 27]> = rows.iter().map(|r| r.second).collect();
-        let tangential_rows = || rows.iter().map(|r| r.curvature).collect();
-        let full_rows = || rows.iter().map(|r| r.full).collect();
-        let (curvature, inner) = match metric {
-            Metric::GaussNewton => (tangential_rows(), None),
-            Metric::VariantOne => (tangential_rows(), Some(full_rows())),
-            Metric::VariantTwo => (full_rows(), None),
+        let stencils = |which: Choose| -> Vec<Stencil> {
+            band.layout
+                .rows
+                .par_iter()
+                .map(|&i| assemble_row(&band.node_cells[i as usize], &cells, which))
+                .collect()
         };
-        let diagonal = (0..n)
-            .map(|i| {
-                if time_step.is_finite() {
-                    at.mass[i] / time_step
-                } else {
-                    0.0
-                }
-            })
-            .collect();
-        System::new(band, curvature, second, weight, diagonal, gradient).with_inner(inner)
+        let tangential: Choose = |c| &c.tangential;
+        let full: Choose = |c| &c.full;
+        let (curvature, inner) = match metric {
+            Metric::GaussNewton => (stencils(tangential), None),
+            Metric::VariantOne => (stencils(tangential), Some(stencils(full))),
+            Metric::VariantTwo => (stencils(full), None),
+        };
+        let second = stencils(|c| &c.second);
+        let weights = self.weights(phi, &at.mass, time_step);
+        let gradient = self.gradient(phi, &cells, &w, &at.mass);
+        System::new(band, [curvature, second], inner, weights, gradient)
     }
 
-    /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; the parts from L1 and κ come with the rows.
-    fn gradient(
-        &self,
-        phi: &[f64],
-        rows: &[Row],
-        w: &[f64],
-        force: &[f64],
-        mass: &[f64],
-    ) -> Vec<f64> {
+    fn weights(&self, phi: &[f64], mass: &[f64], time_step: f64) -> Vec<RowWeights> {
+        let band = &self.band;
+        band.layout
+            .rows
+            .iter()
+            .map(|&i| {
+                let i = i as usize;
+                RowWeights {
+                    residual: if band.residual[i] {
+                        chi(phi[i]) / mass[i]
+                    } else {
+                        0.0
+                    },
+                    inertia: if time_step.is_finite() {
+                        mass[i] / time_step
+                    } else {
+                        0.0
+                    },
+                    unknown: band.unknown[i],
+                }
+            })
+            .collect()
+    }
+
+    /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; all but the third come from the cells.
+    fn gradient(&self, phi: &[f64], cells: &[CellMatrices], w: &[f64], mass: &[f64]) -> Vec<f64> {
         let band = &self.band;
         (0..phi.len())
             .into_par_iter()
@@ -215,10 +217,10 @@ impl WillmoreBand {
                 if !band.unknown[i] {
                     return 0.0;
                 }
-                let mut sum = rows[i].force;
-                for (k, &j) in band.neighbours[i].iter().enumerate() {
-                    if let Some(f) = force.get(j as usize) {
-                        sum += rows[i].curvature[k] * f;
+                let mut sum = 0.0;
+                for (a, &c) in band.node_cells[i].iter().enumerate() {
+                    if c != NONE {
+                        sum += cells[c as usize].load[a];
                     }
                 }
                 if band.residual[i] {
@@ -244,112 +246,164 @@ fn cell_residual(v: &[f64; 8]) -> ([f64; 8], f64) {
     (r, 0.125 / norm(gradient(&e.centre, v)))
 }
 
-/// What the cells round a node add to its stencils and its entry of the gradient.
-struct Row {
+/// What a cell's matrices are made of, at the band's nodes.
+struct Fields<'a> {
+    phi: &'a [f64],
+    /// χw².
+    weighted: &'a [f64],
+    /// χw.
+    force: &'a [f64],
+    kappa: f64,
+}
+
+/// The upper triangle of a symmetric 8 × 8 matrix, by rows.
+type Packed = [f32; 36];
+
+/// Place in a [`Packed`] matrix of entry `8 a + b`.
+const PLACE: [u8; 64] = {
+    let mut table = [0; 64];
+    let (mut a, mut next) = (0, 0);
+    while a < 8 {
+        let mut b = a;
+        while b < 8 {
+            table[8 * a + b] = next;
+            table[8 * b + a] = next;
+            next += 1;
+            b += 1;
+        }
+        a += 1;
+    }
+    table
+};
+
+fn packed(matrix: &[f32; 64]) -> Packed {
+    let mut out = [0.0; 36];
+    for (i, &v) in matrix.iter().enumerate() {
+        out[PLACE[i] as usize] = v;
+    }
+    out
+}
+
+/// One of a cell's matrices.
+type Choose = fn(&CellMatrices) -> &Packed;
+
+/// What a cell adds to the stencils and to the gradient at its corners.
+struct CellMatrices {
     /// L[P/|∇φ|].
-    curvature: [f64; 27],
+    tangential: Packed,
     /// L[1/|∇φ|]; only for the paper's variants.
-    full: [f64; 27],
+    full: Packed,
     /// ½ L1 + κ L[n⊗n].
-    second: [f64; 27],
-    /// `½ L1 φ + κ ∂Eik`.
-    force: f64,
+    second: Packed,
+    /// `BPᵀ(χw) + ½ L1 φ + κ ∂Eik`.
+    load: [f64; 8],
 }
 
-impl Row {
-    const ZERO: Self = Self {
-        curvature: [0.0; 27],
-        full: [0.0; 27],
-        second: [0.0; 27],
-        force: 0.0,
-    };
-}
-
-/// What a cell hands to the rows of its corners.
-struct CellFrame {
-    normals: [[f64; 3]; 8],
-    /// ⅛ / |∇φ| at the Gauss points.
-    scale: [f64; 8],
-    /// ∇φ at the centre.
-    centre: [f64; 3],
-    /// ½ (mean of χw²) / |∇φ|³ at the centre.
-    l1: f64,
-    /// 1 − 1/|∇φ| at the centre.
-    eikonal: f64,
-}
-
-impl CellFrame {
-    fn new(cell: &[u32; 8], phi: &[f64], weighted: &[f64]) -> Self {
+impl CellMatrices {
+    fn new(cell: &[u32; 8], fields: &Fields, metric: Metric) -> Self {
         let e = &*ELEMENT;
-        let v = corners(cell, phi);
-        let mut frame = Self {
-            normals: [[0.0; 3]; 8],
-            scale: [0.0; 8],
-            centre: gradient(&e.centre, &v),
-            l1: 0.0,
-            eikonal: 0.0,
-        };
+        let v = corners(cell, fields.phi);
+        let force = corners(cell, fields.force);
+        let kappa = (0.125 * fields.kappa) as f32;
+        let (mut tangential, mut full, mut second) = ([0.0; 64], [0.0; 64], [0.0; 64]);
+        let mut load = [0.0; 8];
         for (q, shape) in e.gauss.iter().enumerate() {
             let g = gradient(shape, &v);
             let l = norm(g);
-            frame.normals[q] = g.map(|x| x / l);
-            frame.scale[q] = 0.125 / l;
+            let n = g.map(|x| x / l);
+            let scale = 0.125 / l;
+            let f = gradient(shape, &force);
+            let along = dot(f, n);
+            let p: [f64; 3] = std::array::from_fn(|d| scale * (f[d] - along * n[d]));
+            let mut normal = [0.0f32; 8];
+            for a in 0..8 {
+                load[a] += p[0] * shape[0][a] + p[1] * shape[1][a] + p[2] * shape[2][a];
+                normal[a] = (n[0] * shape[0][a] + n[1] * shape[1][a] + n[2] * shape[2][a]) as f32;
+            }
+            add_products(
+                (&mut tangential, &mut second),
+                &normal,
+                &e.gauss_products[q],
+                (scale as f32, kappa),
+            );
+            if metric != Metric::GaussNewton {
+                for (f, p) in full.iter_mut().zip(&e.gauss_products[q]) {
+                    *f += scale as f32 * p;
+                }
+            }
         }
-        let l = norm(frame.centre);
-        let mean = 0.125 * cell.iter().map(|&c| weighted[c as usize]).sum::<f64>();
-        frame.l1 = 0.5 * mean / (l * l * l);
-        frame.eikonal = 1.0 - 1.0 / l;
-        frame
+        let g = gradient(&e.centre, &v);
+        let l = norm(g);
+        let mean = 0.125 * corners(cell, fields.weighted).iter().sum::<f64>();
+        let l1 = 0.5 * mean / (l * l * l);
+        let pull = l1 + fields.kappa * (1.0 - 1.0 / l);
+        for a in 0..8 {
+            let shape = &e.centre;
+            load[a] += pull * (g[0] * shape[0][a] + g[1] * shape[1][a] + g[2] * shape[2][a]);
+        }
+        for (s, p) in second.iter_mut().zip(&e.centre_products) {
+            *s += l1 as f32 * p;
+        }
+        Self {
+            tangential: packed(&tangential),
+            full: packed(&full),
+            second: packed(&second),
+            load,
+        }
     }
 }
 
-/// The row of one node from the cells that touch it.
-fn assemble_row(touching: &[u32; 8], cells: &[CellFrame], kappa: f64, metric: Metric) -> Row {
-    let e = &*ELEMENT;
-    let mut row = Row::ZERO;
+/// Adds `scale (∇N·∇N − n·∇N n·∇N)` to the first matrix and `kappa n·∇N n·∇N` to the second.
+#[inline]
+fn add_products(
+    (tangential, second): (&mut [f32; 64], &mut [f32; 64]),
+    normal: &[f32; 8],
+    products: &[f32; 64],
+    (scale, kappa): (f32, f32),
+) {
+    for a in 0..8 {
+        for b in 0..8 {
+            let both = normal[a] * normal[b];
+            tangential[8 * a + b] += scale * (products[8 * a + b] - both);
+            second[8 * a + b] += kappa * both;
+        }
+    }
+}
+
+/// The stencil of one node from the cells that touch it.
+fn assemble_row(touching: &[u32; 8], cells: &[CellMatrices], which: Choose) -> Stencil {
+    let mut row = [0.0; 27];
     for (a, &c) in touching.iter().enumerate() {
         if c == NONE {
             continue;
         }
-        let frame = &cells[c as usize];
-        let (mut row_p, mut row_full, mut row_s) = ([0.0; 8], [0.0; 8], [0.0; 8]);
-        for (q, shape) in e.gauss.iter().enumerate() {
-            let n = frame.normals[q];
-            let da = [shape[0][a], shape[1][a], shape[2][a]];
-            let along = dot(n, da);
-            let t = frame.scale[q];
-            let vp: [f64; 3] = std::array::from_fn(|d| t * (da[d] - along * n[d]));
-            let vn: [f64; 3] = std::array::from_fn(|d| 0.125 * kappa * along * n[d]);
-            for b in 0..8 {
-                row_p[b] += vp[0] * shape[0][b] + vp[1] * shape[1][b] + vp[2] * shape[2][b];
-                row_s[b] += vn[0] * shape[0][b] + vn[1] * shape[1][b] + vn[2] * shape[2][b];
-            }
-            if metric != Metric::GaussNewton {
-                for b in 0..8 {
-                    row_full[b] +=
-                        t * (da[0] * shape[0][b] + da[1] * shape[1][b] + da[2] * shape[2][b]);
-                }
-            }
-        }
-        let shape = &e.centre;
-        let da = [shape[0][a], shape[1][a], shape[2][a]];
+        let matrix = which(&cells[c as usize]);
         for b in 0..8 {
-            row_s[b] +=
-                frame.l1 * (da[0] * shape[0][b] + da[1] * shape[1][b] + da[2] * shape[2][b]);
-            let k = stencil_entry(a, b);
-            row.curvature[k] += row_p[b];
-            row.full[k] += row_full[b];
-            row.second[k] += row_s[b];
+            row[ENTRY[8 * a + b] as usize] += f64::from(matrix[PLACE[8 * a + b] as usize]);
         }
-        row.force += (frame.l1 + kappa * frame.eikonal) * dot(frame.centre, da);
     }
-    row
+    Stencil::new(&row)
 }
 
+/// For each pair of corners, `8 a + b`, the place of `b` in the stencil of `a`.
+const ENTRY: [u8; 64] = {
+    let mut table = [0; 64];
+    let mut i = 0;
+    while i < 64 {
+        table[i] = stencil_entry(i / 8, i % 8);
+        i += 1;
+    }
+    table
+};
+
 /// Position in the 27-point stencil of corner `b` seen from corner `a`.
-fn stencil_entry(a: usize, b: usize) -> usize {
-    let step = |shift: usize| ((b >> shift) & 1) + 1 - ((a >> shift) & 1);
-    9 * step(2) + 3 * step(1) + step(0)
+const fn stencil_entry(a: usize, b: usize) -> u8 {
+    let (x, y, z) = (
+        ((b >> 2) & 1) + 1 - ((a >> 2) & 1),
+        ((b >> 1) & 1) + 1 - ((a >> 1) & 1),
+        (b & 1) + 1 - (a & 1),
+    );
+    (9 * x + 3 * y + z) as u8
 }
 
 #[cfg(test)]
@@ -406,9 +460,10 @@ mod tests {
         let (w, phi) = sphere_band();
         let at = w.evaluate(&phi);
         let system = w.system(&phi, &at, Metric::GaussNewton, f64::INFINITY);
-        let n = phi.len();
+        let layout = system.layout();
+        let n = layout.len;
         let vector = |f: f64| -> Vec<f64> {
-            (0..n)
+            let values: Vec<f64> = (0..phi.len())
                 .map(|i| {
                     if w.band.unknown[i] {
                         (i as f64 * f).sin()
@@ -416,7 +471,8 @@ mod tests {
                         0.0
                     }
                 })
-                .collect()
+                .collect();
+            layout.spread(&values)
         };
         let (x, y) = (vector(0.7), vector(1.3));
         let (mut ax, mut ay) = (vec![0.0; n], vec![0.0; n]);
@@ -426,9 +482,10 @@ mod tests {
             y.iter().zip(&ax).map(|(p, q)| p * q).sum(),
             x.iter().zip(&ay).map(|(p, q)| p * q).sum(),
         );
-        assert!((a - b).abs() < 1e-9 * a.abs().max(1.0));
-        let i = (0..n)
+        assert!((a - b).abs() < 1e-6 * a.abs().max(1.0));
+        let i = (0..phi.len())
             .find(|&i| w.band.unknown[i] && w.band.residual[i])
+            .map(|i| layout.position[i] as usize)
             .unwrap();
         let mut unit = vec![0.0; n];
         unit[i] = 1.0;

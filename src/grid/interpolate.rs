@@ -43,15 +43,8 @@ impl Tricubic {
             }
             base[a] = (p[a].floor() as i32).clamp(1, top);
         }
-        let mut values = [0.0; 64];
-        for i in 0..4 {
-            for j in 0..4 {
-                for k in 0..4 {
-                    let n = [base[0] - 1 + i, base[1] - 1 + j, base[2] - 1 + k];
-                    values[(i * 16 + j * 4 + k) as usize] = field[grid.slot(n)?];
-                }
-            }
-        }
+        let slots = grid.cube(base.map(|b| b - 1))?;
+        let values = slots.map(|s| field[s as usize]);
         Some(Self { base, values })
     }
 

@@ -116,6 +116,38 @@ impl SparseGrid {
         Some(block as usize * BLOCK_NODES + local as usize)
     }
 
+    /// The slots of the 4 × 4 × 4 nodes from `corner` on, in lexicographic order; none where one is not stored. The nodes
+    /// must lie in the box.
+    #[inline]
+    pub(crate) fn cube(&self, corner: NodeIndex) -> Option<[u32; 64]> {
+        // At most two blocks along each axis.
+        let first = corner.map(|c| c >> 2);
+        let mut blocks = [0; 8];
+        for (i, block) in blocks.iter_mut().enumerate() {
+            let b: NodeIndex = std::array::from_fn(|d| {
+                let second = (i >> (2 - d)) & 1 == 1 && corner[d] & 3 != 0;
+                first[d] + i32::from(second)
+            });
+            let at = (b[0] * self.block_dims[1] + b[1]) * self.block_dims[2] + b[2];
+            *block = self.map[at as usize];
+            if *block == ABSENT {
+                return None;
+            }
+        }
+        let along = |d: usize, shift: u32| -> [(usize, u32); 4] {
+            std::array::from_fn(|i| {
+                let local = (corner[d] & 3) as usize + i;
+                (local >> 2, ((local & 3) as u32) << shift)
+            })
+        };
+        let (x, y, z) = (along(0, 4), along(1, 2), along(2, 0));
+        Some(std::array::from_fn(|i| {
+            let (x, y, z) = (x[i >> 4], y[(i >> 2) & 3], z[i & 3]);
+            let block = blocks[4 * x.0 + 2 * y.0 + z.0];
+            block * BLOCK_NODES as u32 + x.1 + y.1 + z.1
+        }))
+    }
+
     /// The node stored at a slot.
     #[inline]
     pub fn node(&self, slot: usize) -> NodeIndex {

@@ -9,6 +9,13 @@ const CHUNK: usize = 2048;
 pub trait LinearOperator: Sync {
     /// `y = A x`.
     fn apply(&self, x: &[f64], y: &mut [f64]);
+    /// `y = A x` in single precision, for preconditioners.
+    fn apply_single(&self, x: &[f32], y: &mut [f32]) {
+        let x: Vec<f64> = x.iter().map(|&v| v.into()).collect();
+        let mut wide = vec![0.0; y.len()];
+        self.apply(&x, &mut wide);
+        y.iter_mut().zip(wide).for_each(|(y, v)| *y = v as f32);
+    }
     /// The inverse of the preconditioner, one positive factor for each unknown.
     fn jacobi(&self) -> &[f64];
 }

@@ -2,12 +2,17 @@
 
 use rayon::prelude::*;
 
+use super::real::Real;
+
 /// Rows handed to a thread at a time.
 const CHUNK: usize = 64;
+/// The same for products with vectors, which are done by one thread where there are few entries.
+const APPLIED: usize = 1024;
+const SERIAL: usize = 100_000;
 
 /// A sparse matrix by rows.
 #[derive(Clone, Debug, Default)]
-pub struct Csr {
+pub struct Csr<T = f64> {
     /// Number of columns.
     pub columns: usize,
     /// Start of each row in `indices`, and their end.
@@ -15,7 +20,7 @@ pub struct Csr {
     /// Column of each entry, rising within a row.
     pub indices: Vec<u32>,
     /// The entries.
-    pub values: Vec<f64>,
+    pub values: Vec<T>,
 }
 
 /// Consecutive rows: the length of each, and their entries one after another.
@@ -102,21 +107,6 @@ impl Csr {
         out
     }
 
-    /// Number of rows.
-    pub fn rows(&self) -> usize {
-        self.offsets.len().saturating_sub(1)
-    }
-
-    /// The entries of a row.
-    #[inline]
-    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f64)> + '_ {
-        let range = self.offsets[i]..self.offsets[i + 1];
-        self.indices[range.clone()]
-            .iter()
-            .copied()
-            .zip(self.values[range].iter().copied())
-    }
-
     /// The transpose.
     pub fn transposed(&self) -> Self {
         let mut offsets = vec![0; self.columns + 1];
@@ -155,13 +145,14 @@ impl Csr {
         })
     }
 
-    /// `y = A x`.
-    pub fn apply(&self, x: &[f64], y: &mut [f64]) {
-        y.par_chunks_mut(512).enumerate().for_each(|(c, out)| {
-            for (i, o) in (c * 512..).zip(out.iter_mut()) {
-                *o = self.row(i).map(|(j, v)| v * x[j as usize]).sum();
-            }
-        });
+    /// The matrix in single precision.
+    pub fn single(&self) -> Csr<f32> {
+        Csr {
+            columns: self.columns,
+            offsets: self.offsets.clone(),
+            indices: self.indices.clone(),
+            values: self.values.iter().map(|&v| v as f32).collect(),
+        }
     }
 
     /// The diagonal.
@@ -169,5 +160,55 @@ impl Csr {
         (0..self.rows())
             .map(|i| self.row(i).find(|e| e.0 as usize == i).map_or(0.0, |e| e.1))
             .collect()
+    }
+}
+
+impl<T: Real> Csr<T> {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// The entries of a row.
+    #[inline]
+    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, T)> + '_ {
+        let range = self.offsets[i]..self.offsets[i + 1];
+        self.indices[range.clone()]
+            .iter()
+            .copied()
+            .zip(self.values[range].iter().copied())
+    }
+
+    /// `y = A x`.
+    pub fn apply(&self, x: &[T], y: &mut [T]) {
+        let run = |(c, out): (usize, &mut [T])| {
+            for (i, o) in (c * APPLIED..).zip(out.iter_mut()) {
+                *o = self.row_times(i, x);
+            }
+        };
+        if self.values.len() < SERIAL {
+            y.chunks_mut(APPLIED).enumerate().for_each(run);
+        } else {
+            y.par_chunks_mut(APPLIED).enumerate().for_each(run);
+        }
+    }
+
+    /// One entry of the product, in four sums that do not wait for each other.
+    #[inline]
+    fn row_times(&self, i: usize, x: &[T]) -> T {
+        let range = self.offsets[i]..self.offsets[i + 1];
+        let (indices, values) = (&self.indices[range.clone()], &self.values[range]);
+        let mut sums = [T::ZERO; 4];
+        let (four, rest) = indices.as_chunks::<4>();
+        let (values, last) = values.as_chunks::<4>();
+        for (j, v) in four.iter().zip(values) {
+            for d in 0..4 {
+                sums[d] += v[d] * x[j[d] as usize];
+            }
+        }
+        for (&j, &v) in rest.iter().zip(last) {
+            sums[0] += v * x[j as usize];
+        }
+        (sums[0] + sums[1]) + (sums[2] + sums[3])
     }
 }

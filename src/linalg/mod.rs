@@ -5,6 +5,7 @@ mod cg;
 mod csr;
 mod dense;
 mod multigrid;
+mod real;
 #[cfg(test)]
 mod tests;
 
@@ -13,3 +14,4 @@ pub use cg::{CgOutcome, Jacobi, LinearOperator, Preconditioner, conjugate_gradie
 pub use csr::Csr;
 pub use dense::{Cholesky, solve_spd};
 pub use multigrid::{Multigrid, MultigridCycle};
+pub use real::Real;

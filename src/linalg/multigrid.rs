@@ -1,7 +1,9 @@
 //! A Galerkin multigrid cycle as a preconditioner.
 //!
 //! The caller brings the prolongations; coarse matrices are Galerkin products, smoothers are Chebyshev polynomials in
-//! D⁻¹A, the coarsest system is solved by a Cholesky factorisation.
+//! D⁻¹A, the coarsest system is solved by a Cholesky factorisation. The cycle runs in single precision.
+
+use std::sync::Mutex;
 
 use super::cg::{LinearOperator, Preconditioner};
 use super::csr::Csr;
@@ -9,34 +11,60 @@ use super::dense::Cholesky;
 
 /// Power iterations for the largest eigenvalue of D⁻¹A, and the factor for what they miss.
 const POWER_ITERATIONS: usize = 15;
-const SAFETY: f64 = 1.08;
+const SAFETY: f32 = 1.08;
 /// Degrees of the smoothers, and λ over the smallest eigenvalue they damp.
 const FINE_DEGREE: usize = 2;
-const FINE_RATIO: f64 = 6.0;
+const FINE_RATIO: f32 = 6.0;
 const COARSE_DEGREE: usize = 4;
-const COARSE_RATIO: f64 = 8.0;
+const COARSE_RATIO: f32 = 8.0;
 /// Coarse matrices are lifted by this part of their largest diagonal entry.
 const SHIFT: f64 = 1e-10;
 /// Systems up to this size are factorised.
 const DIRECT: usize = 400;
 
 struct Coarse {
-    matrix: Csr,
-    inverse_diagonal: Vec<f64>,
+    matrix: Csr<f32>,
+    inverse_diagonal: Vec<f32>,
     smoother: Chebyshev,
     /// To the next coarser level, and back.
-    transfer: Option<(Csr, Csr)>,
+    transfer: Option<(Csr<f32>, Csr<f32>)>,
+}
+
+/// The vectors of one level, kept from one cycle to the next.
+#[derive(Clone, Default)]
+struct Space {
+    /// Right-hand side and solution.
+    b: Vec<f32>,
+    x: Vec<f32>,
+    rest: Vec<f32>,
+    direction: Vec<f32>,
+    product: Vec<f32>,
+}
+
+impl Space {
+    fn new(n: usize) -> Self {
+        let zeros = || vec![0.0; n];
+        Self {
+            b: zeros(),
+            x: zeros(),
+            rest: zeros(),
+            direction: zeros(),
+            product: zeros(),
+        }
+    }
 }
 
 /// The coarse levels of a hierarchy, to be used with the fine operator they were made for or one close to it.
 pub struct Multigrid {
-    restriction: Csr,
-    prolongation: Csr,
+    restriction: Csr<f32>,
+    prolongation: Csr<f32>,
     smoother: Chebyshev,
     levels: Vec<Coarse>,
     direct: Cholesky,
     /// 1: V-cycle, 2: W-cycle.
     gamma: usize,
+    /// One for the finest and for each coarse level; whoever runs a cycle takes them.
+    spaces: Mutex<Vec<Space>>,
 }
 
 impl Multigrid {
@@ -49,8 +77,9 @@ impl Multigrid {
         coarser: Vec<Csr>,
         gamma: usize,
     ) -> Option<Self> {
-        let apply = |x: &[f64], y: &mut [f64]| operator.apply(x, y);
-        let smoother = Chebyshev::new(FINE_DEGREE, FINE_RATIO, &apply, operator.jacobi());
+        let apply = |x: &[f32], y: &mut [f32]| operator.apply_single(x, y);
+        let diagonal: Vec<f32> = operator.jacobi().iter().map(|&d| d as f32).collect();
+        let smoother = Chebyshev::new(FINE_DEGREE, FINE_RATIO, &apply, &diagonal);
         let restriction = prolongation.transposed();
         let mut levels = Vec::new();
         let mut matrix = shifted(first);
@@ -60,54 +89,82 @@ impl Multigrid {
             }
             let r = p.transposed();
             let next = r.times(&matrix.times(&p));
-            levels.push(Coarse::new(matrix, Some((r, p))));
+            levels.push(Coarse::new(&matrix, Some((r.single(), p.single()))));
             matrix = shifted(next);
         }
         let direct = factorised(&matrix)?;
-        levels.push(Coarse::new(matrix, None));
+        levels.push(Coarse::new(&matrix, None));
         Some(Self {
-            restriction,
-            prolongation,
+            restriction: restriction.single(),
+            prolongation: prolongation.single(),
             smoother,
             levels,
             direct,
             gamma,
+            spaces: Mutex::default(),
         })
     }
 
-    fn cycle(&self, level: usize, b: &[f64]) -> Vec<f64> {
+    fn spaces(&self) -> Vec<Space> {
+        let kept = self.spaces.lock().map(|mut s| std::mem::take(&mut *s));
+        match kept {
+            Ok(spaces) if !spaces.is_empty() => spaces,
+            _ => std::iter::once(self.prolongation.rows())
+                .chain(self.levels.iter().map(|l| l.matrix.rows()))
+                .map(Space::new)
+                .collect(),
+        }
+    }
+
+    /// Solves for `spaces[0].b` at a coarse level, into `spaces[0].x`.
+    fn cycle(&self, level: usize, spaces: &mut [Space]) {
         let coarse = &self.levels[level];
-        let Some((restriction, prolongation)) = &coarse.transfer else {
-            let mut x = b.to_vec();
-            self.direct.solve(&mut x);
-            return x;
+        let [here, coarser @ ..] = spaces else {
+            return;
         };
-        let smooth = &coarse.smoother;
-        let apply = |x: &[f64], y: &mut [f64]| coarse.matrix.apply(x, y);
-        let mut x = vec![0.0; b.len()];
-        smooth.run(&apply, &coarse.inverse_diagonal, b, &mut x, true);
+        let Some((restriction, prolongation)) = &coarse.transfer else {
+            let mut x: Vec<f64> = here.b.iter().map(|&v| v.into()).collect();
+            self.direct.solve(&mut x);
+            here.x.iter_mut().zip(x).for_each(|(x, v)| *x = v as f32);
+            return;
+        };
+        let apply = |x: &[f32], y: &mut [f32]| coarse.matrix.apply(x, y);
+        coarse
+            .smoother
+            .run(&apply, &coarse.inverse_diagonal, here, true);
         let repeats = if level + 2 < self.levels.len() {
             self.gamma
         } else {
             1
         };
-        let mut r = vec![0.0; b.len()];
         for _ in 0..repeats {
-            residual(&apply, b, &x, &mut r);
-            let mut rc = vec![0.0; restriction.rows()];
-            restriction.apply(&r, &mut rc);
-            let correction = self.cycle(level + 1, &rc);
-            prolongation.apply(&correction, &mut r);
-            x.iter_mut().zip(&r).for_each(|(x, c)| *x += c);
+            here.subtract(&apply);
+            restriction.apply(&here.rest, &mut coarser[0].b);
+            self.cycle(level + 1, coarser);
+            prolongation.apply(&coarser[0].x, &mut here.product);
+            here.correct();
         }
-        smooth.run(&apply, &coarse.inverse_diagonal, b, &mut x, false);
-        x
+        coarse
+            .smoother
+            .run(&apply, &coarse.inverse_diagonal, here, false);
     }
 }
 
-fn residual(apply: &dyn Fn(&[f64], &mut [f64]), b: &[f64], x: &[f64], r: &mut [f64]) {
-    apply(x, r);
-    r.iter_mut().zip(b).for_each(|(r, b)| *r = b - *r);
+impl Space {
+    /// `rest = b − A x`.
+    fn subtract(&mut self, apply: &dyn Fn(&[f32], &mut [f32])) {
+        apply(&self.x, &mut self.product);
+        for ((r, b), p) in self.rest.iter_mut().zip(&self.b).zip(&self.product) {
+            *r = b - p;
+        }
+    }
+
+    /// Adds the product to the solution.
+    fn correct(&mut self) {
+        for (x, c) in self.x.iter_mut().zip(&self.product) {
+            *x += c;
+        }
+    }
 }
 
 fn shifted(mut matrix: Csr) -> Csr {
@@ -149,13 +206,14 @@ fn dense(matrix: &Csr) -> Vec<f64> {
 }
 
 impl Coarse {
-    fn new(matrix: Csr, transfer: Option<(Csr, Csr)>) -> Self {
-        let inverse_diagonal: Vec<f64> = matrix
+    fn new(matrix: &Csr, transfer: Option<(Csr<f32>, Csr<f32>)>) -> Self {
+        let inverse_diagonal: Vec<f32> = matrix
             .diagonal()
             .into_iter()
-            .map(|d| if d > 0.0 { 1.0 / d } else { 0.0 })
+            .map(|d| if d > 0.0 { (1.0 / d) as f32 } else { 0.0 })
             .collect();
-        let apply = |x: &[f64], y: &mut [f64]| matrix.apply(x, y);
+        let matrix = matrix.single();
+        let apply = |x: &[f32], y: &mut [f32]| matrix.apply(x, y);
         let smoother = Chebyshev::new(COARSE_DEGREE, COARSE_RATIO, &apply, &inverse_diagonal);
         Self {
             matrix,
@@ -169,16 +227,16 @@ impl Coarse {
 /// Chebyshev iteration over [λ/ratio, λ] of D⁻¹A (Adams, Brezina, Hu, Tuminaro 2003).
 struct Chebyshev {
     degree: usize,
-    theta: f64,
-    delta: f64,
+    theta: f32,
+    delta: f32,
 }
 
 impl Chebyshev {
     fn new(
         degree: usize,
-        ratio: f64,
-        apply: &dyn Fn(&[f64], &mut [f64]),
-        inverse_diagonal: &[f64],
+        ratio: f32,
+        apply: &dyn Fn(&[f32], &mut [f32]),
+        inverse_diagonal: &[f32],
     ) -> Self {
         let lambda = SAFETY * largest_eigenvalue(apply, inverse_diagonal);
         Self {
@@ -188,33 +246,53 @@ impl Chebyshev {
         }
     }
 
+    /// Improves `space.x` for the right-hand side `space.b`.
     fn run(
         &self,
-        apply: &dyn Fn(&[f64], &mut [f64]),
-        inverse_diagonal: &[f64],
-        b: &[f64],
-        x: &mut [f64],
+        apply: &dyn Fn(&[f32], &mut [f32]),
+        inverse_diagonal: &[f32],
+        space: &mut Space,
         from_zero: bool,
     ) {
-        let n = b.len();
-        let mut r = b.to_vec();
-        let mut ap = vec![0.0; n];
-        if !from_zero {
-            residual(apply, b, x, &mut r);
+        if from_zero {
+            space.x.fill(0.0);
+            space.rest.copy_from_slice(&space.b);
+        } else {
+            space.subtract(apply);
         }
+        let Space {
+            x,
+            rest,
+            direction,
+            product,
+            ..
+        } = space;
         let sigma = self.theta / self.delta;
         let mut rho = 1.0 / sigma;
-        let mut p: Vec<f64> = (0..n)
-            .map(|i| inverse_diagonal[i] * r[i] / self.theta)
-            .collect();
-        x.iter_mut().zip(&p).for_each(|(x, p)| *x += p);
+        let scale = 1.0 / self.theta;
+        for (((p, x), d), r) in direction
+            .iter_mut()
+            .zip(&mut *x)
+            .zip(inverse_diagonal)
+            .zip(&*rest)
+        {
+            *p = scale * d * r;
+            *x += *p;
+        }
         for _ in 1..self.degree {
-            apply(&p, &mut ap);
+            apply(direction, product);
             let next = 1.0 / (2.0 * sigma - rho);
-            for i in 0..n {
-                r[i] -= ap[i];
-                p[i] = next * rho * p[i] + 2.0 * next / self.delta * inverse_diagonal[i] * r[i];
-                x[i] += p[i];
+            let (keep, add) = (next * rho, 2.0 * next / self.delta);
+            for ((((p, x), d), r), a) in direction
+                .iter_mut()
+                .zip(&mut *x)
+                .zip(inverse_diagonal)
+                .zip(&mut *rest)
+                .zip(&*product)
+            {
+                *r -= a;
+                *p = keep * *p + add * d * *r;
+                *x += *p;
             }
             rho = next;
         }
@@ -222,15 +300,15 @@ impl Chebyshev {
 }
 
 /// The largest eigenvalue of D⁻¹A by power iterations from a fixed rough vector.
-fn largest_eigenvalue(apply: &dyn Fn(&[f64], &mut [f64]), inverse_diagonal: &[f64]) -> f64 {
+fn largest_eigenvalue(apply: &dyn Fn(&[f32], &mut [f32]), inverse_diagonal: &[f32]) -> f32 {
     let n = inverse_diagonal.len();
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut v: Vec<f64> = (0..n)
+    let mut v: Vec<f32> = (0..n)
         .map(|i| {
             state = state
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
-            let random = (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+            let random = (state >> 40) as f32 / (1u32 << 24) as f32 - 0.5;
             if inverse_diagonal[i] > 0.0 {
                 random
             } else {
@@ -240,8 +318,9 @@ fn largest_eigenvalue(apply: &dyn Fn(&[f64], &mut [f64]), inverse_diagonal: &[f6
         .collect();
     let mut w = vec![0.0; n];
     let mut lambda = 1.0;
+    let norm = |v: &[f32]| v.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt() as f32;
     for _ in 0..POWER_ITERATIONS {
-        let length = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let length = norm(&v);
         if length <= 0.0 || !length.is_finite() {
             break;
         }
@@ -250,32 +329,59 @@ fn largest_eigenvalue(apply: &dyn Fn(&[f64], &mut [f64]), inverse_diagonal: &[f6
         for i in 0..n {
             v[i] = inverse_diagonal[i] * w[i];
         }
-        lambda = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        lambda = norm(&v);
     }
     lambda
 }
 
 /// A multigrid cycle round a fine operator.
 pub struct MultigridCycle<'a, A: LinearOperator> {
-    /// The fine operator.
-    pub operator: &'a A,
-    /// The coarse levels.
-    pub coarse: &'a Multigrid,
+    operator: &'a A,
+    coarse: &'a Multigrid,
+    inverse_diagonal: Vec<f32>,
+}
+
+impl<'a, A: LinearOperator> MultigridCycle<'a, A> {
+    /// From the fine operator and the coarse levels.
+    pub fn new(operator: &'a A, coarse: &'a Multigrid) -> Self {
+        Self {
+            operator,
+            coarse,
+            inverse_diagonal: operator.jacobi().iter().map(|&d| d as f32).collect(),
+        }
+    }
 }
 
 impl<A: LinearOperator> Preconditioner for MultigridCycle<'_, A> {
     fn apply(&self, r: &[f64], z: &mut [f64]) {
-        let smooth = &self.coarse.smoother;
-        let apply = |x: &[f64], y: &mut [f64]| self.operator.apply(x, y);
-        z.fill(0.0);
-        smooth.run(&apply, self.operator.jacobi(), r, z, true);
-        let mut rest = vec![0.0; r.len()];
-        residual(&apply, r, z, &mut rest);
-        let mut rc = vec![0.0; self.coarse.restriction.rows()];
-        self.coarse.restriction.apply(&rest, &mut rc);
-        let correction = self.coarse.cycle(0, &rc);
-        self.coarse.prolongation.apply(&correction, &mut rest);
-        z.iter_mut().zip(&rest).for_each(|(z, c)| *z += c);
-        smooth.run(&apply, self.operator.jacobi(), r, z, false);
+        let coarse = self.coarse;
+        let apply = |x: &[f32], y: &mut [f32]| self.operator.apply_single(x, y);
+        let mut spaces = coarse.spaces();
+        let [fine, coarser @ ..] = &mut spaces[..] else {
+            return;
+        };
+        // Keeps the entries well inside the range of single precision.
+        let top = r.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let scale = if top > 0.0 { top.recip() } else { 1.0 };
+        for (b, r) in fine.b.iter_mut().zip(r) {
+            *b = (scale * r) as f32;
+        }
+        coarse
+            .smoother
+            .run(&apply, &self.inverse_diagonal, fine, true);
+        fine.subtract(&apply);
+        coarse.restriction.apply(&fine.rest, &mut coarser[0].b);
+        coarse.cycle(0, coarser);
+        coarse.prolongation.apply(&coarser[0].x, &mut fine.product);
+        fine.correct();
+        coarse
+            .smoother
+            .run(&apply, &self.inverse_diagonal, fine, false);
+        for (z, &x) in z.iter_mut().zip(&fine.x) {
+            *z = top * f64::from(x);
+        }
+        if let Ok(mut kept) = coarse.spaces.lock() {
+            *kept = spaces;
+        }
     }
 }

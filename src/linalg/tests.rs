@@ -187,10 +187,7 @@ fn multigrid_needs_few_iterations_at_any_size() {
         let first = finest.transposed().times(&operator.matrix.times(&finest));
         let coarse = Multigrid::new(&operator, finest, first, prolongations, gamma)
             .expect("a positive definite matrix");
-        let cycle = MultigridCycle {
-            operator: &operator,
-            coarse: &coarse,
-        };
+        let cycle = MultigridCycle::new(&operator, &coarse);
         let iterations = operator.iterations(&cycle);
         assert!(iterations <= 14, "{n}: {iterations}");
     }

@@ -10,6 +10,8 @@ use rayon::prelude::*;
 use crate::grid::{NodeIndex, SparseGrid, Tricubic, add, as_point, value_and_gradient};
 
 const ITERATIONS: usize = 30;
+/// A projection ends with a step shorter than this, in voxels: well below the interpolant's own error.
+const SETTLED: f64 = 1e-7;
 
 /// Offsets to the 26 neighbours.
 fn neighbours() -> impl Iterator<Item = NodeIndex> {
@@ -47,7 +49,7 @@ pub fn project_on_zero_set(
         let damping = if reach > 0.7 { 0.7 / reach } else { 1.0 };
         let step = g * (-f / gg * damping) + tangential * slide;
         p += step;
-        if step.length_squared() < 1e-18 {
+        if step.length_squared() < SETTLED * SETTLED {
             break;
         }
     }

@@ -1,0 +1,53 @@
+//! The two floating-point types of vectors.
+
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Mul, Sub};
+
+/// `f32` or `f64`.
+pub trait Real:
+    Copy
+    + Send
+    + Sync
+    + Default
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Sum
+    + 'static
+{
+    /// Zero.
+    const ZERO: Self;
+    /// From single precision, exactly.
+    fn of(value: f32) -> Self;
+    /// From double precision, rounded where it has to be.
+    fn of_double(value: f64) -> Self;
+}
+
+impl Real for f32 {
+    const ZERO: Self = 0.0;
+
+    #[inline]
+    fn of(value: f32) -> Self {
+        value
+    }
+
+    #[inline]
+    fn of_double(value: f64) -> Self {
+        value as f32
+    }
+}
+
+impl Real for f64 {
+    const ZERO: Self = 0.0;
+
+    #[inline]
+    fn of(value: f32) -> Self {
+        value.into()
+    }
+
+    #[inline]
+    fn of_double(value: f64) -> Self {
+        value
+    }
+}
