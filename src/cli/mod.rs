@@ -6,6 +6,7 @@ mod fill;
 mod input;
 mod inspect;
 mod json;
+mod mask;
 mod output;
 mod progress;
 mod sdf;

@@ -3,6 +3,7 @@
 mod adjacency;
 pub mod attributes;
 pub mod holes;
+pub mod mask;
 pub mod measures;
 #[cfg(test)]
 pub(crate) mod shapes;
