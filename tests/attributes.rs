@@ -400,3 +400,43 @@ fn a_second_fill_keeps_the_first_ones_patches() {
     assert!(marked(&two) > marked(&one) && marked(&one) > 0);
     assert_eq!(shapes::topology(&isomend::mesh::welded(&two.mesh).0).0, 0);
 }
+
+#[test]
+fn faces_taken_out_of_a_document_are_gone_where_they_were_only() {
+    let desk = Desk::new();
+    let mesh = bowl();
+    let root = document(&desk, &mesh);
+    let bytes = serde_json::to_vec(&root).unwrap();
+    let loaded = read_bytes(&bytes, Format::Gltf, &no_side_files).unwrap();
+    let m = mesh.faces.len();
+    assert_eq!(loaded.mesh.faces.len(), 2 * m);
+    // A third of the second node's faces, all of them, and none.
+    let marks: [fn(usize, usize) -> bool; 3] =
+        [|f, m| f < m || f % 3 > 0, |f, m| f < m, |_, _| true];
+    for (round, mark) in marks.into_iter().enumerate() {
+        let keep: Vec<bool> = (0..2 * m).map(|f| mark(f, m)).collect();
+        let attributes = loaded.attributes.with_faces(&keep);
+        let faces = (0..2 * m)
+            .filter(|f| keep[*f])
+            .map(|f| loaded.mesh.faces[f]);
+        let cut = Mesh::new(loaded.mesh.positions.clone(), faces.collect());
+        let model = Model {
+            mesh: &cut,
+            attributes: &attributes,
+            document: loaded.document.as_ref(),
+        };
+        let options = WriteOptions::default();
+        let written = model_to_bytes(&model, Format::Glb, &options).unwrap();
+        let (after, _) = chunks(&written.bytes);
+        assert_eq!(
+            after["meshes"][0], root["meshes"][0],
+            "the first node's mesh stays"
+        );
+        let user = &after["nodes"][2]["mesh"];
+        assert_eq!(*user, [json!(1), Value::Null, json!(0)][round]);
+        let again = read_bytes(&written.bytes, Format::Glb, &no_side_files).unwrap();
+        assert_eq!(again.mesh.faces, cut.faces);
+        let n = again.mesh.positions.len();
+        assert_eq!(again.mesh.positions, cut.positions[..n]);
+    }
+}

@@ -6,6 +6,7 @@ mod fill;
 mod input;
 mod inspect;
 mod json;
+mod manual;
 mod mask;
 mod output;
 mod progress;
@@ -66,6 +67,8 @@ enum Command {
     Inspect(inspect::InspectArgs),
     Sdf(sdf::SdfArgs),
     Surface(surface::SurfaceArgs),
+    Completions(manual::CompletionsArgs),
+    Man(manual::ManArgs),
 }
 
 /// Options of every command.
@@ -108,6 +111,8 @@ pub fn run(cli: Cli) -> anyhow::Result<End> {
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
         Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),
         Command::Surface(args) => start_run(&args.run, |console| surface::run(&args, console)),
+        Command::Completions(args) => manual::completions(&args),
+        Command::Man(args) => manual::man(&args),
     }
 }
 
