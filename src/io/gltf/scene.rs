@@ -105,25 +105,7 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoEr
                 .map(|child| (child.value(), transform)),
         );
     }
-    if skinned > 0 {
-        reader.scene.surface.notes.push(format!(
-            "nodes whose skin was passed over, so that their mesh is in its bind pose: {skinned}"
-        ));
-    }
-    if reader.passed_over > 0 {
-        let note = format!(
-            "primitives of points or lines passed over: {}",
-            reader.passed_over
-        );
-        reader.scene.surface.notes.push(note);
-    }
-    if reader.left_out > 0 {
-        let note = format!(
-            "attributes of vertices that cannot be read and are left out: {}",
-            reader.left_out
-        );
-        reader.scene.surface.notes.push(note);
-    }
+    reader.remark(skinned);
     Ok(reader.scene)
 }
 
@@ -190,6 +172,29 @@ struct Reader<'r, 'b> {
 }
 
 impl Reader<'_, '_> {
+    /// Adds remarks on what was passed over.
+    fn remark(&mut self, skinned: usize) {
+        if skinned > 0 {
+            self.scene.surface.notes.push(format!(
+                "nodes whose skin was passed over, so that their mesh is in its bind pose: {skinned}"
+            ));
+        }
+        if self.passed_over > 0 {
+            let note = format!(
+                "primitives of points or lines passed over: {}",
+                self.passed_over
+            );
+            self.scene.surface.notes.push(note);
+        }
+        if self.left_out > 0 {
+            let note = format!(
+                "attributes of vertices that cannot be read and are left out: {}",
+                self.left_out
+            );
+            self.scene.surface.notes.push(note);
+        }
+    }
+
     fn mesh(&mut self, index: usize, node: usize, transform: &DMat4) -> Result<(), IoError> {
         let Some(mesh) = self.root.meshes.get(index) else {
             let what = format!("the file has only {} meshes", self.root.meshes.len());
