@@ -52,11 +52,12 @@
 //! - A patch is checked against the mesh's faces for intersections; what cannot be had is reported, not prevented.
 //! - It mends holes, not other defects: edges with more than two faces, misoriented faces and intersections of the
 //!   input with itself are reported and stay.
-//! - Colours, normals and texture coordinates are not carried over.
+//! - [`fill`] works on the shape alone; colours, normals, texture coordinates and materials are carried over to the
+//!   patches by [`stitch::attributes::transfer`].
 //!
 //! # From file to file
-//! [`io::read_path`], [`inspect`], [`fill`], [`io::write_path`]; [`fill_with_progress`] tells of progress and can be
-//! stopped. Lengths are in the units of the mesh throughout.
+//! [`io::read_path`], [`inspect`], [`fill`], [`stitch::attributes::transfer`], [`io::write_model`];
+//! [`fill_with_progress`] tells of progress and can be stopped. Lengths are in the units of the mesh throughout.
 //!
 //! # Source
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.

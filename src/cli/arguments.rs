@@ -7,6 +7,10 @@ use isomend::io::Format;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Ids(pub Vec<usize>);
 
+/// A width about the surface; none where all is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Band(pub Option<f64>);
+
 /// Which holes to fill.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Choice {
@@ -22,6 +26,24 @@ pub fn count(text: &str) -> Result<usize, String> {
         Ok(0) | Err(_) => Err("a whole number from 1 is needed".to_owned()),
         Ok(n) => Ok(n),
     }
+}
+
+/// A finite number.
+pub fn finite(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("a number is needed".to_owned()),
+    }
+}
+
+/// `full` or a length.
+pub fn band(text: &str) -> Result<Band, String> {
+    if text == "full" {
+        return Ok(Band(None));
+    }
+    positive(text)
+        .map(|length| Band(Some(length)))
+        .map_err(|_| "a positive length in the mesh's units is needed, or full".to_owned())
 }
 
 /// A positive finite number.

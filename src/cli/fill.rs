@@ -163,12 +163,13 @@ pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
     progress::catch_interrupt()?;
     let loaded = input::read(&args.input, args.common.from, console)?;
     let params = args.params();
-    let Some(mut filled) = fill(&loaded, &params, console)? else {
+    let Some(filled) = fill(&loaded, &params, console)? else {
         console.warn("stopped; nothing was written");
         return Ok(End::Interrupted);
     };
     let mut notes = loaded.notes.clone();
-    notes.extend(output.write(&mut filled.mesh, &loaded, &params)?);
+    let (mesh, remarks) = output.write(filled.mesh, &loaded, &params)?;
+    notes.extend(remarks);
     notes[loaded.notes.len()..]
         .iter()
         .for_each(|note| console.note(&format!("{}: {note}", output.path.display())));
@@ -178,7 +179,7 @@ pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
             command: "fill",
             version: env!("CARGO_PKG_VERSION"),
             input: FileInfo::new(&args.input, loaded.format, &loaded.mesh),
-            output: FileInfo::new(&output.path, output.format, &filled.mesh),
+            output: FileInfo::new(&output.path, output.format, &mesh),
             notes: &notes,
             complete: !filled.report.incomplete(),
             report: &filled.report,

@@ -7,16 +7,19 @@ use anyhow::Context;
 use clap::Args;
 use isomend::Inspection;
 use isomend::io::Loaded;
+use isomend::mesh::mask::Selection;
 use isomend::report::{defect_lines, hole_table};
 
 use super::console::{self, Console};
 use super::json::{InspectDocument, Target, bounds};
+use super::mask::MaskArgs;
 use super::{CommonArgs, End, input};
 
 const EXAMPLES: &str = "\
 Examples:
   isomend inspect scan.ply                  a table of the holes, with their numbers
-  isomend inspect scan.ply --json - | jq '.holes[].diameter'";
+  isomend inspect scan.ply --json - | jq '.holes[].diameter'
+  isomend inspect scan.ply --ball 10,4,2,3.5 --grow 1   what a mask marks";
 
 /// List the pieces, holes and defects of a mesh.
 ///
@@ -30,6 +33,9 @@ pub struct InspectArgs {
     input: PathBuf,
 
     #[command(flatten)]
+    mask: MaskArgs,
+
+    #[command(flatten)]
     pub(super) common: CommonArgs,
 }
 
@@ -41,13 +47,35 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
     let loaded = input::read(&args.input, args.common.from, console)?;
     let found = isomend::inspect(&loaded.mesh)
         .with_context(|| format!("cannot inspect {}", args.input.display()))?;
+    let marked = args.mask.faces(&loaded)?;
+    let mask = marked.map(|marked| Selection::new(&loaded.mesh, &marked));
     if let Some(json) = &args.common.json {
-        json.write(&InspectDocument::new(&args.input, &loaded, &found))?;
+        json.write(&InspectDocument::new(
+            &args.input,
+            &loaded,
+            &found,
+            mask.as_ref(),
+        ))?;
     }
     if !matches!(args.common.json, Some(Target::Stdout)) {
-        console::print(&table(&loaded, &found)).context("cannot write to standard output")?;
+        let mut text = table(&loaded, &found);
+        if let Some(mask) = &mask {
+            text += &mask_line(mask);
+        }
+        console::print(&text).context("cannot write to standard output")?;
     }
     Ok(End::Done)
+}
+
+fn mask_line(mask: &Selection) -> String {
+    let Some([low, high]) = mask.bounds else {
+        return "\nmask: no faces\n".to_owned();
+    };
+    let pieces = if mask.pieces == 1 { "piece" } else { "pieces" };
+    format!(
+        "\nmask: {} faces in {} {pieces}, area {:.6}, from {:.5}, {:.5}, {:.5} to {:.5}, {:.5}, {:.5}\n",
+        mask.faces, mask.pieces, mask.area, low.x, low.y, low.z, high.x, high.y, high.z
+    )
 }
 
 fn table(loaded: &Loaded, found: &Inspection) -> String {

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use anyhow::{Context, bail};
 use glam::DVec3;
 use isomend::io::{Format, Loaded};
+use isomend::mesh::mask::Selection;
 use isomend::mesh::{Defects, Hole};
 use isomend::report::FillReport;
 use isomend::{Inspection, Mesh};
@@ -119,11 +120,19 @@ pub struct InspectDocument<'a> {
     defects: Defects,
     open_chains: usize,
     holes: &'a [Hole],
+    /// What the mask selects, where one is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mask: Option<&'a Selection>,
 }
 
 impl<'a> InspectDocument<'a> {
     /// What a mesh holds.
-    pub fn new(path: &Path, loaded: &'a Loaded, found: &'a Inspection) -> Self {
+    pub fn new(
+        path: &Path,
+        loaded: &'a Loaded,
+        found: &'a Inspection,
+        mask: Option<&'a Selection>,
+    ) -> Self {
         Self {
             command: "inspect",
             version: env!("CARGO_PKG_VERSION"),
@@ -137,6 +146,7 @@ impl<'a> InspectDocument<'a> {
             defects: found.topology.defects,
             open_chains: found.open_chains,
             holes: &found.holes,
+            mask,
         }
     }
 }

@@ -7,9 +7,13 @@ mod fill;
 mod input;
 mod inspect;
 mod json;
+mod manual;
+mod mask;
 mod output;
 mod progress;
+mod sdf;
 mod study;
+mod surface;
 
 use std::process::ExitCode;
 
@@ -66,6 +70,10 @@ enum Command {
     Inspect(inspect::InspectArgs),
     Compare(compare::CompareArgs),
     Study(study::StudyArgs),
+    Sdf(sdf::SdfArgs),
+    Surface(surface::SurfaceArgs),
+    Completions(manual::CompletionsArgs),
+    Man(manual::ManArgs),
 }
 
 /// Options of every command.
@@ -81,6 +89,13 @@ struct CommonArgs {
     #[arg(long, value_name = "FILE|-")]
     json: Option<json::Target>,
 
+    #[command(flatten)]
+    run: RunArgs,
+}
+
+/// Options of how a command runs.
+#[derive(Debug, Args)]
+struct RunArgs {
     /// Number of threads [default: one per core]. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     threads: Option<usize>,
@@ -104,16 +119,28 @@ pub fn run(cli: Cli) -> anyhow::Result<End> {
             let console = Console::new(args.quiet, args.verbose);
             in_pool(args.threads, || study::run(&args, &console))
         }
+        Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),
+        Command::Surface(args) => start_run(&args.run, |console| surface::run(&args, console)),
+        Command::Completions(args) => manual::completions(&args),
+        Command::Man(args) => manual::man(&args),
     }
 }
 
-/// Runs a command in a pool of the threads asked for.
+/// Runs a command that has the common options.
 fn start(
     common: &CommonArgs,
     command: impl FnOnce(&Console) -> anyhow::Result<End> + Send,
 ) -> anyhow::Result<End> {
-    let console = Console::new(common.quiet, common.verbose);
-    in_pool(common.threads, || command(&console))
+    start_run(&common.run, command)
+}
+
+/// Runs a command in a pool of the threads asked for.
+fn start_run(
+    run: &RunArgs,
+    command: impl FnOnce(&Console) -> anyhow::Result<End> + Send,
+) -> anyhow::Result<End> {
+    let console = Console::new(run.quiet, run.verbose);
+    in_pool(run.threads, || command(&console))
 }
 
 /// Runs in a pool of so many threads, or of one per core.

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use isomend::io::{Format, Loaded, Precision, WriteOptions, write_path};
+use isomend::io::{Document, Format, Loaded, Model, Precision, WriteOptions, write_model};
+use isomend::mesh::Attributes;
+use isomend::stitch::attributes::transfer;
 use isomend::{FillParams, Mesh, SurfaceKind};
 
 /// Where the mesh goes, in which format.
@@ -36,34 +38,90 @@ impl Output {
         })
     }
 
-    /// Writes a filled mesh; returns the writer's remarks.
+    /// Gives the patches of a filled mesh their attributes and writes it; returns the mesh as written, and remarks.
     ///
     /// Where the input's coordinates are all 32-bit floats the output's are too: only new vertices are rounded.
     pub fn write(
         &self,
-        mesh: &mut Mesh,
+        mut mesh: Mesh,
         input: &Loaded,
         params: &FillParams,
+    ) -> anyhow::Result<(Mesh, Vec<String>)> {
+        let whole = params.surface == SurfaceKind::Whole;
+        if input.f32_exact && self.format != Format::Obj {
+            let kept = if whole { 0 } else { input.mesh.positions.len() };
+            for position in &mut mesh.positions[kept..] {
+                *position = position.as_vec3().as_dvec3();
+            }
+        }
+        if whole {
+            let mut notes = self.write_model(&mesh, &Attributes::default(), None, input)?;
+            let listed = input.attributes.listed();
+            if !listed.is_empty() {
+                notes.push(format!(
+                    "left out, because a whole level set has none: {listed}"
+                ));
+            }
+            return Ok((mesh, notes));
+        }
+        let done = transfer(&input.mesh, &input.attributes, mesh);
+        let document = input.document.as_ref();
+        let mut notes = done.notes;
+        notes.extend(self.write_model(&done.mesh, &done.attributes, document, input)?);
+        notes.extend(self.side_files(input));
+        Ok((done.mesh, notes))
+    }
+
+    fn write_model(
+        &self,
+        mesh: &Mesh,
+        attributes: &Attributes,
+        document: Option<&Document>,
+        input: &Loaded,
     ) -> anyhow::Result<Vec<String>> {
         let precision = if input.f32_exact {
             Precision::F32
         } else {
             Precision::F64
         };
-        if input.f32_exact && self.format != Format::Obj {
-            let kept = match params.surface {
-                SurfaceKind::Stitched => input.mesh.positions.len(),
-                SurfaceKind::Whole => 0,
-            };
-            for position in &mut mesh.positions[kept..] {
-                *position = position.as_vec3().as_dvec3();
-            }
-        }
         let options = WriteOptions {
             precision,
             ascii: self.ascii,
         };
-        Ok(write_path(&self.path, mesh, Some(self.format), &options)?)
+        let model = Model {
+            mesh,
+            attributes,
+            document,
+        };
+        Ok(write_model(
+            &self.path,
+            &model,
+            Some(self.format),
+            &options,
+        )?)
+    }
+
+    /// A remark on material and texture files that the output refers to and that are not beside it.
+    fn side_files(&self, input: &Loaded) -> Option<String> {
+        let names = match (input.format, self.format) {
+            (Format::Obj, Format::Obj) => input.attributes.libraries.clone(),
+            (Format::Ply, Format::Ply) => input.attributes.textures.clone(),
+            (Format::Gltf | Format::Glb, Format::Gltf | Format::Glb) => {
+                input.document.as_ref().map(Document::side_files)?
+            }
+            _ => return None,
+        };
+        let folder = self.path.parent().unwrap_or(Path::new(""));
+        let gone: Vec<String> = names
+            .into_iter()
+            .filter(|name| !folder.join(name).exists())
+            .collect();
+        (!gone.is_empty()).then(|| {
+            format!(
+                "put beside it, since it refers to them: {}",
+                gone.join(", ")
+            )
+        })
     }
 }
 

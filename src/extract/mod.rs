@@ -9,6 +9,7 @@
 
 mod polygon;
 mod table;
+mod volume;
 
 #[cfg(test)]
 mod tests;
@@ -21,6 +22,8 @@ use glam::DVec3;
 use crate::grid::{add, as_point};
 use polygon::Polygon;
 use table::{CORNER, EDGE_AXIS, EDGE_NODE, table};
+
+pub use volume::{VolumeSurfaceError, level_surface};
 
 /// How near to a node a vertex may come, as a part of the lattice edge.
 ///

@@ -138,6 +138,14 @@ impl IoError {
         self
     }
 
+    /// Says that the error is in a file of another format, which shares its reader.
+    pub(super) fn of_format(mut self, other: Format) -> Self {
+        if let IoError::Malformed { format, .. } | IoError::Unsupported { format, .. } = &mut self {
+            *format = other;
+        }
+        self
+    }
+
     /// Names the file the error is in.
     pub(super) fn in_file(self, path: &Path) -> Self {
         match self {

@@ -4,8 +4,12 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::{Format, IoError, Loaded, WriteOptions, read_bytes, to_bytes};
-use crate::mesh::Mesh;
+use super::{
+    Format, IoError, Loaded, Model, Precision, WriteOptions, model_to_bytes, read_bytes,
+    read_volume_bytes, volume_to_bytes,
+};
+use crate::grid::Volume;
+use crate::mesh::{Attributes, Mesh};
 
 /// Reads a mesh file. The format is told from the content, else from the extension, unless it is given.
 ///
@@ -72,6 +76,25 @@ pub fn write_path(
     format: Option<Format>,
     options: &WriteOptions,
 ) -> Result<Vec<String>, IoError> {
+    let attributes = &Attributes::default();
+    let model = Model {
+        mesh,
+        attributes,
+        document: None,
+    };
+    write_model(path, &model, format, options)
+}
+
+/// As [`write_path`], with attributes.
+///
+/// # Errors
+/// As [`write_path`].
+pub fn write_model(
+    path: &Path,
+    model: &Model<'_>,
+    format: Option<Format>,
+    options: &WriteOptions,
+) -> Result<Vec<String>, IoError> {
     let format = match format.or_else(|| Format::from_extension(path)) {
         Some(format) => format,
         None => {
@@ -79,12 +102,41 @@ pub fn write_path(
             return Err(IoError::UnknownFormat { what }.in_file(path));
         }
     };
-    let written = to_bytes(mesh, format, options).map_err(|error| error.in_file(path))?;
+    let written = model_to_bytes(model, format, options).map_err(|error| error.in_file(path))?;
     save(path, &written.bytes).map_err(|cause| IoError::Write {
         path: path.to_path_buf(),
         cause,
     })?;
     Ok(written.notes)
+}
+
+/// Reads a volume file; see [`read_volume_bytes`].
+///
+/// # Errors
+/// When the file cannot be read or holds no such volume. The message begins with the path.
+pub fn read_volume_path(path: &Path, array: Option<&str>) -> Result<Volume, IoError> {
+    let bytes = fs::read(path).map_err(|cause| IoError::Read {
+        path: path.to_path_buf(),
+        cause,
+    })?;
+    read_volume_bytes(&bytes, array).map_err(|error| error.in_file(path))
+}
+
+/// Writes a volume as a VTI file; see [`volume_to_bytes`]. The file is written beside its target and then moved over it.
+///
+/// # Errors
+/// When the volume cannot be expressed or the file cannot be written.
+pub fn write_volume_path(
+    path: &Path,
+    volume: &Volume,
+    name: &str,
+    precision: Precision,
+) -> Result<(), IoError> {
+    let bytes = volume_to_bytes(volume, name, precision).map_err(|error| error.in_file(path))?;
+    save(path, &bytes).map_err(|cause| IoError::Write {
+        path: path.to_path_buf(),
+        cause,
+    })
 }
 
 /// Writes bytes to a file beside the target and moves it over the target, so that a failure leaves the target as it was.

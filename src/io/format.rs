@@ -7,7 +7,7 @@ use std::str::FromStr;
 use super::IoError;
 use super::text;
 
-/// A mesh file format that can be read and written.
+/// A file format that can be read and written: of meshes, and of volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
     /// Wavefront OBJ, text.
@@ -24,10 +24,12 @@ pub enum Format {
     Vtk,
     /// VTK XML poly data.
     Vtp,
+    /// VTK XML image data: a volume, not a mesh.
+    Vti,
 }
 
 impl Format {
-    /// Every format, in the order in which they are listed to users.
+    /// Every format of meshes, in the order in which they are listed to users.
     pub const ALL: [Format; 7] = [
         Format::Obj,
         Format::Ply,
@@ -52,6 +54,7 @@ impl Format {
             Format::Glb => "glb",
             Format::Vtk => "vtk",
             Format::Vtp => "vtp",
+            Format::Vti => "vti",
         }
     }
 
@@ -131,6 +134,7 @@ impl fmt::Display for Format {
             Format::Glb => "GLB",
             Format::Vtk => "VTK legacy",
             Format::Vtp => "VTP",
+            Format::Vti => "VTI",
         })
     }
 }

@@ -1,6 +1,6 @@
 //! Reading and writing mesh files.
 //!
-//! Every format has one module that turns bytes into a [`Mesh`] and back; only [`read_path`] and [`write_path`] touch the
+//! Volumes are VTI files and, for reading, VTK legacy ones. Every format has one module that turns bytes into a [`Mesh`] and back; only [`read_path`] and [`write_path`] touch the
 //! file system. Coordinates are `f64` inside. Vertices of indexed formats keep the order of the file, unreferenced and
 //! duplicate ones included; the facets of an STL file are welded where their corners have equal coordinates. Faces of
 //! more than three corners are cut into triangles, concave ones properly.
@@ -24,6 +24,7 @@ mod error;
 mod files;
 mod format;
 mod gltf;
+mod lost;
 mod obj;
 mod ply;
 mod polygon;
@@ -33,11 +34,13 @@ mod text;
 mod vtk;
 mod weld;
 
+pub use self::gltf::Document;
 pub use error::{IoError, Place};
-pub use files::{read_path, save, write_path};
+pub use files::{read_path, read_volume_path, save, write_model, write_path, write_volume_path};
 pub use format::Format;
 
-use crate::mesh::Mesh;
+use crate::grid::Volume;
+use crate::mesh::{Attributes, Mesh};
 
 /// A mesh that was read, and what is to be known about its file.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,6 +51,10 @@ pub struct Loaded {
     pub format: Format,
     /// Whether every coordinate is a 32-bit float, so that writing 32-bit floats changes nothing.
     pub f32_exact: bool,
+    /// What the mesh carries beside its shape: colours, texture coordinates, materials and the like.
+    pub attributes: Attributes,
+    /// What else was in the file, kept for writing the same format again.
+    pub document: Option<Document>,
     /// Remarks for the user, one sentence each, such as how many faces are degenerate.
     pub notes: Vec<String>,
 }
@@ -82,6 +89,18 @@ pub struct WriteOptions {
     pub precision: Precision,
     /// Text instead of binary, for PLY, STL and VTK legacy. OBJ is always text; glTF, GLB and VTP do not change.
     pub ascii: bool,
+}
+
+/// A mesh with all that is written beside its shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Model<'a> {
+    /// The mesh.
+    pub mesh: &'a Mesh,
+    /// What it carries beside its shape.
+    pub attributes: &'a Attributes,
+    /// The rest of the glTF file that the mesh came from: its first vertices and faces must be those of the file, save
+    /// faces that [`Attributes::with_faces`] took out. It is used where glTF or GLB is written.
+    pub document: Option<&'a Document>,
 }
 
 /// A mesh as the bytes of a file.
@@ -125,24 +144,78 @@ pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result
         Format::Gltf | Format::Glb => gltf::read(bytes, format, resolve),
         Format::Vtk => vtk::read_legacy(bytes),
         Format::Vtp => vtk::read_xml(bytes),
+        Format::Vti => Err(no_mesh()),
     }
 }
 
-/// Writes a mesh to bytes.
+/// Writes a mesh to bytes, without attributes.
 ///
 /// # Errors
 /// When a face names a vertex that is not there, or a coordinate is not finite or too large for the format.
 pub fn to_bytes(mesh: &Mesh, format: Format, options: &WriteOptions) -> Result<Written, IoError> {
-    check(mesh, format)?;
+    let attributes = &Attributes::default();
+    let model = Model {
+        mesh,
+        attributes,
+        document: None,
+    };
+    model_to_bytes(&model, format, options)
+}
+
+/// Writes a mesh and its attributes to bytes. What the format cannot hold is left out, and named in the remarks.
+///
+/// # Errors
+/// As [`to_bytes`].
+pub fn model_to_bytes(
+    model: &Model<'_>,
+    format: Format,
+    options: &WriteOptions,
+) -> Result<Written, IoError> {
+    check(model.mesh, format)?;
     match format {
-        Format::Obj => Ok(obj::write(mesh)),
-        Format::Ply => ply::write(mesh, options),
-        Format::Stl => stl::write(mesh, options),
-        Format::Gltf => gltf::write_gltf(mesh),
-        Format::Glb => gltf::write_glb(mesh),
-        Format::Vtk => vtk::write_legacy(mesh, options),
-        Format::Vtp => vtk::write_xml(mesh, options),
+        Format::Obj => Ok(obj::write(model)),
+        Format::Ply => ply::write(model, options),
+        Format::Stl => stl::write(model.mesh, options).map(|w| lost::all(w, model, format)),
+        Format::Gltf | Format::Glb => gltf::write(model, format),
+        Format::Vtk => vtk::write_legacy(model.mesh, options).map(|w| lost::all(w, model, format)),
+        Format::Vtp => vtk::write_xml(model.mesh, options).map(|w| lost::all(w, model, format)),
+        Format::Vti => Err(no_mesh()),
     }
+}
+
+/// The error for a volume where a mesh should be.
+fn no_mesh() -> IoError {
+    IoError::Unsupported {
+        format: Format::Vti,
+        what: "it holds volumes, not meshes".to_owned(),
+        advice: "'isomend surface' and 'isomend sdf' turn one into the other",
+    }
+}
+
+/// Reads a volume from the bytes of a VTI file or of a VTK legacy file of structured points.
+///
+/// `array` names the values to take where there are several.
+///
+/// # Errors
+/// When the bytes are damaged, hold no volume or none of that name, or hold several and none is named.
+pub fn read_volume_bytes(bytes: &[u8], array: Option<&str>) -> Result<Volume, IoError> {
+    if text::skip_blank(bytes).starts_with(b"#") {
+        vtk::read_image_legacy(bytes, array)
+    } else {
+        vtk::read_image_xml(bytes, array)
+    }
+}
+
+/// Writes a volume as the bytes of a VTI file, compressed with zlib.
+///
+/// # Errors
+/// When a value is not finite or too large for 32-bit floats, or the counts do not fit.
+pub fn volume_to_bytes(
+    volume: &Volume,
+    name: &str,
+    precision: Precision,
+) -> Result<Vec<u8>, IoError> {
+    vtk::write_image(volume, name, precision)
 }
 
 fn check(mesh: &Mesh, format: Format) -> Result<(), IoError> {

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::polygon::Triangulator;
 use super::{Format, IoError, Loaded, Place};
-use crate::mesh::Mesh;
+use crate::mesh::{Attributes, Mesh};
 
 /// A surface under construction. Vertices keep the order of the file; polygons are cut once all points are known.
 pub(super) struct Surface {
@@ -16,6 +16,34 @@ pub(super) struct Surface {
     polygon_corners: Vec<u32>,
     /// Remarks for the user.
     pub(super) notes: Vec<String>,
+}
+
+/// Where the triangles of a surface come from.
+pub(super) struct Cut {
+    /// For each triangle the face it was cut from, counted in the order in which faces were added.
+    pub(super) face: Vec<u32>,
+    /// For each triangle its corners, counted over the corners of all faces in that order.
+    pub(super) corners: Vec<[u32; 3]>,
+}
+
+impl Cut {
+    /// Of so many triangles that were not cut.
+    pub(super) fn identity(count: usize) -> Self {
+        Self {
+            face: (0..count as u32).collect(),
+            corners: (0..count as u32)
+                .map(|f| [3 * f, 3 * f + 1, 3 * f + 2])
+                .collect(),
+        }
+    }
+
+    /// Adds triangles that were not cut, the first of which has the given number and first corner.
+    fn add_triangles(&mut self, count: usize, face: usize, corner: usize) {
+        self.face.extend((0..count).map(|i| (face + i) as u32));
+        let first = |i: usize| (corner + 3 * i) as u32;
+        self.corners
+            .extend((0..count).map(|i| [first(i), first(i) + 1, first(i) + 2]));
+    }
 }
 
 /// A face of more than three corners, waiting to be cut.
@@ -110,7 +138,12 @@ impl Surface {
     /// # Errors
     /// When a coordinate is not finite, a face names a point that is not there, there are no faces, or all are
     /// degenerate.
-    pub(super) fn finish(mut self) -> Result<Loaded, IoError> {
+    pub(super) fn finish(self) -> Result<Loaded, IoError> {
+        self.finish_with(&mut None)
+    }
+
+    /// As [`Surface::finish`]; says also where the triangles come from, if it is asked to by a value in `cut`.
+    pub(super) fn finish_with(mut self, cut: &mut Option<Cut>) -> Result<Loaded, IoError> {
         self.check_positions()?;
         self.check_indices()?;
         if self.face_count() == 0 {
@@ -119,7 +152,7 @@ impl Surface {
                 points: self.positions.len(),
             });
         }
-        let faces = self.cut_polygons();
+        let faces = self.cut_polygons(cut);
         let degenerate = faces
             .iter()
             .filter(|face| is_degenerate(&self.positions, face))
@@ -141,6 +174,8 @@ impl Surface {
             mesh: Mesh::new(self.positions, faces),
             format: self.format,
             f32_exact,
+            attributes: Attributes::default(),
+            document: None,
             notes: self.notes,
         })
     }
@@ -191,9 +226,12 @@ impl Surface {
         }
     }
 
-    fn cut_polygons(&mut self) -> Vec<[u32; 3]> {
+    fn cut_polygons(&mut self, cut: &mut Option<Cut>) -> Vec<[u32; 3]> {
         let triangles = std::mem::take(&mut self.triangles);
         if self.polygons.is_empty() {
+            if let Some(cut) = cut {
+                *cut = Cut::identity(triangles.len());
+            }
             return triangles;
         }
         let new = self.polygon_corners.len() - 2 * self.polygons.len();
@@ -201,17 +239,31 @@ impl Surface {
         let mut triangulator = Triangulator::new();
         let (mut copied, mut start, mut unclean) = (0, 0, 0);
         let mut points = Vec::new();
-        for polygon in &self.polygons {
+        for (p, polygon) in self.polygons.iter().enumerate() {
             faces.extend_from_slice(&triangles[copied..polygon.after]);
+            if let Some(cut) = cut {
+                cut.add_triangles(polygon.after - copied, copied + p, 3 * copied + start);
+            }
             copied = polygon.after;
             let corners = &self.polygon_corners[start..polygon.end];
+            let first = (3 * copied + start) as u32;
             start = polygon.end;
             points.clear();
             points.extend(corners.iter().map(|i| self.positions[*i as usize]));
-            let clean = triangulator.cut(&points, &mut |t| faces.push(t.map(|i| corners[i])));
+            let clean = triangulator.cut(&points, &mut |t| {
+                faces.push(t.map(|i| corners[i]));
+                if let Some(cut) = cut {
+                    cut.face.push((copied + p) as u32);
+                    cut.corners.push(t.map(|i| first + i as u32));
+                }
+            });
             unclean += usize::from(!clean);
         }
         faces.extend_from_slice(&triangles[copied..]);
+        if let Some(cut) = cut {
+            let face = copied + self.polygons.len();
+            cut.add_triangles(triangles.len() - copied, face, 3 * copied + start);
+        }
         let polygons = self.polygons.len();
         self.notes.push(format!(
             "faces of more than three corners cut into triangles: {polygons} into {new}"
@@ -256,12 +308,16 @@ mod tests {
         surface.push_triangle([0, 1, 3]);
         surface.push_face(&[0, 1, 2, 3]).unwrap();
         surface.push_triangle([1, 2, 3]);
-        let loaded = surface.finish().unwrap();
+        let mut cut = Some(Cut::identity(0));
+        let loaded = surface.finish_with(&mut cut).unwrap();
         assert_eq!(
             loaded.mesh.faces,
             [[0, 1, 3], [0, 1, 2], [0, 2, 3], [1, 2, 3]]
         );
         assert_eq!(loaded.notes.len(), 1);
+        let cut = cut.unwrap();
+        assert_eq!(cut.face, [0, 1, 1, 2]);
+        assert_eq!(cut.corners, [[0, 1, 2], [3, 4, 5], [3, 5, 6], [7, 8, 9]]);
     }
 
     #[test]

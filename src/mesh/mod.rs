@@ -1,7 +1,9 @@
 //! Indexed triangle meshes in double precision.
 
 mod adjacency;
+pub mod attributes;
 pub mod holes;
+pub mod mask;
 pub mod measures;
 #[cfg(test)]
 pub(crate) mod shapes;
@@ -13,6 +15,7 @@ mod weld;
 use glam::DVec3;
 
 pub use adjacency::{VertexFaces, face_normal, vertex_normal};
+pub use attributes::Attributes;
 pub use holes::{Hole, find_holes};
 pub use topology::{Defects, Topology};
 pub use weld::{weld_map, welded};

@@ -2,6 +2,7 @@
 
 mod attempt;
 mod sources;
+pub mod volume;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;

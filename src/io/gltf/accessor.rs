@@ -8,6 +8,7 @@ use gltf_json::validation::Checked;
 use super::super::{IoError, Place};
 use super::buffers::Buffers;
 use super::unsupported_extension;
+use crate::mesh::attributes::Scalar;
 
 /// Reads the positions of an accessor.
 pub(super) fn positions(buffers: &mut Buffers<'_>, index: usize) -> Result<Vec<[f64; 3]>, IoError> {
@@ -56,6 +57,65 @@ pub(super) fn indices(buffers: &mut Buffers<'_>, index: usize) -> Result<Vec<u32
     }
     read(buffers, accessor, index, component.size(), 0, |bytes| {
         number(component, bytes) as u32
+    })
+}
+
+/// The numbers of an attribute.
+pub(super) struct Raw {
+    pub(super) scalar: Scalar,
+    pub(super) normalized: bool,
+    pub(super) components: usize,
+    pub(super) values: Vec<f64>,
+}
+
+/// Reads an attribute of scalars or vectors.
+pub(super) fn attribute(buffers: &mut Buffers<'_>, index: usize) -> Result<Raw, IoError> {
+    let accessor = get(buffers, index)?;
+    let Checked::Valid(type_) = accessor.type_ else {
+        return Err(fault(buffers, index, "its type is not known".to_string()));
+    };
+    let components = match type_ {
+        Type::Scalar => 1,
+        Type::Vec2 => 2,
+        Type::Vec3 => 3,
+        Type::Vec4 => 4,
+        _ => {
+            let what = format!("its type {type_:?} is not one of vertices");
+            return Err(fault(buffers, index, what));
+        }
+    };
+    let component = layout(buffers, accessor, index, type_, "values of vertices")?;
+    let size = component.size();
+    let decode = |bytes: &[u8]| {
+        let mut value = [0.0; 4];
+        for (value, part) in value.iter_mut().zip(bytes.chunks_exact(size)) {
+            *value = number(component, part);
+        }
+        value
+    };
+    let rows = read(
+        buffers,
+        accessor,
+        index,
+        components * size,
+        [0.0; 4],
+        decode,
+    )?;
+    let mut values = Vec::with_capacity(rows.len() * components);
+    rows.iter()
+        .for_each(|row| values.extend_from_slice(&row[..components]));
+    Ok(Raw {
+        scalar: match component {
+            ComponentType::I8 => Scalar::I8,
+            ComponentType::U8 => Scalar::U8,
+            ComponentType::I16 => Scalar::I16,
+            ComponentType::U16 => Scalar::U16,
+            ComponentType::U32 => Scalar::U32,
+            ComponentType::F32 => Scalar::F32,
+        },
+        normalized: accessor.normalized,
+        components,
+        values,
     })
 }
 

@@ -63,6 +63,13 @@ impl<'a> Buffers<'a> {
         }
     }
 
+    /// All buffers, as far as they can be had: those that hold no triangles may be missing.
+    pub(super) fn all(mut self) -> Vec<Option<Vec<u8>>> {
+        (0..self.root.buffers.len())
+            .map(|index| self.buffer(index).ok().map(<[u8]>::to_vec))
+            .collect()
+    }
+
     /// The whole bytes of a buffer.
     fn buffer(&mut self, index: usize) -> Result<&[u8], IoError> {
         let fault =
@@ -110,7 +117,7 @@ fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
 }
 
 /// Replaces `%20` and its like by the bytes they stand for.
-fn percent_decoded(uri: &str) -> String {
+pub(super) fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let Some((first, tail)) = rest.split_first() {

@@ -2,14 +2,18 @@
 
 mod accessor;
 mod buffers;
+mod build;
+mod document;
+mod patch;
 mod scene;
+mod values;
 mod write;
 
-pub(super) use write::{write_glb, write_gltf};
+pub use document::Document;
 
 use gltf_json::Root;
 
-use super::{Format, IoError, Loaded, Place, Resolve, text};
+use super::{Format, IoError, Loaded, Model, Place, Resolve, Written, text};
 
 /// Reads all triangles of the default scene of a glTF or GLB file into one mesh.
 pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
@@ -28,7 +32,30 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
     })?;
     check_extensions(&root, format)?;
     let mut buffers = buffers::Buffers::new(&root, format, binary, resolve);
-    scene::read(&root, &mut buffers)?.finish()
+    let scene = scene::read(&root, &mut buffers)?;
+    let mut loaded = scene.surface.finish()?;
+    let names = root.materials.iter().enumerate();
+    let materials = names
+        .map(|(i, m)| m.name.clone().unwrap_or_else(|| format!("material_{i}")))
+        .collect();
+    let (vertices, faces) = (loaded.mesh.positions.len(), loaded.mesh.faces.len());
+    loaded.attributes = values::attributes(
+        scene.values,
+        &scene.blocks,
+        &scene.parts,
+        [vertices, faces],
+        materials,
+    );
+    loaded.document = Document::new(json, buffers.all(), scene.blocks, scene.parts);
+    Ok(loaded)
+}
+
+/// Writes a mesh: into the document it came from, where there is one, else into a new one.
+pub(super) fn write(model: &Model<'_>, format: Format) -> Result<Written, IoError> {
+    match model.document.filter(|document| document.fits(model)) {
+        Some(document) => patch::write(document, model, format),
+        None => write::write(model, format),
+    }
 }
 
 struct Chunks<'a> {

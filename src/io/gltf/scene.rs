@@ -3,26 +3,71 @@
 use std::collections::BTreeMap;
 
 use glam::{DMat4, DQuat, DVec3};
-use gltf_json::Root;
 use gltf_json::mesh::{Mode, Primitive, Semantic};
 use gltf_json::scene::Node;
 use gltf_json::validation::Checked;
+use gltf_json::{Root, Value};
 
 use super::super::surface::Surface;
 use super::super::{Format, IoError, Place};
-use super::accessor;
+use super::accessor::{self, Raw};
 use super::buffers::Buffers;
 use super::unsupported_extension;
+use crate::mesh::attributes::PATCH_NAME;
 
 /// The most vertices or triangles that are collected from one file.
 const MOST: usize = 1 << 26;
 
+/// A run of vertices that come from one accessor of positions, under one node.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Block {
+    pub(super) node: usize,
+    /// From the node's own coordinates to those of the scene.
+    pub(super) transform: DMat4,
+    pub(super) start: u32,
+    pub(super) count: u32,
+    /// The positions in the node's own coordinates; empty where these are those of the scene.
+    pub(super) local: Vec<[f64; 3]>,
+    position: usize,
+    /// The accessors of the other attributes, by name.
+    attributes: BTreeMap<String, usize>,
+}
+
+/// The triangles of one primitive under one node.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Part {
+    pub(super) mesh: usize,
+    pub(super) primitive: usize,
+    /// The block of its vertices.
+    pub(super) block: usize,
+    /// Its first face and how many there are.
+    pub(super) faces: (usize, usize),
+    pub(super) material: Option<usize>,
+    /// Whether it was marked as a patch by an earlier run.
+    pub(super) patch: bool,
+}
+
+/// What a scene holds.
+pub(super) struct Scene {
+    pub(super) surface: Surface,
+    pub(super) blocks: Vec<Block>,
+    pub(super) parts: Vec<Part>,
+    /// The attributes of vertices: block, name and numbers.
+    pub(super) values: Vec<(usize, String, Raw)>,
+}
+
 /// Collects the triangles of the default scene. A mesh that several nodes use is read once for each.
-pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Surface, IoError> {
+pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoError> {
     let mut reader = Reader {
         root,
-        surface: Surface::new(buffers.format),
+        scene: Scene {
+            surface: Surface::new(buffers.format),
+            blocks: Vec::new(),
+            parts: Vec::new(),
+            values: Vec::new(),
+        },
         passed_over: 0,
+        left_out: 0,
         buffers,
     };
     let mut visited = vec![false; root.nodes.len()];
@@ -49,7 +94,7 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Surface, Io
         }
         let transform = outer * local_transform(node);
         if let Some(mesh) = node.mesh {
-            reader.mesh(mesh.value(), &transform)?;
+            reader.mesh(mesh.value(), index, &transform)?;
         }
         skinned += usize::from(node.skin.is_some());
         stack.extend(
@@ -60,19 +105,8 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Surface, Io
                 .map(|child| (child.value(), transform)),
         );
     }
-    if skinned > 0 {
-        reader.surface.notes.push(format!(
-            "nodes whose skin was passed over, so that their mesh is in its bind pose: {skinned}"
-        ));
-    }
-    if reader.passed_over > 0 {
-        let note = format!(
-            "primitives of points or lines passed over: {}",
-            reader.passed_over
-        );
-        reader.surface.notes.push(note);
-    }
-    Ok(reader.surface)
+    reader.remark(skinned);
+    Ok(reader.scene)
 }
 
 /// The nodes to begin with: those of the default scene, or all that are no one's child where there is no scene.
@@ -105,6 +139,15 @@ fn start(root: &Root, format: Format) -> Result<Vec<usize>, IoError> {
     }
 }
 
+/// Whether extras say that a primitive is a patch.
+fn is_marked(extras: Option<&gltf_json::extras::RawValue>) -> bool {
+    let extras = extras.and_then(|raw| serde_json::from_str::<Value>(raw.get()).ok());
+    extras.is_some_and(|e| {
+        e.get(PATCH_NAME)
+            .is_some_and(|mark| *mark == Value::Bool(true))
+    })
+}
+
 fn local_transform(node: &Node) -> DMat4 {
     if let Some(matrix) = node.matrix {
         return DMat4::from_cols_array(&matrix.map(f64::from));
@@ -123,12 +166,36 @@ fn local_transform(node: &Node) -> DMat4 {
 struct Reader<'r, 'b> {
     root: &'r Root,
     buffers: &'r mut Buffers<'b>,
-    surface: Surface,
+    scene: Scene,
     passed_over: usize,
+    left_out: usize,
 }
 
 impl Reader<'_, '_> {
-    fn mesh(&mut self, index: usize, transform: &DMat4) -> Result<(), IoError> {
+    /// Adds remarks on what was passed over.
+    fn remark(&mut self, skinned: usize) {
+        if skinned > 0 {
+            self.scene.surface.notes.push(format!(
+                "nodes whose skin was passed over, so that their mesh is in its bind pose: {skinned}"
+            ));
+        }
+        if self.passed_over > 0 {
+            let note = format!(
+                "primitives of points or lines passed over: {}",
+                self.passed_over
+            );
+            self.scene.surface.notes.push(note);
+        }
+        if self.left_out > 0 {
+            let note = format!(
+                "attributes of vertices that cannot be read and are left out: {}",
+                self.left_out
+            );
+            self.scene.surface.notes.push(note);
+        }
+    }
+
+    fn mesh(&mut self, index: usize, node: usize, transform: &DMat4) -> Result<(), IoError> {
         let Some(mesh) = self.root.meshes.get(index) else {
             let what = format!("the file has only {} meshes", self.root.meshes.len());
             return Err(IoError::malformed(
@@ -138,9 +205,33 @@ impl Reader<'_, '_> {
             ));
         };
         // Primitives of one mesh often share their positions, which are then taken over once.
-        let mut taken: BTreeMap<usize, (u32, u32)> = BTreeMap::new();
-        for primitive in &mesh.primitives {
-            self.primitive(index, primitive, transform, &mut taken)?;
+        let first_block = self.scene.blocks.len();
+        for (number, primitive) in mesh.primitives.iter().enumerate() {
+            let mode = match primitive.mode {
+                Checked::Valid(
+                    mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan),
+                ) => mode,
+                Checked::Valid(_) => {
+                    self.passed_over += 1;
+                    continue;
+                }
+                Checked::Invalid => {
+                    return Err(self.fault(index, "a primitive has an unknown mode".to_string()));
+                }
+            };
+            let block = self.block(index, primitive, first_block, node, transform)?;
+            let start = self.scene.surface.triangles_mut().len();
+            self.primitive(index, primitive, mode, block)?;
+            let end = self.scene.surface.triangles_mut().len();
+            self.scene.parts.push(Part {
+                mesh: index,
+                primitive: number,
+                block,
+                faces: (start, end - start),
+                material: primitive.material.map(|m| m.value()),
+                patch: mesh.name.as_deref() == Some(PATCH_NAME)
+                    || is_marked(primitive.extras.as_deref()),
+            });
         }
         Ok(())
     }
@@ -149,35 +240,15 @@ impl Reader<'_, '_> {
         &mut self,
         mesh: usize,
         primitive: &Primitive,
-        transform: &DMat4,
-        taken: &mut BTreeMap<usize, (u32, u32)>,
+        mode: Mode,
+        block: usize,
     ) -> Result<(), IoError> {
-        let mode = match primitive.mode {
-            Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => {
-                mode
-            }
-            Checked::Valid(_) => {
-                self.passed_over += 1;
-                return Ok(());
-            }
-            Checked::Invalid => {
-                return Err(self.fault(mesh, "a primitive has an unknown mode".to_string()));
-            }
-        };
-        let Some(attribute) = primitive
-            .attributes
-            .get(&Checked::Valid(Semantic::Positions))
-        else {
-            return Err(self.no_positions(mesh));
-        };
-        let (base, count) = match taken.get(&attribute.value()) {
-            Some(range) => *range,
-            None => {
-                let range = self.positions(mesh, attribute.value(), transform)?;
-                taken.insert(attribute.value(), range);
-                range
-            }
-        };
+        let Block {
+            start,
+            count,
+            transform,
+            ..
+        } = self.scene.blocks[block];
         let mut corners = match primitive.indices {
             Some(indices) => accessor::indices(self.buffers, indices.value())?,
             None => (0..count).collect(),
@@ -188,30 +259,99 @@ impl Reader<'_, '_> {
                 format!("an index is {outside}, but the primitive has only {count} vertices"),
             ));
         }
-        corners.iter_mut().for_each(|corner| *corner += base);
+        corners.iter_mut().for_each(|corner| *corner += start);
         self.faces(mesh, mode, &corners, transform.determinant() < 0.0)
     }
 
-    /// Appends the transformed positions of an accessor; returns where they begin and how many they are.
+    /// The block of a primitive's vertices: one of the same mesh with the same positions, if there is one whose other
+    /// attributes are not different ones.
+    fn block(
+        &mut self,
+        mesh: usize,
+        primitive: &Primitive,
+        first: usize,
+        node: usize,
+        transform: &DMat4,
+    ) -> Result<usize, IoError> {
+        let Some(position) = primitive
+            .attributes
+            .get(&Checked::Valid(Semantic::Positions))
+        else {
+            return Err(self.no_positions(mesh));
+        };
+        let position = position.value();
+        let attributes: BTreeMap<String, usize> = primitive
+            .attributes
+            .iter()
+            .filter_map(|(name, index)| match name {
+                Checked::Valid(Semantic::Positions) | Checked::Invalid => None,
+                Checked::Valid(name) => Some((name.to_string(), index.value())),
+            })
+            .collect();
+        let agrees = |block: &Block| {
+            let other = |name: &String, accessor: &usize| {
+                block.attributes.get(name).is_some_and(|a| a != accessor)
+            };
+            block.position == position && !attributes.iter().any(|(n, a)| other(n, a))
+        };
+        let found = self.scene.blocks[first..].iter().position(agrees);
+        let block = match found {
+            Some(found) => first + found,
+            None => {
+                let (start, count, local) = self.positions(mesh, position, transform)?;
+                self.scene.blocks.push(Block {
+                    node,
+                    transform: *transform,
+                    start,
+                    count,
+                    local,
+                    position,
+                    attributes: BTreeMap::new(),
+                });
+                self.scene.blocks.len() - 1
+            }
+        };
+        for (name, accessor) in attributes {
+            self.attribute(block, name, accessor);
+        }
+        Ok(block)
+    }
+
+    /// Reads an attribute of a block that was not read yet. One that is damaged does not spoil the mesh.
+    fn attribute(&mut self, block: usize, name: String, accessor: usize) {
+        if self.scene.blocks[block].attributes.contains_key(&name) {
+            return;
+        }
+        let count = self.scene.blocks[block].count as usize;
+        match accessor::attribute(self.buffers, accessor) {
+            Ok(raw) if raw.values.len() == count * raw.components => {
+                self.scene.values.push((block, name.clone(), raw));
+            }
+            _ => self.left_out += 1,
+        }
+        self.scene.blocks[block].attributes.insert(name, accessor);
+    }
+
+    /// Appends the transformed positions of an accessor; returns where they begin, how many they are, and the positions
+    /// before the transform where that changes them.
     fn positions(
         &mut self,
         mesh: usize,
         index: usize,
         transform: &DMat4,
-    ) -> Result<(u32, u32), IoError> {
-        let points = accessor::positions(self.buffers, index)?;
-        let base = self.surface.positions.len();
-        self.check_size(mesh, base + points.len())?;
-        let range = (base as u32, points.len() as u32);
-        let points = points.into_iter().map(DVec3::from_array);
+    ) -> Result<(u32, u32, Vec<[f64; 3]>), IoError> {
+        let local = accessor::positions(self.buffers, index)?;
+        let positions = &self.scene.surface.positions;
+        let (start, count) = (positions.len(), local.len());
+        self.check_size(mesh, start + count)?;
+        let points = local.iter().copied().map(DVec3::from_array);
+        let positions = &mut self.scene.surface.positions;
         if *transform == DMat4::IDENTITY {
-            self.surface.positions.extend(points);
-        } else {
-            self.surface
-                .positions
-                .extend(points.map(|p| transform.transform_point3(p)));
+            positions.extend(points);
+            return Ok((start as u32, count as u32, Vec::new()));
         }
-        Ok(range)
+        positions.extend(points.map(|p| transform.transform_point3(p)));
+        Ok((start as u32, count as u32, local))
     }
 
     /// Appends triangles, turned round when the transform mirrors.
@@ -222,11 +362,11 @@ impl Reader<'_, '_> {
         corners: &[u32],
         mirrored: bool,
     ) -> Result<(), IoError> {
-        let before = self.surface.triangles_mut().len();
+        let before = self.scene.surface.triangles_mut().len();
         self.check_size(mesh, before + corners.len())?;
         match mode {
-            Mode::TriangleStrip => self.surface.push_strip(corners),
-            Mode::TriangleFan => self.surface.push_fan(corners),
+            Mode::TriangleStrip => self.scene.surface.push_strip(corners),
+            Mode::TriangleFan => self.scene.surface.push_fan(corners),
             _ if !corners.len().is_multiple_of(3) => {
                 let what = format!(
                     "a primitive has {} corners, which do not make whole triangles",
@@ -236,10 +376,10 @@ impl Reader<'_, '_> {
             }
             _ => corners
                 .chunks_exact(3)
-                .for_each(|c| self.surface.push_triangle([c[0], c[1], c[2]])),
+                .for_each(|c| self.scene.surface.push_triangle([c[0], c[1], c[2]])),
         }
         if mirrored {
-            self.surface.triangles_mut()[before..]
+            self.scene.surface.triangles_mut()[before..]
                 .iter_mut()
                 .for_each(|face| face.swap(1, 2));
         }

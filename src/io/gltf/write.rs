@@ -1,206 +1,287 @@
-//! Writing glTF and GLB: one mesh of one primitive.
+//! Writing a mesh as a new scene with one node: a primitive for each material, and for patches.
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-use gltf_json::accessor::{ComponentType, GenericComponentType, Type};
-use gltf_json::buffer::{Target, View};
-use gltf_json::mesh::{Mode, Primitive, Semantic};
-use gltf_json::validation::{Checked, USize64};
-use gltf_json::{Accessor, Asset, Buffer, Index, Mesh as JsonMesh, Node, Root, Scene, Value};
+use std::collections::HashMap;
 
-use super::super::{Format, IoError, Written, rounded};
-use crate::mesh::Mesh;
+use serde_json::{Map, Value, json};
 
-/// Writes a GLB file.
-pub(in super::super) fn write_glb(mesh: &Mesh) -> Result<Written, IoError> {
-    let (points, notes) = rounded(mesh, Format::Glb)?;
-    let data = buffer(mesh, &points);
-    let json = describe(mesh, &points, data.len(), None, Format::Glb)?;
-    let glb = gltf::binary::Glb {
-        header: gltf::binary::Header {
-            magic: *b"glTF",
-            version: 2,
-            length: 0,
-        },
-        json: json.into(),
-        bin: Some(data.into()),
-    };
-    if glb.json.len() + glb.bin.as_ref().map_or(0, |bin| bin.len()) > u32::MAX as usize - 64 {
-        return Err(refuse(
-            Format::Glb,
-            "the mesh is larger than the 4 GB a GLB file can hold".to_string(),
-        ));
+use super::super::{Format, IoError, Model, Written, lost, rounded};
+use super::build::Builder;
+use crate::mesh::attributes::{Attribute, Attributes, LabelKind, NONE, PATCH_NAME, Role, Scalar};
+
+/// Writes a glTF or GLB file.
+pub(super) fn write(model: &Model<'_>, format: Format) -> Result<Written, IoError> {
+    let mesh = model.mesh;
+    if mesh.positions.is_empty() || mesh.faces.is_empty() {
+        return Err(IoError::NotWritable {
+            format,
+            what: "the mesh is empty".to_string(),
+            advice: "write PLY instead",
+        });
     }
-    let bytes = glb
-        .to_vec()
-        .map_err(|error| refuse(Format::Glb, error.to_string()))?;
-    Ok(Written { bytes, notes })
-}
-
-/// Writes a glTF file with its buffer as a data URI.
-pub(in super::super) fn write_gltf(mesh: &Mesh) -> Result<Written, IoError> {
-    let (points, notes) = rounded(mesh, Format::Gltf)?;
-    let data = buffer(mesh, &points);
-    let uri = format!(
-        "data:application/octet-stream;base64,{}",
-        STANDARD.encode(&data)
-    );
-    let bytes = describe(mesh, &points, data.len(), Some(uri), Format::Gltf)?;
-    Ok(Written { bytes, notes })
-}
-
-/// Positions, then indices.
-fn buffer(mesh: &Mesh, points: &[[f32; 3]]) -> Vec<u8> {
-    let mut data = Vec::with_capacity(12 * (points.len() + mesh.faces.len()));
-    data.extend(
-        points
-            .iter()
-            .flatten()
-            .flat_map(|value| value.to_le_bytes()),
-    );
-    data.extend(
-        mesh.faces
-            .iter()
-            .flatten()
-            .flat_map(|index| index.to_le_bytes()),
-    );
-    data
-}
-
-fn describe(
-    mesh: &Mesh,
-    points: &[[f32; 3]],
-    size: usize,
-    uri: Option<String>,
-    format: Format,
-) -> Result<Vec<u8>, IoError> {
-    if points.is_empty() || mesh.faces.is_empty() {
-        return Err(refuse(format, "the mesh is empty".to_string()));
+    let (mut points, mut notes) = rounded(mesh, format)?;
+    let split = Split::new(model);
+    let copies: Vec<[f32; 3]> = split
+        .copies
+        .iter()
+        .map(|(v, _)| points[*v as usize])
+        .collect();
+    points.extend(copies);
+    let mut builder = Builder::new();
+    let position = builder.positions(&points);
+    let mut columns: Vec<Column> = Vec::new();
+    let vertex = model.attributes.vertex.iter().map(|a| (a, None));
+    let pools = model.attributes.corner.iter().enumerate();
+    let all = vertex.chain(pools.map(|(i, c)| (&c.pool, Some(i))));
+    let mut left_out = model
+        .attributes
+        .listed_where(|_| false, |k| k != LabelKind::Material);
+    for (attribute, pool) in all {
+        let name = name(attribute, &columns);
+        match name.filter(|_| attribute.components <= 4) {
+            Some(name) => {
+                columns.push(split.column(&mut builder, attribute, pool, name, points.len()))
+            }
+            None => {
+                let join = if left_out.is_empty() { "" } else { ", " };
+                left_out += &format!("{join}'{}'", attribute.name);
+            }
+        }
     }
-    let mut root = Root {
-        asset: Asset {
-            generator: Some("isomend".to_string()),
-            ..Asset::default()
-        },
-        ..Root::default()
-    };
-    let buffer = root.push(Buffer {
-        byte_length: USize64::from(size),
-        name: None,
-        uri,
-        extensions: None,
-        extras: Default::default(),
-    });
-    let split = points.len() * 12;
-    let view_of_positions = view(&mut root, buffer, 0, split, Target::ArrayBuffer);
-    let view_of_indices = view(
-        &mut root,
-        buffer,
-        split,
-        size - split,
-        Target::ElementArrayBuffer,
-    );
-    let mut positions = accessor(
-        view_of_positions,
-        points.len(),
-        ComponentType::F32,
-        Type::Vec3,
-    );
-    positions.min = Some(bound(points, f32::min));
-    positions.max = Some(bound(points, f32::max));
-    let positions = root.push(positions);
-    let indices = root.push(accessor(
-        view_of_indices,
-        mesh.faces.len() * 3,
-        ComponentType::U32,
-        Type::Scalar,
-    ));
-    place(&mut root, positions, indices);
-    root.to_vec()
-        .map_err(|error| refuse(format, error.to_string()))
-}
-
-/// The component-wise minimum or maximum.
-fn bound(points: &[[f32; 3]], pick: fn(f32, f32) -> f32) -> Value {
-    let first = points.first().copied().unwrap_or_default();
-    let extreme = points.iter().fold(first, |a, b| {
-        [pick(a[0], b[0]), pick(a[1], b[1]), pick(a[2], b[2])]
-    });
-    Value::from(extreme.to_vec())
-}
-
-/// Adds the mesh, its node and the scene.
-fn place(root: &mut Root, positions: Index<Accessor>, indices: Index<Accessor>) {
-    let primitive = Primitive {
-        attributes: [(Checked::Valid(Semantic::Positions), positions)]
-            .into_iter()
-            .collect(),
-        extensions: None,
-        extras: Default::default(),
-        indices: Some(indices),
-        material: None,
-        mode: Checked::Valid(Mode::Triangles),
-        targets: None,
-    };
-    let mesh = root.push(JsonMesh {
-        extensions: None,
-        extras: Default::default(),
-        name: None,
-        primitives: vec![primitive],
-        weights: None,
-    });
-    let node = root.push(Node {
-        mesh: Some(mesh),
-        ..Node::default()
-    });
-    root.scene = Some(root.push(Scene {
-        extensions: None,
-        extras: Default::default(),
-        name: None,
-        nodes: vec![node],
-    }));
-}
-
-fn view(
-    root: &mut Root,
-    buffer: Index<Buffer>,
-    start: usize,
-    length: usize,
-    target: Target,
-) -> Index<View> {
-    root.push(View {
-        buffer,
-        byte_length: USize64::from(length),
-        byte_offset: Some(USize64::from(start)),
-        byte_stride: None,
-        name: None,
-        target: Some(Checked::Valid(target)),
-        extensions: None,
-        extras: Default::default(),
-    })
-}
-
-fn accessor(view: Index<View>, count: usize, component: ComponentType, type_: Type) -> Accessor {
-    Accessor {
-        buffer_view: Some(view),
-        byte_offset: Some(USize64::from(0usize)),
-        count: USize64::from(count),
-        component_type: Checked::Valid(GenericComponentType(component)),
-        extensions: None,
-        extras: Default::default(),
-        type_: Checked::Valid(type_),
-        min: None,
-        max: None,
-        name: None,
-        normalized: false,
-        sparse: None,
-    }
-}
-
-fn refuse(format: Format, what: String) -> IoError {
-    IoError::NotWritable {
+    notes.extend(lost::note(&left_out, format));
+    let marked = |a: &Attribute| model.attributes.face.iter().any(|f| std::ptr::eq(f, a));
+    notes.extend(lost::note(
+        &model.attributes.listed_where(marked, |_| false),
         format,
-        what,
-        advice: "write PLY instead",
+    ));
+    let primitives = primitives(&mut builder, model.attributes, &split, position, &columns);
+    builder.push("meshes", json!({ "primitives": primitives }));
+    builder.push("nodes", json!({ "mesh": 0 }));
+    builder.push("scenes", json!({ "nodes": [0] }));
+    builder.json["scene"] = json!(0);
+    let bytes = builder.finish(format)?;
+    Ok(Written { bytes, notes })
+}
+
+/// The vertices that glTF needs where the corners of a vertex differ: the first combination keeps the vertex.
+struct Split {
+    /// Faces with the vertices of the file.
+    faces: Vec<[u32; 3]>,
+    /// Which value of each pool a vertex has; empty where there are no pools.
+    places: Vec<Vec<u32>>,
+    /// What each vertex behind the mesh's own is a copy of, and its values in the pools.
+    copies: Vec<(u32, Vec<u32>)>,
+}
+
+impl Split {
+    fn new(model: &Model<'_>) -> Self {
+        let pools = &model.attributes.corner;
+        let mut split = Self {
+            faces: model.mesh.faces.clone(),
+            places: Vec::new(),
+            copies: Vec::new(),
+        };
+        if pools.is_empty() {
+            return split;
+        }
+        let count = model.mesh.positions.len();
+        split.places = vec![Vec::new(); count];
+        let mut others: HashMap<(u32, Vec<u32>), u32> = HashMap::new();
+        for (f, face) in split.faces.iter_mut().enumerate() {
+            for (k, vertex) in face.iter_mut().enumerate() {
+                let wanted: Vec<u32> = pools.iter().map(|p| p.corners[f][k]).collect();
+                let own = &mut split.places[*vertex as usize];
+                if own.is_empty() {
+                    *own = wanted;
+                } else if *own != wanted {
+                    let copies = &mut split.copies;
+                    *vertex = *others.entry((*vertex, wanted.clone())).or_insert_with(|| {
+                        copies.push((*vertex, wanted));
+                        (count + copies.len() - 1) as u32
+                    });
+                }
+            }
+        }
+        split
     }
+
+    /// The value of a vertex of the file.
+    fn value<'a>(
+        &self,
+        attribute: &'a Attribute,
+        pool: Option<usize>,
+        v: usize,
+    ) -> Option<&'a [f64]> {
+        let copy = v
+            .checked_sub(self.mesh_len(attribute, pool))
+            .map(|i| &self.copies[i]);
+        match (pool, copy) {
+            (None, None) => attribute.get(v),
+            (None, Some((of, _))) => attribute.get(*of as usize),
+            (Some(p), copy) => {
+                let places = copy.map_or(&self.places[v], |(_, places)| places);
+                let place = places.get(p).copied().filter(|place| *place != NONE)?;
+                attribute.get(place as usize)
+            }
+        }
+    }
+
+    fn mesh_len(&self, attribute: &Attribute, pool: Option<usize>) -> usize {
+        match pool {
+            None if self.places.is_empty() => attribute.len(),
+            _ => self.places.len(),
+        }
+    }
+
+    fn column(
+        &self,
+        builder: &mut Builder,
+        attribute: &Attribute,
+        pool: Option<usize>,
+        name: String,
+        vertices: usize,
+    ) -> Column {
+        let there: Vec<bool> = (0..vertices)
+            .map(|v| self.value(attribute, pool, v).is_some())
+            .collect();
+        let value = |v: usize| self.value(attribute, pool, v);
+        let accessor = if attribute.role == Role::Colour && attribute.scalar == Scalar::U8 {
+            let colours: Vec<[u8; 4]> = (0..vertices).map(|v| colour_bytes(value(v))).collect();
+            builder.bytes(&colours)
+        } else {
+            let mut values = Vec::with_capacity(vertices * attribute.components);
+            for v in 0..vertices {
+                push_floats(&mut values, attribute, value(v));
+            }
+            builder.floats(&values, attribute.components)
+        };
+        Column {
+            name,
+            accessor,
+            there,
+        }
+    }
+}
+
+fn colour_bytes(value: Option<&[f64]>) -> [u8; 4] {
+    let mut bytes = [255; 4];
+    for (byte, v) in bytes.iter_mut().zip(value.unwrap_or(&[])) {
+        *byte = *v as u8;
+    }
+    bytes
+}
+
+/// Appends a value in the form that glTF asks for: fractions of 1 for colours, unit length for normals.
+pub(super) fn push_floats(out: &mut Vec<f32>, attribute: &Attribute, value: Option<&[f64]>) {
+    let start = out.len();
+    let unit = attribute.unit();
+    match value {
+        Some(value) => out.extend(value.iter().map(|v| (v / unit) as f32)),
+        None => out.extend(std::iter::repeat_n(0.0, attribute.components)),
+    }
+    let directed = matches!(attribute.role, Role::Normal | Role::Tangent);
+    if directed && attribute.components >= 3 {
+        let [x, y, z] = [out[start], out[start + 1], out[start + 2]];
+        let vector = glam::Vec3::new(x, y, z);
+        if (vector.length() - 1.0).abs() > 1e-4 {
+            let unit = vector.normalize_or(glam::Vec3::Z).to_array();
+            out[start..start + 3].copy_from_slice(&unit);
+        }
+    }
+    if attribute.role == Role::Colour {
+        out[start..].iter_mut().for_each(|v| *v = v.clamp(0.0, 1.0));
+    }
+    if attribute.role == Role::Tangent && attribute.components == 4 {
+        out[start + 3] = if out[start + 3] < 0.0 { -1.0 } else { 1.0 };
+    }
+}
+
+/// An attribute of the file.
+struct Column {
+    name: String,
+    accessor: usize,
+    /// Which vertices have it.
+    there: Vec<bool>,
+}
+
+/// The name of an attribute in glTF; `None` where the form does not fit the name, or the name is taken.
+fn name(attribute: &Attribute, taken: &[Column]) -> Option<String> {
+    let custom = || {
+        let word = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+        let name: String = attribute.name.chars().map(word).collect();
+        format!("_{}", name.trim_start_matches('_').to_ascii_uppercase())
+    };
+    let is_free = |name: &String| !taken.iter().any(|c| c.name == *name);
+    let (fits, name) = match attribute.role {
+        Role::Normal => (attribute.components == 3, "NORMAL".to_owned()),
+        Role::Tangent => (attribute.components == 4, "TANGENT".to_owned()),
+        Role::Colour => {
+            let colours = taken.iter().filter(|c| c.name.starts_with("COLOR_"));
+            let fits = (3..=4).contains(&attribute.components);
+            (fits, format!("COLOR_{}", colours.count()))
+        }
+        Role::Uv(_) => {
+            let sets = taken.iter().filter(|c| c.name.starts_with("TEXCOORD_"));
+            let fits = attribute.components == 2;
+            (fits, format!("TEXCOORD_{}", sets.count()))
+        }
+        Role::Other => (true, custom()),
+    };
+    Some(name).filter(|name| fits && is_free(name))
+}
+
+/// One primitive for each material, the kept faces and the patches apart, in the order of their first faces.
+fn primitives(
+    builder: &mut Builder,
+    attributes: &Attributes,
+    split: &Split,
+    position: usize,
+    columns: &[Column],
+) -> Vec<Value> {
+    let materials = attributes.labels_of(LabelKind::Material);
+    let mut groups: Vec<((bool, u32), Vec<u32>)> = Vec::new();
+    let mut known: HashMap<(bool, u32), usize> = HashMap::new();
+    for (f, face) in split.faces.iter().enumerate() {
+        let key = (
+            attributes.is_patch(f),
+            materials.map_or(NONE, |m| m.of_face[f]),
+        );
+        let group = *known.entry(key).or_insert_with(|| {
+            groups.push((key, Vec::new()));
+            groups.len() - 1
+        });
+        groups[group].1.extend(face);
+    }
+    for name in materials.iter().flat_map(|m| &m.names) {
+        builder.push("materials", json!({ "name": name }));
+    }
+    let mut primitives = Vec::new();
+    for ((patch, material), corners) in groups {
+        let mut names = Map::new();
+        names.insert("POSITION".to_owned(), json!(position));
+        let (mut sets, mut colours) = (0, 0);
+        for column in columns {
+            let there = corners.iter().all(|c| column.there[*c as usize]);
+            // Sets must be numbered without gaps.
+            let next = match column.name.split_once('_') {
+                Some(("TEXCOORD", set)) => set == sets.to_string(),
+                Some(("COLOR", set)) => set == colours.to_string(),
+                _ => true,
+            };
+            if there && next {
+                sets += usize::from(column.name.starts_with("TEXCOORD_"));
+                colours += usize::from(column.name.starts_with("COLOR_"));
+                names.insert(column.name.clone(), json!(column.accessor));
+            }
+        }
+        let indices = builder.indices(&corners);
+        let mut primitive = json!({ "attributes": names, "indices": indices, "mode": 4 });
+        if material != NONE {
+            primitive["material"] = json!(material);
+        }
+        if patch {
+            primitive["extras"] = json!({ PATCH_NAME: true });
+        }
+        primitives.push(primitive);
+    }
+    primitives
 }

@@ -4,10 +4,19 @@ use glam::DVec3;
 
 use super::super::surface::Surface;
 use super::super::{Format, IoError, Place, text};
+use super::columns::{Columns, FaceValues, Use};
 use super::header::{Element, Encoding, Header, Property, Scalar};
+use crate::mesh::attributes::{Attribute, NONE, Role};
+
+/// The points and faces of a file, and their values.
+pub(super) struct Body {
+    pub(super) surface: Surface,
+    pub(super) vertex: Vec<Attribute>,
+    pub(super) face: FaceValues,
+}
 
 /// Reads points and faces; elements of other names are passed over.
-pub(super) fn read(bytes: &[u8], header: &Header) -> Result<Surface, IoError> {
+pub(super) fn read(bytes: &[u8], header: &Header) -> Result<Body, IoError> {
     let rest = &bytes[header.body..];
     match header.encoding {
         Encoding::Ascii => read_elements(
@@ -115,8 +124,12 @@ impl Values for TextValues<'_> {
     }
 }
 
-fn read_elements<V: Values>(values: &mut V, header: &Header) -> Result<Surface, IoError> {
-    let mut surface = Surface::new(Format::Ply);
+fn read_elements<V: Values>(values: &mut V, header: &Header) -> Result<Body, IoError> {
+    let mut body = Body {
+        surface: Surface::new(Format::Ply),
+        vertex: Vec::new(),
+        face: FaceValues::default(),
+    };
     let mut found = [false; 3];
     for element in &header.elements {
         let kind = match &element.name[..] {
@@ -136,11 +149,12 @@ fn read_elements<V: Values>(values: &mut V, header: &Header) -> Result<Surface, 
             return Err(IoError::malformed(Format::Ply, Place::File, what));
         }
         match kind {
-            0 => read_vertices(values, element, &mut surface)?,
-            _ => read_faces(values, element, kind == 2, &mut surface)?,
+            0 => read_vertices(values, element, &mut body)?,
+            1 => read_faces(values, element, &mut body)?,
+            _ => read_strips(values, element, &mut body.surface)?,
         }
     }
-    Ok(surface)
+    Ok(body)
 }
 
 /// How many items of the claimed ones the rest of the file can hold at most, when each has a list of so many bytes.
@@ -157,7 +171,7 @@ fn plausible<V: Values>(values: &V, element: &Element, corners: usize) -> usize 
 fn read_vertices<V: Values>(
     values: &mut V,
     element: &Element,
-    surface: &mut Surface,
+    body: &mut Body,
 ) -> Result<(), IoError> {
     if element.count == 0 {
         return Ok(());
@@ -179,43 +193,135 @@ fn read_vertices<V: Values>(
             }
         }
     }
-    surface.positions.reserve(plausible(values, element, 0));
+    let mut columns = Columns::new(element, &axes);
+    let room = plausible(values, element, 0);
+    body.surface.positions.reserve(room);
+    columns.reserve(room);
     for row in 0..element.count {
         let mut point = [0.0; 3];
-        for (property, axis) in element.properties.iter().zip(&axes) {
-            match (property.length, axis) {
-                (None, Some(axis)) => point[*axis] = number(values, property.scalar, element, row)?,
+        columns.next_row();
+        for (i, property) in element.properties.iter().enumerate() {
+            match columns.uses[i] {
+                Use::Axis(axis) => point[axis] = number(values, property.scalar, element, row)?,
+                Use::Value {
+                    attribute,
+                    component,
+                } => {
+                    let value = number(values, property.scalar, element, row)?;
+                    columns.set(attribute, component, value);
+                }
                 _ => skip_property(values, property, element, row)?,
             }
         }
-        surface.positions.push(DVec3::from_array(point));
+        body.surface.positions.push(DVec3::from_array(point));
     }
+    body.vertex = columns.attributes;
     Ok(())
+}
+
+/// The list that holds the corners of faces or strips.
+fn corners_of(element: &Element) -> Result<usize, IoError> {
+    let is_corners = |p: &Property| {
+        p.length.is_some() && matches!(&p.name[..], b"vertex_indices" | b"vertex_index")
+    };
+    element
+        .properties
+        .iter()
+        .position(is_corners)
+        .ok_or_else(|| {
+            let what = format!(
+                "the {} elements have no list 'vertex_indices'",
+                text::shown(&element.name)
+            );
+            IoError::malformed(Format::Ply, Place::File, what)
+        })
 }
 
 fn read_faces<V: Values>(
     values: &mut V,
     element: &Element,
-    strips: bool,
+    body: &mut Body,
+) -> Result<(), IoError> {
+    if element.count == 0 {
+        return Ok(());
+    }
+    let corners_at = corners_of(element)?;
+    let mut columns = Columns::new(element, &vec![None; element.properties.len()]);
+    let uv_at = element.properties.iter().position(|p| {
+        p.length.is_some()
+            && matches!(p.scalar, Scalar::F32 | Scalar::F64)
+            && matches!(&p.name[..], b"texcoord" | b"texcoords")
+    });
+    if let Some(at) = uv_at {
+        columns.uses[at] = Use::CornerUv;
+        let scalar = element.properties[at].scalar.public();
+        let pool = Attribute::new("texcoord", Role::Uv(0), scalar, 2);
+        body.face.uv = Some((pool, Vec::new()));
+    }
+    let three_corners = 3 * V::least_size(element.properties[corners_at].scalar);
+    let room = plausible(values, element, three_corners);
+    body.surface.reserve_faces(room);
+    columns.reserve(room);
+    let (mut corners, mut uv) = (Vec::new(), Vec::new());
+    for row in 0..element.count {
+        columns.next_row();
+        uv.clear();
+        for (i, property) in element.properties.iter().enumerate() {
+            match columns.uses[i] {
+                _ if i == corners_at => {
+                    corners.clear();
+                    for _ in 0..list_length(values, property, element, row)? {
+                        let value = number(values, property.scalar, element, row)?;
+                        corners.push(vertex_index(value, row)?);
+                    }
+                }
+                Use::Value {
+                    attribute,
+                    component,
+                } => {
+                    let value = number(values, property.scalar, element, row)?;
+                    columns.set(attribute, component, value);
+                }
+                Use::CornerUv => {
+                    for _ in 0..list_length(values, property, element, row)? {
+                        uv.push(number(values, property.scalar, element, row)?);
+                    }
+                }
+                _ => skip_property(values, property, element, row)?,
+            }
+        }
+        body.surface.push_face(&corners)?;
+        if let Some((pool, places)) = &mut body.face.uv {
+            add_uv(&uv, corners.len(), pool, places);
+        }
+    }
+    body.face.attributes = columns.attributes;
+    Ok(())
+}
+
+/// Adds the texture coordinates of a face, two for each corner; a list of another length is none.
+fn add_uv(uv: &[f64], corners: usize, pool: &mut Attribute, places: &mut Vec<u32>) {
+    let fits = uv.len() == 2 * corners && uv.iter().all(|v| v.is_finite());
+    for corner in 0..corners {
+        if fits {
+            places.push(pool.len() as u32);
+            pool.values
+                .extend_from_slice(&uv[2 * corner..2 * corner + 2]);
+        } else {
+            places.push(NONE);
+        }
+    }
+}
+
+fn read_strips<V: Values>(
+    values: &mut V,
+    element: &Element,
     surface: &mut Surface,
 ) -> Result<(), IoError> {
     if element.count == 0 {
         return Ok(());
     }
-    let is_corners = |p: &Property| {
-        p.length.is_some() && matches!(&p.name[..], b"vertex_indices" | b"vertex_index")
-    };
-    let Some(corners_at) = element.properties.iter().position(is_corners) else {
-        let what = format!(
-            "the {} elements have no list 'vertex_indices'",
-            text::shown(&element.name)
-        );
-        return Err(IoError::malformed(Format::Ply, Place::File, what));
-    };
-    if !strips {
-        let three_corners = 3 * V::least_size(element.properties[corners_at].scalar);
-        surface.reserve_faces(plausible(values, element, three_corners));
-    }
+    let corners_at = corners_of(element)?;
     let mut corners = Vec::new();
     for row in 0..element.count {
         for (i, property) in element.properties.iter().enumerate() {
@@ -226,18 +332,14 @@ fn read_faces<V: Values>(
             corners.clear();
             for _ in 0..list_length(values, property, element, row)? {
                 let value = number(values, property.scalar, element, row)?;
-                if strips && value == -1.0 {
+                if value == -1.0 {
                     surface.push_strip(&corners);
                     corners.clear();
                 } else {
                     corners.push(vertex_index(value, row)?);
                 }
             }
-            if strips {
-                surface.push_strip(&corners);
-            } else {
-                surface.push_face(&corners)?;
-            }
+            surface.push_strip(&corners);
         }
     }
     Ok(())

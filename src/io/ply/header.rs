@@ -72,6 +72,8 @@ pub(super) struct Element {
 pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
+    /// Texture files that comments name, as MeshLab writes them.
+    pub(super) textures: Vec<String>,
     /// Where the body begins.
     pub(super) body: usize,
 }
@@ -89,6 +91,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
     let end = line_end(&bytes[start..]);
     let (mut at, mut line) = (start, 0);
     let (mut encoding, mut elements) = (None, Vec::<Element>::new());
+    let mut textures = Vec::new();
     loop {
         let Some(length) = memchr::memchr(end, &bytes[at..]) else {
             return Err(IoError::malformed(
@@ -113,7 +116,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
                 }
             },
             b"end_header" => break,
-            b"ply" | b"comment" | b"obj_info" | b"" => {}
+            b"comment" => textures.extend(texture(words)),
+            b"ply" | b"obj_info" | b"" => {}
             word => {
                 return Err(fault(
                     line,
@@ -126,6 +130,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
         Some(encoding) => Ok(Header {
             encoding,
             elements,
+            textures,
             body: at,
         }),
         None => Err(IoError::malformed(
@@ -134,6 +139,12 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
             "the header has no 'format' line",
         )),
     }
+}
+
+/// The texture file that a comment names.
+fn texture(mut words: text::Tokens<'_>) -> Option<String> {
+    (words.next()? == b"TextureFile").then_some(())?;
+    Some(String::from_utf8_lossy(words.rest_of_line()).into_owned())
 }
 
 /// The byte that ends a header line, told from the first one.

@@ -1,104 +1,44 @@
 //! Stanford PLY.
 
 mod body;
+mod columns;
 mod header;
+mod write;
 
-use std::io::Write;
+use super::surface::Cut;
+use super::{IoError, Loaded};
+use crate::mesh::Attributes;
 
-use super::{Format, IoError, Loaded, Precision, WriteOptions, Written, rounded};
-use crate::mesh::Mesh;
+pub(super) use write::write;
 
 /// Reads a mesh from PLY, text or binary of either byte order.
 pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let header = header::parse(bytes)?;
-    body::read(bytes, &header)?.finish()
-}
-
-/// Writes the smallest header that holds positions and triangles.
-pub(super) fn write(mesh: &Mesh, options: &WriteOptions) -> Result<Written, IoError> {
-    if i32::try_from(mesh.positions.len()).is_err() {
-        return Err(IoError::NotWritable {
-            format: Format::Ply,
-            what: format!(
-                "{} vertices are more than its 32-bit indices can name",
-                mesh.positions.len()
-            ),
-            advice: "split the mesh into smaller ones",
-        });
-    }
-    let mut bytes = header_text(mesh, options).into_bytes();
-    bytes.reserve(mesh.positions.len() * 24 + mesh.faces.len() * 13);
-    let notes = match options.precision {
-        Precision::F32 => {
-            let (points, notes) = rounded(mesh, Format::Ply)?;
-            write_points(&mut bytes, &points, options.ascii, f32::to_le_bytes);
-            notes
-        }
-        Precision::F64 => {
-            let points: Vec<[f64; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
-            write_points(&mut bytes, &points, options.ascii, f64::to_le_bytes);
-            Vec::new()
-        }
+    let body = body::read(bytes, &header)?;
+    let triangles_of_strips = header.elements.iter().any(|e| e.name == b"tristrips");
+    let with_faces = !body.face.is_empty() && !triangles_of_strips;
+    let mut cut = with_faces.then(|| Cut::identity(0));
+    let mut loaded = body.surface.finish_with(&mut cut)?;
+    let mut attributes = Attributes {
+        vertex: body.vertex,
+        textures: header.textures,
+        ..Attributes::default()
     };
-    write_faces(&mut bytes, mesh, options.ascii);
-    Ok(Written { bytes, notes })
-}
-
-fn header_text(mesh: &Mesh, options: &WriteOptions) -> String {
-    let encoding = if options.ascii {
-        "ascii"
-    } else {
-        "binary_little_endian"
-    };
-    let scalar = match options.precision {
-        Precision::F32 => "float",
-        Precision::F64 => "double",
-    };
-    format!(
-        "ply\nformat {encoding} 1.0\nelement vertex {}\nproperty {scalar} x\nproperty {scalar} y\nproperty {scalar} z\n\
-         element face {}\nproperty list uchar int vertex_indices\nend_header\n",
-        mesh.positions.len(),
-        mesh.faces.len(),
-    )
-}
-
-fn write_points<T: Copy + std::fmt::Display, const N: usize>(
-    bytes: &mut Vec<u8>,
-    points: &[[T; 3]],
-    ascii: bool,
-    encode: impl Fn(T) -> [u8; N],
-) {
-    for [x, y, z] in points {
-        if ascii {
-            // Writing to a vector does not fail.
-            let _ = writeln!(bytes, "{x} {y} {z}");
-        } else {
-            for value in [*x, *y, *z] {
-                bytes.extend_from_slice(&encode(value));
-            }
-        }
+    if let Some(cut) = cut {
+        let (face, uv) = body.face.cut(&cut);
+        attributes.face = face;
+        attributes.corner.extend(uv);
     }
-}
-
-fn write_faces(bytes: &mut Vec<u8>, mesh: &Mesh, ascii: bool) {
-    for [a, b, c] in &mesh.faces {
-        if ascii {
-            let _ = writeln!(bytes, "3 {a} {b} {c}");
-        } else {
-            let mut row = [3u8; 13];
-            row[1..5].copy_from_slice(&a.to_le_bytes());
-            row[5..9].copy_from_slice(&b.to_le_bytes());
-            row[9..].copy_from_slice(&c.to_le_bytes());
-            bytes.extend_from_slice(&row);
-        }
-    }
+    loaded.attributes = attributes;
+    Ok(loaded)
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::samples::*;
-    use super::super::to_bytes;
+    use super::super::{Format, Model, Precision, WriteOptions, model_to_bytes, to_bytes};
     use super::*;
+    use crate::mesh::attributes::{Attribute, Role, Scalar};
 
     const HEADER: &str = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
                           element face 1\nproperty list uchar int vertex_indices\nend_header\n";
@@ -272,5 +212,97 @@ mod tests {
     #[test]
     fn damage_is_survived() {
         assert_damage_is_survived(Format::Ply);
+    }
+
+    const DRESSED: &str = "ply\nformat ascii 1.0\ncomment TextureFile skin of a cat.png\nelement vertex 4\n\
+        property float x\nproperty uchar red\nproperty float y\nproperty float z\nproperty uchar green\n\
+        property uchar blue\nproperty double quality\nproperty float nx\nproperty float ny\nproperty float nz\n\
+        property float s1\nproperty float t1\nproperty short scan\nelement face 2\n\
+        property int id\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\n\
+        property uchar red\nend_header\n\
+        0 10 0 0 20 30 0.1 0 0 1 0.5 0.25 -7\n1 11 0 0 21 31 0.2 0 0 1 0 0 8\n1 12 1 0 22 32 0.3 0 0 1 1 0 9\n\
+        0 13 1 0 23 33 0.4 0 0 1 1 1 10\n7 4 0 1 2 3 8 0 0 1 0 1 1 0 1 255\n-9 3 0 2 3 0 4\n";
+
+    #[test]
+    fn properties_are_grouped_by_what_they_mean() {
+        let loaded = read(DRESSED.as_bytes()).unwrap();
+        let all = &loaded.attributes;
+        let found: Vec<(&str, Role, Scalar, usize)> = all
+            .vertex
+            .iter()
+            .map(|a| (&a.name[..], a.role, a.scalar, a.components))
+            .collect();
+        assert_eq!(
+            found,
+            [
+                ("colour", Role::Colour, Scalar::U8, 3),
+                ("quality", Role::Other, Scalar::F64, 1),
+                ("normal", Role::Normal, Scalar::F32, 3),
+                ("texture", Role::Uv(1), Scalar::F32, 2),
+                ("scan", Role::Other, Scalar::I16, 1),
+            ]
+        );
+        assert_eq!(all.vertex[0].get(2), Some(&[12.0, 22.0, 32.0][..]));
+        assert_eq!(all.vertex[1].get(3), Some(&[0.4][..]));
+        assert_eq!(all.vertex[4].get(0), Some(&[-7.0][..]));
+        assert_eq!(all.textures, ["skin of a cat.png"]);
+        // The quad became two triangles.
+        assert_eq!(all.face[0].values, [7.0, 7.0, -9.0]);
+        assert_eq!(all.face[1].role, Role::Other, "red alone is no colour");
+        assert_eq!(all.corner[0].get(1, 2), Some(&[0.0, 1.0][..]));
+        assert_eq!(all.corner[0].get(2, 0), None);
+    }
+
+    #[test]
+    fn attributes_come_back_as_they_were() {
+        let loaded = read(DRESSED.as_bytes()).unwrap();
+        let model = Model {
+            mesh: &loaded.mesh,
+            attributes: &loaded.attributes,
+            document: None,
+        };
+        for ascii in [false, true] {
+            let options = WriteOptions {
+                ascii,
+                precision: Precision::F32,
+            };
+            let written = model_to_bytes(&model, Format::Ply, &options).unwrap();
+            assert!(written.notes.is_empty(), "{:?}", written.notes);
+            let again = read(&written.bytes).unwrap();
+            assert_eq!(again.mesh, loaded.mesh);
+            let (a, b) = (&again.attributes, &loaded.attributes);
+            assert_eq!((&a.vertex, &a.face), (&b.vertex, &b.face));
+            for (f, k) in (0..3).flat_map(|f| [(f, 0), (f, 1), (f, 2)]) {
+                assert_eq!(a.corner[0].get(f, k), b.corner[0].get(f, k));
+            }
+        }
+        assert_survives_damage(DRESSED.as_bytes(), Format::Ply);
+    }
+
+    #[test]
+    fn attributes_of_other_formats_get_the_usual_names() {
+        let mesh = open_tetrahedron();
+        let mut colour = Attribute::new("COLOR_0", Role::Colour, Scalar::F32, 4);
+        let mut uv = Attribute::new("TEXCOORD_1", Role::Uv(1), Scalar::U16, 2);
+        uv.normalized = true;
+        for _ in &mesh.positions {
+            colour.push(Some(&[1.0, 0.5, 0.0, 1.0]));
+            uv.push(Some(&[65535.0, 0.0]));
+        }
+        let attributes = Attributes {
+            vertex: vec![colour, uv],
+            ..Attributes::default()
+        };
+        let model = Model {
+            mesh: &mesh,
+            attributes: &attributes,
+            document: None,
+        };
+        let written = model_to_bytes(&model, Format::Ply, &WriteOptions::default()).unwrap();
+        let read = read(&written.bytes).unwrap().attributes.vertex;
+        assert_eq!(read[0].fields, ["red", "green", "blue", "alpha"]);
+        assert_eq!(read[0].get(0), Some(&[255.0, 128.0, 0.0, 255.0][..]));
+        assert_eq!(read[1].role, Role::Uv(1));
+        assert_eq!(read[1].get(4), Some(&[1.0, 0.0][..]));
     }
 }

@@ -61,8 +61,8 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     reader.finish()
 }
 
-struct Reader<'a> {
-    tokens: text::Tokens<'a>,
+pub(super) struct Reader<'a> {
+    pub(super) tokens: text::Tokens<'a>,
     bytes: &'a [u8],
     binary: bool,
     /// From version 5 on, cells are stored as offsets and connectivity.
@@ -73,7 +73,7 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     /// Reads the lines before the kind of data set.
-    fn open(bytes: &'a [u8]) -> Result<Self, IoError> {
+    pub(super) fn open(bytes: &'a [u8]) -> Result<Self, IoError> {
         let mut tokens = text::Tokens::new(bytes, 0);
         let first = tokens.rest_of_line();
         let at_version = text::find(first, b"Version ").map(|at| at + 8);
@@ -109,31 +109,31 @@ impl<'a> Reader<'a> {
         Ok(reader)
     }
 
-    fn keyword(&mut self) -> Option<&'a [u8]> {
+    pub(super) fn keyword(&mut self) -> Option<&'a [u8]> {
         self.tokens.next()
     }
 
-    fn word(&mut self, what: &str) -> Result<&'a [u8], IoError> {
+    pub(super) fn word(&mut self, what: &str) -> Result<&'a [u8], IoError> {
         self.tokens
             .next()
             .ok_or_else(|| self.fault(format!("the file ends before {what}")))
     }
 
-    fn count(&mut self, of: &str) -> Result<usize, IoError> {
+    pub(super) fn count(&mut self, of: &str) -> Result<usize, IoError> {
         let word = self.word(&format!("the count of {of}"))?;
         text::integer(word)
             .and_then(|count| usize::try_from(count).ok())
             .ok_or_else(|| self.fault(format!("{} is not a count of {of}", text::shown(word))))
     }
 
-    fn scalar(&mut self) -> Result<Scalar, IoError> {
+    pub(super) fn scalar(&mut self) -> Result<Scalar, IoError> {
         let word = self.word("a data type")?;
         Scalar::from_legacy(word)
             .ok_or_else(|| self.fault(format!("{} is not a data type", text::shown(word))))
     }
 
     /// Goes to the data behind a keyword line.
-    fn end_line(&mut self) {
+    pub(super) fn end_line(&mut self) {
         if self.binary {
             self.tokens.rest_of_line();
         }
@@ -152,7 +152,12 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads `count` numbers after checking that the rest of the file can hold them.
-    fn numbers(&mut self, count: usize, scalar: Scalar, what: &str) -> Result<Vec<f64>, IoError> {
+    pub(super) fn numbers(
+        &mut self,
+        count: usize,
+        scalar: Scalar,
+        what: &str,
+    ) -> Result<Vec<f64>, IoError> {
         let least = if self.binary { scalar.size() } else { 2 };
         let room = (self.tokens.left() + usize::from(!self.binary)) / least;
         if count > room {
@@ -204,7 +209,7 @@ impl<'a> Reader<'a> {
         self.numbers(count, scalar, &shown)
     }
 
-    fn skip_field(&mut self) -> Result<(), IoError> {
+    pub(super) fn skip_field(&mut self) -> Result<(), IoError> {
         self.word("the name of the field")?;
         for _ in 0..self.count("arrays")? {
             self.word("the name of an array")?;
@@ -225,7 +230,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Passes over lines up to an empty one.
-    fn skip_metadata(&mut self) {
+    pub(super) fn skip_metadata(&mut self) {
         self.tokens.rest_of_line();
         while self.tokens.left() > 0 && !self.tokens.rest_of_line().is_empty() {}
     }
@@ -240,7 +245,7 @@ impl<'a> Reader<'a> {
         self.surface.finish()
     }
 
-    fn fault(&self, what: String) -> IoError {
+    pub(super) fn fault(&self, what: String) -> IoError {
         let place = if self.binary {
             Place::Byte(self.tokens.offset())
         } else {

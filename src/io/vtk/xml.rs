@@ -13,7 +13,7 @@ use super::scalar::Scalar;
 /// Reads the polygons and strips of all pieces.
 pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let (markup, appended) = split_appended(bytes);
-    let document = Document::parse(markup)?;
+    let document = Document::parse(markup, b"PolyData")?;
     let offsets = sorted_offsets(&document.pieces);
     let mut surface = Surface::new(Format::Vtp);
     let mut passed_over = 0;
@@ -43,16 +43,18 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
 
 /// The part of a piece that an array belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Section {
+pub(super) enum Section {
     Points,
     Polys,
     Strips,
+    PointData,
+    CellData,
     Other,
 }
 
-type Attributes = Vec<(Vec<u8>, Vec<u8>)>;
+pub(super) type Attributes = Vec<(Vec<u8>, Vec<u8>)>;
 
-fn attribute<'a>(attributes: &'a Attributes, name: &[u8]) -> Option<&'a [u8]> {
+pub(super) fn attribute<'a>(attributes: &'a Attributes, name: &[u8]) -> Option<&'a [u8]> {
     attributes
         .iter()
         .find(|(key, _)| key == name)
@@ -60,9 +62,9 @@ fn attribute<'a>(attributes: &'a Attributes, name: &[u8]) -> Option<&'a [u8]> {
 }
 
 #[derive(Default)]
-struct Piece<'a> {
-    attributes: Attributes,
-    arrays: Vec<Array<'a>>,
+pub(super) struct Piece<'a> {
+    pub(super) attributes: Attributes,
+    pub(super) arrays: Vec<Array<'a>>,
 }
 
 impl Piece<'_> {
@@ -74,9 +76,9 @@ impl Piece<'_> {
     }
 }
 
-struct Array<'a> {
-    section: Section,
-    attributes: Attributes,
+pub(super) struct Array<'a> {
+    pub(super) section: Section,
+    pub(super) attributes: Attributes,
     text: Cow<'a, [u8]>,
 }
 
@@ -86,16 +88,20 @@ impl Array<'_> {
     }
 }
 
-struct Document<'a> {
-    encoding: Encoding,
-    pieces: Vec<Piece<'a>>,
+pub(super) struct Document<'a> {
+    pub(super) encoding: Encoding,
+    /// What the element of the data set says, such as the extent of image data.
+    pub(super) dataset: Attributes,
+    pub(super) pieces: Vec<Piece<'a>>,
 }
 
 impl<'a> Document<'a> {
-    fn parse(markup: &'a [u8]) -> Result<Self, IoError> {
+    /// Takes the markup of a file whose data set must be of the given kind.
+    pub(super) fn parse(markup: &'a [u8], wanted: &[u8]) -> Result<Self, IoError> {
         let mut reader = quick_xml::Reader::from_reader(markup);
         reader.config_mut().check_end_names = false;
         let mut encoding = None;
+        let mut dataset = Attributes::new();
         let mut pieces: Vec<Piece<'a>> = Vec::new();
         let mut section = Section::Other;
         // How many elements inside the current array are open, and whether there is one.
@@ -118,7 +124,8 @@ impl<'a> Document<'a> {
                     }
                 }
                 Event::Start(tag) => match tag.local_name().as_ref() {
-                    b"VTKFile" => encoding = Some(file_encoding(&tag)?),
+                    b"VTKFile" => encoding = Some(file_encoding(&tag, wanted)?),
+                    name if name == wanted => dataset = attributes(&tag)?,
                     b"Piece" => pieces.push(Piece {
                         attributes: attributes(&tag)?,
                         arrays: Vec::new(),
@@ -141,7 +148,11 @@ impl<'a> Document<'a> {
             }
         }
         match encoding {
-            Some(encoding) => Ok(Document { encoding, pieces }),
+            Some(encoding) => Ok(Document {
+                encoding,
+                dataset,
+                pieces,
+            }),
             None => Err(fault(
                 Place::File,
                 "there is no VTKFile element".to_string(),
@@ -155,6 +166,8 @@ fn section_named(name: &[u8]) -> Section {
         b"Points" => Section::Points,
         b"Polys" => Section::Polys,
         b"Strips" => Section::Strips,
+        b"PointData" => Section::PointData,
+        b"CellData" => Section::CellData,
         _ => Section::Other,
     }
 }
@@ -186,11 +199,19 @@ fn attributes(tag: &BytesStart<'_>) -> Result<Attributes, IoError> {
         .collect()
 }
 
-/// Checks that the file holds poly data and reads how its arrays are encoded.
-fn file_encoding(tag: &BytesStart<'_>) -> Result<Encoding, IoError> {
+/// Checks that the file holds what is wanted and reads how its arrays are encoded.
+fn file_encoding(tag: &BytesStart<'_>, wanted: &[u8]) -> Result<Encoding, IoError> {
     let attributes = attributes(tag)?;
     match attribute(&attributes, b"type") {
-        Some(b"PolyData") => {}
+        Some(kind) if kind == wanted => {}
+        kind if wanted == b"ImageData" => {
+            let kind = String::from_utf8_lossy(kind.unwrap_or(b"data of no type"));
+            return Err(IoError::Unsupported {
+                format: Format::Vti,
+                what: format!("the file holds {kind}, not ImageData"),
+                advice: "sample it on a regular lattice first, for example with ParaView's 'Resample To Image'",
+            });
+        }
         kind => {
             return Err(not_a_surface(&String::from_utf8_lossy(
                 kind.unwrap_or(b"data of no type"),
@@ -224,7 +245,7 @@ fn file_encoding(tag: &BytesStart<'_>) -> Result<Encoding, IoError> {
 
 fn not_a_surface(kind: &str) -> IoError {
     let advice = match kind {
-        "ImageData" => "it is a volume: extract its zero level as a surface first, and give that",
+        "ImageData" => "it is a volume: 'isomend surface' extracts its zero level",
         "PPolyData" | "PUnstructuredGrid" | "PImageData" => {
             "it only names the files of its pieces: merge them into one .vtp"
         }
@@ -240,13 +261,13 @@ fn not_a_surface(kind: &str) -> IoError {
 }
 
 /// The data behind the markup, and whether it is base64.
-struct Appended<'a> {
+pub(super) struct Appended<'a> {
     data: &'a [u8],
     base64: bool,
 }
 
 /// Parts the markup from the appended data, which need not be XML at all.
-fn split_appended(bytes: &[u8]) -> (&[u8], Option<Appended<'_>>) {
+pub(super) fn split_appended(bytes: &[u8]) -> (&[u8], Option<Appended<'_>>) {
     let Some(start) = text::find(bytes, b"<AppendedData") else {
         return (bytes, None);
     };
@@ -260,7 +281,7 @@ fn split_appended(bytes: &[u8]) -> (&[u8], Option<Appended<'_>>) {
     (markup, data.map(|data| Appended { data, base64 }))
 }
 
-fn sorted_offsets(pieces: &[Piece<'_>]) -> Vec<usize> {
+pub(super) fn sorted_offsets(pieces: &[Piece<'_>]) -> Vec<usize> {
     let mut offsets: Vec<usize> = pieces
         .iter()
         .flat_map(|piece| piece.arrays.iter().filter_map(Array::offset))
@@ -269,10 +290,10 @@ fn sorted_offsets(pieces: &[Piece<'_>]) -> Vec<usize> {
     offsets
 }
 
-struct Decoder<'a> {
-    encoding: Encoding,
-    appended: Option<&'a Appended<'a>>,
-    offsets: &'a [usize],
+pub(super) struct Decoder<'a> {
+    pub(super) encoding: Encoding,
+    pub(super) appended: Option<&'a Appended<'a>>,
+    pub(super) offsets: &'a [usize],
 }
 
 impl Decoder<'_> {
@@ -329,7 +350,7 @@ impl Decoder<'_> {
         ))
     }
 
-    fn numbers(&self, array: &Array<'_>, name: &str) -> Result<Vec<f64>, IoError> {
+    pub(super) fn numbers(&self, array: &Array<'_>, name: &str) -> Result<Vec<f64>, IoError> {
         let fail = |what: String| fault(Place::File, format!("the array of {name}: {what}"));
         let kind = attribute(&array.attributes, b"type").unwrap_or(b"");
         let Some(scalar) = Scalar::from_xml(kind) else {

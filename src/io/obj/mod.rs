@@ -1,15 +1,19 @@
 //! Wavefront OBJ.
 //!
-//! Only `v` and `f` matter here; everything else is skipped. Vertices keep the order of their lines.
+//! Vertices keep the order of their lines, and so do normals and texture coordinates. Lines, points and curves are skipped.
+
+mod extras;
+mod write;
 
 use std::borrow::Cow;
-use std::io::Write;
 
 use glam::DVec3;
 
 use super::surface::{Surface, not_finite};
-use super::{Format, IoError, Loaded, Place, Written, text};
-use crate::mesh::Mesh;
+use super::{Format, IoError, Loaded, Place, text};
+use extras::Extras;
+
+pub(super) use write::write;
 
 /// Reads a mesh from OBJ text in UTF-8 or UTF-16.
 pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
@@ -18,6 +22,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
         surface: Surface::new(Format::Obj),
         corners: Vec::new(),
         forward: None,
+        extras: Extras::default(),
     };
     let mut lines = Lines::new(&decoded);
     while let Some((line, content)) = lines.next_line() {
@@ -99,6 +104,7 @@ struct Reader {
     corners: Vec<u32>,
     /// The largest index that named a vertex not yet read, and its line.
     forward: Option<(u32, usize)>,
+    extras: Extras,
 }
 
 impl Reader {
@@ -108,7 +114,10 @@ impl Reader {
             [b'f', blank, rest @ ..] if blank.is_ascii_whitespace() => self.face(line, rest),
             b"f" => self.face(line, b""),
             b"v" => self.vertex(line, b""),
-            _ => Ok(()),
+            _ => {
+                self.extras.statement(content);
+                Ok(())
+            }
         }
     }
 
@@ -134,6 +143,9 @@ impl Reader {
             return Err(not_finite(Format::Obj, Place::Line(line), point));
         }
         self.surface.positions.push(point);
+        if tokens.left() > 0 {
+            self.extras.colour(self.surface.positions.len(), tokens);
+        }
         Ok(())
     }
 
@@ -144,7 +156,8 @@ impl Reader {
             if token.starts_with(b"#") {
                 break;
             }
-            corners.push(self.corner(line, token)?);
+            let place = corners.len();
+            corners.push(self.corner(line, token, place)?);
         }
         if corners.len() < 3 {
             let what = format!(
@@ -154,12 +167,19 @@ impl Reader {
             return Err(fault(line, what));
         }
         self.surface.push_face(&corners)?;
+        self.extras.face_done(corners.len());
         self.corners = corners;
         Ok(())
     }
 
-    fn corner(&mut self, line: usize, token: &[u8]) -> Result<u32, IoError> {
-        let digits = &token[..memchr::memchr(b'/', token).unwrap_or(token.len())];
+    fn corner(&mut self, line: usize, token: &[u8], place: usize) -> Result<u32, IoError> {
+        let digits = match token.iter().position(|b| *b == b'/') {
+            Some(slash) => {
+                self.extras.corner(place, &token[slash + 1..]);
+                &token[..slash]
+            }
+            None => token,
+        };
         let count = self.surface.positions.len();
         let Some(index) = text::integer(digits) else {
             return Err(fault(
@@ -204,7 +224,7 @@ impl Reader {
                     u64::from(index) + 1
                 ),
             )),
-            _ => self.surface.finish(),
+            _ => self.extras.finish(self.surface),
         }
     }
 }
@@ -213,26 +233,10 @@ fn fault(line: usize, what: String) -> IoError {
     IoError::malformed(Format::Obj, Place::Line(line), what)
 }
 
-/// Writes a mesh as OBJ text with the shortest decimals that give back the same 64-bit floats.
-pub(super) fn write(mesh: &Mesh) -> Written {
-    let mut bytes = Vec::with_capacity(mesh.positions.len() * 40 + mesh.faces.len() * 24);
-    for p in &mesh.positions {
-        // Writing to a vector does not fail.
-        let _ = writeln!(bytes, "v {} {} {}", p.x, p.y, p.z);
-    }
-    for [a, b, c] in mesh.faces.iter().map(|face| face.map(|i| u64::from(i) + 1)) {
-        let _ = writeln!(bytes, "f {a} {b} {c}");
-    }
-    Written {
-        bytes,
-        notes: Vec::new(),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::samples::*;
-    use super::super::{WriteOptions, to_bytes};
+    use super::super::{Model, WriteOptions, to_bytes};
     use super::*;
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -317,6 +321,59 @@ mod tests {
         assert!(refusal(b"", Format::Obj).contains("empty"));
     }
 
+    const DRESSED: &str = "mtllib skin.mtl two words.mtl\nv 0 0 0 1 0.25 0\nv 1 0 0 0 0 1\nv 1 1 0 0.1 0.2 0.3\n\
+        v 0 1 0\nv 5 5 0 1 1 1\nvt 0 0\nvt 1 0.5\nvt 0.3 1\nvn 0 0 1\nvn 0.6 0 0.8\no thing\ng left arm\nusemtl skin\n\
+        s 1\nf 1/1/1 2/2/1 3/3/2 4/1/-1\nusemtl steel\ng right\nf 3 4//2 5/-1\ns off\nf 1//1 2//1 5//2\n";
+
+    #[test]
+    fn all_that_faces_and_vertices_carry_is_read() {
+        let loaded = read(DRESSED.as_bytes()).unwrap();
+        let all = &loaded.attributes;
+        assert_eq!(all.libraries, ["skin.mtl two words.mtl"]);
+        assert_eq!(all.vertex[0].get(2), Some(&[0.1, 0.2, 0.3][..]));
+        assert_eq!(all.vertex[0].get(3), None);
+        assert_eq!(loaded.mesh.faces[1], [0, 2, 3]);
+        let [uv, normal] = &all.corner[..] else {
+            panic!("{:?}", all.corner)
+        };
+        assert_eq!(uv.corners[1], [0, 2, 0]);
+        assert_eq!(uv.get(2, 2), Some(&[0.3, 1.0][..]));
+        assert_eq!(uv.get(2, 0), None);
+        assert_eq!(normal.get(1, 2), Some(&[0.6, 0.0, 0.8][..]));
+        let label = |i: usize, f| all.labels[i].get(f);
+        assert_eq!(
+            [label(1, 1), label(1, 2)],
+            [Some("left arm"), Some("right")]
+        );
+        assert_eq!([label(2, 0), label(2, 3)], [Some("skin"), Some("steel")]);
+        assert_eq!([label(3, 0), label(3, 3)], [Some("1"), Some("off")]);
+    }
+
+    #[test]
+    fn attributes_come_back_as_they_were() {
+        let loaded = read(DRESSED.as_bytes()).unwrap();
+        let model = Model {
+            mesh: &loaded.mesh,
+            attributes: &loaded.attributes,
+            document: None,
+        };
+        let again = read(&write(&model).bytes).unwrap();
+        assert_eq!(again.mesh, loaded.mesh);
+        assert_eq!(again.attributes, loaded.attributes);
+    }
+
+    #[test]
+    fn damaged_attributes_are_left_out_with_a_remark() {
+        let text = format!("{SQUARE}vt 0 x\nvt inf 1\nvt 1 1\nf 1/1 2/2 3/3\nf 1/9 3/-7 4/q\n");
+        let loaded = read(text.as_bytes()).unwrap();
+        let uv = &loaded.attributes.corner[0];
+        assert_eq!((uv.get(0, 0), uv.get(0, 1)), (None, None));
+        assert_eq!(uv.get(0, 2), Some(&[1.0, 1.0][..]));
+        assert_eq!(uv.corners[1], [crate::mesh::attributes::NONE; 3]);
+        assert!(loaded.notes[0].ends_with(": 5"), "{:?}", loaded.notes);
+        assert_survives_damage(DRESSED.as_bytes(), Format::Obj);
+    }
+
     #[test]
     fn damage_is_survived() {
         let bytes = to_bytes(&open_tetrahedron(), Format::Obj, &WriteOptions::default())
@@ -328,7 +385,8 @@ mod tests {
     #[test]
     fn another_reader_agrees() {
         let mesh = fine_tetrahedron();
-        let bytes = write(&mesh).bytes;
+        let options = WriteOptions::default();
+        let bytes = to_bytes(&mesh, Format::Obj, &options).unwrap().bytes;
         let options = tobj::LoadOptions {
             triangulate: true,
             ..Default::default()

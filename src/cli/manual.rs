@@ -1,0 +1,51 @@
+//! `isomend completions` and `isomend man`: what a package puts beside the program.
+
+use clap::{Args, CommandFactory};
+use clap_complete::Shell;
+
+use super::{Cli, End, console};
+
+/// Print a script that completes isomend's commands and options in a shell.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  isomend completions bash > ~/.local/share/bash-completion/completions/isomend"
+)]
+pub struct CompletionsArgs {
+    /// The shell.
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Print the manual page (roff), of isomend or of one of its commands.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  isomend man fill | man -l -")]
+pub struct ManArgs {
+    /// The command; without it the page of isomend itself.
+    #[arg(value_name = "COMMAND")]
+    command: Option<String>,
+}
+
+/// Prints a completion script.
+pub fn completions(args: &CompletionsArgs) -> anyhow::Result<End> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Cli::command(), "isomend", &mut script);
+    console::print(&String::from_utf8_lossy(&script))?;
+    Ok(End::Done)
+}
+
+/// Prints a manual page.
+pub fn man(args: &ManArgs) -> anyhow::Result<End> {
+    let mut program = Cli::command();
+    program.build();
+    let command = match &args.command {
+        None => program,
+        Some(name) => match program.find_subcommand(name) {
+            Some(command) => command.clone(),
+            None => anyhow::bail!("there is no command '{name}'; `isomend help` lists them"),
+        },
+    };
+    let mut page = Vec::new();
+    clap_mangen::Man::new(command).render(&mut page)?;
+    console::print(&String::from_utf8_lossy(&page))?;
+    Ok(End::Done)
+}

@@ -1,0 +1,121 @@
+//! `isomend sdf`: the signed distance of a model as a volume.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use clap::Args;
+use isomend::grid::Volume;
+use isomend::io::{Precision, write_volume_path};
+use isomend::pipeline::volume::{VolumeParams, signed_distance_volume};
+use isomend::{VoxelSize, glam::DVec3};
+use serde::Serialize;
+
+use super::arguments::{self, Band};
+use super::console::Console;
+use super::{CommonArgs, End, input, json, output};
+
+/// The name of the array that is written.
+const NAME: &str = "distance";
+
+const EXAMPLES: &str = "\
+Examples:
+  isomend sdf bust.ply -o bust.vti                      128 voxels along the longest side
+  isomend sdf bust.ply -o bust.vti --voxel 0.5 --band 2 only what lies near the surface is measured
+  isomend surface bust.vti -o inner.ply --level -1      and back: one unit inside";
+
+/// Write the signed distance of a whole model as a volume (VTI), negative inside.
+///
+/// Distances are those to the triangles. Inside is where the generalized winding number exceeds one half, so that a model
+/// with holes has an inside too. The values are point data named `distance`, compressed with zlib.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct SdfArgs {
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+
+    /// The VTI file to write.
+    #[arg(short, long, value_name = "OUT.vti")]
+    output: PathBuf,
+
+    /// Distance of neighbouring nodes in the mesh's units; `auto` takes 1/128 of the longest side.
+    #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
+    voxel: VoxelSize,
+
+    /// Cut distances off at this length, which is faster; `full` keeps all.
+    #[arg(long, value_name = "LENGTH|full", default_value = "full", value_parser = arguments::band)]
+    band: Band,
+
+    /// Write 64-bit floats instead of 32-bit ones.
+    #[arg(long)]
+    f64: bool,
+
+    #[command(flatten)]
+    pub(super) common: CommonArgs,
+}
+
+#[derive(Serialize)]
+struct Document {
+    command: &'static str,
+    version: &'static str,
+    input: json::FileInfo,
+    output: String,
+    array: &'static str,
+    dims: [usize; 3],
+    origin: DVec3,
+    voxel: f64,
+    range: [f64; 2],
+}
+
+/// Reads, measures, writes.
+pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
+    let is_vti = args
+        .output
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("vti"));
+    if !is_vti {
+        anyhow::bail!(
+            "volumes are written as VTI: name the output {}",
+            args.output.with_extension("vti").display()
+        );
+    }
+    output::check_writable(&args.output)?;
+    if let Some(json) = &args.common.json {
+        json.check(&[&args.input, &args.output])?;
+    }
+    let loaded = input::read(&args.input, args.common.from, console)?;
+    let params = VolumeParams {
+        voxel: args.voxel,
+        band: args.band.0,
+    };
+    let volume = signed_distance_volume(&loaded.mesh, &params)
+        .with_context(|| format!("cannot measure {}", args.input.display()))?;
+    let precision = if args.f64 {
+        Precision::F64
+    } else {
+        Precision::F32
+    };
+    write_volume_path(&args.output, &volume, NAME, precision)?;
+    console.say(&summary(&volume));
+    if let Some(json) = &args.common.json {
+        json.write(&Document {
+            command: "sdf",
+            version: env!("CARGO_PKG_VERSION"),
+            input: json::FileInfo::new(&args.input, loaded.format, &loaded.mesh),
+            output: args.output.display().to_string(),
+            array: NAME,
+            dims: volume.dims,
+            origin: volume.origin,
+            voxel: volume.spacing.x,
+            range: volume.range(),
+        })?;
+    }
+    Ok(End::Done)
+}
+
+fn summary(volume: &Volume) -> String {
+    let [x, y, z] = volume.dims;
+    let [low, high] = volume.range();
+    let voxel = volume.spacing.x;
+    format!("{x} x {y} x {z} nodes, {voxel:.6} apart; distances from {low:.6} to {high:.6}")
+}

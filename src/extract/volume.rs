@@ -1,0 +1,193 @@
+//! The surface at one level of a volume.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::marching_cubes;
+use crate::grid::Volume;
+use crate::mesh::Mesh;
+
+/// Why a volume has no surface.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum VolumeSurfaceError {
+    /// The values are all on one side of the level.
+    #[error(
+        "no value lies on the other side of the level {level}: they range from {low} to {high}"
+    )]
+    NoSurface {
+        /// The level.
+        level: f64,
+        /// The smallest value.
+        low: f64,
+        /// The largest value.
+        high: f64,
+    },
+    /// A value is infinite or not a number.
+    #[error("the value of node {node:?} is {value}; replace it by a finite number first")]
+    NotFinite {
+        /// The node.
+        node: [usize; 3],
+        /// Its value.
+        value: f64,
+    },
+    /// The lattice is too thin or too long.
+    #[error(
+        "the volume has {0:?} nodes, where at least 2 and at most 2147483645 are needed along each axis"
+    )]
+    Dims([usize; 3]),
+}
+
+/// The surface where a volume has the given level, by marching cubes. Inside is where values are below the level.
+///
+/// It ends at the volume's border; with `close` it is closed there by flat caps, as if all beyond were outside.
+///
+/// # Errors
+/// When there is no such surface, or a value is not finite.
+pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, VolumeSurfaceError> {
+    let dims = volume.dims;
+    if dims.iter().any(|n| *n < 2 || *n > i32::MAX as usize - 2) {
+        return Err(VolumeSurfaceError::Dims(dims));
+    }
+    if let Some(at) = volume.values.iter().position(|v| !v.is_finite()) {
+        let node = [at % dims[0], at / dims[0] % dims[1], at / dims[0] / dims[1]];
+        let value = volume.values[at];
+        return Err(VolumeSurfaceError::NotFinite { node, value });
+    }
+    let [low, high] = volume.range();
+    // Far above all values, so that caps lie at the outermost nodes.
+    let beyond = ((high - level).abs().max((low - level).abs())).max(f64::MIN_POSITIVE) * 1e9;
+    let value = |node: [i32; 3]| {
+        let inside = (0..3).all(|a| node[a] >= 0 && (node[a] as usize) < dims[a]);
+        match inside {
+            true => volume.at(node.map(|n| n as usize)) - level,
+            false => beyond,
+        }
+    };
+    let margin = i32::from(close);
+    let [nx, ny, nz] = dims.map(|n| n as i32 - 1 + margin);
+    let cells: Vec<[i32; 3]> = (-margin..nz)
+        .into_par_iter()
+        .flat_map_iter(|k| {
+            let rows = (-margin..ny).flat_map(move |j| (-margin..nx).map(move |i| [i, j, k]));
+            rows.filter(|cell| straddles(*cell, &value))
+        })
+        .collect();
+    if cells.is_empty() {
+        return Err(VolumeSurfaceError::NoSurface { level, low, high });
+    }
+    let surface = marching_cubes(&cells, value);
+    let last = DVec3::from_array(dims.map(|n| (n - 1) as f64));
+    let positions = surface
+        .positions
+        .iter()
+        .map(|p| volume.position(p.clamp(DVec3::ZERO, last)))
+        .collect();
+    Ok(Mesh::new(positions, surface.faces))
+}
+
+fn straddles(cell: [i32; 3], value: &impl Fn([i32; 3]) -> f64) -> bool {
+    let below = |corner: i32| {
+        let offset = [corner & 1, corner >> 1 & 1, corner >> 2];
+        value([0, 1, 2].map(|a| cell[a] + offset[a])) < 0.0
+    };
+    let first = below(0);
+    (1..8).any(|corner| below(corner) != first)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn volume(n: usize, f: impl Fn(DVec3) -> f64) -> Volume {
+        let mut out = Volume {
+            dims: [n, n + 1, n + 2],
+            origin: DVec3::new(-1.0, 5.0, 1000.0),
+            spacing: DVec3::new(0.1, 0.2, 0.05),
+            values: Vec::new(),
+        };
+        for k in 0..n + 2 {
+            for j in 0..=n {
+                for i in 0..n {
+                    let p = out.position(DVec3::new(i as f64, j as f64, k as f64));
+                    out.values.push(f(p));
+                }
+            }
+        }
+        out
+    }
+
+    /// Edges that are not shared by two faces in opposite directions.
+    fn open_edges(mesh: &Mesh) -> usize {
+        let mut edges = std::collections::HashMap::new();
+        for f in &mesh.faces {
+            for k in 0..3 {
+                *edges.entry((f[k], f[(k + 1) % 3])).or_insert(0) += 1;
+            }
+        }
+        let lone = |(&(a, b), n): (&(u32, u32), &i32)| *n != 1 || edges.get(&(b, a)) != Some(&1);
+        edges.iter().filter(|e| lone(*e)).count()
+    }
+
+    fn signed_volume(mesh: &Mesh) -> f64 {
+        let origin = mesh.positions[0];
+        let part = |f: &[u32; 3]| {
+            let [a, b, c] = f.map(|v| mesh.positions[v as usize] - origin);
+            a.dot(b.cross(c)) / 6.0
+        };
+        mesh.faces.iter().map(part).sum()
+    }
+
+    #[test]
+    fn a_plane_lies_at_its_level_and_ends_at_the_border() {
+        let field = volume(12, |p| p.x + 0.3 * p.y);
+        for level in [1.5, 2.125] {
+            let mesh = level_surface(&field, level, false).unwrap();
+            let off = |p: &DVec3| (p.x + 0.3 * p.y - level).abs();
+            assert!(mesh.positions.iter().all(|p| off(p) < 1e-5));
+            assert!(open_edges(&mesh) > 0);
+        }
+    }
+
+    #[test]
+    fn caps_close_a_surface_exactly_at_the_border() {
+        let field = volume(12, |p| p.x + 0.3 * p.y - 2.0);
+        let mesh = level_surface(&field, 0.0, true).unwrap();
+        assert_eq!(open_edges(&mesh), 0);
+        // Below the plane, within the box.
+        let (low, size) = (field.origin, field.spacing * DVec3::new(11.0, 12.0, 13.0));
+        let steps = 2000;
+        let area: f64 = (0..steps)
+            .map(|i| low.y + size.y * (f64::from(i) + 0.5) / f64::from(steps))
+            .map(|y| (2.0 - 0.3 * y - low.x).clamp(0.0, size.x) * size.y / f64::from(steps))
+            .sum();
+        let wanted = area * size.z;
+        assert!((signed_volume(&mesh) / wanted - 1.0).abs() < 1e-3);
+        let high = low + size;
+        assert!(
+            mesh.positions
+                .iter()
+                .all(|p| p.cmpge(low).all() && p.cmple(high).all())
+        );
+    }
+
+    #[test]
+    fn what_has_no_surface_is_refused() {
+        let field = volume(4, |p| p.x);
+        let error = level_surface(&field, 9.0, false).unwrap_err();
+        assert!(error.to_string().contains("level 9"), "{error}");
+        let mut hurt = field.clone();
+        hurt.values[4] = f64::NAN;
+        let error = level_surface(&hurt, 0.0, false).unwrap_err().to_string();
+        assert!(error.contains("[0, 1, 0]"), "{error}");
+        hurt.dims = [4, 30, 1];
+        assert!(matches!(
+            level_surface(&hurt, 0.0, true),
+            Err(VolumeSurfaceError::Dims(_))
+        ));
+        // Everything inside: the caps alone.
+        let block = level_surface(&field, 9.0, true).unwrap();
+        assert_eq!(open_edges(&block), 0);
+    }
+}

@@ -1,0 +1,197 @@
+//! PLY properties as attributes: which of them belong together, and where their numbers go.
+
+use super::super::surface::Cut;
+use super::header::{Element, Property, Scalar};
+use crate::mesh::attributes::{self, Attribute, CornerAttribute, NONE, Role};
+
+/// Properties that make up one attribute, by their names without the number of a texture set.
+const GROUPS: [(&[&str], &str, Role); 8] = [
+    (&["nx", "ny", "nz"], "normal", Role::Normal),
+    (&["red", "green", "blue", "alpha"], "colour", Role::Colour),
+    (&["red", "green", "blue"], "colour", Role::Colour),
+    (&["r", "g", "b"], "colour", Role::Colour),
+    (
+        &["diffuse_red", "diffuse_green", "diffuse_blue"],
+        "diffuse",
+        Role::Colour,
+    ),
+    (&["texture_u", "texture_v"], "texture", Role::Uv(0)),
+    (&["s", "t"], "texture", Role::Uv(0)),
+    (&["u", "v"], "texture", Role::Uv(0)),
+];
+
+/// What becomes of the numbers of a property.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Use {
+    /// Coordinates and lists of corners are read by themselves; other lists are passed over.
+    Nothing,
+    /// The coordinate of an axis.
+    Axis(usize),
+    /// A component of an attribute.
+    Value { attribute: usize, component: usize },
+    /// The texture coordinates of a face's corners.
+    CornerUv,
+}
+
+/// The columns of an element.
+pub(super) struct Columns {
+    pub(super) uses: Vec<Use>,
+    pub(super) attributes: Vec<Attribute>,
+}
+
+impl Columns {
+    /// Sorts the properties of an element; those of an axis are left to the caller.
+    pub(super) fn new(element: &Element, axes: &[Option<usize>]) -> Self {
+        let properties = &element.properties;
+        let mut columns = Columns {
+            uses: axes
+                .iter()
+                .map(|axis| axis.map_or(Use::Nothing, Use::Axis))
+                .collect(),
+            attributes: Vec::new(),
+        };
+        let mut free: Vec<bool> = properties
+            .iter()
+            .zip(axes)
+            .map(|(p, axis)| p.length.is_none() && axis.is_none())
+            .collect();
+        for at in 0..properties.len() {
+            if !free[at] {
+                continue;
+            }
+            let (places, role) = group(properties, &free, at);
+            let first = &properties[places[0]];
+            let name = match role {
+                (Role::Other, _) => String::from_utf8_lossy(&first.name).into_owned(),
+                (_, name) => name.to_owned(),
+            };
+            let mut attribute = Attribute::new(&name, role.0, first.scalar.public(), places.len());
+            for (component, place) in places.into_iter().enumerate() {
+                let field = String::from_utf8_lossy(&properties[place].name).into_owned();
+                attribute.fields.push(field);
+                free[place] = false;
+                columns.uses[place] = Use::Value {
+                    attribute: columns.attributes.len(),
+                    component,
+                };
+            }
+            columns.attributes.push(attribute);
+        }
+        columns
+    }
+
+    /// Makes room for so many values.
+    pub(super) fn reserve(&mut self, count: usize) {
+        for attribute in &mut self.attributes {
+            attribute.values.reserve(count * attribute.components);
+        }
+    }
+
+    /// Makes room for the values of one more item, into which [`Columns::set`] writes.
+    pub(super) fn next_row(&mut self) {
+        for attribute in &mut self.attributes {
+            let longer = attribute.values.len() + attribute.components;
+            attribute.values.resize(longer, 0.0);
+        }
+    }
+
+    #[inline]
+    pub(super) fn set(&mut self, attribute: usize, component: usize, value: f64) {
+        let attribute = &mut self.attributes[attribute];
+        let row = attribute.values.len() - attribute.components;
+        attribute.values[row + component] = value;
+    }
+}
+
+/// The properties, in order of component, of the attribute that a property belongs to.
+fn group(properties: &[Property], free: &[bool], at: usize) -> (Vec<usize>, (Role, &'static str)) {
+    let (name, set) = without_set(&properties[at].name);
+    for (names, title, role) in GROUPS {
+        if !names.iter().any(|n| n.as_bytes() == name) || (set > 0 && role != Role::Uv(0)) {
+            continue;
+        }
+        let find = |wanted: &&str| {
+            (0..properties.len()).find(|&p| {
+                free[p]
+                    && without_set(&properties[p].name) == (wanted.as_bytes(), set)
+                    && properties[p].scalar == properties[at].scalar
+            })
+        };
+        let places: Option<Vec<usize>> = names.iter().map(find).collect();
+        if let Some(places) = places {
+            let role = if role == Role::Uv(0) {
+                Role::Uv(set)
+            } else {
+                role
+            };
+            return (places, (role, title));
+        }
+    }
+    (vec![at], (Role::Other, ""))
+}
+
+/// A name without the digits at its end, and the number of the texture set that these stand for.
+fn without_set(name: &[u8]) -> (&[u8], u32) {
+    let digits = name.iter().rev().take_while(|b| b.is_ascii_digit()).count();
+    let (stem, digits) = name.split_at(name.len() - digits);
+    let number = std::str::from_utf8(digits)
+        .ok()
+        .and_then(|d| d.parse().ok());
+    (stem, number.unwrap_or(0))
+}
+
+impl Scalar {
+    /// The type as attributes have it.
+    pub(super) fn public(self) -> attributes::Scalar {
+        match self {
+            Scalar::I8 => attributes::Scalar::I8,
+            Scalar::U8 => attributes::Scalar::U8,
+            Scalar::I16 => attributes::Scalar::I16,
+            Scalar::U16 => attributes::Scalar::U16,
+            Scalar::I32 => attributes::Scalar::I32,
+            Scalar::U32 => attributes::Scalar::U32,
+            Scalar::F32 => attributes::Scalar::F32,
+            Scalar::F64 => attributes::Scalar::F64,
+        }
+    }
+}
+
+/// What was read of the faces: their values, and texture coordinates of their corners.
+#[derive(Default)]
+pub(super) struct FaceValues {
+    pub(super) attributes: Vec<Attribute>,
+    /// The pool, and for each corner of each face its place in it.
+    pub(super) uv: Option<(Attribute, Vec<u32>)>,
+}
+
+impl FaceValues {
+    /// Whether there is nothing.
+    pub(super) fn is_empty(&self) -> bool {
+        self.attributes.is_empty() && self.uv.is_none()
+    }
+
+    /// The values of the triangles that the faces were cut into.
+    pub(super) fn cut(self, cut: &Cut) -> (Vec<Attribute>, Option<CornerAttribute>) {
+        let of_triangles = |attribute: Attribute| {
+            let mut out = Attribute {
+                values: Vec::with_capacity(cut.face.len() * attribute.components),
+                ..attribute.clone()
+            };
+            for face in &cut.face {
+                let start = *face as usize * attribute.components;
+                out.values
+                    .extend_from_slice(&attribute.values[start..start + attribute.components]);
+            }
+            out
+        };
+        let uv = self.uv.map(|(pool, places)| CornerAttribute {
+            pool,
+            corners: cut
+                .corners
+                .iter()
+                .map(|face| face.map(|c| places.get(c as usize).copied().unwrap_or(NONE)))
+                .collect(),
+        });
+        (self.attributes.into_iter().map(of_triangles).collect(), uv)
+    }
+}

@@ -1,0 +1,316 @@
+//! Writing PLY.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::io::Write as _;
+
+use super::super::{Format, IoError, Model, Precision, WriteOptions, Written, lost, rounded};
+use crate::mesh::attributes::{Attribute, Attributes, CornerAttribute, Role, Scalar};
+
+/// Writes positions, triangles and their attributes.
+pub(in super::super) fn write(
+    model: &Model<'_>,
+    options: &WriteOptions,
+) -> Result<Written, IoError> {
+    let mesh = model.mesh;
+    if i32::try_from(mesh.positions.len()).is_err() {
+        return Err(IoError::NotWritable {
+            format: Format::Ply,
+            what: format!(
+                "{} vertices are more than its 32-bit indices can name",
+                mesh.positions.len()
+            ),
+            advice: "split the mesh into smaller ones",
+        });
+    }
+    let attributes = of_vertices(model);
+    let tables = Tables::new(&attributes);
+    let mut bytes = tables.header(model, options).into_bytes();
+    let row = |columns: &[Column<'_>]| columns.iter().map(|c| c.scalar_size()).sum::<usize>();
+    bytes.reserve(
+        mesh.positions.len() * (24 + row(&tables.vertex))
+            + mesh.faces.len() * (13 + row(&tables.face)),
+    );
+    let notes = match options.precision {
+        Precision::F32 => {
+            let (points, notes) = rounded(mesh, Format::Ply)?;
+            tables.points(&mut bytes, &points, options.ascii, f32::to_le_bytes);
+            notes
+        }
+        Precision::F64 => {
+            let points: Vec<[f64; 3]> = mesh.positions.iter().map(|p| p.to_array()).collect();
+            tables.points(&mut bytes, &points, options.ascii, f64::to_le_bytes);
+            Vec::new()
+        }
+    };
+    tables.faces(&mut bytes, &mesh.faces, options.ascii);
+    let notes = notes.into_iter().chain(tables.notes).collect();
+    Ok(Written { bytes, notes })
+}
+
+/// One scalar property: a component of an attribute.
+struct Column<'a> {
+    name: String,
+    scalar: Scalar,
+    attribute: &'a Attribute,
+    component: usize,
+    /// What values are multiplied by before they are rounded.
+    factor: f64,
+}
+
+impl Column<'_> {
+    fn scalar_size(&self) -> usize {
+        match self.scalar {
+            Scalar::I8 | Scalar::U8 => 1,
+            Scalar::I16 | Scalar::U16 => 2,
+            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
+            Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
+        }
+    }
+
+    fn write(&self, bytes: &mut Vec<u8>, item: usize, ascii: bool) {
+        let at = item * self.attribute.components + self.component;
+        let mut value = self.attribute.values[at];
+        if self.factor != 1.0 {
+            value = self.scalar.nearest(value * self.factor);
+        }
+        if ascii {
+            // Writing to a vector does not fail.
+            let _ = match self.scalar {
+                Scalar::F32 => write!(bytes, " {}", value as f32),
+                _ => write!(bytes, " {value}"),
+            };
+            return;
+        }
+        match self.scalar {
+            Scalar::I8 => bytes.push(value as i8 as u8),
+            Scalar::U8 => bytes.push(value as u8),
+            Scalar::I16 => bytes.extend((value as i16).to_le_bytes()),
+            Scalar::U16 => bytes.extend((value as u16).to_le_bytes()),
+            Scalar::I32 => bytes.extend((value as i32).to_le_bytes()),
+            Scalar::U32 => bytes.extend((value as u32).to_le_bytes()),
+            Scalar::F32 => bytes.extend((value as f32).to_le_bytes()),
+            Scalar::I64 | Scalar::U64 | Scalar::F64 => bytes.extend(value.to_le_bytes()),
+        }
+    }
+
+    fn property(&self) -> String {
+        let scalar = match self.scalar {
+            Scalar::I8 => "char",
+            Scalar::U8 => "uchar",
+            Scalar::I16 => "short",
+            Scalar::U16 => "ushort",
+            Scalar::I32 => "int",
+            Scalar::U32 => "uint",
+            Scalar::F32 => "float",
+            Scalar::I64 | Scalar::U64 | Scalar::F64 => "double",
+        };
+        format!("property {scalar} {}\n", self.name)
+    }
+}
+
+/// The properties of an attribute. Those of a PLY file keep their names and types; others get the usual ones, colours as
+/// bytes.
+fn columns(attribute: &Attribute) -> Vec<Column<'_>> {
+    let from_ply = attribute.fields.len() == attribute.components;
+    let bytes = attribute.role == Role::Colour && !from_ply;
+    let unit = attribute.unit();
+    let (scalar, factor) = match (bytes, attribute.scalar) {
+        (true, _) => (Scalar::U8, 255.0 / unit),
+        (false, Scalar::I64 | Scalar::U64) => (Scalar::F64, 1.0),
+        (false, _) if unit != 1.0 && !from_ply => (Scalar::F32, 1.0 / unit),
+        (false, scalar) => (scalar, 1.0),
+    };
+    (0..attribute.components)
+        .map(|component| Column {
+            name: if from_ply {
+                attribute.fields[component].clone()
+            } else {
+                usual_name(attribute, component)
+            },
+            scalar,
+            attribute,
+            component,
+            factor,
+        })
+        .collect()
+}
+
+fn usual_name(attribute: &Attribute, component: usize) -> String {
+    let pick = |names: [&str; 4]| names[component.min(3)].to_owned();
+    match attribute.role {
+        Role::Normal => pick(["nx", "ny", "nz", "nw"]),
+        Role::Colour => pick(["red", "green", "blue", "alpha"]),
+        Role::Uv(0) => pick(["s", "t", "p", "q"]),
+        Role::Uv(set) => pick(["s", "t", "p", "q"]) + &set.to_string(),
+        Role::Tangent => pick(["tx", "ty", "tz", "tw"]),
+        Role::Other => {
+            let word = |c: char| if c.is_ascii_graphic() { c } else { '_' };
+            let name: String = attribute.name.chars().map(word).collect();
+            if attribute.components == 1 {
+                name
+            } else {
+                format!("{name}_{component}")
+            }
+        }
+    }
+}
+
+/// The columns of attributes, under names that are not yet in use.
+fn distinct<'a>(attributes: &'a [Attribute], taken: &[&str]) -> Vec<Column<'a>> {
+    let mut names: BTreeSet<String> = taken.iter().map(|n| (*n).to_owned()).collect();
+    let mut columns: Vec<Column<'a>> = attributes.iter().flat_map(columns).collect();
+    for column in &mut columns {
+        while !names.insert(column.name.clone()) {
+            column.name.push('_');
+        }
+    }
+    columns
+}
+
+/// The attributes with values of corners, save texture coordinates, made ones of vertices where they can be.
+fn of_vertices<'a>(model: &Model<'a>) -> Cow<'a, Attributes> {
+    let is_list = |c: &CornerAttribute| c.pool.role == Role::Uv(0);
+    if model.attributes.corner.iter().all(is_list) {
+        return Cow::Borrowed(model.attributes);
+    }
+    let mut all = model.attributes.clone();
+    for corner in std::mem::take(&mut all.corner) {
+        match corner.per_vertex(model.mesh).filter(|_| !is_list(&corner)) {
+            Some(attribute) => all.vertex.push(attribute),
+            None => all.corner.push(corner),
+        }
+    }
+    Cow::Owned(all)
+}
+
+/// The columns of both tables.
+struct Tables<'a> {
+    vertex: Vec<Column<'a>>,
+    face: Vec<Column<'a>>,
+    uv: Option<&'a CornerAttribute>,
+    /// What is left out.
+    notes: Vec<String>,
+}
+
+impl<'a> Tables<'a> {
+    fn new(all: &'a Attributes) -> Self {
+        let uv = all.corner.iter().find(|c| c.pool.role == Role::Uv(0));
+        let vertex = distinct(&all.vertex, &["x", "y", "z"]);
+        let face = distinct(&all.face, &["vertex_indices", "texcoord"]);
+        let held = |a: &Attribute| {
+            let corner = all.corner.iter().any(|c| std::ptr::eq(&c.pool, a));
+            !corner || uv.is_some_and(|uv| std::ptr::eq(&uv.pool, a))
+        };
+        let listed = all.listed_where(|a| !held(a), |_| true);
+        Self {
+            vertex,
+            face,
+            uv,
+            notes: lost::note(&listed, Format::Ply).into_iter().collect(),
+        }
+    }
+
+    fn header(&self, model: &Model<'_>, options: &WriteOptions) -> String {
+        let encoding = if options.ascii {
+            "ascii"
+        } else {
+            "binary_little_endian"
+        };
+        let scalar = match options.precision {
+            Precision::F32 => "float",
+            Precision::F64 => "double",
+        };
+        let mut text = format!("ply\nformat {encoding} 1.0\n");
+        // Writing to a string does not fail.
+        for texture in &model.attributes.textures {
+            let _ = writeln!(text, "comment TextureFile {texture}");
+        }
+        let _ = writeln!(text, "element vertex {}", model.mesh.positions.len());
+        for axis in ["x", "y", "z"] {
+            let _ = writeln!(text, "property {scalar} {axis}");
+        }
+        text.extend(self.vertex.iter().map(Column::property));
+        let _ = writeln!(text, "element face {}", model.mesh.faces.len());
+        text.push_str("property list uchar int vertex_indices\n");
+        text.extend(self.face.iter().map(Column::property));
+        if let Some(uv) = self.uv {
+            let double = uv.pool.scalar == Scalar::F64 && uv.pool.name == "texcoord";
+            let scalar = if double { "double" } else { "float" };
+            let _ = writeln!(text, "property list uchar {scalar} texcoord");
+        }
+        text + "end_header\n"
+    }
+
+    fn points<T: Copy + std::fmt::Display, const N: usize>(
+        &self,
+        bytes: &mut Vec<u8>,
+        points: &[[T; 3]],
+        ascii: bool,
+        encode: impl Fn(T) -> [u8; N],
+    ) {
+        for (v, [x, y, z]) in points.iter().enumerate() {
+            if ascii {
+                let _ = write!(bytes, "{x} {y} {z}");
+            } else {
+                for value in [*x, *y, *z] {
+                    bytes.extend_from_slice(&encode(value));
+                }
+            }
+            for column in &self.vertex {
+                column.write(bytes, v, ascii);
+            }
+            if ascii {
+                bytes.push(b'\n');
+            }
+        }
+    }
+
+    fn faces(&self, bytes: &mut Vec<u8>, faces: &[[u32; 3]], ascii: bool) {
+        for (f, [a, b, c]) in faces.iter().enumerate() {
+            if ascii {
+                let _ = write!(bytes, "3 {a} {b} {c}");
+            } else {
+                let mut row = [3u8; 13];
+                row[1..5].copy_from_slice(&a.to_le_bytes());
+                row[5..9].copy_from_slice(&b.to_le_bytes());
+                row[9..].copy_from_slice(&c.to_le_bytes());
+                bytes.extend_from_slice(&row);
+            }
+            for column in &self.face {
+                column.write(bytes, f, ascii);
+            }
+            if let Some(uv) = self.uv {
+                write_uv(bytes, uv, f, ascii);
+            }
+            if ascii {
+                bytes.push(b'\n');
+            }
+        }
+    }
+}
+
+/// Writes the texture coordinates of a face's corners; none where one has none.
+fn write_uv(bytes: &mut Vec<u8>, uv: &CornerAttribute, face: usize, ascii: bool) {
+    let corners = [0, 1, 2].map(|k| uv.get(face, k));
+    let all = corners.iter().all(Option::is_some);
+    let count = if all { 6u8 } else { 0 };
+    let double = uv.pool.scalar == Scalar::F64 && uv.pool.name == "texcoord";
+    if ascii {
+        let _ = write!(bytes, " {count}");
+    } else {
+        bytes.push(count);
+    }
+    if !all {
+        return;
+    }
+    for value in corners.into_iter().flatten().flat_map(|c| &c[..2]) {
+        let _ = match (ascii, double) {
+            (true, true) => write!(bytes, " {value}"),
+            (true, false) => write!(bytes, " {}", *value as f32),
+            (false, true) => bytes.write_all(&value.to_le_bytes()),
+            (false, false) => bytes.write_all(&(*value as f32).to_le_bytes()),
+        };
+    }
+}

@@ -1,0 +1,435 @@
+//! What a mesh carries beside its shape: normals, colours, texture coordinates, materials, groups and named values.
+//!
+//! Numbers are held as `f64` together with the type they had in their file, which every type but 64-bit integers beyond
+//! 2⁵³ survives exactly.
+
+/// Marks a corner without a value, or a face without a label.
+pub const NONE: u32 = u32::MAX;
+
+/// The name under which new faces are marked: a face attribute, a group, a material, a glTF node.
+pub const PATCH_NAME: &str = "isomend_patch";
+
+/// The type of an attribute's numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scalar {
+    /// 8-bit integer.
+    I8,
+    /// 8-bit natural number.
+    U8,
+    /// 16-bit integer.
+    I16,
+    /// 16-bit natural number.
+    U16,
+    /// 32-bit integer.
+    I32,
+    /// 32-bit natural number.
+    U32,
+    /// 64-bit integer.
+    I64,
+    /// 64-bit natural number.
+    U64,
+    /// 32-bit float.
+    F32,
+    /// 64-bit float.
+    F64,
+}
+
+impl Scalar {
+    /// Whether it is a floating-point type.
+    pub fn is_float(self) -> bool {
+        matches!(self, Scalar::F32 | Scalar::F64)
+    }
+
+    /// The smallest and largest number of an integer type; infinite for floats.
+    pub fn range(self) -> [f64; 2] {
+        match self {
+            Scalar::I8 => [-128.0, 127.0],
+            Scalar::U8 => [0.0, 255.0],
+            Scalar::I16 => [-32768.0, 32767.0],
+            Scalar::U16 => [0.0, 65535.0],
+            Scalar::I32 => [f64::from(i32::MIN), f64::from(i32::MAX)],
+            Scalar::U32 => [0.0, f64::from(u32::MAX)],
+            Scalar::I64 => [i64::MIN as f64, i64::MAX as f64],
+            Scalar::U64 => [0.0, u64::MAX as f64],
+            Scalar::F32 | Scalar::F64 => [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+
+    /// The nearest number that the type holds.
+    pub fn nearest(self, value: f64) -> f64 {
+        match self {
+            Scalar::F64 => value,
+            Scalar::F32 => f64::from(value as f32),
+            _ => {
+                let [low, high] = self.range();
+                value.round().clamp(low, high)
+            }
+        }
+    }
+}
+
+/// What the numbers of an attribute mean, as far as it matters for carrying them over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// A unit normal of three components.
+    Normal,
+    /// A colour of three or four components: 0 to 1 as floats, 0 to the largest number as integers.
+    Colour,
+    /// A texture coordinate of the set of this number.
+    Uv(u32),
+    /// A unit tangent and, as a fourth component, its handedness.
+    Tangent,
+    /// Anything else.
+    Other,
+}
+
+/// Named values of equal length: one for each vertex or face, or a pool that corners choose from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    /// Its name in the file it came from.
+    pub name: String,
+    /// The names of its components, where the file has them (PLY); else empty.
+    pub fields: Vec<String>,
+    /// What it means.
+    pub role: Role,
+    /// The type of its numbers.
+    pub scalar: Scalar,
+    /// Whether integers stand for fractions of the largest one, as in glTF.
+    pub normalized: bool,
+    /// How many numbers a value has.
+    pub components: usize,
+    /// The numbers, value after value.
+    pub values: Vec<f64>,
+    /// Which values are not there; empty when all are.
+    pub missing: Vec<bool>,
+}
+
+impl Attribute {
+    /// An attribute without values.
+    pub fn new(name: &str, role: Role, scalar: Scalar, components: usize) -> Self {
+        Self {
+            name: name.to_owned(),
+            fields: Vec::new(),
+            role,
+            scalar,
+            normalized: false,
+            components,
+            values: Vec::new(),
+            missing: Vec::new(),
+        }
+    }
+
+    /// How many values there are.
+    pub fn len(&self) -> usize {
+        self.values.len() / self.components.max(1)
+    }
+
+    /// Whether there are no values.
+    pub fn is_empty(&self) -> bool {
+        self.values.is_empty()
+    }
+
+    /// The value of an item; `None` where it is missing.
+    pub fn get(&self, item: usize) -> Option<&[f64]> {
+        if self.missing.get(item).copied().unwrap_or(false) {
+            return None;
+        }
+        let start = item.checked_mul(self.components)?;
+        self.values.get(start..start + self.components)
+    }
+
+    /// Appends a value, rounded to the type; `None` is one that is missing.
+    pub fn push(&mut self, value: Option<&[f64]>) {
+        let at = self.len();
+        match value {
+            Some(value) => {
+                let scalar = self.scalar;
+                self.values.extend(value.iter().map(|v| scalar.nearest(*v)));
+            }
+            None => self
+                .values
+                .extend(std::iter::repeat_n(0.0, self.components)),
+        }
+        if value.is_none() && self.missing.is_empty() {
+            self.missing.resize(at, false);
+        }
+        if value.is_none() || !self.missing.is_empty() {
+            self.missing.push(value.is_none());
+        }
+    }
+
+    /// Appends missing values up to a length.
+    pub fn pad(&mut self, length: usize) {
+        while self.len() < length {
+            self.push(None);
+        }
+    }
+
+    /// The largest number of a normalised type, by which its integers are divided; 1 for others.
+    pub fn unit(&self) -> f64 {
+        let colour = self.role == Role::Colour && !self.scalar.is_float();
+        if (self.normalized && !self.scalar.is_float()) || colour {
+            self.scalar.range()[1]
+        } else {
+            1.0
+        }
+    }
+
+    /// The values at the given items.
+    fn selected(&self, items: impl Iterator<Item = usize>) -> Self {
+        let mut out = Self {
+            values: Vec::new(),
+            missing: Vec::new(),
+            ..self.clone()
+        };
+        items.for_each(|item| out.push(self.get(item)));
+        out
+    }
+}
+
+/// Values that corners of faces choose from a pool, such as the texture coordinates of an OBJ file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CornerAttribute {
+    /// The pool.
+    pub pool: Attribute,
+    /// For each face the places of its corners' values in the pool; [`NONE`] where there is none.
+    pub corners: Vec<[u32; 3]>,
+}
+
+impl CornerAttribute {
+    /// The values as ones of vertices, where all corners of a vertex have the same; `None` where they do not.
+    pub fn per_vertex(&self, mesh: &super::Mesh) -> Option<Attribute> {
+        let mut place = vec![NONE; mesh.positions.len()];
+        for (face, corners) in mesh.faces.iter().zip(&self.corners) {
+            for (vertex, new) in face.iter().zip(corners) {
+                let old = &mut place[*vertex as usize];
+                if *old == NONE || *new == NONE {
+                    *old = (*new).min(*old);
+                } else if self.pool.get(*old as usize) != self.pool.get(*new as usize) {
+                    return None;
+                }
+            }
+        }
+        Some(self.pool.selected(place.into_iter().map(|p| p as usize)))
+    }
+
+    /// The value at a corner.
+    pub fn get(&self, face: usize, corner: usize) -> Option<&[f64]> {
+        let place = self.corners.get(face)?[corner];
+        if place == NONE {
+            return None;
+        }
+        self.pool.get(place as usize)
+    }
+}
+
+/// What a label of faces is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LabelKind {
+    /// An object, OBJ's `o`.
+    Object,
+    /// A group, OBJ's `g`.
+    Group,
+    /// A material.
+    Material,
+    /// A smoothing group, OBJ's `s`.
+    Smoothing,
+}
+
+/// Labels of one kind on faces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Labels {
+    /// What they are.
+    pub kind: LabelKind,
+    /// The labels there are.
+    pub names: Vec<String>,
+    /// For each face the place of its label in `names`, or [`NONE`].
+    pub of_face: Vec<u32>,
+}
+
+impl Labels {
+    /// No labels yet.
+    pub fn new(kind: LabelKind) -> Self {
+        Self {
+            kind,
+            names: Vec::new(),
+            of_face: Vec::new(),
+        }
+    }
+
+    /// The label of a face.
+    pub fn get(&self, face: usize) -> Option<&str> {
+        let place = *self.of_face.get(face)?;
+        self.names.get(place as usize).map(String::as_str)
+    }
+
+    /// The place of a name, which is added where it is new.
+    pub fn place(&mut self, name: &str) -> u32 {
+        let found = self.names.iter().position(|n| n == name);
+        found.unwrap_or_else(|| {
+            self.names.push(name.to_owned());
+            self.names.len() - 1
+        }) as u32
+    }
+}
+
+/// All that a mesh carries beside its shape.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Attributes {
+    /// One value for each vertex.
+    pub vertex: Vec<Attribute>,
+    /// One value for each face.
+    pub face: Vec<Attribute>,
+    /// Values of the corners of faces.
+    pub corner: Vec<CornerAttribute>,
+    /// Labels of faces.
+    pub labels: Vec<Labels>,
+    /// Names of material files, as they are written in the mesh file.
+    pub libraries: Vec<String>,
+    /// Names of texture files that a PLY file gives in its comments.
+    pub textures: Vec<String>,
+    /// Vertices that are copies of others, with different attributes: the copy and what it is a copy of.
+    pub copies: Vec<(u32, u32)>,
+    /// Where faces were taken out: which of the faces of the file are still there, in the file's order.
+    pub kept_of_file: Option<Vec<bool>>,
+}
+
+impl Attributes {
+    /// Whether there is nothing that is carried over.
+    pub fn is_empty(&self) -> bool {
+        self.vertex.is_empty()
+            && self.face.is_empty()
+            && self.corner.is_empty()
+            && self.labels.is_empty()
+    }
+
+    /// The first attribute of vertices with a role.
+    pub fn vertex_role(&self, role: Role) -> Option<&Attribute> {
+        self.vertex.iter().find(|a| a.role == role)
+    }
+
+    /// The labels of a kind.
+    pub fn labels_of(&self, kind: LabelKind) -> Option<&Labels> {
+        self.labels.iter().find(|l| l.kind == kind)
+    }
+
+    /// Whether a face is marked as one of a patch.
+    pub fn is_patch(&self, face: usize) -> bool {
+        let marks = self.face.iter().find(|a| a.name == PATCH_NAME);
+        marks.is_some_and(|a| a.get(face).is_some_and(|v| v[0] != 0.0))
+    }
+
+    /// The attributes of the mesh that has only the faces with a true mark, in their order. Vertices stay.
+    pub fn with_faces(&self, keep: &[bool]) -> Self {
+        let kept = || (0..keep.len()).filter(|&f| keep[f]);
+        let mut marks = keep.iter().copied();
+        let kept_of_file = match &self.kept_of_file {
+            None => keep.to_vec(),
+            Some(before) => before
+                .iter()
+                .map(|there| *there && marks.next().unwrap_or(false))
+                .collect(),
+        };
+        Self {
+            vertex: self.vertex.clone(),
+            face: self.face.iter().map(|a| a.selected(kept())).collect(),
+            corner: self
+                .corner
+                .iter()
+                .map(|a| CornerAttribute {
+                    pool: a.pool.clone(),
+                    corners: kept().map(|f| a.corners[f]).collect(),
+                })
+                .collect(),
+            labels: self
+                .labels
+                .iter()
+                .map(|l| Labels {
+                    of_face: kept().map(|f| l.of_face[f]).collect(),
+                    ..l.clone()
+                })
+                .collect(),
+            libraries: self.libraries.clone(),
+            textures: self.textures.clone(),
+            copies: self.copies.clone(),
+            kept_of_file: Some(kept_of_file),
+        }
+    }
+
+    /// One line that lists what is there, such as `normals, colours`; empty when there is nothing but marks of patches.
+    pub fn listed(&self) -> String {
+        self.listed_where(|_| true, |_| true)
+    }
+
+    /// [`Attributes::listed`] of the attributes and labels that the functions choose.
+    pub fn listed_where(
+        &self,
+        attribute: impl Fn(&Attribute) -> bool,
+        labels: impl Fn(LabelKind) -> bool,
+    ) -> String {
+        let corner = self.corner.iter().map(|c| &c.pool);
+        let all = self.vertex.iter().chain(corner).chain(&self.face);
+        let mut words: Vec<String> = all
+            .filter(|a| a.name != PATCH_NAME && attribute(a))
+            .map(|a| match a.role {
+                Role::Normal => "normals".to_owned(),
+                Role::Colour => "colours".to_owned(),
+                Role::Uv(0) => "texture coordinates".to_owned(),
+                Role::Uv(set) => format!("texture coordinates {set}"),
+                Role::Tangent => "tangents".to_owned(),
+                Role::Other => format!("'{}'", a.name),
+            })
+            .collect();
+        let kinds = self.labels.iter().map(|l| l.kind).filter(|k| labels(*k));
+        words.extend(kinds.map(|kind| {
+            match kind {
+                LabelKind::Object => "objects",
+                LabelKind::Group => "groups",
+                LabelKind::Material => "materials",
+                LabelKind::Smoothing => "smoothing groups",
+            }
+            .to_owned()
+        }));
+        let mut seen = std::collections::BTreeSet::new();
+        words.retain(|w| seen.insert(w.clone()));
+        words.join(", ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_rounded_to_their_type_and_may_be_missing() {
+        let mut colour = Attribute::new("red", Role::Colour, Scalar::U8, 1);
+        colour.push(Some(&[12.6]));
+        colour.push(None);
+        colour.push(Some(&[300.0]));
+        assert_eq!(colour.values, [13.0, 0.0, 255.0]);
+        assert_eq!(colour.get(1), None);
+        assert_eq!(colour.get(2), Some(&[255.0][..]));
+        assert_eq!((colour.len(), colour.unit()), (3, 255.0));
+        assert_eq!(colour.get(3), None);
+    }
+
+    #[test]
+    fn faces_taken_out_take_their_values_along() {
+        let mut face = Attribute::new("id", Role::Other, Scalar::I32, 1);
+        (0..4).for_each(|i| face.push(Some(&[f64::from(i)])));
+        let mut material = Labels::new(LabelKind::Material);
+        material.of_face = ["a", "b", "a", "c"].map(|n| material.place(n)).to_vec();
+        let all = Attributes {
+            face: vec![face],
+            labels: vec![material],
+            ..Attributes::default()
+        };
+        let some = all.with_faces(&[true, false, true, true]);
+        assert_eq!(some.face[0].values, [0.0, 2.0, 3.0]);
+        assert_eq!(some.labels[0].get(2), Some("c"));
+        let fewer = some.with_faces(&[false, true, true]);
+        assert_eq!(fewer.face[0].values, [2.0, 3.0]);
+        assert_eq!(fewer.kept_of_file, Some(vec![false, false, true, true]));
+        assert_eq!(fewer.listed(), "'id', materials");
+    }
+}

@@ -1,0 +1,341 @@
+//! Marked regions of a surface: sets of faces chosen by place, colour, material or number.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+use serde::Serialize;
+use thiserror::Error;
+
+use super::attributes::{Attributes, LabelKind, Role};
+use super::{Mesh, weld_map};
+
+/// One way to choose faces.
+#[derive(Clone)]
+pub enum Selector {
+    /// Faces whose centroid lies in a box, its borders included.
+    Box {
+        /// The smallest coordinates, in the mesh's units.
+        low: DVec3,
+        /// The largest.
+        high: DVec3,
+    },
+    /// Faces whose centroid lies in a ball.
+    Ball {
+        /// Its centre.
+        centre: DVec3,
+        /// Its radius, in the mesh's units.
+        radius: f64,
+    },
+    /// Faces whose centroid the function holds to be inside, such as inside a closed mesh.
+    Inside(std::sync::Arc<dyn Fn(DVec3) -> bool + Send + Sync>),
+    /// Faces by their numbers, from 0 in the order of the file.
+    Faces(Vec<usize>),
+    /// Faces all of whose vertices have a colour near this one.
+    Colour {
+        /// Red, green and blue, from 0 to 1.
+        rgb: [f64; 3],
+        /// The most that any of the three may be off.
+        tolerance: f64,
+    },
+    /// Faces of a material.
+    Material(String),
+}
+
+/// A set of faces: all that any of the selectors chooses, then grown and shrunk.
+#[derive(Clone, Default)]
+pub struct Mask {
+    /// What is chosen.
+    pub selectors: Vec<Selector>,
+    /// Takes in faces all of whose vertices are at most so far from the selection, along the edges of the mesh.
+    pub grow: f64,
+    /// Then leaves out faces that have a vertex nearer than this to what is not selected, along the edges of the mesh.
+    pub shrink: f64,
+}
+
+/// Why a mask cannot be applied.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
+pub enum MaskError {
+    /// A face number is too large.
+    #[error("the mask names face {face}, but the mesh has {count}, numbered from 0")]
+    NoSuchFace {
+        /// The number.
+        face: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// There are no vertex colours.
+    #[error("the mask asks for a colour, but the vertices of the mesh have none")]
+    NoColours,
+    /// There is no such material.
+    #[error("the mesh has no material '{name}'; it has {listed}")]
+    NoSuchMaterial {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        listed: String,
+    },
+    /// A length or a number makes no sense.
+    #[error("{0}")]
+    Parameter(String),
+}
+
+impl Mask {
+    /// Whether nothing is asked for.
+    pub fn is_empty(&self) -> bool {
+        self.selectors.is_empty()
+    }
+
+    /// Which faces are selected.
+    ///
+    /// Vertices at the same place count as one. Distances for growing and shrinking are lengths of shortest paths along
+    /// edges, which are longer than on the surface itself by up to about a tenth on regular meshes.
+    ///
+    /// # Errors
+    /// When the mask names a face, colour or material that the mesh does not have, or a length is negative.
+    pub fn faces(&self, mesh: &Mesh, attributes: &Attributes) -> Result<Vec<bool>, MaskError> {
+        for (length, name) in [(self.grow, "grow"), (self.shrink, "shrink")] {
+            if !(length.is_finite() && length >= 0.0) {
+                let what = format!("the length to {name} by must not be negative, but is {length}");
+                return Err(MaskError::Parameter(what));
+            }
+        }
+        let mut selected = vec![false; mesh.faces.len()];
+        for selector in &self.selectors {
+            select(selector, mesh, attributes, &mut selected)?;
+        }
+        if self.grow > 0.0 || self.shrink > 0.0 {
+            let paths = Paths::new(mesh);
+            if self.grow > 0.0 {
+                let distance = paths.distances_from(|f| selected[f]);
+                paths.each_face(|f, corners| {
+                    selected[f] |= corners.iter().all(|v| distance[*v as usize] <= self.grow);
+                });
+            }
+            if self.shrink > 0.0 {
+                let distance = paths.distances_from(|f| !selected[f]);
+                paths.each_face(|f, corners| {
+                    selected[f] &= corners.iter().all(|v| distance[*v as usize] >= self.shrink);
+                });
+            }
+        }
+        Ok(selected)
+    }
+}
+
+fn select(
+    selector: &Selector,
+    mesh: &Mesh,
+    attributes: &Attributes,
+    selected: &mut [bool],
+) -> Result<(), MaskError> {
+    let centroid = |f: usize| {
+        let [a, b, c] = mesh.faces[f].map(|v| mesh.positions[v as usize]);
+        (a + b + c) / 3.0
+    };
+    let mut mark = |chosen: &dyn Fn(usize) -> bool| {
+        for (f, flag) in selected.iter_mut().enumerate() {
+            *flag = *flag || chosen(f);
+        }
+    };
+    match selector {
+        Selector::Box { low, high } => mark(&|f| {
+            let p = centroid(f);
+            p.cmpge(*low).all() && p.cmple(*high).all()
+        }),
+        Selector::Ball { centre, radius } => {
+            mark(&|f| centroid(f).distance(*centre) <= *radius);
+        }
+        Selector::Inside(inside) => mark(&|f| inside(centroid(f))),
+        Selector::Faces(numbers) => {
+            for &face in numbers {
+                let count = selected.len();
+                *selected
+                    .get_mut(face)
+                    .ok_or(MaskError::NoSuchFace { face, count })? = true;
+            }
+        }
+        Selector::Colour { rgb, tolerance } => {
+            let colours = attributes
+                .vertex_role(Role::Colour)
+                .filter(|c| c.components >= 3)
+                .ok_or(MaskError::NoColours)?;
+            let unit = colours.unit();
+            // A hair more than asked for, since 8-bit colours are rounded.
+            let most = tolerance + 1e-6;
+            let near = |v: u32| {
+                let value = colours.get(v as usize);
+                value.is_some_and(|c| (0..3).all(|i| (c[i] / unit - rgb[i]).abs() <= most))
+            };
+            mark(&|f| mesh.faces[f].iter().all(|v| near(*v)));
+        }
+        Selector::Material(name) => {
+            let labels = attributes.labels_of(LabelKind::Material);
+            let labels = labels.filter(|l| l.names.contains(name)).ok_or_else(|| {
+                let names = labels.map(|l| format!("'{}'", l.names.join("', '")));
+                MaskError::NoSuchMaterial {
+                    name: name.clone(),
+                    listed: names.unwrap_or_else(|| "none".to_owned()),
+                }
+            })?;
+            mark(&|f| labels.get(f) == Some(name));
+        }
+    }
+    Ok(())
+}
+
+/// Shortest paths along the edges of a welded mesh.
+struct Paths<'a> {
+    mesh: &'a Mesh,
+    faces: Vec<[u32; 3]>,
+    /// For each vertex where its neighbours begin, and the neighbours.
+    offsets: Vec<u32>,
+    neighbours: Vec<u32>,
+}
+
+impl<'a> Paths<'a> {
+    fn new(mesh: &'a Mesh) -> Self {
+        let weld = weld_map(mesh);
+        let faces: Vec<[u32; 3]> = mesh
+            .faces
+            .iter()
+            .map(|f| f.map(|v| weld[v as usize]))
+            .collect();
+        let mut offsets = vec![0u32; mesh.positions.len() + 1];
+        for v in faces.iter().flatten() {
+            offsets[*v as usize + 1] += 2;
+        }
+        for i in 1..offsets.len() {
+            offsets[i] += offsets[i - 1];
+        }
+        let mut at = offsets.clone();
+        let mut neighbours = vec![0; 6 * faces.len()];
+        for face in &faces {
+            for k in 0..3 {
+                let place = &mut at[face[k] as usize];
+                neighbours[*place as usize] = face[(k + 1) % 3];
+                neighbours[*place as usize + 1] = face[(k + 2) % 3];
+                *place += 2;
+            }
+        }
+        Self {
+            mesh,
+            faces,
+            offsets,
+            neighbours,
+        }
+    }
+
+    fn each_face(&self, mut visit: impl FnMut(usize, &[u32; 3])) {
+        for (f, corners) in self.faces.iter().enumerate() {
+            visit(f, corners);
+        }
+    }
+
+    /// The distance of each vertex from the faces that are chosen; infinite where no path leads there.
+    fn distances_from(&self, chosen: impl Fn(usize) -> bool) -> Vec<f64> {
+        let mut distance = vec![f64::INFINITY; self.mesh.positions.len()];
+        let mut queue = BinaryHeap::new();
+        self.each_face(|f, corners| {
+            for &v in corners.iter().filter(|_| chosen(f)) {
+                if distance[v as usize] > 0.0 {
+                    distance[v as usize] = 0.0;
+                    queue.push(Reverse((0u64, v)));
+                }
+            }
+        });
+        // Distances are not negative, so that their bits are in the same order.
+        while let Some(Reverse((bits, v))) = queue.pop() {
+            let here = f64::from_bits(bits);
+            if here > distance[v as usize] {
+                continue;
+            }
+            let range = self.offsets[v as usize] as usize..self.offsets[v as usize + 1] as usize;
+            for &w in &self.neighbours[range] {
+                let [p, q] = [v, w].map(|v| self.mesh.positions[v as usize]);
+                let new = here + p.distance(q);
+                if new < distance[w as usize] {
+                    distance[w as usize] = new;
+                    queue.push(Reverse((new.to_bits(), w)));
+                }
+            }
+        }
+        distance
+    }
+}
+
+/// What a mask selects.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Selection {
+    /// Number of faces.
+    pub faces: usize,
+    /// Their area, in the mesh's units squared.
+    pub area: f64,
+    /// Pieces that are connected through edges.
+    pub pieces: usize,
+    /// Smallest and largest coordinates; `None` where nothing is selected.
+    pub bounds: Option<[DVec3; 2]>,
+}
+
+impl Selection {
+    /// Measures selected faces.
+    ///
+    /// # Panics
+    /// When there are not as many marks as faces.
+    pub fn new(mesh: &Mesh, selected: &[bool]) -> Self {
+        assert_eq!(selected.len(), mesh.faces.len(), "one mark for each face");
+        let weld = weld_map(mesh);
+        let faces: Vec<[u32; 3]> = (0..selected.len())
+            .filter(|f| selected[*f])
+            .map(|f| mesh.faces[f].map(|v| weld[v as usize]))
+            .collect();
+        let mut area = 0.0;
+        let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let bounds = faces.iter().fold(start, |[low, high], face| {
+            let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
+            area += 0.5 * (b - a).cross(c - a).length();
+            [low.min(a).min(b).min(c), high.max(a).max(b).max(c)]
+        });
+        Self {
+            faces: faces.len(),
+            area,
+            pieces: pieces(&faces),
+            bounds: (!faces.is_empty()).then_some(bounds),
+        }
+    }
+}
+
+/// The number of pieces that are connected through edges.
+fn pieces(faces: &[[u32; 3]]) -> usize {
+    let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * faces.len());
+    for (f, face) in faces.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (face[k], face[(k + 1) % 3]);
+            edges.push((a.min(b), a.max(b), f as u32));
+        }
+    }
+    edges.sort_unstable();
+    let mut root: Vec<u32> = (0..faces.len() as u32).collect();
+    fn find(root: &mut [u32], mut f: u32) -> u32 {
+        while root[f as usize] != f {
+            root[f as usize] = root[root[f as usize] as usize];
+            f = root[f as usize];
+        }
+        f
+    }
+    let mut count = faces.len();
+    for pair in edges.windows(2) {
+        if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
+            let (a, b) = (find(&mut root, pair[0].2), find(&mut root, pair[1].2));
+            if a != b {
+                root[a as usize] = b;
+                count -= 1;
+            }
+        }
+    }
+    count
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,65 @@
+//! Charts: parts of a surface over which texture coordinates run without a seam.
+
+use rayon::prelude::*;
+
+use super::Source;
+use crate::mesh::Mesh;
+use crate::mesh::attributes::Labels;
+
+/// The chart of each face: faces are in one where they share an edge, have the same texture coordinates at its ends and the
+/// same material. `weld` gives each vertex the first one in its place.
+pub(super) fn charts(
+    mesh: &Mesh,
+    weld: &[u32],
+    uv: &Source<'_>,
+    materials: Option<&Labels>,
+) -> Vec<u32> {
+    let mut edges: Vec<(u64, u32)> = (0..3 * mesh.faces.len() as u32)
+        .into_par_iter()
+        .map(|half| {
+            let [a, b] = ends(half).map(|(f, k)| weld[mesh.faces[f][k] as usize]);
+            ((u64::from(a.min(b)) << 32) | u64::from(a.max(b)), half)
+        })
+        .collect();
+    edges.par_sort_unstable();
+    let mut root: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+    let material = |half: u32| materials.map(|m| m.of_face[half as usize / 3]);
+    for pair in edges.windows(2) {
+        let [(key, one), (other_key, other)] = [pair[0], pair[1]];
+        if key == other_key && material(one) == material(other) && agree(mesh, weld, uv, one, other)
+        {
+            let (a, b) = (find(&mut root, one / 3), find(&mut root, other / 3));
+            root[a.max(b) as usize] = a.min(b);
+        }
+    }
+    (0..mesh.faces.len() as u32)
+        .map(|f| find(&mut root, f))
+        .collect()
+}
+
+/// The corners at the two ends of a half-edge: face and corner.
+fn ends(half: u32) -> [(usize, usize); 2] {
+    let (face, corner) = (half as usize / 3, half as usize % 3);
+    [(face, corner), (face, (corner + 1) % 3)]
+}
+
+fn agree(mesh: &Mesh, weld: &[u32], uv: &Source<'_>, one: u32, other: u32) -> bool {
+    let vertex = |(f, k): (usize, usize)| weld[mesh.faces[f][k] as usize];
+    let [a, b] = ends(one);
+    let [mut c, mut d] = ends(other);
+    if vertex(a) != vertex(c) {
+        std::mem::swap(&mut c, &mut d);
+    }
+    [(a, c), (b, d)].into_iter().all(|(x, y)| {
+        let value = uv.at(mesh, x.0, x.1);
+        value.is_some() && value == uv.at(mesh, y.0, y.1)
+    })
+}
+
+fn find(root: &mut [u32], mut f: u32) -> u32 {
+    while root[f as usize] != f {
+        root[f as usize] = root[root[f as usize] as usize];
+        f = root[f as usize];
+    }
+    f
+}

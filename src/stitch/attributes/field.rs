@@ -1,0 +1,177 @@
+//! The values of one attribute on the slots of the patches.
+
+use glam::DVec3;
+
+use super::harmonic::Laplacian;
+use super::rim::Patches;
+use crate::mesh::Mesh;
+use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role};
+
+/// Where the corners of the mesh's own faces have their values.
+#[derive(Clone, Copy)]
+pub(super) enum Source<'a> {
+    Vertex(&'a Attribute),
+    Corner(&'a CornerAttribute),
+    Face(&'a Attribute),
+}
+
+impl<'a> Source<'a> {
+    /// The value at a corner of a face of the mesh.
+    pub(super) fn at(&self, mesh: &Mesh, face: usize, corner: usize) -> Option<&'a [f64]> {
+        match self {
+            Source::Vertex(a) => a.get(mesh.faces[face][corner] as usize),
+            Source::Corner(a) => a.get(face, corner),
+            Source::Face(a) => a.get(face),
+        }
+    }
+
+    /// The attribute, as a pool of values.
+    pub(super) fn attribute(&self) -> &'a Attribute {
+        match self {
+            Source::Vertex(a) | Source::Face(a) => a,
+            Source::Corner(a) => &a.pool,
+        }
+    }
+
+    /// Whether values between others make sense: not for integers such as the number of a scan.
+    fn blends(&self) -> bool {
+        let a = self.attribute();
+        a.scalar.is_float() || a.normalized || a.role != Role::Other
+    }
+}
+
+/// Values of so many components on all slots.
+pub(super) struct Field {
+    components: usize,
+    values: Vec<f64>,
+    has: Vec<bool>,
+    /// Whether the corners at a slot on the rim all have one value.
+    agrees: Vec<bool>,
+}
+
+impl Field {
+    /// The value on a slot.
+    pub(super) fn get(&self, slot: usize) -> Option<&[f64]> {
+        let at = slot * self.components;
+        self.has[slot].then(|| &self.values[at..at + self.components])
+    }
+
+    /// Whether all corners that meet a slot on the rim have one value.
+    pub(super) fn is_single(&self, slot: usize) -> bool {
+        self.agrees[slot]
+    }
+
+    /// Takes the values away from a slot.
+    pub(super) fn clear(&mut self, slot: usize) {
+        self.has[slot] = false;
+    }
+
+    /// The values at the rim: the mean of those of the corners that a slot meets.
+    pub(super) fn at_rim(mesh: &Mesh, patches: &Patches, source: &Source<'_>) -> Self {
+        let (count, components) = (patches.slots.len(), source.attribute().components);
+        let mut field = Self {
+            components,
+            values: vec![0.0; count * components],
+            has: vec![false; count],
+            agrees: vec![true; count],
+        };
+        for (s, slot) in patches.slots.iter().enumerate() {
+            let corners = slot.rim.iter();
+            let values: Vec<Option<&[f64]>> = corners
+                .map(|&(f, k)| source.at(mesh, f as usize, usize::from(k)))
+                .collect();
+            field.agrees[s] = values.windows(2).all(|pair| pair[0] == pair[1]);
+            let there: Vec<&[f64]> = values.iter().flatten().copied().collect();
+            if there.is_empty() {
+                continue;
+            }
+            field.has[s] = true;
+            let out = &mut field.values[s * components..][..components];
+            if field.agrees[s] || !source.blends() {
+                out.copy_from_slice(there[0]);
+                continue;
+            }
+            for value in &there {
+                for (sum, v) in out.iter_mut().zip(*value) {
+                    *sum += v / there.len() as f64;
+                }
+            }
+        }
+        field
+    }
+
+    /// Continues the values of the rim over the patches.
+    pub(super) fn spread(
+        &mut self,
+        patches: &Patches,
+        laplacian: &Laplacian,
+        source: &Source<'_>,
+        normals: &[DVec3],
+    ) {
+        let fixed = self.has.clone();
+        let nearest = laplacian.nearest(&fixed);
+        match source.attribute().role {
+            Role::Normal if self.components == 3 => self.spread_normals(laplacian, &fixed, normals),
+            _ if source.blends() => laplacian.solve(&fixed, self.components, &mut self.values),
+            _ => self.copy_from(&nearest, &fixed),
+        }
+        for (s, near) in nearest.iter().enumerate() {
+            self.has[s] = *near != NONE;
+        }
+        if source.attribute().role == Role::Tangent && self.components >= 3 {
+            self.unit_tangents(&fixed, &nearest);
+        }
+        debug_assert_eq!(self.has.len(), patches.slots.len());
+    }
+
+    fn copy_from(&mut self, nearest: &[u32], fixed: &[bool]) {
+        for (s, near) in nearest.iter().enumerate() {
+            if !fixed[s] && *near != NONE {
+                let from = *near as usize * self.components;
+                self.values
+                    .copy_within(from..from + self.components, s * self.components);
+            }
+        }
+    }
+
+    /// Normals of the patch's own shape, bent at the rim to the normals there: what they differ by is spread.
+    fn spread_normals(&mut self, laplacian: &Laplacian, fixed: &[bool], normals: &[DVec3]) {
+        let at = |values: &[f64], s: usize| DVec3::from_slice(&values[3 * s..]);
+        // A file whose normals point inwards keeps that custom.
+        let agreement: f64 = (0..fixed.len())
+            .filter(|&s| fixed[s])
+            .map(|s| at(&self.values, s).dot(normals[s]))
+            .sum();
+        let sign = if agreement < 0.0 { -1.0 } else { 1.0 };
+        let mut difference = self.values.clone();
+        for s in (0..fixed.len()).filter(|&s| fixed[s]) {
+            let d = at(&self.values, s) - sign * normals[s];
+            difference[3 * s..3 * s + 3].copy_from_slice(&d.to_array());
+        }
+        laplacian.solve(fixed, 3, &mut difference);
+        for s in 0..fixed.len() {
+            let bent = if fixed[s] {
+                at(&self.values, s)
+            } else {
+                sign * normals[s] + at(&difference, s)
+            };
+            let unit = bent.normalize_or(sign * normals[s]);
+            // A rim vertex whose corners agree keeps its normal, even one that is not quite of unit length.
+            if !fixed[s] || !self.agrees[s] {
+                self.values[3 * s..3 * s + 3].copy_from_slice(&unit.to_array());
+            }
+        }
+    }
+
+    fn unit_tangents(&mut self, fixed: &[bool], nearest: &[u32]) {
+        for s in (0..fixed.len()).filter(|&s| !fixed[s] || !self.agrees[s]) {
+            let at = s * self.components;
+            let unit = DVec3::from_slice(&self.values[at..]).normalize_or(DVec3::X);
+            self.values[at..at + 3].copy_from_slice(&unit.to_array());
+            if self.components == 4 && nearest[s] != NONE {
+                let hand = self.values[nearest[s] as usize * 4 + 3];
+                self.values[at + 3] = if hand < 0.0 { -1.0 } else { 1.0 };
+            }
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! Carrying attributes over to patches.
+//!
+//! What the mesh's own vertices, faces and corners carry stays as it is. On the patches values are interpolated
+//! harmonically from the rim; normals are those of the patch's shape, bent at the rim to the normals there; integers that
+//! are no colours, such as the number of a scan, are copied from the nearest vertex of the rim. Texture coordinates are
+//! interpolated where the whole rim lies in one chart; elsewhere the patch has none, and a material of its own.
+
+mod charts;
+mod field;
+mod harmonic;
+mod rim;
+#[cfg(test)]
+mod tests;
+mod vertices;
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use crate::mesh::attributes::{
+    Attribute, CornerAttribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar,
+};
+use crate::mesh::{Attributes, Mesh};
+use field::{Field, Source};
+use harmonic::Laplacian;
+use rim::Patches;
+
+/// A filled mesh with the attributes of all its vertices and faces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Transferred {
+    /// The mesh. Corners of patches may name another vertex in the same place than before: the one that the mesh's own
+    /// faces at the rim use there, or, where those differ, a copy that stands behind all other vertices.
+    pub mesh: Mesh,
+    /// Its attributes.
+    pub attributes: Attributes,
+    /// Remarks for the user.
+    pub notes: Vec<String>,
+}
+
+/// Extends the attributes of a mesh to the patches that fill its holes.
+///
+/// `filled` begins with the vertices and faces of `original`; what comes after them is new.
+pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Transferred {
+    let new_faces = filled.faces.len() - original.faces.len();
+    let mut out = Transferred {
+        mesh: filled,
+        attributes: attributes.clone(),
+        notes: Vec::new(),
+    };
+    if !attributes.is_empty() && new_faces > 0 {
+        Transfer::new(original, attributes, &out.mesh).finish(&mut out);
+    }
+    mark_patches(&mut out.attributes, original.faces.len(), new_faces);
+    out
+}
+
+/// Marks the new faces, and those that an earlier run marked.
+fn mark_patches(attributes: &mut Attributes, kept: usize, new: usize) {
+    let found = attributes
+        .face
+        .iter()
+        .position(|a| a.name == PATCH_NAME && a.components == 1);
+    let at = found.unwrap_or_else(|| {
+        let mut marks = Attribute::new(PATCH_NAME, Role::Other, Scalar::U8, 1);
+        marks.values = vec![0.0; kept];
+        attributes.face.push(marks);
+        attributes.face.len() - 1
+    });
+    let marks = &mut attributes.face[at];
+    marks.values.truncate(kept);
+    marks.missing.truncate(kept);
+    for _ in 0..new {
+        marks.push(Some(&[1.0]));
+    }
+}
+
+struct Transfer<'a> {
+    original: &'a Mesh,
+    before: &'a Attributes,
+    patches: Patches,
+    laplacian: Laplacian,
+    /// Normals of the filled mesh's shape at the slots.
+    normals: Vec<DVec3>,
+    /// Patches whose rim lies in several charts.
+    torn: Vec<bool>,
+}
+
+impl<'a> Transfer<'a> {
+    fn new(original: &'a Mesh, before: &'a Attributes, filled: &Mesh) -> Self {
+        let patches = Patches::new(original, filled);
+        let points: Vec<DVec3> = patches
+            .slots
+            .iter()
+            .map(|s| filled.positions[s.vertex as usize])
+            .collect();
+        let laplacian = Laplacian::new(&points, &patches.faces);
+        let normals = shape_normals(&patches, &points, original);
+        let torn = vec![false; patches.rim_faces.len()];
+        let mut transfer = Self {
+            original,
+            before,
+            patches,
+            laplacian,
+            normals,
+            torn,
+        };
+        transfer.find_torn();
+        transfer
+    }
+
+    /// Finds the patches whose rim does not lie in one chart of every set of texture coordinates that it has.
+    fn find_torn(&mut self) {
+        let vertex = self.before.vertex.iter().map(Source::Vertex);
+        let sources = vertex.chain(self.before.corner.iter().map(Source::Corner));
+        let materials = self.before.labels_of(LabelKind::Material);
+        for source in sources.filter(|s| matches!(s.attribute().role, Role::Uv(_))) {
+            let field = Field::at_rim(self.original, &self.patches, &source);
+            let chart = charts::charts(self.original, &self.patches.weld, &source, materials);
+            let mut some = vec![false; self.torn.len()];
+            for (s, slot) in self.patches.slots.iter().enumerate() {
+                let patch = slot.patch as usize;
+                some[patch] |= field.get(s).is_some();
+                self.torn[patch] |= !field.is_single(s);
+            }
+            for (patch, faces) in self.patches.rim_faces.iter().enumerate() {
+                let one_chart = faces
+                    .windows(2)
+                    .all(|f| chart[f[0] as usize] == chart[f[1] as usize]);
+                self.torn[patch] |= some[patch] && !one_chart;
+            }
+        }
+    }
+
+    /// The values of an attribute on all slots.
+    fn field(&self, source: &Source<'_>) -> Field {
+        let mut field = Field::at_rim(self.original, &self.patches, source);
+        field.spread(&self.patches, &self.laplacian, source, &self.normals);
+        if matches!(source.attribute().role, Role::Uv(_)) {
+            for (s, slot) in self.patches.slots.iter().enumerate() {
+                if self.torn[slot.patch as usize] {
+                    field.clear(s);
+                }
+            }
+        }
+        field
+    }
+
+    fn finish(&self, out: &mut Transferred) {
+        let face = self.before.face.iter().filter(|a| a.name != PATCH_NAME);
+        out.attributes.face = face.map(|a| self.face_attribute(a)).collect();
+        out.attributes.corner = self
+            .before
+            .corner
+            .iter()
+            .map(|a| self.corner_attribute(a))
+            .collect();
+        out.attributes.labels = self.labels();
+        let marks = self.before.face.iter().filter(|a| a.name == PATCH_NAME);
+        out.attributes.face.extend(marks.cloned());
+        vertices::finish(self, out);
+        let torn = self.torn.iter().filter(|t| **t).count();
+        if torn > 0 {
+            out.notes.push(format!(
+                "patches without texture coordinates, because their rims cross seams of the texture: {torn} of {}",
+                self.torn.len()
+            ));
+        }
+    }
+
+    fn face_attribute(&self, before: &Attribute) -> Attribute {
+        let mut after = before.clone();
+        let field = self.field(&Source::Face(before));
+        for slots in &self.patches.faces {
+            let values: Vec<&[f64]> = slots
+                .iter()
+                .filter_map(|&s| field.get(s as usize))
+                .collect();
+            let blends = before.scalar.is_float() || before.role != Role::Other;
+            let mean: Option<Vec<f64>> = values.first().map(|first| {
+                let mean =
+                    |c: usize| values.iter().map(|v| v[c]).sum::<f64>() / values.len() as f64;
+                match blends {
+                    true => (0..before.components).map(mean).collect(),
+                    false => first.to_vec(),
+                }
+            });
+            after.push(mean.as_deref());
+        }
+        after
+    }
+
+    fn corner_attribute(&self, before: &CornerAttribute) -> CornerAttribute {
+        let mut after = before.clone();
+        let field = self.field(&Source::Corner(before));
+        let mut places = vec![NONE; self.patches.slots.len()];
+        for (s, slot) in self.patches.slots.iter().enumerate() {
+            let Some(value) = field.get(s) else { continue };
+            let at_rim = slot.rim.first().filter(|_| field.is_single(s));
+            places[s] = match at_rim {
+                Some(&(f, k)) => before.corners[f as usize][usize::from(k)],
+                None => {
+                    after.pool.push(Some(value));
+                    after.pool.len() as u32 - 1
+                }
+            };
+        }
+        let new = self.patches.faces.iter();
+        after
+            .corners
+            .extend(new.map(|f| f.map(|s| places[s as usize])));
+        after
+    }
+
+    fn labels(&self) -> Vec<Labels> {
+        let mut all = self.before.labels.clone();
+        let has_materials = all.iter().any(|l| l.kind == LabelKind::Material);
+        if !has_materials && !self.before.libraries.is_empty() {
+            let mut materials = Labels::new(LabelKind::Material);
+            materials.of_face = vec![NONE; self.original.faces.len()];
+            all.push(materials);
+        }
+        for labels in &mut all {
+            let of_patch: Vec<u32> = (0..self.torn.len())
+                .map(|patch| match labels.kind {
+                    LabelKind::Group => labels.place(PATCH_NAME),
+                    LabelKind::Material if self.torn[patch] => labels.place(PATCH_NAME),
+                    _ => most_frequent(self.patches.rim_faces[patch].iter(), labels),
+                })
+                .collect();
+            let new = self.patches.of_face.iter();
+            labels.of_face.extend(new.map(|p| of_patch[*p as usize]));
+        }
+        all
+    }
+}
+
+/// The label that most of the faces have; of several the one that comes first.
+fn most_frequent<'a>(faces: impl Iterator<Item = &'a u32>, labels: &Labels) -> u32 {
+    let mut count: BTreeMap<u32, usize> = BTreeMap::new();
+    for face in faces {
+        *count.entry(labels.of_face[*face as usize]).or_default() += 1;
+    }
+    let most = count
+        .iter()
+        .max_by_key(|(label, n)| (**n, u32::MAX - **label));
+    most.map_or(NONE, |(label, _)| *label)
+}
+
+/// Unit normals at the slots: of the patch and the mesh's own faces across the rim edges, weighted by area.
+fn shape_normals(patches: &Patches, points: &[DVec3], original: &Mesh) -> Vec<DVec3> {
+    let mut normals = vec![DVec3::ZERO; points.len()];
+    for face in &patches.faces {
+        let [a, b, c] = face.map(|s| points[s as usize]);
+        let normal = (b - a).cross(c - a);
+        face.iter().for_each(|&s| normals[s as usize] += normal);
+    }
+    for (s, slot) in patches.slots.iter().enumerate() {
+        for &(f, _) in &slot.rim {
+            let [a, b, c] = original.faces[f as usize].map(|v| original.positions[v as usize]);
+            normals[s] += (b - a).cross(c - a);
+        }
+    }
+    normals.iter().map(|n| n.normalize_or(DVec3::Z)).collect()
+}
