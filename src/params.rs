@@ -1,6 +1,6 @@
 //! The public parameters, with their defaults and units.
 
-use crate::flow::Variant;
+use crate::flow::{Energy, Variant};
 
 /// The voxel size of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,7 +35,9 @@ pub struct FillParams {
     pub bridge: Vec<Vec<usize>>,
     /// What to return.
     pub surface: SurfaceKind,
-    /// The metric of the flow's steps.
+    /// What the flow makes small.
+    pub energy: Energy,
+    /// The metric of the flow's steps; the variation of curvature takes Gauss-Newton whatever is asked here.
     pub variant: Variant,
     /// Most steps of the flow on each level; none for the default of the variant.
     pub steps: Option<usize>,
@@ -54,6 +56,7 @@ impl Default for FillParams {
             keep_open: Vec::new(),
             bridge: Vec::new(),
             surface: SurfaceKind::Stitched,
+            energy: Energy::Willmore,
             variant: Variant::GaussNewton,
             steps: None,
             time_step: None,

@@ -14,6 +14,7 @@ use isomend::study::{Frame, Observer, StudyError, StudyReport, to_svg};
 use serde::Serialize;
 
 use super::console::{self, Console};
+use super::fill::EnergyName;
 use super::json::Target;
 use super::{End, arguments, output, progress};
 
@@ -36,6 +37,15 @@ pub struct StudyArgs {
     /// The finest grid: cells a side for table1 and circle, voxels across the hole for patches. Finer ones are left out.
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     finest: Option<usize>,
+
+    /// What the fills of `patches` make small.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "willmore|curvature-variation",
+        default_value = "willmore"
+    )]
+    energy: EnergyName,
 
     /// Write the tables as comma-separated values.
     #[arg(long, value_name = "FILE")]
@@ -154,6 +164,9 @@ fn check(args: &StudyArgs) -> anyhow::Result<()> {
     {
         bail!("--finest is for table1, circle and patches");
     }
+    if args.energy != EnergyName::Willmore && args.name != Experiment::Patches {
+        bail!("--energy is for patches");
+    }
     Ok(())
 }
 
@@ -176,6 +189,7 @@ fn experiment(args: &StudyArgs, observer: &Recorder) -> Result<StudyReport, Stud
         Experiment::Cap => cap(&CapSettings::default(), observer),
         Experiment::Patches => {
             let mut settings = PatchesSettings::default();
+            settings.flow.energy = args.energy.energy();
             settings.refinements.retain(|&r| 16 << r <= finest);
             patches(&settings, observer)
         }

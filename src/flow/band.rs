@@ -12,7 +12,7 @@ pub const MARGIN: f64 = 1.0;
 /// No node or cell.
 pub const NONE: u32 = u32::MAX;
 
-/// A narrow band: residual nodes R = {|φ| < b + 1} ∩ (mask dilated once), the cells that touch R, the unknowns
+/// A narrow band: residual nodes R = {|φ| < b + 1} ∩ (mask dilated a given number of times), the cells that touch R, the unknowns
 /// U = mask ∩ (R dilated once), all with compact numbers in the lexicographic order of the nodes.
 pub struct Band {
     /// Slot of each node in the grid.
@@ -27,6 +27,8 @@ pub struct Band {
     pub node_cells: Vec<[u32; 8]>,
     /// Whether a node carries a residual.
     pub residual: Vec<bool>,
+    /// Whether a node is within one step of the mask.
+    pub near: Vec<bool>,
     /// Whether a node is an unknown.
     pub unknown: Vec<bool>,
     /// Number of unknowns.
@@ -60,11 +62,12 @@ pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
 }
 
 impl Band {
-    /// The band of `phi` round its zero set where `mask` leaves it free.
-    pub fn new(grid: &SparseGrid, phi: &[f64], mask: &[bool]) -> Self {
+    /// The band of `phi` round its zero set where `mask` leaves it free; R reaches `dilations` (at least one) steps beyond.
+    pub fn new(grid: &SparseGrid, phi: &[f64], mask: &[bool], dilations: usize) -> Self {
         let near = dilate(grid, mask);
+        let wide = (1..dilations).fold(near.clone(), |set, _| dilate(grid, &set));
         let residual: Vec<bool> = (0..grid.len())
-            .map(|s| near[s] && phi[s].abs() < WIDTH + MARGIN && Self::whole(grid, s))
+            .map(|s| wide[s] && phi[s].abs() < WIDTH + MARGIN && Self::whole(grid, s))
             .collect();
         let reach = dilate(grid, &residual);
         let mut slots: Vec<u32> = (0..grid.len() as u32)
@@ -93,10 +96,12 @@ impl Band {
         }
         let unknown: Vec<bool> = slots.iter().map(|&s| mask[s as usize]).collect();
         let residual: Vec<bool> = slots.iter().map(|&s| residual[s as usize]).collect();
+        let near: Vec<bool> = slots.iter().map(|&s| near[s as usize]).collect();
         let around = |i: usize| std::array::from_fn(|k| lookup(add(nodes[i], offset(k))));
         let layout = Layout::new(&nodes, |i| unknown[i] || residual[i], around);
         Self {
             residual,
+            near,
             unknowns: unknown.iter().filter(|&&u| u).count(),
             unknown,
             slots,

@@ -4,16 +4,23 @@
 //! narrow band whose weight follows the level. Lengths are in voxels.
 
 mod band;
+mod cells;
 mod coarse;
 mod element;
+mod energy;
 mod layout;
 mod start;
 mod steady;
 mod system;
+#[cfg(test)]
+mod tests;
+mod variation;
 mod willmore;
 
 pub use band::{Band, dilate};
+pub use energy::{BandEnergy, Energy, Evaluation};
 pub use start::biharmonic_fill;
 pub use steady::{FlowOutcome, FlowSettings, StepRecord, Variant, relax};
 pub use system::System;
-pub use willmore::{Evaluation, Metric, WillmoreBand};
+pub use variation::VariationBand;
+pub use willmore::{Metric, WillmoreBand};

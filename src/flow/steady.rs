@@ -4,7 +4,9 @@ use serde::Serialize;
 
 use super::band::{Band, MARGIN, WIDTH};
 use super::coarse::hierarchy;
-use super::willmore::{Evaluation, Metric, WillmoreBand};
+use super::energy::{BandEnergy, Energy, Evaluation};
+use super::variation::VariationBand;
+use super::willmore::{Metric, WillmoreBand};
 use crate::grid::SparseGrid;
 use crate::linalg::{
     Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
@@ -38,9 +40,11 @@ pub enum Variant {
 /// How the flow is run.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowSettings {
-    /// The metric of a step.
+    /// What the flow makes small.
+    pub energy: Energy,
+    /// The metric of a step of the Willmore flow; the variation of curvature knows Gauss-Newton alone.
     pub variant: Variant,
-    /// Time step in units of h⁴; infinite for the steady state at once.
+    /// Time step in units of h⁴ (h⁶ with the variation of curvature); infinite for the steady state at once.
     pub time_step: f64,
     /// Most steps to take.
     pub max_steps: usize,
@@ -57,6 +61,7 @@ pub struct FlowSettings {
 impl Default for FlowSettings {
     fn default() -> Self {
         Self {
+            energy: Energy::Willmore,
             variant: Variant::GaussNewton,
             time_step: f64::INFINITY,
             max_steps: 20,
@@ -110,15 +115,17 @@ fn movements(d: &[f64], values: &[f64], unknown: &[bool]) -> (f64, f64) {
 /// How the flow ended.
 #[derive(Clone, Debug, Serialize)]
 pub struct FlowOutcome {
+    /// What was made small.
+    pub energy: Energy,
     /// The steps.
     pub steps: Vec<StepRecord>,
     /// Whether the stopping test was met.
     pub converged: bool,
     /// Number of unknowns of the last band.
     pub unknowns: usize,
-    /// Willmore part of the energy at the start.
+    /// The surface's part of the energy at the start.
     pub energy_before: f64,
-    /// Willmore part of the energy at the end.
+    /// The surface's part of the energy at the end.
     pub energy_after: f64,
     /// Weight of the eikonal term at the end.
     pub kappa: f64,
@@ -135,7 +142,22 @@ pub fn relax(
     settings: &FlowSettings,
     keep_going: &dyn Fn() -> bool,
 ) -> FlowOutcome {
+    let run = match settings.energy {
+        Energy::Willmore => relax_with::<WillmoreBand>,
+        Energy::CurvatureVariation => relax_with::<VariationBand>,
+    };
+    run(grid, phi, mask, settings, keep_going)
+}
+
+fn relax_with<E: BandEnergy>(
+    grid: &SparseGrid,
+    phi: &mut Vec<f64>,
+    mask: &[bool],
+    settings: &FlowSettings,
+    keep_going: &dyn Fn() -> bool,
+) -> FlowOutcome {
     let mut outcome = FlowOutcome {
+        energy: settings.energy,
         steps: Vec::new(),
         converged: false,
         unknowns: 0,
@@ -143,7 +165,7 @@ pub fn relax(
         energy_after: 0.0,
         kappa: settings.kappa,
     };
-    let mut state: Option<BandState> = None;
+    let mut state: Option<BandState<E>> = None;
     for step in 0..settings.max_steps {
         if !keep_going() {
             break;
@@ -152,8 +174,8 @@ pub fn relax(
             Some(now) => now,
             None => {
                 let distances = redistance(grid, phi, mask, REACH);
-                let next =
-                    BandState::new(Band::new(grid, &distances, mask), &distances, outcome.kappa);
+                let band = Band::new(grid, &distances, mask, E::DILATIONS);
+                let next = BandState::<E>::new(band, &distances, outcome.kappa);
                 if outcome.steps.last().is_some_and(|s| next.leaps(s.energy)) {
                     break;
                 }
@@ -161,18 +183,18 @@ pub fn relax(
                 next
             }
         };
-        outcome.unknowns = now.energy.band.unknowns;
+        outcome.unknowns = now.energy.band().unknowns;
         if outcome.unknowns == 0 {
             outcome.converged = true;
             break;
         }
-        let (record, willmore) = now.step(grid, mask, settings);
+        let (record, surface) = now.step(grid, mask, settings);
         if step == 0 {
-            outcome.energy_before = willmore;
+            outcome.energy_before = surface;
         }
         outcome.steps.push(record);
-        outcome.energy_after = now.at.as_ref().map_or(willmore, |at| at.willmore);
-        now.energy.band.scatter(&now.values, phi);
+        outcome.energy_after = now.at.as_ref().map_or(surface, |at| at.surface);
+        now.energy.band().scatter(&now.values, phi);
         if !record.energy.is_finite() || !record.movement.is_finite() {
             break;
         }
@@ -242,8 +264,8 @@ fn grows(steps: &[StepRecord]) -> bool {
 }
 
 /// A band between two redistancings.
-struct BandState {
-    energy: WillmoreBand,
+struct BandState<E> {
+    energy: E,
     values: Vec<f64>,
     /// How far each node has moved since the band was made.
     moved: Vec<f64>,
@@ -253,11 +275,11 @@ struct BandState {
     coarse: Option<Option<Multigrid>>,
 }
 
-impl BandState {
+impl<E: BandEnergy> BandState<E> {
     fn new(band: Band, phi: &[f64], kappa: f64) -> Self {
         let values = band.gather(phi);
         let moved = vec![0.0; values.len()];
-        let energy = WillmoreBand { band, kappa };
+        let energy = E::new(band, kappa);
         let at = Some(energy.evaluate(&values));
         Self {
             energy,
@@ -272,7 +294,7 @@ impl BandState {
     fn leaps(&self, before: f64) -> bool {
         self.at
             .as_ref()
-            .is_some_and(|at| at.willmore.is_nan() || at.willmore > LEAP * before)
+            .is_some_and(|at| at.surface.is_nan() || at.surface > LEAP * before)
     }
 
     fn step(
@@ -297,7 +319,7 @@ impl BandState {
         let mut rhs = layout.spread(&system.gradient);
         rhs.iter_mut().for_each(|g| *g = -*g);
         let mut d = vec![0.0; rhs.len()];
-        let band = &self.energy.band;
+        let band = self.energy.band();
         let coarse = self
             .coarse
             .get_or_insert_with(|| hierarchy(grid, mask, band, &self.values, &system));
@@ -328,7 +350,7 @@ impl BandState {
             d.iter_mut().for_each(|x| *x /= top);
         }
         let slope = slope_of(&d);
-        let (energy, willmore) = (at.energy, at.willmore);
+        let (energy, surface) = (at.energy, at.surface);
         let fraction = self.search(&d, at, slope);
         let record = StepRecord {
             energy,
@@ -337,7 +359,7 @@ impl BandState {
             fraction,
             iterations: solved.iterations,
         };
-        (record, willmore)
+        (record, surface)
     }
 
     /// Halves the step until the energy falls (Armijo), and takes it; zero where it does not.

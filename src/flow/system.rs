@@ -1,14 +1,14 @@
-//! The linear system of one step, matrix-free: two or three 27-point stencils a node.
+//! The linear system of one step, matrix-free: a few 27-point stencils a node.
 //!
 //! Stencils are kept in single precision. What rounding does to their sums is taken back at the centre, in the precision of
 //! the vectors: constants are annihilated, so the smooth functions, whose eigenvalues are of the order (h/D)⁴, come out
 //! right too.
 
-use std::sync::Mutex;
+use std::sync::{LazyLock, Mutex};
 
 use rayon::prelude::*;
 
-use super::band::Band;
+use super::band::{Band, NONE};
 use super::layout::{CHUNK, Layout};
 use crate::linalg::{Csr, LinearOperator, Real};
 
@@ -65,22 +65,29 @@ pub struct RowWeights {
     pub unknown: bool,
 }
 
+/// The stencils of a system, one of each list for each row of the band's layout.
+pub struct Factors {
+    /// L[P/|∇φ|] (or L[1/|∇φ|] for variant II).
+    pub curvature: Vec<Stencil>,
+    /// The right factor where it is another than the left: L[1/|∇φ|] for variant I.
+    pub inner: Option<Vec<Stencil>>,
+    /// What stands between the two factors beside the weights: K of the curvature variation.
+    pub middle: Option<Vec<Stencil>>,
+    /// ½ L1 + κ L[n⊗n].
+    pub second: Vec<Stencil>,
+}
+
 /// Scratch vectors of the two precisions, kept from one product to the next.
 #[derive(Default)]
 struct Scratch {
-    double: Vec<f64>,
-    single: Vec<f32>,
+    double: [Vec<f64>; 2],
+    single: [Vec<f32>; 2],
 }
 
 /// The linear system of one step. Its vectors run over the positions of the band's layout.
 pub struct System<'a> {
     layout: &'a Layout,
-    /// L[P/|∇φ|] (or L[1/|∇φ|] for variant II).
-    curvature: Vec<Stencil>,
-    /// The right factor where it is another than the left: L[1/|∇φ|] for variant I.
-    inner: Option<Vec<Stencil>>,
-    /// ½ L1 + κ L[n⊗n].
-    second: Vec<Stencil>,
+    factors: Factors,
     weights: Vec<RowWeights>,
     jacobi: Vec<f64>,
     scratch: Mutex<Scratch>,
@@ -89,19 +96,16 @@ pub struct System<'a> {
 }
 
 impl<'a> System<'a> {
-    /// A system from one entry of each list for each row of the band's layout.
+    /// A system from its stencils and one weight for each row of the band's layout.
     pub(super) fn new(
         band: &'a Band,
-        [curvature, second]: [Vec<Stencil>; 2],
-        inner: Option<Vec<Stencil>>,
+        factors: Factors,
         weights: Vec<RowWeights>,
         gradient: Vec<f64>,
     ) -> Self {
         let mut system = Self {
             layout: &band.layout,
-            curvature,
-            inner,
-            second,
+            factors,
             weights,
             jacobi: Vec::new(),
             scratch: Mutex::default(),
@@ -117,17 +121,34 @@ impl<'a> System<'a> {
         for (r, w) in self.weights.iter().enumerate() {
             weight[layout.position_of(r)] = w.residual;
         }
+        // With a middle factor: the row at each position on R.
+        let mut row_at = Vec::new();
+        if self.factors.middle.is_some() {
+            row_at.resize(layout.len, NONE);
+            for (r, w) in self.weights.iter().enumerate() {
+                if w.residual != 0.0 {
+                    row_at[layout.position_of(r)] = r as u32;
+                }
+            }
+        }
         let mut out = vec![0.0; layout.len];
         out.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
             for (r, place) in layout.rows_of(c) {
                 if !self.weights[r].unknown {
                     continue;
                 }
-                let mut d = self.second[r].entry(13) + self.weights[r].inertia;
-                for k in 0..27 {
-                    let entry = self.curvature[r].entry(k);
-                    let at = layout.starts[r][k / 3] as usize + k % 3;
-                    d += weight[at] * entry * entry;
+                let mut d = self.factors.second[r].entry(13) + self.weights[r].inertia;
+                let curvature = &self.factors.curvature[r];
+                if let Some(middle) = &self.factors.middle {
+                    d += enclosed_diagonal(middle, curvature, |k| {
+                        row_at[layout.starts[r][k / 3] as usize + k % 3]
+                    });
+                } else {
+                    for k in 0..27 {
+                        let entry = curvature.entry(k);
+                        let at = layout.starts[r][k / 3] as usize + k % 3;
+                        d += weight[at] * entry * entry;
+                    }
                 }
                 out[place] = if d > 1e-12 { 1.0 / d } else { 1.0 };
             }
@@ -137,7 +158,7 @@ impl<'a> System<'a> {
 
     /// Whether the system is symmetric: all but variant I are.
     pub fn is_symmetric(&self) -> bool {
-        self.inner.is_none()
+        self.factors.inner.is_none()
     }
 
     /// The positions of the system's vectors.
@@ -162,16 +183,35 @@ impl<'a> System<'a> {
                 }
             })
         };
-        let q = spread(&self.curvature, &|w| w.residual != 0.0);
-        let s = spread(&self.second, &|w| w.unknown);
+        let q = spread(&self.factors.curvature, &|w| w.residual != 0.0);
+        let s = spread(&self.factors.second, &|w| w.unknown);
         let own = Csr::from_rows(rows, p.columns, |r, sink| {
             p.row(layout.position_of(r)).for_each(|(c, v)| sink(c, v));
         });
+        // K between the two factors: its rows of Q.
+        let enclosed = self.factors.middle.as_ref().map(|middle| {
+            let mut row_at = vec![NONE; layout.len];
+            for r in 0..rows {
+                row_at[layout.position_of(r)] = r as u32;
+            }
+            Csr::from_rows(rows, p.columns, |r, sink| {
+                if self.weights[r].residual != 0.0 {
+                    for k in 0..27 {
+                        let entry = middle[r].entry(k);
+                        let at = row_at[layout.starts[r][k / 3] as usize + k % 3];
+                        if entry != 0.0 && at != NONE {
+                            q.row(at as usize).for_each(|(c, v)| sink(c, entry * v));
+                        }
+                    }
+                }
+            })
+        });
+        let right = enclosed.as_ref().unwrap_or(&q);
         let (qt, pt) = (q.transposed(), own.transposed());
         Csr::from_rows(p.columns, p.columns, |c, sink| {
             for (r, v) in qt.row(c) {
                 let w = v * self.weights[r as usize].residual;
-                q.row(r as usize).for_each(|(j, x)| sink(j, w * x));
+                right.row(r as usize).for_each(|(j, x)| sink(j, w * x));
             }
             for (r, v) in pt.row(c) {
                 s.row(r as usize).for_each(|(j, x)| sink(j, v * x));
@@ -183,11 +223,15 @@ impl<'a> System<'a> {
         })
     }
 
-    /// `y = (BPᵀ diag(χ/M) BP + S + M/τ) x`.
-    fn product<T: Real>(&self, x: &[T], y: &mut [T], t: &mut Vec<T>) {
+    /// `y = (BPᵀ diag(χ/M) BP + S + M/τ) x`, or with K in place of the weights.
+    fn product<T: Real>(&self, x: &[T], y: &mut [T], [t, between]: &mut [Vec<T>; 2]) {
         let layout = self.layout;
         t.resize(layout.len, T::ZERO);
-        let inner = self.inner.as_ref().unwrap_or(&self.curvature);
+        let inner = self
+            .factors
+            .inner
+            .as_ref()
+            .unwrap_or(&self.factors.curvature);
         let first = |(c, out): (usize, &mut [T])| {
             for (r, place) in layout.rows_of(c) {
                 let weight = self.weights[r].residual;
@@ -198,21 +242,67 @@ impl<'a> System<'a> {
             }
         };
         each_chunk(t, first);
-        let t = &t[..];
+        if let Some(middle) = &self.factors.middle {
+            between.resize(layout.len, T::ZERO);
+            let t = &t[..];
+            each_chunk(between, |(c, out)| {
+                for (r, place) in layout.rows_of(c) {
+                    if self.weights[r].residual != 0.0 {
+                        out[place] = middle[r].apply(&layout.starts[r], c * CHUNK + place, t);
+                    }
+                }
+            });
+        }
+        let t = if self.factors.middle.is_some() {
+            &between[..]
+        } else {
+            &t[..]
+        };
         let second = |(c, out): (usize, &mut [T])| {
             out.fill(T::ZERO);
             for (r, place) in layout.rows_of(c) {
                 let weights = &self.weights[r];
                 if weights.unknown {
                     let (starts, own) = (&layout.starts[r], c * CHUNK + place);
-                    out[place] = self.curvature[r].apply(starts, own, t)
-                        + self.second[r].apply(starts, own, x)
+                    out[place] = self.factors.curvature[r].apply(starts, own, t)
+                        + self.factors.second[r].apply(starts, own, x)
                         + T::of_double(weights.inertia) * x[own];
                 }
             }
         };
         each_chunk(y, second);
     }
+}
+
+/// The entries `(i, k, e)` such that the neighbour at offset `k` is the neighbour at offset `e` of the one at offset `i`.
+static CHAINS: LazyLock<Vec<(usize, usize, usize)>> = LazyLock::new(|| {
+    let axes = |i: usize| [i / 9, i / 3 % 3, i % 3];
+    let pairs = (0..27 * 27).map(|n| (n / 27, n % 27));
+    pairs
+        .filter_map(|(i, k)| {
+            let (a, b) = (axes(i), axes(k));
+            let near = (0..3).all(|d| a[d].abs_diff(b[d]) <= 1);
+            let e = (0..3).fold(0, |e, d| 3 * e + (b[d] + 1).wrapping_sub(a[d]));
+            near.then_some((i, k, e))
+        })
+        .collect()
+});
+
+/// One diagonal entry of `BPᵀ K BP`: BP's column is its row, K's rows are found by `row`.
+fn enclosed_diagonal(middle: &[Stencil], column: &Stencil, row: impl Fn(usize) -> u32) -> f64 {
+    let rows: [u32; 27] = std::array::from_fn(row);
+    let column: [f64; 27] = std::array::from_fn(|k| {
+        if rows[k] == NONE {
+            0.0
+        } else {
+            column.entry(k)
+        }
+    });
+    CHAINS
+        .iter()
+        .filter(|&&(i, ..)| column[i] != 0.0)
+        .map(|&(i, k, e)| column[i] * middle[rows[i] as usize].entry(e) * column[k])
+        .sum()
 }
 
 /// Runs over the chunks of a vector, in parallel where there are more than two.
@@ -243,15 +333,18 @@ impl LinearOperator for System<'_> {
 }
 
 impl System<'_> {
-    /// Takes a scratch vector out, so that no lock is held during a product.
-    fn take<T>(&self, which: impl Fn(&mut Scratch) -> &mut Vec<T>) -> Vec<T> {
+    /// Takes the scratch vectors out, so that no lock is held during a product.
+    fn take<T>(&self, which: impl Fn(&mut Scratch) -> &mut [Vec<T>; 2]) -> [Vec<T>; 2] {
         let scratch = self.scratch.lock();
-        scratch.map_or_else(|_| Vec::new(), |mut s| std::mem::take(which(&mut s)))
+        scratch.map_or_else(
+            |_| Default::default(),
+            |mut s| std::mem::take(which(&mut s)),
+        )
     }
 
-    fn give<T>(&self, which: impl Fn(&mut Scratch) -> &mut Vec<T>, vector: Vec<T>) {
+    fn give<T>(&self, which: impl Fn(&mut Scratch) -> &mut [Vec<T>; 2], vectors: [Vec<T>; 2]) {
         if let Ok(mut s) = self.scratch.lock() {
-            *which(&mut s) = vector;
+            *which(&mut s) = vectors;
         }
     }
 }

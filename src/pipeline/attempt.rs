@@ -295,6 +295,7 @@ impl Work<'_> {
             Variant::I | Variant::II => 200,
         };
         FlowSettings {
+            energy: self.params.energy,
             variant: self.params.variant,
             time_step: self.params.time_step.unwrap_or(f64::INFINITY),
             max_steps: self.params.steps.unwrap_or(most),

@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::level::{DistanceData, Level};
-use crate::flow::{FlowOutcome, FlowSettings, biharmonic_fill, relax};
+use crate::flow::{Energy, FlowOutcome, FlowSettings, biharmonic_fill, relax};
 use crate::grid::{Lattice, NodeIndex};
 
 /// Most steps on a coarser level.
@@ -93,6 +93,17 @@ fn is_hopeless(flow: &FlowOutcome) -> bool {
     !flow.converged && !last.iter().any(|s| s.movement <= HOPELESS)
 }
 
+/// The energies whose flows run on a level, in this order: the variation of curvature starts from the Willmore steady state.
+fn stages(energy: Energy, refinement: usize) -> &'static [Energy] {
+    match energy {
+        Energy::CurvatureVariation if refinement == 0 => {
+            &[Energy::Willmore, Energy::CurvatureVariation]
+        }
+        Energy::CurvatureVariation => &[Energy::CurvatureVariation],
+        Energy::Willmore => &[Energy::Willmore],
+    }
+}
+
 /// Solves on each level in turn; `keep_going` may end it early.
 pub fn solve_nested(
     data: &dyn DistanceData,
@@ -130,20 +141,29 @@ pub fn solve_nested(
             },
             ..settings.flow
         };
-        let flow = relax(
-            &level.grid,
-            &mut level.phi,
-            &level.mask,
-            &flow_settings,
-            keep_going,
-        );
-        let lost = !last && (is_hopeless(&flow) || settings.stop_when_lost && is_lost(&flow));
-        reports.push(LevelReport {
-            voxel: level.lattice.voxel,
-            nodes: level.grid.len(),
-            flow,
-            seconds: [sampling, clock.elapsed().as_secs_f64()],
-        });
+        for &energy in stages(settings.flow.energy, refinement) {
+            let flow_settings = FlowSettings {
+                energy,
+                ..flow_settings
+            };
+            let flow = relax(
+                &level.grid,
+                &mut level.phi,
+                &level.mask,
+                &flow_settings,
+                keep_going,
+            );
+            reports.push(LevelReport {
+                voxel: level.lattice.voxel,
+                nodes: level.grid.len(),
+                flow,
+                seconds: [sampling, clock.elapsed().as_secs_f64()],
+            });
+            sampling = 0.0;
+            clock = Instant::now();
+        }
+        let flow = &reports[reports.len() - 1].flow;
+        let lost = !last && (is_hopeless(flow) || settings.stop_when_lost && is_lost(flow));
         if lost {
             break;
         }

@@ -1,6 +1,7 @@
 //! Reports as plain text.
 
 use super::{FillReport, HoleOutcome, RegionReport};
+use crate::flow::Energy;
 use crate::mesh::{Defects, Hole};
 
 /// A table of holes, one line each, with a heading.
@@ -103,9 +104,13 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
         let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
         let movement = flow.steps.last().map_or(0.0, |s| s.movement);
         lines.push(format!(
-            "  voxel {:.6}: {} nodes, {} unknowns, {} steps, {} iterations, last movement {:.1e} voxels{}, \
+            "  voxel {:.6}{}: {} nodes, {} unknowns, {} steps, {} iterations, last movement {:.1e} voxels{}, \
              sampled in {:.2} s, solved in {:.2} s",
             level.voxel,
+            match flow.energy {
+                Energy::Willmore => "",
+                _ => ", variation of curvature",
+            },
             level.nodes,
             flow.unknowns,
             flow.steps.len(),

@@ -1,0 +1,280 @@
+//! What the energies of a band are made of, cell by cell: nodal curvature, mass, weights, and the matrices of a step.
+
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+
+use super::band::{Band, NONE, WIDTH};
+use super::element::{ELEMENT, dot, gradient};
+use super::system::Stencil;
+use super::willmore::Metric;
+
+const CHUNK: usize = 1024;
+/// Keeps |∇φ| from zero.
+const EPSILON: f64 = 1e-6;
+
+/// χ(t) = ½ (1 + cos(πt/b)) inside |t| < b.
+pub fn chi(t: f64) -> f64 {
+    if t.abs() < WIDTH {
+        0.5 * (1.0 + (PI * t / WIDTH).cos())
+    } else {
+        0.0
+    }
+}
+
+/// χ′.
+pub fn chi_derivative(t: f64) -> f64 {
+    if t.abs() < WIDTH {
+        -0.5 * PI / WIDTH * (PI * t / WIDTH).sin()
+    } else {
+        0.0
+    }
+}
+
+/// The values of a nodal field at a cell's corners.
+pub fn corners(cell: &[u32; 8], phi: &[f64]) -> [f64; 8] {
+    cell.map(|v| phi[v as usize])
+}
+
+/// Length of a gradient, never zero.
+pub fn norm(g: [f64; 3]) -> f64 {
+    (dot(g, g) + EPSILON * EPSILON).sqrt()
+}
+
+/// Sums in chunks of fixed size, so that rounding does not depend on the threads.
+pub fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) -> f64 {
+    let partial: Vec<f64> = items
+        .par_chunks(CHUNK)
+        .enumerate()
+        .map(|(c, chunk)| {
+            let first = c * CHUNK;
+            chunk.iter().enumerate().map(|(i, x)| f(first + i, x)).sum()
+        })
+        .collect();
+    partial.iter().sum()
+}
+
+/// r_i and M_i, gathered from the cells.
+pub fn nodal(band: &Band, phi: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let parts: Vec<([f64; 8], f64)> = band
+        .cells
+        .par_iter()
+        .map(|cell| cell_residual(&corners(cell, phi)))
+        .collect();
+    band.node_cells
+        .par_iter()
+        .map(|cells| {
+            let (mut r, mut m) = (0.0, 0.0);
+            for (a, &c) in cells.iter().enumerate() {
+                if c != NONE {
+                    let part = &parts[c as usize];
+                    r += part.0[a];
+                    m += part.1;
+                }
+            }
+            (r, m)
+        })
+        .unzip()
+}
+
+/// The eikonal term Σ ½ (|∇φ| − 1)² at the cells' centres.
+pub fn eikonal(band: &Band, phi: &[f64]) -> f64 {
+    chunked_sum(&band.cells, |_, cell| {
+        let g = gradient(&ELEMENT.centre, &corners(cell, phi));
+        0.5 * (norm(g) - 1.0).powi(2)
+    })
+}
+
+/// The eight entries of `Σ_q ⅛ n·∇N_a` and `⅛ / |∇φ|` at the centre.
+fn cell_residual(v: &[f64; 8]) -> ([f64; 8], f64) {
+    let e = &*ELEMENT;
+    let mut r = [0.0; 8];
+    for shape in &e.gauss {
+        let g = gradient(shape, v);
+        let s = 0.125 / norm(g);
+        for a in 0..8 {
+            r[a] += s * (g[0] * shape[0][a] + g[1] * shape[1][a] + g[2] * shape[2][a]);
+        }
+    }
+    (r, 0.125 / norm(gradient(&e.centre, v)))
+}
+
+/// What a cell's matrices are made of, at the band's nodes.
+pub struct Fields<'a> {
+    /// φ.
+    pub phi: &'a [f64],
+    /// χw².
+    pub weighted: &'a [f64],
+    /// χw; for other energies than Willmore's the derivative by the nodal curvature.
+    pub force: &'a [f64],
+    /// Weight of the eikonal term.
+    pub kappa: f64,
+}
+
+/// The upper triangle of a symmetric 8 × 8 matrix, by rows.
+pub type Packed = [f32; 36];
+
+/// Place in a [`Packed`] matrix of entry `8 a + b`.
+const PLACE: [u8; 64] = {
+    let mut table = [0; 64];
+    let (mut a, mut next) = (0, 0);
+    while a < 8 {
+        let mut b = a;
+        while b < 8 {
+            table[8 * a + b] = next;
+            table[8 * b + a] = next;
+            next += 1;
+            b += 1;
+        }
+        a += 1;
+    }
+    table
+};
+
+/// The upper triangle of a symmetric matrix.
+pub fn packed(matrix: &[f32; 64]) -> Packed {
+    let mut out = [0.0; 36];
+    for (i, &v) in matrix.iter().enumerate() {
+        out[PLACE[i] as usize] = v;
+    }
+    out
+}
+
+/// What a cell adds to the stencils and to the gradient at its corners.
+pub struct CellMatrices {
+    /// L[P/|∇φ|].
+    pub tangential: Packed,
+    /// L[1/|∇φ|]; only for the paper's variants.
+    pub full: Packed,
+    /// ½ L1 + κ L[n⊗n].
+    pub second: Packed,
+    /// `BPᵀ(χw) + ½ L1 φ + κ ∂Eik`.
+    pub load: [f64; 8],
+}
+
+impl CellMatrices {
+    /// Of the cell with these corners.
+    pub fn new(cell: &[u32; 8], fields: &Fields, metric: Metric) -> Self {
+        let e = &*ELEMENT;
+        let v = corners(cell, fields.phi);
+        let force = corners(cell, fields.force);
+        let kappa = (0.125 * fields.kappa) as f32;
+        let (mut tangential, mut full, mut second) = ([0.0; 64], [0.0; 64], [0.0; 64]);
+        let mut load = [0.0; 8];
+        for (q, shape) in e.gauss.iter().enumerate() {
+            let g = gradient(shape, &v);
+            let l = norm(g);
+            let n = g.map(|x| x / l);
+            let scale = 0.125 / l;
+            let f = gradient(shape, &force);
+            let along = dot(f, n);
+            let p: [f64; 3] = std::array::from_fn(|d| scale * (f[d] - along * n[d]));
+            let mut normal = [0.0f32; 8];
+            for a in 0..8 {
+                load[a] += p[0] * shape[0][a] + p[1] * shape[1][a] + p[2] * shape[2][a];
+                normal[a] = (n[0] * shape[0][a] + n[1] * shape[1][a] + n[2] * shape[2][a]) as f32;
+            }
+            add_products(
+                (&mut tangential, &mut second),
+                &normal,
+                &e.gauss_products[q],
+                (scale as f32, kappa),
+            );
+            if metric != Metric::GaussNewton {
+                for (f, p) in full.iter_mut().zip(&e.gauss_products[q]) {
+                    *f += scale as f32 * p;
+                }
+            }
+        }
+        let g = gradient(&e.centre, &v);
+        let l = norm(g);
+        let mean = 0.125 * corners(cell, fields.weighted).iter().sum::<f64>();
+        let l1 = 0.5 * mean / (l * l * l);
+        let pull = l1 + fields.kappa * (1.0 - 1.0 / l);
+        for a in 0..8 {
+            let shape = &e.centre;
+            load[a] += pull * (g[0] * shape[0][a] + g[1] * shape[1][a] + g[2] * shape[2][a]);
+        }
+        for (s, p) in second.iter_mut().zip(&e.centre_products) {
+            *s += l1 as f32 * p;
+        }
+        Self {
+            tangential: packed(&tangential),
+            full: packed(&full),
+            second: packed(&second),
+            load,
+        }
+    }
+}
+
+/// Adds `scale (∇N·∇N − n·∇N n·∇N)` to the first matrix and `kappa n·∇N n·∇N` to the second.
+#[inline]
+fn add_products(
+    (tangential, second): (&mut [f32; 64], &mut [f32; 64]),
+    normal: &[f32; 8],
+    products: &[f32; 64],
+    (scale, kappa): (f32, f32),
+) {
+    for a in 0..8 {
+        for b in 0..8 {
+            let both = normal[a] * normal[b];
+            tangential[8 * a + b] += scale * (products[8 * a + b] - both);
+            second[8 * a + b] += kappa * both;
+        }
+    }
+}
+
+/// The stencils of a band's rows from one matrix of each cell.
+pub fn stencils<C: Sync>(
+    band: &Band,
+    cells: &[C],
+    which: impl Fn(&C) -> &Packed + Sync,
+) -> Vec<Stencil> {
+    let row = |&i: &u32| {
+        let mut row = [0.0; 27];
+        for (a, &c) in band.node_cells[i as usize].iter().enumerate() {
+            if c == NONE {
+                continue;
+            }
+            let matrix = which(&cells[c as usize]);
+            for b in 0..8 {
+                row[ENTRY[8 * a + b] as usize] += f64::from(matrix[PLACE[8 * a + b] as usize]);
+            }
+        }
+        Stencil::new(&row)
+    };
+    band.layout.rows.par_iter().map(row).collect()
+}
+
+/// What the cells round a node add up to there.
+#[inline]
+pub fn gathered(band: &Band, node: usize, load: impl Fn(usize, usize) -> f64) -> f64 {
+    let mut sum = 0.0;
+    for (a, &c) in band.node_cells[node].iter().enumerate() {
+        if c != NONE {
+            sum += load(c as usize, a);
+        }
+    }
+    sum
+}
+
+/// For each pair of corners, `8 a + b`, the place of `b` in the stencil of `a`.
+const ENTRY: [u8; 64] = {
+    let mut table = [0; 64];
+    let mut i = 0;
+    while i < 64 {
+        table[i] = stencil_entry(i / 8, i % 8);
+        i += 1;
+    }
+    table
+};
+
+/// Position in the 27-point stencil of corner `b` seen from corner `a`.
+const fn stencil_entry(a: usize, b: usize) -> u8 {
+    let (x, y, z) = (
+        ((b >> 2) & 1) + 1 - ((a >> 2) & 1),
+        ((b >> 1) & 1) + 1 - ((a >> 1) & 1),
+        (b & 1) + 1 - (a & 1),
+    );
+    (9 * x + 3 * y + z) as u8
+}

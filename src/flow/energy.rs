@@ -1,0 +1,49 @@
+//! What an energy has to offer to the flow.
+
+use serde::Serialize;
+
+use super::band::Band;
+use super::system::System;
+use super::willmore::Metric;
+
+/// The energy whose steady state a fill is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Energy {
+    /// `½∫ h²`: exact on spheres, minimal surfaces, Clifford tori and their Möbius images, and the most robust.
+    #[default]
+    Willmore,
+    /// `½∫ |∇h|²` along the surface: nearly exact on cylinders and cones too, much closer on ellipsoids, continuous in
+    /// curvature across the rim. It starts from the steady state of the Willmore energy.
+    CurvatureVariation,
+}
+
+/// An energy of a level set on a narrow band. Fields are values at the band's nodes, lengths are in voxels.
+pub trait BandEnergy: Sized {
+    /// How many steps beyond the mask its nodal curvature is needed.
+    const DILATIONS: usize;
+
+    /// The energy on a band, with the weight κ of the eikonal term.
+    fn new(band: Band, kappa: f64) -> Self;
+
+    /// The nodes and cells.
+    fn band(&self) -> &Band;
+
+    /// The energy of `phi`.
+    fn evaluate(&self, phi: &[f64]) -> Evaluation;
+
+    /// Gradient and matrix of a step at `phi`, which `at` is the evaluation of; `time_step` is infinite for the steady state.
+    fn system(&self, phi: &[f64], at: &Evaluation, metric: Metric, time_step: f64) -> System<'_>;
+}
+
+/// Energy and the nodal quantities it is made of.
+pub struct Evaluation {
+    /// The whole energy.
+    pub energy: f64,
+    /// That of the surface: without the eikonal term.
+    pub surface: f64,
+    /// Weak mean curvature r_i.
+    pub(super) r: Vec<f64>,
+    /// Lumped mass M_i.
+    pub(super) mass: Vec<f64>,
+}

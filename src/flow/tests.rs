@@ -1,0 +1,110 @@
+//! What holds for every energy: its gradient is its derivative, its matrix symmetric and the Jacobi factor the diagonal's.
+
+use super::{Band, BandEnergy, Metric, System, VariationBand, WillmoreBand};
+use crate::grid::SparseGrid;
+use crate::linalg::LinearOperator;
+
+/// A bumpy ball, free on one side.
+fn ball<E: BandEnergy>() -> (E, Vec<f64>) {
+    let grid = SparseGrid::new([24, 24, 24], |_| true);
+    let (mut phi, mut mask) = (vec![], vec![]);
+    for s in 0..grid.len() {
+        let n = grid.node(s).map(|i| f64::from(i) - 11.3);
+        let r = (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
+        let bump = 0.2 * (0.9 * n[0]).sin() * (0.7 * n[1] + 0.3).cos();
+        phi.push(r - 7.0 + bump);
+        mask.push(n[2] > 2.0);
+    }
+    let band = Band::new(&grid, &phi, &mask, E::DILATIONS);
+    let values = band.gather(&phi);
+    (E::new(band, 1.0), values)
+}
+
+/// A direction on the unknowns.
+fn waves(band: &Band, frequency: f64) -> Vec<f64> {
+    let wave = |i: usize| {
+        if band.unknown[i] {
+            (i as f64 * frequency).sin()
+        } else {
+            0.0
+        }
+    };
+    (0..band.nodes.len()).map(wave).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn system<'a, E: BandEnergy>(energy: &'a E, phi: &[f64]) -> System<'a> {
+    let at = energy.evaluate(phi);
+    energy.system(phi, &at, Metric::GaussNewton, f64::INFINITY)
+}
+
+fn gradient_is_derivative<E: BandEnergy>() {
+    let (energy, phi) = ball::<E>();
+    let gradient = system(&energy, &phi).gradient;
+    for frequency in [1.7, 0.03] {
+        let direction = waves(energy.band(), frequency);
+        let value = |s: f64| {
+            let shifted: Vec<f64> = phi.iter().zip(&direction).map(|(p, d)| p + s * d).collect();
+            energy.evaluate(&shifted).energy
+        };
+        let e = 1e-5;
+        let numeric = (value(e) - value(-e)) / (2.0 * e);
+        let exact = dot(&gradient, &direction);
+        assert!(
+            (numeric - exact).abs() < 1e-6 * exact.abs().max(1.0),
+            "{numeric} {exact}"
+        );
+    }
+}
+
+fn operator_is_symmetric_with_its_diagonal<E: BandEnergy>() {
+    let (energy, phi) = ball::<E>();
+    let band = energy.band();
+    let system = system(&energy, &phi);
+    let layout = system.layout();
+    let product = |values: &[f64]| {
+        let mut out = vec![0.0; layout.len];
+        system.apply(&layout.spread(values), &mut out);
+        layout.gathered(&out)
+    };
+    let (x, y) = (waves(band, 0.7), waves(band, 1.3));
+    let (a, b) = (dot(&y, &product(&x)), dot(&x, &product(&y)));
+    assert!((a - b).abs() < 1e-6 * a.abs().max(1.0), "{a} {b}");
+    assert!(dot(&x, &product(&x)) > 0.0);
+    let inside: Vec<usize> = (0..phi.len())
+        .filter(|&i| band.unknown[i] && band.residual[i])
+        .collect();
+    for &i in inside.iter().step_by(inside.len() / 7) {
+        let mut unit = vec![0.0; phi.len()];
+        unit[i] = 1.0;
+        let factor = system.jacobi()[layout.position[i] as usize];
+        let diagonal = product(&unit)[i];
+        assert!(
+            (diagonal * factor - 1.0).abs() < 1e-6,
+            "{diagonal} {factor}"
+        );
+    }
+}
+
+#[test]
+fn the_willmore_gradient_is_that_of_the_energy() {
+    gradient_is_derivative::<WillmoreBand>();
+}
+
+#[test]
+fn the_gradient_of_the_variation_is_that_of_the_energy() {
+    gradient_is_derivative::<VariationBand>();
+}
+
+#[test]
+fn the_willmore_operator_is_symmetric_and_its_diagonal_is_the_jacobi_factor() {
+    operator_is_symmetric_with_its_diagonal::<WillmoreBand>();
+}
+
+#[test]
+fn the_operator_of_the_variation_is_symmetric_and_its_diagonal_is_the_jacobi_factor() {
+    operator_is_symmetric_with_its_diagonal::<VariationBand>();
+}

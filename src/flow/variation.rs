@@ -1,0 +1,197 @@
+//! The localised variation of curvature
+//!
+//! `E(φ) = ½ Σ_c χ_c Σ_q ⅛ |∇φ| (|u|² − (n·u)²) + κ/2 Σ_cells (|∇φ| − 1)²`, `u = ∇H` at the Gauss points q,
+//!
+//! of the nodal curvature `H_i = r_i`, with χ_c taken at the mean of a cell's corners, over the cells whose corners all lie in
+//! R and of which one at least is within a step of the mask.
+
+use rayon::prelude::*;
+
+use super::band::Band;
+use super::cells::{
+    CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, corners, eikonal, gathered,
+    nodal, norm, packed, stencils,
+};
+use super::element::{ELEMENT, dot, gradient};
+use super::energy::{BandEnergy, Evaluation};
+use super::system::{Factors, RowWeights, System};
+use super::willmore::Metric;
+
+/// A band with the variation of curvature on it.
+pub struct VariationBand {
+    band: Band,
+    kappa: f64,
+    /// Whether a cell carries energy.
+    counted: Vec<bool>,
+}
+
+impl BandEnergy for VariationBand {
+    const DILATIONS: usize = 2;
+
+    fn new(band: Band, kappa: f64) -> Self {
+        let counted = |cell: &[u32; 8]| {
+            cell.iter().all(|&v| band.residual[v as usize])
+                && cell.iter().any(|&v| band.near[v as usize])
+        };
+        Self {
+            counted: band.cells.iter().map(counted).collect(),
+            band,
+            kappa,
+        }
+    }
+
+    fn band(&self) -> &Band {
+        &self.band
+    }
+
+    fn evaluate(&self, phi: &[f64]) -> Evaluation {
+        let (r, mass) = nodal(&self.band, phi);
+        let surface = chunked_sum(&self.band.cells, |c, cell| {
+            if self.counted[c] {
+                cell_energy(&corners(cell, phi), &corners(cell, &r))
+            } else {
+                0.0
+            }
+        });
+        Evaluation {
+            energy: surface + self.kappa * eikonal(&self.band, phi),
+            surface,
+            r,
+            mass,
+        }
+    }
+
+    /// The matrix is `BPᵀ K BP + κ L[n⊗n]` whatever the metric.
+    fn system(&self, phi: &[f64], at: &Evaluation, _: Metric, time_step: f64) -> System<'_> {
+        let band = &self.band;
+        let variation: Vec<VariationCell> = band
+            .cells
+            .par_iter()
+            .zip(&self.counted)
+            .map(|(cell, &counted)| {
+                if counted {
+                    VariationCell::new(&corners(cell, phi), &corners(cell, &at.r))
+                } else {
+                    VariationCell::default()
+                }
+            })
+            .collect();
+        let force: Vec<f64> = (0..phi.len())
+            .into_par_iter()
+            .map(|i| gathered(band, i, |c, a| variation[c].by_curvature[a]))
+            .collect();
+        let fields = Fields {
+            phi,
+            weighted: &vec![0.0; phi.len()],
+            force: &force,
+            kappa: self.kappa,
+        };
+        let cells: Vec<CellMatrices> = band
+            .cells
+            .par_iter()
+            .map(|cell| CellMatrices::new(cell, &fields, Metric::GaussNewton))
+            .collect();
+        let gradient = (0..phi.len())
+            .into_par_iter()
+            .map(|i| {
+                if band.unknown[i] {
+                    gathered(band, i, |c, a| cells[c].load[a] + variation[c].by_level[a])
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let weights = band.layout.rows.iter().map(|&i| RowWeights {
+            residual: f64::from(u8::from(band.residual[i as usize])),
+            inertia: if time_step.is_finite() {
+                at.mass[i as usize] / time_step
+            } else {
+                0.0
+            },
+            unknown: band.unknown[i as usize],
+        });
+        let factors = Factors {
+            curvature: stencils(band, &cells, |c| &c.tangential),
+            inner: None,
+            middle: Some(stencils(band, &variation, |c| &c.stiffness)),
+            second: stencils(band, &cells, |c| &c.second),
+        };
+        System::new(band, factors, weights.collect(), gradient)
+    }
+}
+
+fn mean(v: &[f64; 8]) -> f64 {
+    0.125 * v.iter().sum::<f64>()
+}
+
+/// `½ χ Σ_q ⅛ |∇φ| (|u|² − (n·u)²)` from φ and the nodal curvature at the corners.
+fn cell_energy(phi: &[f64; 8], curvature: &[f64; 8]) -> f64 {
+    let weight = chi(mean(phi));
+    if weight == 0.0 {
+        return 0.0;
+    }
+    let mut sum = 0.0;
+    for shape in &ELEMENT.gauss {
+        let (g, u) = (gradient(shape, phi), gradient(shape, curvature));
+        let l = norm(g);
+        let along = dot(g, u) / l;
+        sum += l * (dot(u, u) - along * along);
+    }
+    0.0625 * weight * sum
+}
+
+/// What a cell adds to the gradient at its corners and to K.
+struct VariationCell {
+    /// K.
+    stiffness: Packed,
+    /// Derivative of its energy by the nodal curvature: K H.
+    by_curvature: [f64; 8],
+    /// Derivative by φ, the nodal curvature held.
+    by_level: [f64; 8],
+}
+
+impl Default for VariationCell {
+    fn default() -> Self {
+        Self {
+            stiffness: [0.0; 36],
+            by_curvature: [0.0; 8],
+            by_level: [0.0; 8],
+        }
+    }
+}
+
+impl VariationCell {
+    fn new(phi: &[f64; 8], curvature: &[f64; 8]) -> Self {
+        let level = mean(phi);
+        let (weight, slope) = (chi(level), chi_derivative(level));
+        let mut out = Self::default();
+        let mut stiffness = [0.0f32; 64];
+        for (q, shape) in ELEMENT.gauss.iter().enumerate() {
+            let (g, u) = (gradient(shape, phi), gradient(shape, curvature));
+            let l = norm(g);
+            let n = g.map(|x| x / l);
+            let (s, uu) = (dot(n, u), dot(u, u));
+            let k = 0.125 * weight * l;
+            let along_normal = 0.0625 * weight * (uu + s * s);
+            let along_slope = -0.125 * weight * s;
+            let shift = 0.0625 * 0.125 * slope * l * (uu - s * s);
+            let mut normal = [0.0f32; 8];
+            for a in 0..8 {
+                let at = [shape[0][a], shape[1][a], shape[2][a]];
+                let (na, ua) = (dot(n, at), dot(u, at));
+                out.by_curvature[a] += k * (ua - s * na);
+                out.by_level[a] += along_normal * na + along_slope * ua + shift;
+                normal[a] = na as f32;
+            }
+            let products = &ELEMENT.gauss_products[q];
+            for a in 0..8 {
+                for b in 0..8 {
+                    stiffness[8 * a + b] +=
+                        k as f32 * (products[8 * a + b] - normal[a] * normal[b]);
+                }
+            }
+        }
+        out.stiffness = packed(&stiffness);
+        out
+    }
+}
