@@ -18,7 +18,8 @@ use crate::region::{
 use crate::report::{HoleOutcome, RegionReport};
 use crate::sdf::Sampler;
 use crate::stitch::{
-    Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch, triangulate_loop,
+    Patch, StitchError, StitchInput, StitchParams, close_seam, count_intersecting, stitch,
+    triangulate_loop,
 };
 
 /// Loops of at most this many edges are solved once only.
@@ -111,6 +112,8 @@ impl Work<'_> {
                 "it has no more than four edges",
                 RegionReport::default(),
             )
+        } else if let Some(closed) = self.close_seam(group) {
+            closed
         } else {
             self.evolve(group, self.sources.of(number))
         };
@@ -351,6 +354,24 @@ impl Work<'_> {
             report,
             outcomes: group.iter().map(|&h| (h, outcome.clone())).collect(),
         }
+    }
+
+    /// Closes the gap between two rims that lie on each other.
+    fn close_seam(&self, group: &[usize]) -> Option<RegionPatch> {
+        let (&[a, b], SurfaceKind::Stitched) = (group, self.params.surface) else {
+            return None;
+        };
+        let [a, b] = [a, b].map(|h| &self.found.holes[h]);
+        let faces = close_seam(&self.found.mesh, &a.rim, &b.rim)?;
+        let report = RegionReport {
+            diameter: a.diameter,
+            new_faces: faces.len(),
+            components: 1,
+            ..RegionReport::default()
+        };
+        let why = "it is one side of a seam, which was closed with thin triangles".to_owned();
+        let patch = Mesh::new(Vec::new(), faces);
+        Some(self.all(group, patch, report, HoleOutcome::Triangulated(why)))
     }
 
     /// Triangulates each loop on its own.
