@@ -24,8 +24,6 @@ use crate::stitch::{
 
 /// Loops of at most this many edges are solved once only.
 const SMALL_EDGES: usize = 16;
-/// Up to so many voxels across κ is the default; beyond, it grows in proportion.
-const KAPPA_ACROSS: f64 = 20.0;
 /// Most tries at a region.
 const MOST_TRIES: usize = 6;
 
@@ -285,13 +283,13 @@ impl Work<'_> {
             stop_when_lost: next.refine == 1.0
                 && !next.accept
                 && self.params.voxel == VoxelSize::Auto,
-            flow: self.flow_settings(region.diameter / region.voxel),
+            flow: self.flow_settings().across(region.diameter / region.voxel),
         };
         let solved = solve_nested(&data, &settings, self.keep_going);
         (solved, region, data)
     }
 
-    fn flow_settings(&self, across: f64) -> FlowSettings {
+    fn flow_settings(&self) -> FlowSettings {
         let usual = FlowSettings::default();
         let most = match self.params.variant {
             Variant::GaussNewton => usual.max_steps,
@@ -301,7 +299,6 @@ impl Work<'_> {
             variant: self.params.variant,
             time_step: self.params.time_step.unwrap_or(f64::INFINITY),
             max_steps: self.params.steps.unwrap_or(most),
-            kappa: usual.kappa * (across / KAPPA_ACROSS).max(1.0),
             ..usual
         }
     }
