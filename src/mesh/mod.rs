@@ -5,6 +5,7 @@ pub mod attributes;
 pub mod holes;
 pub mod mask;
 pub mod measures;
+pub(crate) mod polygon;
 #[cfg(test)]
 pub(crate) mod shapes;
 #[cfg(test)]
