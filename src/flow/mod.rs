@@ -7,12 +7,14 @@ mod band;
 mod coarse;
 mod element;
 mod layout;
+mod pull;
 mod start;
 mod steady;
 mod system;
 mod willmore;
 
 pub use band::{Band, dilate};
+pub use pull::Pull;
 pub use start::biharmonic_fill;
 pub use steady::{FlowOutcome, FlowSettings, StepRecord, Variant, relax};
 pub use system::System;

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::band::{Band, MARGIN, WIDTH};
 use super::coarse::hierarchy;
+use super::pull::{BandPull, Pull};
 use super::willmore::{Evaluation, Metric, WillmoreBand};
 use crate::grid::SparseGrid;
 use crate::linalg::{
@@ -124,7 +125,8 @@ pub struct FlowOutcome {
     pub kappa: f64,
 }
 
-/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`. `keep_going` may end it early.
+/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`; `pull` holds it to a given surface.
+/// `keep_going` may end it early.
 ///
 /// A step solves `A d = −∇E`, clips `d` to one voxel at each node and is halved until the energy falls; κ is raised when
 /// steps grow. So it always ends.
@@ -133,6 +135,7 @@ pub fn relax(
     phi: &mut Vec<f64>,
     mask: &[bool],
     settings: &FlowSettings,
+    pull: Option<&Pull>,
     keep_going: &dyn Fn() -> bool,
 ) -> FlowOutcome {
     let mut outcome = FlowOutcome {
@@ -152,8 +155,8 @@ pub fn relax(
             Some(now) => now,
             None => {
                 let distances = redistance(grid, phi, mask, REACH);
-                let next =
-                    BandState::new(Band::new(grid, &distances, mask), &distances, outcome.kappa);
+                let band = Band::new(grid, &distances, mask);
+                let next = BandState::new(band, &distances, outcome.kappa, pull);
                 if outcome.steps.last().is_some_and(|s| next.leaps(s.energy)) {
                     break;
                 }
@@ -254,10 +257,11 @@ struct BandState {
 }
 
 impl BandState {
-    fn new(band: Band, phi: &[f64], kappa: f64) -> Self {
+    fn new(band: Band, phi: &[f64], kappa: f64, pull: Option<&Pull>) -> Self {
         let values = band.gather(phi);
         let moved = vec![0.0; values.len()];
-        let energy = WillmoreBand { band, kappa };
+        let pull = pull.map(|p| BandPull::new(p, &band, &values));
+        let energy = WillmoreBand { band, kappa, pull };
         let at = Some(energy.evaluate(&values));
         Self {
             energy,

@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::band::{Band, NONE, WIDTH};
 use super::element::{ELEMENT, dot, gradient};
+use super::pull::BandPull;
 use super::system::{RowWeights, Stencil, System};
 
 const CHUNK: usize = 1024;
@@ -34,6 +35,8 @@ pub struct WillmoreBand {
     pub band: Band,
     /// Weight κ of the eikonal term.
     pub kappa: f64,
+    /// The pull to a given surface, if any.
+    pub(super) pull: Option<BandPull>,
 }
 
 /// Energy and the nodal quantities it is made of.
@@ -47,7 +50,7 @@ pub struct Evaluation {
 }
 
 /// χ(t) = ½ (1 + cos(πt/b)) inside |t| < b.
-fn chi(t: f64) -> f64 {
+pub(super) fn chi(t: f64) -> f64 {
     if t.abs() < WIDTH {
         0.5 * (1.0 + (PI * t / WIDTH).cos())
     } else {
@@ -72,7 +75,7 @@ fn norm(g: [f64; 3]) -> f64 {
 }
 
 /// Sums in chunks of fixed size, so that rounding does not depend on the threads.
-fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) -> f64 {
+pub(super) fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) -> f64 {
     let partial: Vec<f64> = items
         .par_chunks(CHUNK)
         .enumerate()
@@ -125,7 +128,9 @@ impl WillmoreBand {
             0.5 * (norm(g) - 1.0).powi(2)
         });
         Evaluation {
-            energy: willmore + self.kappa * eikonal,
+            energy: willmore
+                + self.kappa * eikonal
+                + self.pull.as_ref().map_or(0.0, |p| p.energy(phi)),
             willmore,
             r,
             mass,
@@ -201,7 +206,7 @@ impl WillmoreBand {
                         mass[i] / time_step
                     } else {
                         0.0
-                    },
+                    } + self.pull.as_ref().map_or(0.0, |p| p.diagonal(i)),
                     unknown: band.unknown[i],
                 }
             })
@@ -217,7 +222,7 @@ impl WillmoreBand {
                 if !band.unknown[i] {
                     return 0.0;
                 }
-                let mut sum = 0.0;
+                let mut sum = self.pull.as_ref().map_or(0.0, |p| p.gradient(i, phi));
                 for (a, &c) in band.node_cells[i].iter().enumerate() {
                     if c != NONE {
                         sum += cells[c as usize].load[a];
@@ -424,7 +429,14 @@ mod tests {
         }
         let band = Band::new(&grid, &phi, &mask);
         let values = band.gather(&phi);
-        (WillmoreBand { band, kappa: 1.0 }, values)
+        (
+            WillmoreBand {
+                band,
+                kappa: 1.0,
+                pull: None,
+            },
+            values,
+        )
     }
 
     #[test]

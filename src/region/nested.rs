@@ -38,7 +38,7 @@ pub struct NestedSettings {
 pub enum Start {
     /// The biharmonic fill of the free nodes.
     Biharmonic,
-    /// The distance to a triangulation of the rims.
+    /// The data's guess: the distance to a triangulation of the rims, or to the surface whose shape is kept.
     Triangulation,
 }
 
@@ -130,11 +130,13 @@ pub fn solve_nested(
             },
             ..settings.flow
         };
+        let pull = level.pull(data);
         let flow = relax(
             &level.grid,
             &mut level.phi,
             &level.mask,
             &flow_settings,
+            pull.as_ref(),
             keep_going,
         );
         let lost = !last && (is_hopeless(&flow) || settings.stop_when_lost && is_lost(&flow));
