@@ -82,7 +82,7 @@ fn run(name: &str, shape: &Shape, across: f64) {
         refinements,
         stop_when_lost: false,
         start: Start::Biharmonic,
-        flow: FlowSettings::default(),
+        flow: FlowSettings::default().across(across),
     };
     let clock = Instant::now();
     let solved = solve_nested(shape, &settings, &|| true);

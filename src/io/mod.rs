@@ -27,7 +27,6 @@ mod gltf;
 mod lost;
 mod obj;
 mod ply;
-mod polygon;
 mod stl;
 mod surface;
 mod text;

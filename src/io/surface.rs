@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::polygon::Triangulator;
 use super::{Format, IoError, Loaded, Place};
+use crate::mesh::polygon::Triangulator;
 use crate::mesh::{Attributes, Mesh};
 
 /// A surface under construction. Vertices keep the order of the file; polygons are cut once all points are known.

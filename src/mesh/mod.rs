@@ -6,6 +6,7 @@ pub mod cut;
 pub mod holes;
 pub mod mask;
 pub mod measures;
+pub(crate) mod polygon;
 #[cfg(test)]
 pub(crate) mod shapes;
 #[cfg(test)]

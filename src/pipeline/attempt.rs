@@ -19,13 +19,12 @@ use crate::region::{
 use crate::report::{HoleOutcome, RegionReport};
 use crate::sdf::Sampler;
 use crate::stitch::{
-    Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch, triangulate_loop,
+    Patch, StitchError, StitchInput, StitchParams, close_seam, count_intersecting, stitch,
+    triangulate_loop,
 };
 
 /// Loops of at most this many edges are solved once only.
 const SMALL_EDGES: usize = 16;
-/// Up to so many voxels across κ is the default; beyond, it grows in proportion.
-const KAPPA_ACROSS: f64 = 20.0;
 /// Most tries at a region.
 const MOST_TRIES: usize = 6;
 
@@ -114,6 +113,8 @@ impl Work<'_> {
                 "it has no more than four edges",
                 RegionReport::default(),
             )
+        } else if let Some(closed) = self.close_seam(group) {
+            closed
         } else {
             self.evolve(group, self.sources.of(number))
         };
@@ -291,13 +292,13 @@ impl Work<'_> {
             stop_when_lost: next.refine == 1.0
                 && !next.accept
                 && self.params.voxel == VoxelSize::Auto,
-            flow: self.flow_settings(region.diameter / region.voxel),
+            flow: self.flow_settings().across(region.diameter / region.voxel),
         };
         let solved = solve_nested(&data, &settings, self.keep_going);
         (solved, region, data)
     }
 
-    fn flow_settings(&self, across: f64) -> FlowSettings {
+    fn flow_settings(&self) -> FlowSettings {
         let usual = FlowSettings::default();
         let most = match self.params.variant {
             Variant::GaussNewton => usual.max_steps,
@@ -307,7 +308,6 @@ impl Work<'_> {
             variant: self.params.variant,
             time_step: self.params.time_step.unwrap_or(f64::INFINITY),
             max_steps: self.params.steps.unwrap_or(most),
-            kappa: usual.kappa * (across / KAPPA_ACROSS).max(1.0),
             ..usual
         }
     }
@@ -360,6 +360,24 @@ impl Work<'_> {
             report,
             outcomes: group.iter().map(|&h| (h, outcome.clone())).collect(),
         }
+    }
+
+    /// Closes the gap between two rims that lie on each other.
+    fn close_seam(&self, group: &[usize]) -> Option<RegionPatch> {
+        let (&[a, b], SurfaceKind::Stitched) = (group, self.params.surface) else {
+            return None;
+        };
+        let [a, b] = [a, b].map(|h| &self.found.holes[h]);
+        let faces = close_seam(&self.found.mesh, &a.rim, &b.rim)?;
+        let report = RegionReport {
+            diameter: a.diameter,
+            new_faces: faces.len(),
+            components: 1,
+            ..RegionReport::default()
+        };
+        let why = "it is one side of a seam, which was closed with thin triangles".to_owned();
+        let patch = Mesh::new(Vec::new(), faces);
+        Some(self.all(group, patch, report, HoleOutcome::Triangulated(why)))
     }
 
     /// Triangulates each loop on its own.

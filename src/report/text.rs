@@ -144,7 +144,7 @@ pub fn summary_lines(report: &FillReport) -> Vec<String> {
         let holes: usize = small.iter().map(|r| r.holes.len()).sum();
         let faces: usize = small.iter().map(|r| r.new_faces).sum();
         lines.push(format!(
-            "{holes} holes of at most four edges: closed with {faces} faces between their own vertices"
+            "{holes} small holes and sides of seams: closed with {faces} faces between their own vertices"
         ));
     }
     let mut left: Vec<(&str, Vec<usize>)> = Vec::new();

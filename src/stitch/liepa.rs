@@ -5,10 +5,12 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::StitchError;
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, polygon::Triangulator};
 
 /// Polygons with more edges are first reduced by cutting ears.
 const MOST_EDGES: usize = 300;
+/// Polygons whose corners are nearer to a plane than this part of their size are cut in it.
+const FLAT: f64 = 1e-3;
 
 /// A polygon to be triangulated.
 pub(super) struct Polygon<'a> {
@@ -24,7 +26,8 @@ pub(super) struct Polygon<'a> {
 ///
 /// The largest angle between neighbouring faces is the least possible, the mesh's own faces at the rim included, and of
 /// those triangulations the one of least area is taken (Liepa 2003, section 3). No diagonal repeats an edge of the mesh.
-/// Takes time with the cube of the number of edges up to 300; longer loops are first reduced by cutting ears.
+/// Takes time with the cube of the number of edges up to 300; longer loops are cut in their plane if they lie in one, else
+/// first reduced by cutting ears.
 pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, StitchError> {
     let len = mesh.positions.len();
     if let Some(&vertex) = rim.iter().find(|&&v| v as usize >= len) {
@@ -58,6 +61,11 @@ pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, Stitc
     let blocked = |i: usize, j: usize| {
         rim[i] == rim[j] || edges.contains(&(rim[i].min(rim[j]), rim[i].max(rim[j])))
     };
+    if n > MOST_EDGES
+        && let Some(faces) = cut_flat(&position, &blocked)
+    {
+        return Ok(faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
+    }
     let polygon = Polygon {
         position: &position,
         beyond: &beyond,
@@ -77,6 +85,30 @@ pub(super) fn triangulate(polygon: &Polygon) -> Option<Vec<[usize; 3]>> {
     let (ring, beyond) = cut_ears(polygon, &mut faces);
     let table = Table::new(polygon, &ring, &beyond);
     table.collect(&mut faces).then_some(faces)
+}
+
+/// The triangulation of a polygon that lies in a plane, within [`FLAT`] of its size; none where it does not, or crosses
+/// itself, or a diagonal is blocked.
+fn cut_flat(position: &[DVec3], blocked: &dyn Fn(usize, usize) -> bool) -> Option<Vec<[usize; 3]>> {
+    let n = position.len();
+    let middle = position.iter().sum::<DVec3>() / n as f64;
+    let area: DVec3 = (0..n)
+        .map(|i| (position[i] - middle).cross(position[(i + 1) % n] - middle))
+        .sum();
+    let normal = area.try_normalize()?;
+    let size = position
+        .iter()
+        .fold(0.0, |m: f64, p| m.max(p.distance(middle)));
+    let is_flat = |p: &DVec3| (*p - middle).dot(normal).abs() < FLAT * size;
+    if !position.iter().all(is_flat) {
+        return None;
+    }
+    let mut faces = Vec::with_capacity(n);
+    let clean = Triangulator::new().cut(position, &mut |f| faces.push(f));
+    let is_rim = |a: usize, b: usize| (a + 1) % n == b || (b + 1) % n == a;
+    let allowed = |a: usize, b: usize| is_rim(a, b) || !blocked(a, b);
+    let fits = |f: &[usize; 3]| (0..3).all(|k| allowed(f[k], f[(k + 1) % 3]));
+    (clean && faces.iter().all(fits)).then_some(faces)
 }
 
 /// Cuts the most equilateral ears until [`MOST_EDGES`] are left.

@@ -24,6 +24,7 @@ mod liepa;
 mod matching;
 mod remesh;
 mod rim;
+mod seam;
 mod sector;
 mod zip;
 
@@ -36,6 +37,7 @@ use crate::mesh::Mesh;
 
 pub use error::StitchError;
 pub use liepa::triangulate_loop;
+pub use seam::close_seam;
 
 /// The smooth surface a patch lies on, such as the zero set of a level set function.
 pub trait Surface: Sync {

@@ -82,7 +82,7 @@ pub fn fill_shape(
         refinements,
         stop_when_lost: false,
         start: Start::Biharmonic,
-        flow,
+        flow: flow.across(f64::from(COARSEST) * f64::from(1u32 << refinements.min(16))),
     };
     solve_nested(shape, &settings, keep_going)
 }

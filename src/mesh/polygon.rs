@@ -9,7 +9,7 @@ use glam::{DVec2, DVec3};
 const WORK_LIMIT: u64 = 400_000_000;
 
 /// Cuts polygons by ear clipping in the plane of their Newell normal.
-pub(super) struct Triangulator {
+pub(crate) struct Triangulator {
     flat: Vec<DVec2>,
     next: Vec<usize>,
     prev: Vec<usize>,
@@ -20,7 +20,7 @@ pub(super) struct Triangulator {
 }
 
 impl Triangulator {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             flat: Vec::new(),
             next: Vec::new(),
@@ -34,7 +34,7 @@ impl Triangulator {
 
     /// Cuts one polygon of n ≥ 3 corners into n - 2 triangles with the polygon's orientation, given as positions in
     /// `corners`. Returns whether the cut is clean: false for a polygon that crosses itself or has no area.
-    pub(super) fn cut(&mut self, corners: &[DVec3], emit: &mut impl FnMut([usize; 3])) -> bool {
+    pub(crate) fn cut(&mut self, corners: &[DVec3], emit: &mut impl FnMut([usize; 3])) -> bool {
         match corners.len() {
             0..=2 => true,
             3 => {
