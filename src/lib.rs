@@ -83,6 +83,9 @@ pub use glam;
 pub use mesh::Mesh;
 pub use params::{FillParams, SurfaceKind, VoxelSize};
 pub use pipeline::{FillError, Filled, Inspection, fill, fill_with_progress, inspect};
+pub use pipeline::{
+    RestoreError, RestoreParams, RestoreReport, Restored, restore, restore_with_progress,
+};
 
 /// The README's examples, run as tests.
 #[cfg(doctest)]

@@ -54,6 +54,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A number from 0 to 1.
+pub fn part(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        _ => Err("a number from 0 to 1 is needed".to_owned()),
+    }
+}
+
 /// A ratio of edge lengths that meshes can have.
 pub fn edge_ratio(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -3,16 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use isomend::flow::{Energy, Variant};
-use isomend::io::{Format, Loaded};
-use isomend::report::{FillReport, HoleOutcome, level_lines, summary_lines};
-use isomend::{FillError, FillParams, Filled, SurfaceKind, VoxelSize};
+use isomend::{FillParams, SurfaceKind};
 
 use super::arguments::{self, Choice, Ids};
 use super::console::Console;
-use super::json::{FileInfo, FillDocument};
-use super::output::Output;
-use super::{CommonArgs, End, input, progress};
+use super::solve::{self, Files, SolveArgs};
+use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -57,45 +53,6 @@ pub struct FillArgs {
     #[arg(long, value_name = "ID+ID", value_parser = arguments::bridge)]
     bridge: Vec<Ids>,
 
-    /// Voxel size in the mesh's units.
-    ///
-    /// `auto` takes 32 voxels across the hole, more where its rim is finer, at most 160.
-    #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
-    voxel: VoxelSize,
-
-    /// What the patch makes small.
-    ///
-    /// The default continues spheres, minimal surfaces and tori and is the most robust, on rough scans above all. Take the
-    /// other where the surroundings are smooth and like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot
-    /// continue exactly, or where curvature must not jump at the rim; it takes a few times as long.
-    #[arg(
-        long,
-        value_enum,
-        value_name = "willmore|curvature-variation",
-        default_value = "willmore"
-    )]
-    energy: EnergyName,
-
-    /// Scheme of the flow's steps: I and II are the paper's, for the Willmore energy; all end in the same surface.
-    #[arg(
-        long,
-        value_enum,
-        value_name = "I|II|gauss-newton",
-        default_value = "gauss-newton",
-        ignore_case = true
-    )]
-    variant: Scheme,
-
-    /// Time step of the flow, in units of the voxel size to the fourth power.
-    ///
-    /// Without it each step aims at the steady state.
-    #[arg(long, value_name = "T", value_parser = arguments::positive)]
-    time_step: Option<f64>,
-
-    /// Most steps of the flow on each grid [default: 30, with I and II 200].
-    #[arg(long, value_name = "N", value_parser = arguments::count)]
-    steps: Option<usize>,
-
     /// What to write.
     #[arg(
         long,
@@ -105,47 +62,11 @@ pub struct FillArgs {
     )]
     surface: Surface,
 
-    /// Length of the patch's edges over that of the edges round the hole.
-    #[arg(long, value_name = "RATIO", default_value = "0.8", value_parser = arguments::edge_ratio)]
-    edge_ratio: f64,
-
-    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk or vtp.
-    #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
-    to: Option<Format>,
-
-    /// Write text instead of binary: PLY, STL and VTK legacy.
-    #[arg(long)]
-    ascii: bool,
+    #[command(flatten)]
+    solve: SolveArgs,
 
     #[command(flatten)]
     pub(super) common: CommonArgs,
-}
-
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Scheme {
-    #[value(name = "I")]
-    I,
-    #[value(name = "II")]
-    II,
-    #[value(name = "gauss-newton")]
-    GaussNewton,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum EnergyName {
-    /// The integral of the squared mean curvature.
-    Willmore,
-    /// The integral of the squared slope of the mean curvature along the surface.
-    CurvatureVariation,
-}
-
-impl EnergyName {
-    pub(super) fn energy(self) -> Energy {
-        match self {
-            Self::Willmore => Energy::Willmore,
-            Self::CurvatureVariation => Energy::CurvatureVariation,
-        }
-    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -160,7 +81,6 @@ impl FillArgs {
     fn params(&self) -> FillParams {
         let list = |ids: &Ids| ids.0.clone();
         FillParams {
-            voxel: self.voxel,
             holes: match &self.holes {
                 Choice::All => None,
                 Choice::Some(ids) => Some(ids.clone()),
@@ -172,86 +92,27 @@ impl FillArgs {
                 Surface::Stitched => SurfaceKind::Stitched,
                 Surface::Whole => SurfaceKind::Whole,
             },
-            energy: self.energy.energy(),
-            variant: match self.variant {
-                Scheme::I => Variant::I,
-                Scheme::II => Variant::II,
-                Scheme::GaussNewton => Variant::GaussNewton,
-            },
-            steps: self.steps,
-            time_step: self.time_step,
-            edge_ratio: self.edge_ratio,
+            ..self.solve.params()
         }
     }
 }
 
 /// Reads, fills, writes.
 pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
-    let output = Output::new(&args.output, args.to, args.ascii)?;
-    if let Some(json) = &args.common.json {
-        json.check(&[&args.input, &args.output])?;
-    }
-    progress::catch_interrupt()?;
-    let loaded = input::read(&args.input, args.common.from, console)?;
+    let files = Files {
+        command: "fill",
+        input: &args.input,
+        output: args.solve.output(&args.output)?,
+        json: args.common.json.as_ref(),
+    };
+    let loaded = files.read(args.common.from, console)?;
     let params = args.params();
-    let Some(filled) = fill(&loaded, &params, console)? else {
-        console.warn("stopped; nothing was written");
+    args.solve.check()?;
+    let filled = solve::watched(console, |progress| {
+        isomend::fill_with_progress(&loaded.mesh, &params, progress)
+    });
+    let Some(filled) = solve::unless_stopped(filled, console)? else {
         return Ok(End::Interrupted);
     };
-    let mut notes = loaded.notes.clone();
-    let (mesh, remarks) = output.write(filled.mesh, &loaded, &params)?;
-    notes.extend(remarks);
-    notes[loaded.notes.len()..]
-        .iter()
-        .for_each(|note| console.note(&format!("{}: {note}", output.path.display())));
-    tell(&filled.report, console);
-    if let Some(json) = &args.common.json {
-        json.write(&FillDocument {
-            command: "fill",
-            version: env!("CARGO_PKG_VERSION"),
-            input: FileInfo::new(&args.input, loaded.format, &loaded.mesh),
-            output: FileInfo::new(&output.path, output.format, &mesh),
-            notes: &notes,
-            complete: !filled.report.incomplete(),
-            report: &filled.report,
-        })?;
-    }
-    Ok(if filled.report.incomplete() {
-        End::InPart
-    } else {
-        End::Done
-    })
-}
-
-/// Fills with a progress bar; nothing when the user stopped it.
-fn fill(loaded: &Loaded, params: &FillParams, console: &Console) -> anyhow::Result<Option<Filled>> {
-    let bar = progress::bar(console);
-    let result = isomend::fill_with_progress(&loaded.mesh, params, &|done, all| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-        !progress::interrupted()
-    });
-    bar.finish_and_clear();
-    match result {
-        Err(FillError::Cancelled) => Ok(None),
-        Ok(_) if progress::interrupted() => Ok(None),
-        Ok(filled) => Ok(Some(filled)),
-        Err(error) => Err(error.into()),
-    }
-}
-
-fn tell(report: &FillReport, console: &Console) {
-    for line in summary_lines(report) {
-        console.say(&line);
-    }
-    for region in &report.regions {
-        for line in level_lines(region) {
-            console.detail(&line);
-        }
-    }
-    for hole in &report.holes {
-        if let HoleOutcome::Failed(why) = &hole.outcome {
-            console.warn(&format!("hole {} is still open: {why}", hole.hole.id));
-        }
-    }
+    files.finish(filled.mesh, &loaded, &params, &filled.report, None, console)
 }

@@ -75,19 +75,24 @@ pub struct FileInfo {
 impl FileInfo {
     /// What is known of a mesh and its file.
     pub fn new(path: &Path, format: Format, mesh: &Mesh) -> Self {
+        Self::of(path, format, mesh.positions.len(), mesh.faces.len())
+    }
+
+    /// The same from its numbers of vertices and faces.
+    pub fn of(path: &Path, format: Format, vertices: usize, faces: usize) -> Self {
         Self {
             path: path.display().to_string(),
             format: format.extension(),
-            vertices: mesh.positions.len(),
-            faces: mesh.faces.len(),
+            vertices,
+            faces,
         }
     }
 }
 
-/// The report of `isomend fill`.
+/// The report of `isomend fill` and `isomend restore`.
 #[derive(Debug, Serialize)]
 pub struct FillDocument<'a> {
-    /// Always `fill`.
+    /// `fill` or `restore`.
     pub command: &'static str,
     /// Version of isomend.
     pub version: &'static str,
@@ -99,9 +104,25 @@ pub struct FillDocument<'a> {
     pub notes: &'a [String],
     /// Whether every hole that was to be filled is.
     pub complete: bool,
+    /// What was cut out before.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub cut: Option<Cut>,
     /// What was found and done.
     #[serde(flatten)]
     pub report: &'a FillReport,
+}
+
+/// What `isomend restore` cut out.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Cut {
+    /// Faces that were marked.
+    pub marked_faces: usize,
+    /// Faces taken out.
+    pub removed_faces: usize,
+    /// Vertices taken out.
+    pub removed_vertices: usize,
+    /// The part of the shape that was to be kept.
+    pub keep_shape: f64,
 }
 
 /// The report of `isomend inspect`.

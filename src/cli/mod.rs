@@ -11,7 +11,9 @@ mod manual;
 mod mask;
 mod output;
 mod progress;
+mod restore;
 mod sdf;
+mod solve;
 mod study;
 mod surface;
 
@@ -67,6 +69,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Fill(fill::FillArgs),
+    Restore(restore::RestoreArgs),
     Inspect(inspect::InspectArgs),
     Compare(compare::CompareArgs),
     Study(study::StudyArgs),
@@ -113,6 +116,7 @@ struct RunArgs {
 pub fn run(cli: Cli) -> anyhow::Result<End> {
     match cli.command {
         Command::Fill(args) => start(&args.common, |console| fill::run(&args, console)),
+        Command::Restore(args) => start(&args.common, |console| restore::run(&args, console)),
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
         Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
         Command::Study(args) => {

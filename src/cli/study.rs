@@ -14,8 +14,8 @@ use isomend::study::{Frame, Observer, StudyError, StudyReport, to_svg};
 use serde::Serialize;
 
 use super::console::{self, Console};
-use super::fill::EnergyName;
 use super::json::Target;
+use super::solve::EnergyName;
 use super::{End, arguments, output, progress};
 
 const EXAMPLES: &str = "\

@@ -9,6 +9,7 @@ mod coarse;
 mod element;
 mod energy;
 mod layout;
+mod pull;
 mod start;
 mod steady;
 mod system;
@@ -19,6 +20,7 @@ mod willmore;
 
 pub use band::{Band, dilate};
 pub use energy::{BandEnergy, Energy, Evaluation};
+pub use pull::Pull;
 pub use start::biharmonic_fill;
 pub use steady::{FlowOutcome, FlowSettings, StepRecord, Variant, relax};
 pub use system::System;

@@ -5,6 +5,7 @@ use serde::Serialize;
 use super::band::{Band, MARGIN, WIDTH};
 use super::coarse::hierarchy;
 use super::energy::{BandEnergy, Energy, Evaluation};
+use super::pull::{BandPull, Pull};
 use super::variation::VariationBand;
 use super::willmore::{Metric, WillmoreBand};
 use crate::grid::SparseGrid;
@@ -154,13 +155,14 @@ pub fn relax(
     phi: &mut Vec<f64>,
     mask: &[bool],
     settings: &FlowSettings,
+    pull: Option<&Pull>,
     keep_going: &dyn Fn() -> bool,
 ) -> FlowOutcome {
     let run = match settings.energy {
         Energy::Willmore => relax_with::<WillmoreBand>,
         Energy::CurvatureVariation => relax_with::<VariationBand>,
     };
-    run(grid, phi, mask, settings, keep_going)
+    run(grid, phi, mask, settings, pull, keep_going)
 }
 
 fn relax_with<E: BandEnergy>(
@@ -168,6 +170,7 @@ fn relax_with<E: BandEnergy>(
     phi: &mut Vec<f64>,
     mask: &[bool],
     settings: &FlowSettings,
+    pull: Option<&Pull>,
     keep_going: &dyn Fn() -> bool,
 ) -> FlowOutcome {
     let mut outcome = FlowOutcome {
@@ -189,7 +192,7 @@ fn relax_with<E: BandEnergy>(
             None => {
                 let distances = redistance(grid, phi, mask, REACH);
                 let band = Band::new(grid, &distances, mask, E::DILATIONS);
-                let next = BandState::<E>::new(band, &distances, outcome.kappa);
+                let next = BandState::<E>::new(band, &distances, outcome.kappa, pull);
                 if outcome.steps.last().is_some_and(|s| next.leaps(s.energy)) {
                     break;
                 }
@@ -283,6 +286,8 @@ struct BandState<E> {
     values: Vec<f64>,
     /// How far each node has moved since the band was made.
     moved: Vec<f64>,
+    /// The pull to a given surface, if any.
+    pull: Option<BandPull>,
     /// The evaluation at `values`, where it is known.
     at: Option<Evaluation>,
     /// Coarse levels, made for the first step in this band; none where they could not be made.
@@ -290,18 +295,28 @@ struct BandState<E> {
 }
 
 impl<E: BandEnergy> BandState<E> {
-    fn new(band: Band, phi: &[f64], kappa: f64) -> Self {
+    fn new(band: Band, phi: &[f64], kappa: f64, pull: Option<&Pull>) -> Self {
         let values = band.gather(phi);
+        let pull = pull.map(|p| BandPull::new(p, &band, &values));
         let moved = vec![0.0; values.len()];
         let energy = E::new(band, kappa);
-        let at = Some(energy.evaluate(&values));
-        Self {
+        let mut state = Self {
             energy,
+            pull,
             values,
             moved,
-            at,
+            at: None,
             coarse: None,
-        }
+        };
+        state.at = Some(state.evaluate(&state.values));
+        state
+    }
+
+    /// The energy with that of the pull.
+    fn evaluate(&self, values: &[f64]) -> Evaluation {
+        let mut at = self.energy.evaluate(values);
+        at.energy += self.pull.as_ref().map_or(0.0, |p| p.energy(values));
+        at
     }
 
     /// Whether redistancing has torn the surface: its energy is many times what it was.
@@ -320,15 +335,18 @@ impl<E: BandEnergy> BandState<E> {
         let at = self
             .at
             .take()
-            .unwrap_or_else(|| self.energy.evaluate(&self.values));
+            .unwrap_or_else(|| self.evaluate(&self.values));
         let metric = match settings.variant {
             Variant::GaussNewton => Metric::GaussNewton,
             Variant::I => Metric::VariantOne,
             Variant::II => Metric::VariantTwo,
         };
-        let system = self
+        let mut system = self
             .energy
             .system(&self.values, &at, metric, settings.time_step);
+        if let Some(pull) = &self.pull {
+            system.add(pull, &self.values);
+        }
         let layout = system.layout();
         let mut rhs = layout.spread(&system.gradient);
         rhs.iter_mut().for_each(|g| *g = -*g);
@@ -385,7 +403,7 @@ impl<E: BandEnergy> BandState<E> {
             for (t, (v, d)) in trial.iter_mut().zip(self.values.iter().zip(d)) {
                 *t = v + fraction * d;
             }
-            let there = self.energy.evaluate(&trial);
+            let there = self.evaluate(&trial);
             if there.energy <= at.energy + 1e-4 * fraction * slope {
                 reached = Some(there);
                 break;

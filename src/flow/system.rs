@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::band::{Band, NONE};
 use super::layout::{CHUNK, Layout};
+use super::pull::BandPull;
 use crate::linalg::{Csr, LinearOperator, Real};
 
 /// A 27-point stencil: nine groups of three entries, and minus their sum.
@@ -113,6 +114,17 @@ impl<'a> System<'a> {
         };
         system.jacobi = system.inverse_diagonal();
         system
+    }
+
+    /// Adds a pull at the band's values `phi` to the matrix and the gradient.
+    pub(super) fn add(&mut self, pull: &BandPull, phi: &[f64]) {
+        for (weights, &i) in self.weights.iter_mut().zip(&self.layout.rows) {
+            weights.inertia += pull.diagonal(i as usize);
+        }
+        for (i, g) in self.gradient.iter_mut().enumerate() {
+            *g += pull.gradient(i, phi);
+        }
+        self.jacobi = self.inverse_diagonal();
     }
 
     fn inverse_diagonal(&self) -> Vec<f64> {

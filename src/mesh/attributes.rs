@@ -356,6 +356,24 @@ impl Attributes {
         }
     }
 
+    /// The attributes of the mesh that has only the vertices with a true mark, in their order. Faces stay.
+    pub fn with_vertices(&self, keep: &[bool]) -> Self {
+        let kept = || (0..keep.len()).filter(|&v| keep[v]);
+        let mut number = vec![NONE; keep.len()];
+        for (new, old) in kept().enumerate() {
+            number[old] = new as u32;
+        }
+        let at = |v: u32| number.get(v as usize).copied().filter(|n| *n != NONE);
+        let copies = self.copies.iter();
+        Self {
+            vertex: self.vertex.iter().map(|a| a.selected(kept())).collect(),
+            copies: copies
+                .filter_map(|&(copy, of)| Some((at(copy)?, at(of)?)))
+                .collect(),
+            ..self.clone()
+        }
+    }
+
     /// One line that lists what is there, such as `normals, colours`; empty when there is nothing but marks of patches.
     pub fn listed(&self) -> String {
         self.listed_where(|_| true, |_| true)

@@ -2,6 +2,7 @@
 
 mod adjacency;
 pub mod attributes;
+pub mod cut;
 pub mod holes;
 pub mod mask;
 pub mod measures;

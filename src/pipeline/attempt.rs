@@ -5,6 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::restore::Damaged;
 use super::sources::Sources;
 use super::{Inspection, TRIVIAL_EDGES};
 use crate::extract::marching_cubes;
@@ -90,6 +91,8 @@ pub(super) struct Work<'a> {
     pub(super) found: &'a Inspection,
     pub(super) sources: &'a Sources<'a>,
     pub(super) params: &'a FillParams,
+    /// The surface whose shape is kept, if any.
+    pub(super) damaged: Option<&'a Damaged<'a>>,
     /// Tells of progress; false when the caller asked to stop.
     pub(super) keep_going: &'a (dyn Fn() -> bool + Sync),
 }
@@ -134,6 +137,10 @@ impl Work<'_> {
             .all(|&h| self.found.holes[h].edges <= SMALL_EDGES);
         let mut next = Some(Try {
             accept: small,
+            start: match self.damaged {
+                Some(_) => Start::Triangulation,
+                None => Start::Biharmonic,
+            },
             ..Try::default()
         });
         let mut best: Option<(Patch, RegionReport)> = None;
@@ -274,7 +281,9 @@ impl Work<'_> {
         let closed = !found.holes.iter().enumerate().any(|(i, h)| {
             h.outer_border && !group.contains(&i) && holes.iter().any(|g| g.piece == h.piece)
         });
-        let data = MeshData::new(sampler, &found.mesh, &holes, closed);
+        let damaged = self.damaged;
+        let data = MeshData::new(sampler, &found.mesh, &holes, closed)
+            .keeping(damaged.map(|d| d.kept(region.diameter, region.voxel)));
         let settings = NestedSettings {
             lattice: region.lattice,
             dims: region.dims,

@@ -1,6 +1,7 @@
 //! The way of the data, from a mesh with holes to a mesh without.
 
 mod attempt;
+mod restore;
 mod sources;
 pub mod volume;
 
@@ -15,6 +16,10 @@ use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::group_holes;
 use crate::report::{FillReport, HoleOutcome, HoleReport};
 use attempt::{RegionPatch, Work};
+use restore::Damaged;
+pub use restore::{
+    RestoreError, RestoreParams, RestoreReport, Restored, restore, restore_with_progress,
+};
 use sources::Sources;
 
 /// Loops of at most this many edges are triangulated without new vertices.
@@ -122,9 +127,19 @@ pub fn fill_with_progress(
     params: &FillParams,
     progress: &Progress,
 ) -> Result<Filled, FillError> {
-    let clock = Instant::now();
     check_params(params)?;
-    let found = inspect(mesh)?;
+    fill_found(mesh, inspect(mesh)?, params, None, progress)
+}
+
+/// Fills the holes that were found in a mesh.
+fn fill_found(
+    mesh: &Mesh,
+    found: Inspection,
+    params: &FillParams,
+    damaged: Option<&Damaged>,
+    progress: &Progress,
+) -> Result<Filled, FillError> {
+    let clock = Instant::now();
     let (mut outcomes, chosen) = choose(&found, params)?;
     let groups = groups(&found, &chosen, &mut outcomes, &bridges(&found, params)?);
     let asked = |group: &[usize]| !attempt::is_trivial(&found, params, group);
@@ -142,6 +157,7 @@ pub fn fill_with_progress(
         found: &found,
         sources: &sources,
         params,
+        damaged,
         keep_going: &keep_going,
     };
     let patches: Vec<RegionPatch> = groups

@@ -21,6 +21,18 @@ pub struct MeshData<'a> {
     neighbourhoods: Vec<Neighbourhood>,
     cap: OnceLock<Option<Cap>>,
     loops: Vec<Vec<u32>>,
+    kept: Option<KeptShape<'a>>,
+}
+
+/// A surface whose shape is kept.
+#[derive(Clone, Copy)]
+pub struct KeptShape<'a> {
+    /// Its distances.
+    pub sampler: &'a Sampler<'a>,
+    /// All its holes: where they are nearest it has no shape.
+    pub rims: &'a RimSet,
+    /// Weight of the pull to it, in 1 / length⁴.
+    pub weight: f64,
 }
 
 /// Where deep nodes are free: near the rim's centre, and not farther from the rim than half its width.
@@ -75,7 +87,13 @@ impl<'a> MeshData<'a> {
             neighbourhoods,
             cap: OnceLock::new(),
             loops: holes.iter().map(|h| h.rim.clone()).collect(),
+            kept: None,
         }
+    }
+
+    /// Lets the flow start from a surface, and pulls it there.
+    pub fn keeping(self, kept: Option<KeptShape<'a>>) -> Self {
+        Self { kept, ..self }
     }
 
     fn cap(&self) -> Option<&Cap> {
@@ -120,7 +138,21 @@ impl DistanceData for MeshData<'_> {
         self.node(x, limit, true)
     }
 
+    fn pull(&self) -> f64 {
+        self.kept.map_or(0.0, |kept| kept.weight)
+    }
+
+    fn kept_shape(&self, x: DVec3) -> Option<f64> {
+        let kept = self.kept.as_ref()?;
+        let sample = kept.sampler.sample(kept.rims, x, f64::INFINITY, false)?;
+        (!sample.on_rim).then_some(sample.signed)
+    }
+
     fn guess(&self, x: DVec3) -> Option<f64> {
+        if let Some(kept) = &self.kept {
+            let sample = kept.sampler.sample(kept.rims, x, f64::INFINITY, false)?;
+            return Some(sample.signed);
+        }
         let cap = self.cap()?;
         let to_cap = cap.faces.closest(x, f64::INFINITY)?.distance;
         let to_mesh = self

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use crate::flow::Pull;
 use crate::grid::{BLOCK, Lattice, NodeIndex, SparseGrid, as_point, linear, value_and_gradient};
 
 /// Where the distance to the known surface is larger than this many voxels, the nodes round a hole are free: in thin parts
@@ -12,6 +13,9 @@ const DEEP: f64 = 5.5;
 const BORDER: i32 = 3;
 /// Blocks farther than this from the coarse surface, in voxels of the finer grid, are not stored.
 const STORED: f64 = 8.0;
+
+/// Nodes farther than this from the surface at the start, in voxels, are not pulled.
+const PULLED: f64 = 8.0;
 
 /// What is known at a point.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +40,15 @@ pub trait DistanceData: Sync {
     fn near_hole(&self, x: DVec3) -> bool;
     /// A first guess of the signed distance at a free point, from a triangulation of the holes; none where there is none.
     fn guess(&self, x: DVec3) -> Option<f64> {
+        let _ = x;
+        None
+    }
+    /// The weight of the pull to a surface whose shape is kept, in 1 / length⁴; 0 where there is none.
+    fn pull(&self) -> f64 {
+        0.0
+    }
+    /// The signed distance to that surface at a free point; none where it says nothing about the missing one.
+    fn kept_shape(&self, x: DVec3) -> Option<f64> {
         let _ = x;
         None
     }
@@ -86,6 +99,25 @@ impl Level {
             }
             None => false,
         }
+    }
+
+    /// The pull to the data's surface at the free nodes near the level's.
+    pub fn pull(&self, data: &dyn DistanceData) -> Option<Pull> {
+        let voxel = self.lattice.voxel;
+        let weight = data.pull() * voxel.powi(4);
+        if weight <= 0.0 {
+            return None;
+        }
+        let (target, weight) = (0..self.grid.len())
+            .into_par_iter()
+            .map(|s| {
+                let wanted = self.mask[s] && self.phi[s].abs() < PULLED;
+                let x = self.lattice.to_world(as_point(self.grid.node(s)));
+                let kept = wanted.then(|| data.kept_shape(x)).flatten();
+                kept.map_or((0.0, 0.0), |d| (d / voxel, weight))
+            })
+            .unzip();
+        Some(Pull { target, weight })
     }
 
     /// The level of half the voxel: blocks near the surface and the mask, φ prolonged where it is free.

@@ -7,7 +7,7 @@ mod nested;
 #[cfg(test)]
 mod tests;
 
-pub use data::{LevelSurface, MeshData};
+pub use data::{KeptShape, LevelSurface, MeshData};
 pub use group::{Region, group_holes};
 pub use level::{DistanceData, Level, NodeData};
 pub use nested::{LevelReport, NestedSettings, Solved, Start, solve_nested};

@@ -141,6 +141,7 @@ pub fn solve_nested(
             },
             ..settings.flow
         };
+        let pull = level.pull(data);
         for &energy in stages(settings.flow.energy, refinement) {
             let flow_settings = FlowSettings {
                 energy,
@@ -151,6 +152,7 @@ pub fn solve_nested(
                 &mut level.phi,
                 &level.mask,
                 &flow_settings,
+                pull.as_ref(),
                 keep_going,
             );
             reports.push(LevelReport {

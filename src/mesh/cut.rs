@@ -1,0 +1,255 @@
+//! Cutting marked faces out of a mesh along its edges.
+
+use std::collections::BTreeSet;
+
+use super::topology::NONE;
+use super::{Mesh, Topology, VertexFaces};
+
+/// Pieces left inside of at most this many faces go with the marked ones, and so do those of at most this part of them.
+const CRUMB_FACES: usize = 2;
+const CRUMB_PART: usize = 50;
+
+/// Which faces are to be taken out so that those that are marked go and clean rims are left.
+///
+/// Where the faces that stay would meet in a vertex alone, the smaller fan goes too; so do crumbs: pieces of few faces that
+/// would be left inside, and degenerate faces that would hang on nothing. `mesh` is welded, `topology` its own.
+pub fn settled(mesh: &Mesh, topology: &Topology, marked: &[bool]) -> Vec<bool> {
+    let around = VertexFaces::new(mesh);
+    let mut removed = marked.to_vec();
+    let corners = |faces: &[u32]| -> BTreeSet<u32> {
+        faces.iter().flat_map(|&f| mesh.faces[f as usize]).collect()
+    };
+    let all = (0..mesh.faces.len() as u32).filter(|&f| marked[f as usize]);
+    let mut queue = corners(&all.collect::<Vec<_>>());
+    loop {
+        while let Some(vertex) = queue.pop_first() {
+            let more = smaller_fans(mesh, topology, around.of(vertex), vertex, &removed);
+            more.iter().for_each(|&f| removed[f as usize] = true);
+            queue.extend(corners(&more));
+        }
+        let more = crumbs(topology, &removed);
+        if more.is_empty() {
+            break;
+        }
+        more.iter().for_each(|&f| removed[f as usize] = true);
+        queue = corners(&more);
+    }
+    remove_loose(mesh, topology, &around, &mut removed);
+    removed
+}
+
+/// The faces at a vertex that stay connected to one another only by way of it, save the largest fan of each that was one.
+fn smaller_fans(
+    mesh: &Mesh,
+    topology: &Topology,
+    faces: &[u32],
+    vertex: u32,
+    removed: &[bool],
+) -> Vec<u32> {
+    let known = |f: u32| topology.piece[f as usize] != NONE;
+    let faces: Vec<u32> = faces.iter().copied().filter(|&f| known(f)).collect();
+    let stays = |i: usize| !removed[faces[i] as usize];
+    let (mut fan, mut sector): (Vec<usize>, Vec<usize>) = (0..faces.len()).map(|i| (i, i)).unzip();
+    for (i, &f) in faces.iter().enumerate() {
+        for k in 0..3 {
+            let corners = mesh.faces[f as usize];
+            if corners[k] != vertex && corners[(k + 1) % 3] != vertex {
+                continue;
+            }
+            let opposite = topology.opposite[3 * f as usize + k];
+            let Some(j) = faces
+                .iter()
+                .position(|&g| opposite != NONE && g == opposite / 3)
+            else {
+                continue;
+            };
+            relabel(&mut fan, i, j);
+            if stays(i) && stays(j) {
+                relabel(&mut sector, i, j);
+            }
+        }
+    }
+    let size = |label: usize| {
+        let members = (0..faces.len()).filter(|&i| stays(i) && sector[i] == label);
+        members.count()
+    };
+    let largest = |of_fan: usize| {
+        let members = (0..faces.len()).filter(|&i| stays(i) && fan[i] == of_fan);
+        members
+            .map(|i| sector[i])
+            .max_by_key(|&s| (size(s), usize::MAX - s))
+    };
+    let goes = |i: &usize| stays(*i) && largest(fan[*i]) != Some(sector[*i]);
+    (0..faces.len()).filter(goes).map(|i| faces[i]).collect()
+}
+
+/// Gives all that has the label of `j` or `i` the smaller one.
+fn relabel(labels: &mut [usize], i: usize, j: usize) {
+    let (a, b) = (labels[i].min(labels[j]), labels[i].max(labels[j]));
+    labels.iter_mut().filter(|l| **l == b).for_each(|l| *l = a);
+}
+
+/// Small parts of pieces that lost faces; the largest part of each is none.
+fn crumbs(topology: &Topology, removed: &[bool]) -> Vec<u32> {
+    let mut lost = vec![0usize; topology.piece_faces.len()];
+    for (&piece, _) in topology.piece.iter().zip(removed).filter(|(_, r)| **r) {
+        if piece != NONE {
+            lost[piece as usize] += 1;
+        }
+    }
+    let mut seen = removed.to_vec();
+    let mut parts: Vec<(u32, Vec<u32>)> = Vec::new();
+    for seed in 0..removed.len() {
+        let piece = topology.piece[seed];
+        if piece == NONE || seen[seed] || lost[piece as usize] == 0 {
+            continue;
+        }
+        seen[seed] = true;
+        let mut part = vec![seed as u32];
+        let mut next = 0;
+        while next < part.len() {
+            for k in 0..3 {
+                let opposite = topology.opposite[3 * part[next] as usize + k];
+                if opposite != NONE && !std::mem::replace(&mut seen[opposite as usize / 3], true) {
+                    part.push(opposite / 3);
+                }
+            }
+            next += 1;
+        }
+        parts.push((piece, part));
+    }
+    let mut largest = vec![0; topology.piece_faces.len()];
+    for (piece, part) in &parts {
+        let most = &mut largest[*piece as usize];
+        *most = part.len().max(*most);
+    }
+    parts.retain(|(piece, part)| {
+        let most = CRUMB_FACES.max(lost[*piece as usize] / CRUMB_PART);
+        part.len() <= most && part.len() < largest[*piece as usize]
+    });
+    parts.into_iter().flat_map(|(_, part)| part).collect()
+}
+
+/// Takes out degenerate faces that touch what is removed and have a vertex that no other face keeps.
+fn remove_loose(mesh: &Mesh, topology: &Topology, around: &VertexFaces, removed: &mut [bool]) {
+    for f in 0..mesh.faces.len() {
+        if topology.piece[f] != NONE || removed[f] {
+            continue;
+        }
+        let of = |v: u32| around.of(v).iter().map(|&g| g as usize);
+        let loose = mesh.faces[f].iter().any(|&v| {
+            of(v).any(|g| removed[g]) && !of(v).any(|g| topology.piece[g] != NONE && !removed[g])
+        });
+        removed[f] = loose;
+    }
+}
+
+/// A mesh without some of its faces.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Remainder {
+    /// The mesh that is left.
+    pub mesh: Mesh,
+    /// Which faces are still there.
+    pub faces: Vec<bool>,
+    /// Which vertices are still there.
+    pub vertices: Vec<bool>,
+}
+
+impl Remainder {
+    /// The mesh without the removed faces; all else stays in order. Vertices that only removed faces used go too, unless
+    /// `all_vertices` stay.
+    pub fn new(mesh: &Mesh, removed: &[bool], all_vertices: bool) -> Self {
+        let mut vertices = vec![true; mesh.positions.len()];
+        if !all_vertices {
+            let marks = || mesh.faces.iter().zip(removed);
+            marks()
+                .filter(|(_, r)| **r)
+                .for_each(|(f, _)| f.iter().for_each(|&v| vertices[v as usize] = false));
+            marks()
+                .filter(|(_, r)| !**r)
+                .for_each(|(f, _)| f.iter().for_each(|&v| vertices[v as usize] = true));
+        }
+        let mut number = vec![NONE; vertices.len()];
+        let mut left = Mesh::default();
+        for (v, _) in vertices.iter().enumerate().filter(|(_, kept)| **kept) {
+            number[v] = left.positions.len() as u32;
+            left.positions.push(mesh.positions[v]);
+        }
+        let kept = mesh.faces.iter().zip(removed).filter(|(_, r)| !**r);
+        left.faces
+            .extend(kept.map(|(f, _)| f.map(|v| number[v as usize])));
+        Self {
+            mesh: left,
+            faces: removed.iter().map(|r| !r).collect(),
+            vertices,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    /// A flat sheet of `n` by `n` squares, each of two faces.
+    fn sheet(n: u32) -> Mesh {
+        let mut mesh = Mesh::default();
+        for i in 0..=n {
+            for j in 0..=n {
+                mesh.positions
+                    .push(DVec3::new(f64::from(i), f64::from(j), 0.0));
+            }
+        }
+        for i in 0..n {
+            for j in 0..n {
+                let (a, b) = (i * (n + 1) + j, (i + 1) * (n + 1) + j);
+                mesh.faces.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+            }
+        }
+        mesh
+    }
+
+    fn settle(mesh: &Mesh, marked: impl Fn(DVec3) -> bool) -> Vec<bool> {
+        let mut mesh = mesh.clone();
+        let topology = Topology::new(&mut mesh);
+        let centre =
+            |f: &[u32; 3]| f.map(|v| mesh.positions[v as usize]).iter().sum::<DVec3>() / 3.0;
+        let marks: Vec<bool> = mesh.faces.iter().map(|f| marked(centre(f))).collect();
+        settled(&mesh, &topology, &marks)
+    }
+
+    #[test]
+    fn regions_that_meet_in_a_vertex_become_one() {
+        let mesh = sheet(8);
+        let square = |p: DVec3, x: f64| p.x > x && p.x < x + 2.0 && p.y > x && p.y < x + 2.0;
+        let removed = settle(&mesh, |p| square(p, 2.0) || square(p, 4.0));
+        let count = removed.iter().filter(|r| **r).count();
+        assert!((17..=20).contains(&count), "{count}");
+        let mut left = Remainder::new(&mesh, &removed, false).mesh;
+        let mut topology = Topology::new(&mut left);
+        let (holes, open) = crate::mesh::find_holes(&left, &mut topology);
+        assert_eq!((holes.len(), open), (2, 0));
+        assert_eq!(topology.defects.non_manifold_boundary_vertices, 0);
+    }
+
+    #[test]
+    fn crumbs_inside_go_and_the_rest_stays_in_order() {
+        let mesh = sheet(8);
+        let inner = |p: DVec3| (p - DVec3::new(4.3, 4.6, 0.0)).length() < 0.3;
+        let ring = |p: DVec3| p.x > 2.0 && p.x < 6.0 && p.y > 2.0 && p.y < 6.0 && !inner(p);
+        let removed = settle(&mesh, ring);
+        assert_eq!(removed.iter().filter(|r| **r).count(), 32);
+        let left = Remainder::new(&mesh, &removed, false);
+        assert_eq!(left.mesh.positions.len(), 81 - 9);
+        let all = Remainder::new(&mesh, &removed, true);
+        assert_eq!(all.mesh.positions, mesh.positions);
+        let kept = mesh.faces.iter().zip(&removed).filter(|(_, r)| !**r);
+        assert!(kept.map(|(f, _)| f).eq(&all.mesh.faces));
+    }
+
+    #[test]
+    fn a_piece_that_is_marked_whole_goes_whole() {
+        assert!(settle(&sheet(3), |_| true).iter().all(|r| *r));
+        assert!(settle(&sheet(3), |_| false).iter().all(|r| !*r));
+    }
+}
