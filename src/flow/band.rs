@@ -9,6 +9,8 @@ use crate::grid::{NodeIndex, SparseGrid, add};
 pub const WIDTH: f64 = 2.5;
 /// Margin of residual nodes beyond the weight.
 pub const MARGIN: f64 = 1.0;
+/// Summands that are added up in one go.
+const CHUNK: usize = 1024;
 /// No node or cell.
 pub const NONE: u32 = u32::MAX;
 
@@ -57,6 +59,19 @@ pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
                 })
         })
         .collect()
+}
+
+/// Sums in chunks of fixed size, so that rounding does not depend on the threads.
+pub(super) fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) -> f64 {
+    let partial: Vec<f64> = items
+        .par_chunks(CHUNK)
+        .enumerate()
+        .map(|(c, chunk)| {
+            let first = c * CHUNK;
+            chunk.iter().enumerate().map(|(i, x)| f(first + i, x)).sum()
+        })
+        .collect();
+    partial.iter().sum()
 }
 
 impl Band {

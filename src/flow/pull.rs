@@ -1,7 +1,7 @@
 //! A pull to a given surface: `½ Σ λ_i χ_i (φ_i − φ⁰_i)²` on the unknowns, beside the bending energy.
 
-use super::band::Band;
-use super::willmore::{chi, chunked_sum};
+use super::band::{Band, chunked_sum};
+use super::willmore::chi;
 
 /// What the flow is pulled to: for each node of the grid the value wanted there and the weight λ of the pull.
 ///
@@ -14,7 +14,8 @@ pub struct Pull {
     pub weight: Vec<f64>,
 }
 
-/// The pull at the nodes of a band.
+/// The pull at the nodes of a band; by default none.
+#[derive(Default)]
 pub(super) struct BandPull {
     target: Vec<f64>,
     /// λχ at the values with which the band was made; 0 off the unknowns.
@@ -45,10 +46,15 @@ impl BandPull {
     }
 
     pub(super) fn gradient(&self, i: usize, phi: &[f64]) -> f64 {
-        self.weight[i] * (phi[i] - self.target[i])
+        let weight = self.diagonal(i);
+        if weight > 0.0 {
+            weight * (phi[i] - self.target[i])
+        } else {
+            0.0
+        }
     }
 
     pub(super) fn diagonal(&self, i: usize) -> f64 {
-        self.weight[i]
+        self.weight.get(i).copied().unwrap_or(0.0)
     }
 }

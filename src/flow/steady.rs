@@ -274,7 +274,7 @@ impl BandState {
     fn new(band: Band, phi: &[f64], kappa: f64, pull: Option<&Pull>) -> Self {
         let values = band.gather(phi);
         let moved = vec![0.0; values.len()];
-        let pull = pull.map(|p| BandPull::new(p, &band, &values));
+        let pull = pull.map_or_else(BandPull::default, |p| BandPull::new(p, &band, &values));
         let energy = WillmoreBand { band, kappa, pull };
         let at = Some(energy.evaluate(&values));
         Self {

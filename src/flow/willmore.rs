@@ -9,12 +9,11 @@ use std::f64::consts::PI;
 
 use rayon::prelude::*;
 
-use super::band::{Band, NONE, WIDTH};
+use super::band::{Band, NONE, WIDTH, chunked_sum};
 use super::element::{ELEMENT, dot, gradient};
 use super::pull::BandPull;
 use super::system::{RowWeights, Stencil, System};
 
-const CHUNK: usize = 1024;
 /// Keeps |∇φ| from zero.
 const EPSILON: f64 = 1e-6;
 
@@ -35,8 +34,8 @@ pub struct WillmoreBand {
     pub band: Band,
     /// Weight κ of the eikonal term.
     pub kappa: f64,
-    /// The pull to a given surface, if any.
-    pub(super) pull: Option<BandPull>,
+    /// The pull to a given surface.
+    pub(super) pull: BandPull,
 }
 
 /// Energy and the nodal quantities it is made of.
@@ -72,19 +71,6 @@ fn corners(cell: &[u32; 8], phi: &[f64]) -> [f64; 8] {
 
 fn norm(g: [f64; 3]) -> f64 {
     (dot(g, g) + EPSILON * EPSILON).sqrt()
-}
-
-/// Sums in chunks of fixed size, so that rounding does not depend on the threads.
-pub(super) fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) -> f64 {
-    let partial: Vec<f64> = items
-        .par_chunks(CHUNK)
-        .enumerate()
-        .map(|(c, chunk)| {
-            let first = c * CHUNK;
-            chunk.iter().enumerate().map(|(i, x)| f(first + i, x)).sum()
-        })
-        .collect();
-    partial.iter().sum()
 }
 
 impl WillmoreBand {
@@ -128,9 +114,7 @@ impl WillmoreBand {
             0.5 * (norm(g) - 1.0).powi(2)
         });
         Evaluation {
-            energy: willmore
-                + self.kappa * eikonal
-                + self.pull.as_ref().map_or(0.0, |p| p.energy(phi)),
+            energy: willmore + self.kappa * eikonal + self.pull.energy(phi),
             willmore,
             r,
             mass,
@@ -206,7 +190,7 @@ impl WillmoreBand {
                         mass[i] / time_step
                     } else {
                         0.0
-                    } + self.pull.as_ref().map_or(0.0, |p| p.diagonal(i)),
+                    } + self.pull.diagonal(i),
                     unknown: band.unknown[i],
                 }
             })
@@ -222,7 +206,7 @@ impl WillmoreBand {
                 if !band.unknown[i] {
                     return 0.0;
                 }
-                let mut sum = self.pull.as_ref().map_or(0.0, |p| p.gradient(i, phi));
+                let mut sum = self.pull.gradient(i, phi);
                 for (a, &c) in band.node_cells[i].iter().enumerate() {
                     if c != NONE {
                         sum += cells[c as usize].load[a];
@@ -433,7 +417,7 @@ mod tests {
             WillmoreBand {
                 band,
                 kappa: 1.0,
-                pull: None,
+                pull: BandPull::default(),
             },
             values,
         )
