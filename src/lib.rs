@@ -55,6 +55,10 @@
 //! - [`fill`] works on the shape alone; colours, normals, texture coordinates and materials are carried over to the
 //!   patches by [`stitch::attributes::transfer`].
 //!
+//! # Marked regions
+//! [`restore`] cuts marked faces out, which a [`mesh::mask::Mask`] may choose, and fills what is missing then; all other faces
+//! are kept as above. [`RestoreParams::keep_shape`] keeps part of the shape that was there.
+//!
 //! # From file to file
 //! [`io::read_path`], [`inspect`], [`fill`], [`stitch::attributes::transfer`], [`io::write_model`];
 //! [`fill_with_progress`] tells of progress and can be stopped. Lengths are in the units of the mesh throughout.

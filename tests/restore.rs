@@ -221,6 +221,38 @@ fn the_shape_that_is_kept_loses_its_noise_only() {
     assert!(half < 0.4 * before("noise") && kept < before("noise"));
 }
 
+/// Masks with holes, spikes and stray faces: what comes out is as closed and manifold as what went in.
+#[test]
+fn ragged_masks_leave_clean_rims() {
+    let mesh = shapes::sphere(14);
+    for seed in 0..6 {
+        let mut marked = ball(DVec3::new(0.2, -0.3, 0.9), 0.55, &mesh);
+        let part = 0.2 * f64::from(seed) - 0.9;
+        for (f, mark) in marked.iter_mut().enumerate() {
+            *mark &= chance(f, 2 + seed as u64) > part;
+            *mark |= chance(f, 20 + seed as u64) > 0.998;
+        }
+        let restored = restore(&mesh, &marked, &RestoreParams::default()).unwrap();
+        assert_kept(&mesh, &restored);
+        let report = &restored.report;
+        println!(
+            "{} marked, {} cut out, {} holes",
+            report.marked_faces,
+            report.removed_faces,
+            report.fill.holes.len()
+        );
+        assert!(!report.fill.incomplete());
+        assert!(
+            marked
+                .iter()
+                .zip(&restored.kept.faces)
+                .all(|(m, k)| !(*m && *k))
+        );
+        assert_eq!(shapes::topology(&restored.mesh), (0, 2), "seed {seed}");
+        assert_eq!(shapes::pinched_vertices(&restored.mesh), 0, "seed {seed}");
+    }
+}
+
 #[test]
 fn holes_in_the_region_are_taken_in_and_others_stay() {
     let whole = shapes::sphere(16);

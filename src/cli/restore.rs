@@ -65,6 +65,7 @@ pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
         bail!("no region is marked; give --ball, --box, --mask, --faces, --colour or --material");
     }
     let loaded = files.read(args.common.from, console)?;
+    args.solve.check()?;
     let marked = args.mask.faces(&loaded)?.unwrap_or_default();
     // A glTF document goes through as it is, and so do the numbers of its vertices.
     let gltf = matches!(files.output.format, Format::Gltf | Format::Glb);

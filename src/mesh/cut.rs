@@ -7,7 +7,7 @@ use super::{Mesh, Topology, VertexFaces};
 
 /// Pieces left inside of at most this many faces go with the marked ones, and so do those of at most this part of them.
 const CRUMB_FACES: usize = 2;
-const CRUMB_PART: usize = 50;
+const CRUMB_PART: usize = 10;
 
 /// Which faces are to be taken out so that those that are marked go and clean rims are left.
 ///
