@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::bail;
 use clap::{Args, ValueEnum};
 use isomend::flow::{Energy, Variant};
 use isomend::io::{Format, Loaded};
@@ -21,6 +22,9 @@ Examples:
   isomend fill scan.ply -o mended.ply --max-diameter 20 --keep-open 4
   isomend fill vase.obj -o vase.obj --bridge 1+2    rebuild the wall between two facing rims
   isomend fill scan.stl -o mended.stl --json - -q   a report for a script";
+
+/// Edge ratio for the variation of curvature: longer chords are farther from its surface than that is from smooth data.
+const FINE_EDGE_RATIO: f64 = 0.65;
 
 /// Find holes and fill them.
 ///
@@ -59,7 +63,7 @@ pub struct FillArgs {
 
     /// Voxel size in the mesh's units.
     ///
-    /// `auto` takes 32 voxels across the hole, more where its rim is finer, at most 160.
+    /// `auto` takes 32 voxels across the hole, more where its rim is finer, at most 160; with curvature-variation 64.
     #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
     voxel: VoxelSize,
 
@@ -67,7 +71,7 @@ pub struct FillArgs {
     ///
     /// The default continues spheres, minimal surfaces and tori and is the most robust, on rough scans above all. Take the
     /// other where the surroundings are smooth and like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot
-    /// continue exactly, or where curvature must not jump at the rim; it takes a few times as long.
+    /// continue exactly; it takes a few times as long, on voxels half as large and with finer triangles unless told otherwise.
     #[arg(
         long,
         value_enum,
@@ -105,9 +109,9 @@ pub struct FillArgs {
     )]
     surface: Surface,
 
-    /// Length of the patch's edges over that of the edges round the hole.
-    #[arg(long, value_name = "RATIO", default_value = "0.8", value_parser = arguments::edge_ratio)]
-    edge_ratio: f64,
+    /// Length of the patch's edges over that of the edges round the hole [default: 0.8, with curvature-variation 0.65].
+    #[arg(long, value_name = "RATIO", value_parser = arguments::edge_ratio)]
+    edge_ratio: Option<f64>,
 
     /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk or vtp.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
@@ -180,20 +184,28 @@ impl FillArgs {
             },
             steps: self.steps,
             time_step: self.time_step,
-            edge_ratio: self.edge_ratio,
+            edge_ratio: self.edge_ratio.unwrap_or(match self.energy {
+                EnergyName::Willmore => FillParams::default().edge_ratio,
+                EnergyName::CurvatureVariation => FINE_EDGE_RATIO,
+            }),
         }
     }
 }
 
 /// Reads, fills, writes.
 pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
+    let params = args.params();
+    if params.energy != Energy::Willmore
+        && (params.variant != Variant::GaussNewton || params.time_step.is_some())
+    {
+        bail!("--variant and --time-step are for the Willmore energy; leave them out, or --energy");
+    }
     let output = Output::new(&args.output, args.to, args.ascii)?;
     if let Some(json) = &args.common.json {
         json.check(&[&args.input, &args.output])?;
     }
     progress::catch_interrupt()?;
     let loaded = input::read(&args.input, args.common.from, console)?;
-    let params = args.params();
     let Some(filled) = fill(&loaded, &params, console)? else {
         console.warn("stopped; nothing was written");
         return Ok(End::Interrupted);

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::sources::Sources;
 use super::{Inspection, TRIVIAL_EDGES};
 use crate::extract::marching_cubes;
-use crate::flow::{FlowSettings, Variant, dilate};
+use crate::flow::{Energy, FlowSettings, Variant, dilate};
 use crate::grid::NodeIndex;
 use crate::mesh::{Hole, Mesh};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
@@ -24,6 +24,8 @@ use crate::stitch::{
 
 /// Loops of at most this many edges are solved once only.
 const SMALL_EDGES: usize = 16;
+/// The voxel is halved for the variation of curvature up to so many across.
+const MOST_HALVED: f64 = 128.0;
 /// Most tries at a region.
 const MOST_TRIES: usize = 6;
 
@@ -262,14 +264,7 @@ impl Work<'_> {
         next: &Try,
     ) -> (Solved, Region, MeshData<'s>) {
         let found = self.found;
-        let region = Region::new(
-            &found.mesh,
-            &found.holes,
-            group,
-            self.params.voxel,
-            next.growth,
-            next.refine,
-        );
+        let region = self.region(group, next);
         let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
         let closed = !found.holes.iter().enumerate().any(|(i, h)| {
             h.outer_border && !group.contains(&i) && holes.iter().any(|g| g.piece == h.piece)
