@@ -299,6 +299,22 @@ impl Work<'_> {
         }
     }
 
+    /// The lattice of a try. Where the voxel may be chosen the variation of curvature gets half of it: its surface is closer
+    /// to smooth data than the band's width of the usual voxel lets it come out.
+    fn region(&self, group: &[usize], next: &Try) -> Region {
+        let found = self.found;
+        let of = |voxel| {
+            let (growth, refine) = (next.growth, next.refine);
+            Region::new(&found.mesh, &found.holes, group, voxel, growth, refine)
+        };
+        let region = of(self.params.voxel);
+        if self.params.energy == Energy::Willmore || self.params.voxel != VoxelSize::Auto {
+            return region;
+        }
+        let half = (0.5 * region.voxel).max(region.diameter / MOST_HALVED);
+        of(VoxelSize::Length(half.min(region.voxel)))
+    }
+
     fn stitch(
         &self,
         group: &[usize],
