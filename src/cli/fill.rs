@@ -99,6 +99,7 @@ impl FillArgs {
 
 /// Reads, fills, writes.
 pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
+    args.solve.check()?;
     let files = Files {
         command: "fill",
         input: &args.input,
@@ -107,7 +108,6 @@ pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
     };
     let loaded = files.read(args.common.from, console)?;
     let params = args.params();
-    args.solve.check()?;
     let filled = solve::watched(console, |progress| {
         isomend::fill_with_progress(&loaded.mesh, &params, progress)
     });

@@ -294,8 +294,7 @@ static CHAINS: LazyLock<Vec<(usize, usize, usize)>> = LazyLock::new(|| {
         .filter_map(|(i, k)| {
             let (a, b) = (axes(i), axes(k));
             let near = (0..3).all(|d| a[d].abs_diff(b[d]) <= 1);
-            let e = (0..3).fold(0, |e, d| 3 * e + (b[d] + 1).wrapping_sub(a[d]));
-            near.then_some((i, k, e))
+            near.then(|| (i, k, (0..3).fold(0, |e, d| 3 * e + b[d] + 1 - a[d])))
         })
         .collect()
 });

@@ -9,7 +9,7 @@ use super::restore::Damaged;
 use super::sources::Sources;
 use super::{Inspection, TRIVIAL_EDGES};
 use crate::extract::marching_cubes;
-use crate::flow::{FlowSettings, Variant, dilate};
+use crate::flow::{Energy, FlowSettings, Variant, dilate};
 use crate::grid::NodeIndex;
 use crate::mesh::{Hole, Mesh};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
@@ -25,6 +25,8 @@ use crate::stitch::{
 
 /// Loops of at most this many edges are solved once only.
 const SMALL_EDGES: usize = 16;
+/// The voxel is halved for the variation of curvature up to so many across.
+const MOST_HALVED: f64 = 128.0;
 /// Most tries at a region.
 const MOST_TRIES: usize = 6;
 
@@ -269,14 +271,7 @@ impl Work<'_> {
         next: &Try,
     ) -> (Solved, Region, MeshData<'s>) {
         let found = self.found;
-        let region = Region::new(
-            &found.mesh,
-            &found.holes,
-            group,
-            self.params.voxel,
-            next.growth,
-            next.refine,
-        );
+        let region = self.region(group, next);
         let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
         let closed = !found.holes.iter().enumerate().any(|(i, h)| {
             h.outer_border && !group.contains(&i) && holes.iter().any(|g| g.piece == h.piece)
@@ -311,6 +306,22 @@ impl Work<'_> {
             max_steps: self.params.steps.unwrap_or(most),
             ..usual
         }
+    }
+
+    /// The lattice of a try. Where the voxel may be chosen the variation of curvature gets half of it: its surface is closer
+    /// to smooth data than the band's width of the usual voxel lets it come out.
+    fn region(&self, group: &[usize], next: &Try) -> Region {
+        let found = self.found;
+        let of = |voxel| {
+            let (growth, refine) = (next.growth, next.refine);
+            Region::new(&found.mesh, &found.holes, group, voxel, growth, refine)
+        };
+        let region = of(self.params.voxel);
+        if self.params.energy == Energy::Willmore || self.params.voxel != VoxelSize::Auto {
+            return region;
+        }
+        let half = (0.5 * region.voxel).max(region.diameter / MOST_HALVED);
+        of(VoxelSize::Length(half.min(region.voxel)))
     }
 
     fn stitch(
