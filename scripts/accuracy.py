@@ -39,7 +39,10 @@ def read_ply(path):
     header, body = data.split(b"end_header\n", 1)
     n, m = (int(re.search(rf"element {kind} (\d+)".encode(), header)[1]) for kind in ("vertex", "face"))
     vertices = np.frombuffer(body, "<f4", 3 * n).reshape(n, 3).astype(float)
-    faces = np.frombuffer(body, np.dtype([("n", "u1"), ("v", "<i4", 3)]), m, 12 * n)
+    face = [("n", "u1"), ("v", "<i4", 3)]
+    if b"property uchar isomend_patch" in header:
+        face.append(("patch", "u1"))
+    faces = np.frombuffer(body, np.dtype(face), m, 12 * n)
     return vertices, faces["v"].astype(int)
 
 
