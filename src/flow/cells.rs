@@ -6,8 +6,8 @@ use rayon::prelude::*;
 
 use super::band::{Band, NONE, WIDTH};
 use super::element::{ELEMENT, dot, gradient};
+use super::steady::Variant;
 use super::system::Stencil;
-use super::willmore::Metric;
 
 const CHUNK: usize = 1024;
 /// Keeps |∇φ| from zero.
@@ -154,7 +154,7 @@ pub struct CellMatrices {
 
 impl CellMatrices {
     /// Of the cell with these corners.
-    pub fn new(cell: &[u32; 8], fields: &Fields, metric: Metric) -> Self {
+    pub fn new(cell: &[u32; 8], fields: &Fields, variant: Variant) -> Self {
         let e = &*ELEMENT;
         let v = corners(cell, fields.phi);
         let force = corners(cell, fields.force);
@@ -180,7 +180,7 @@ impl CellMatrices {
                 &e.gauss_products[q],
                 (scale as f32, kappa),
             );
-            if metric != Metric::GaussNewton {
+            if variant != Variant::GaussNewton {
                 for (f, p) in full.iter_mut().zip(&e.gauss_products[q]) {
                     *f += scale as f32 * p;
                 }

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::band::Band;
+use super::steady::Variant;
 use super::system::System;
-use super::willmore::Metric;
 
 /// The energy whose steady state a fill is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -33,7 +33,7 @@ pub trait BandEnergy: Sized {
     fn evaluate(&self, phi: &[f64]) -> Evaluation;
 
     /// Gradient and matrix of a step at `phi`, which `at` is the evaluation of; `time_step` is infinite for the steady state.
-    fn system(&self, phi: &[f64], at: &Evaluation, metric: Metric, time_step: f64) -> System<'_>;
+    fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System<'_>;
 }
 
 /// Energy and the nodal quantities it is made of.

@@ -25,4 +25,4 @@ pub use start::biharmonic_fill;
 pub use steady::{FlowOutcome, FlowSettings, StepRecord, Variant, relax};
 pub use system::System;
 pub use variation::VariationBand;
-pub use willmore::{Metric, WillmoreBand};
+pub use willmore::WillmoreBand;

@@ -7,7 +7,7 @@ use super::coarse::hierarchy;
 use super::energy::{BandEnergy, Energy, Evaluation};
 use super::pull::{BandPull, Pull};
 use super::variation::VariationBand;
-use super::willmore::{Metric, WillmoreBand};
+use super::willmore::WillmoreBand;
 use crate::grid::SparseGrid;
 use crate::linalg::{
     Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
@@ -146,7 +146,8 @@ pub struct FlowOutcome {
     pub kappa: f64,
 }
 
-/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`. `keep_going` may end it early.
+/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`; `pull` holds it to a given surface.
+/// `keep_going` may end it early.
 ///
 /// A step solves `A d = −∇E`, clips `d` to one voxel at each node and is halved until the energy falls; κ is raised when
 /// steps grow. So it always ends.
@@ -336,14 +337,9 @@ impl<E: BandEnergy> BandState<E> {
             .at
             .take()
             .unwrap_or_else(|| self.evaluate(&self.values));
-        let metric = match settings.variant {
-            Variant::GaussNewton => Metric::GaussNewton,
-            Variant::I => Metric::VariantOne,
-            Variant::II => Metric::VariantTwo,
-        };
-        let mut system = self
-            .energy
-            .system(&self.values, &at, metric, settings.time_step);
+        let mut system =
+            self.energy
+                .system(&self.values, &at, settings.variant, settings.time_step);
         if let Some(pull) = &self.pull {
             system.add(pull, &self.values);
         }

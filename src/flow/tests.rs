@@ -1,6 +1,6 @@
 //! What holds for every energy: its gradient is its derivative, its matrix symmetric and the Jacobi factor the diagonal's.
 
-use super::{Band, BandEnergy, Metric, System, VariationBand, WillmoreBand};
+use super::{Band, BandEnergy, System, Variant, VariationBand, WillmoreBand};
 use crate::grid::SparseGrid;
 use crate::linalg::LinearOperator;
 
@@ -38,7 +38,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 fn system<'a, E: BandEnergy>(energy: &'a E, phi: &[f64]) -> System<'a> {
     let at = energy.evaluate(phi);
-    energy.system(phi, &at, Metric::GaussNewton, f64::INFINITY)
+    energy.system(phi, &at, Variant::GaussNewton, f64::INFINITY)
 }
 
 fn gradient_is_derivative<E: BandEnergy>() {

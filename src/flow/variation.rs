@@ -14,8 +14,8 @@ use super::cells::{
 };
 use super::element::{ELEMENT, dot, gradient};
 use super::energy::{BandEnergy, Evaluation};
+use super::steady::Variant;
 use super::system::{Factors, RowWeights, System};
-use super::willmore::Metric;
 
 /// A band with the variation of curvature on it.
 pub struct VariationBand {
@@ -61,8 +61,8 @@ impl BandEnergy for VariationBand {
         }
     }
 
-    /// The matrix is `BPᵀ K BP + κ L[n⊗n]` whatever the metric.
-    fn system(&self, phi: &[f64], at: &Evaluation, _: Metric, time_step: f64) -> System<'_> {
+    /// The matrix is `BPᵀ K BP + κ L[n⊗n]` whatever the variant.
+    fn system(&self, phi: &[f64], at: &Evaluation, _: Variant, time_step: f64) -> System<'_> {
         let band = &self.band;
         let variation: Vec<VariationCell> = band
             .cells
@@ -89,7 +89,7 @@ impl BandEnergy for VariationBand {
         let cells: Vec<CellMatrices> = band
             .cells
             .par_iter()
-            .map(|cell| CellMatrices::new(cell, &fields, Metric::GaussNewton))
+            .map(|cell| CellMatrices::new(cell, &fields, Variant::GaussNewton))
             .collect();
         let gradient = (0..phi.len())
             .into_par_iter()

@@ -12,18 +12,8 @@ use super::cells::{
     CellMatrices, Fields, chi, chi_derivative, chunked_sum, eikonal, gathered, nodal, stencils,
 };
 use super::energy::{BandEnergy, Evaluation};
+use super::steady::Variant;
 use super::system::{Factors, RowWeights, System};
-
-/// The metric of a step: which matrix stands for the Hessian.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Metric {
-    /// `L2 M⁻¹ L2`: Gauss-Newton.
-    GaussNewton,
-    /// `L2 M⁻¹ L3`, nonsymmetric: variant I of the paper.
-    VariantOne,
-    /// `L3 M⁻¹ L3`: variant II of the paper.
-    VariantTwo,
-}
 
 /// A band with what is computed from φ on it.
 pub struct WillmoreBand {
@@ -61,7 +51,7 @@ impl BandEnergy for WillmoreBand {
         }
     }
 
-    fn system(&self, phi: &[f64], at: &Evaluation, metric: Metric, time_step: f64) -> System<'_> {
+    fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System<'_> {
         let band = &self.band;
         let n = band.slots.len();
         let w: Vec<f64> = (0..n)
@@ -84,14 +74,14 @@ impl BandEnergy for WillmoreBand {
         let cells: Vec<CellMatrices> = band
             .cells
             .par_iter()
-            .map(|cell| CellMatrices::new(cell, &fields, metric))
+            .map(|cell| CellMatrices::new(cell, &fields, variant))
             .collect();
         let tangential = || stencils(band, &cells, |c: &CellMatrices| &c.tangential);
         let full = || stencils(band, &cells, |c: &CellMatrices| &c.full);
-        let (curvature, inner) = match metric {
-            Metric::GaussNewton => (tangential(), None),
-            Metric::VariantOne => (tangential(), Some(full())),
-            Metric::VariantTwo => (full(), None),
+        let (curvature, inner) = match variant {
+            Variant::GaussNewton => (tangential(), None),
+            Variant::I => (tangential(), Some(full())),
+            Variant::II => (full(), None),
         };
         let factors = Factors {
             curvature,

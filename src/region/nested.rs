@@ -38,7 +38,7 @@ pub struct NestedSettings {
 pub enum Start {
     /// The biharmonic fill of the free nodes.
     Biharmonic,
-    /// The distance to a triangulation of the rims.
+    /// The data's guess: the distance to a triangulation of the rims, or to the surface whose shape is kept.
     Triangulation,
 }
 
