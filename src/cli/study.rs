@@ -6,9 +6,11 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
+use isomend::io::{Precision, write_volume_path};
 use isomend::study::experiments::{
     CapSettings, CircleSettings, GraphSettings, MergeSettings, OrthogonalSettings, PatchesSettings,
-    Table1Settings, cap, circle, graph, merge, orthogonal, patches, table1,
+    SurfacesSettings, Table1Settings, cap, circle, graph, merge, orthogonal, patches, surfaces,
+    table1,
 };
 use isomend::study::{Frame, Observer, StudyError, StudyReport, to_svg};
 use serde::Serialize;
@@ -34,7 +36,7 @@ pub struct StudyArgs {
     #[arg(value_name = "NAME", value_enum)]
     name: Experiment,
 
-    /// The finest grid: cells a side for table1 and circle, voxels across the hole for patches. Finer ones are left out.
+    /// The finest grid: cells a side for table1 and circle, voxels across the hole for patches, across the box for surfaces. Finer ones are left out.
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     finest: Option<usize>,
 
@@ -90,6 +92,8 @@ enum Experiment {
     Orthogonal,
     /// A graph that becomes a spherical cap (Figure 1)
     Cap,
+    /// Closed surfaces that evolve in time: sphere, torus, uneven sphere, cube; the schemes compared; a few minutes
+    Surfaces,
     /// Fills of exact surfaces in 3D: error, order, normals, at 16 to 128 voxels across; a few minutes
     Patches,
 }
@@ -159,10 +163,10 @@ fn check(args: &StudyArgs) -> anyhow::Result<()> {
     if args.finest.is_some()
         && !matches!(
             args.name,
-            Experiment::Table1 | Experiment::Circle | Experiment::Patches
+            Experiment::Table1 | Experiment::Circle | Experiment::Surfaces | Experiment::Patches
         )
     {
-        bail!("--finest is for table1, circle and patches");
+        bail!("--finest is for table1, circle, surfaces and patches");
     }
     if args.energy != EnergyName::Willmore && args.name != Experiment::Patches {
         bail!("--energy is for patches");
@@ -187,6 +191,11 @@ fn experiment(args: &StudyArgs, observer: &Recorder) -> Result<StudyReport, Stud
         Experiment::Merge => merge(&MergeSettings::default(), observer),
         Experiment::Orthogonal => orthogonal(&OrthogonalSettings::default(), observer),
         Experiment::Cap => cap(&CapSettings::default(), observer),
+        Experiment::Surfaces => {
+            let mut settings = SurfacesSettings::default();
+            settings.voxels = settings.voxels.min(finest);
+            surfaces(&settings, observer)
+        }
         Experiment::Patches => {
             let mut settings = PatchesSettings::default();
             settings.flow.energy = args.energy.energy();
@@ -247,10 +256,11 @@ impl Observer for Recorder<'_> {
             return Ok(());
         };
         let file = format!("{}-{:06}.vti", frame.series, frame.step);
-        output::write_bytes(&folder.join(&file), &frame.to_vti()?).map_err(|error| {
+        let path = folder.join(&file);
+        write_volume_path(&path, frame.volume, "phi", Precision::F64).map_err(|error| {
             StudyError::Frame {
                 step: frame.step,
-                reason: format!("{error:#}"),
+                reason: error.to_string(),
             }
         })?;
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);

@@ -8,9 +8,11 @@ mod cells;
 mod coarse;
 mod element;
 mod energy;
+mod evolve;
 mod layout;
 mod pull;
 mod start;
+mod state;
 mod steady;
 mod system;
 #[cfg(test)]
@@ -20,6 +22,7 @@ mod willmore;
 
 pub use band::{Band, dilate};
 pub use energy::{BandEnergy, Energy, Evaluation};
+pub use evolve::{Evolution, EvolutionStep, Pause};
 pub use pull::Pull;
 pub use start::biharmonic_fill;
 pub use steady::{FlowOutcome, FlowSettings, StepRecord, Variant, relax};

@@ -3,27 +3,22 @@
 use serde::Serialize;
 
 use super::band::{Band, MARGIN, WIDTH};
-use super::coarse::hierarchy;
-use super::energy::{BandEnergy, Energy, Evaluation};
-use super::pull::{BandPull, Pull};
+use super::energy::{BandEnergy, Energy};
+use super::pull::Pull;
+use super::state::BandState;
 use super::variation::VariationBand;
 use super::willmore::WillmoreBand;
 use crate::grid::SparseGrid;
-use crate::linalg::{
-    Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
-};
 use crate::sdf::redistance;
 
 /// How far out redistancing goes, in voxels.
-const REACH: f64 = WIDTH + MARGIN + 3.5;
+pub(super) const REACH: f64 = WIDTH + MARGIN + 3.5;
 /// After so many steps single nodes that do not come to rest are let be.
 const LONG: usize = 8;
 /// Then a surface that moves by less than this on average (root mean square, in voxels) is steady once its energy falls by
 /// no more than this part in three steps: what is left is the roughness of the data.
 const ROUGH_MOVEMENT: f64 = 0.01;
 const ROUGH_FALL: f64 = 5e-3;
-/// Redistancing may multiply the energy by no more than this.
-const LEAP: f64 = 4.0;
 /// Up to so many voxels across a hole κ is as set.
 const KAPPA_ACROSS: f64 = 20.0;
 /// κ is raised by doubling, up to this.
@@ -112,19 +107,6 @@ impl StepRecord {
                 && self.mean_movement < 0.5 * tolerance);
         calm && self.fraction > 0.9
     }
-}
-
-/// Largest and root mean square entry of a step over the unknowns within one voxel of the surface.
-fn movements(d: &[f64], values: &[f64], unknown: &[bool]) -> (f64, f64) {
-    let (mut top, mut sum, mut count) = (0.0f64, 0.0, 0.0);
-    for ((d, v), &u) in d.iter().zip(values).zip(unknown) {
-        if u && v.abs() < 1.0 {
-            top = top.max(d.abs());
-            sum += d * d;
-            count += 1.0;
-        }
-    }
-    (top, (sum / f64::max(count, 1.0)).sqrt())
 }
 
 /// How the flow ended.
@@ -226,14 +208,9 @@ fn relax_with<E: BandEnergy>(
             break;
         }
         let grows = grows(&outcome.steps) || record.fraction == 0.0;
-        let worn = now
-            .moved
-            .iter()
-            .zip(&now.values)
-            .any(|(m, v)| v.abs() < 1.0 && m.abs() > 0.5 * (WIDTH + MARGIN));
         if grows && outcome.kappa < KAPPA_LIMIT {
             outcome.kappa *= 2.0;
-        } else if !worn {
+        } else if !now.is_worn() {
             state = Some(now);
         }
     }
@@ -279,142 +256,4 @@ fn grows(steps: &[StepRecord]) -> bool {
         && n % 4 == 1
         && steps[n - 1].movement > 0.05
         && steps[n - 1].movement > 0.7 * steps[n - 5].movement
-}
-
-/// A band between two redistancings.
-struct BandState<E> {
-    energy: E,
-    values: Vec<f64>,
-    /// How far each node has moved since the band was made.
-    moved: Vec<f64>,
-    /// The pull to a given surface, if any.
-    pull: Option<BandPull>,
-    /// The evaluation at `values`, where it is known.
-    at: Option<Evaluation>,
-    /// Coarse levels, made for the first step in this band; none where they could not be made.
-    coarse: Option<Option<Multigrid>>,
-}
-
-impl<E: BandEnergy> BandState<E> {
-    fn new(band: Band, phi: &[f64], kappa: f64, pull: Option<&Pull>) -> Self {
-        let values = band.gather(phi);
-        let pull = pull.map(|p| BandPull::new(p, &band, &values));
-        let moved = vec![0.0; values.len()];
-        let energy = E::new(band, kappa);
-        let mut state = Self {
-            energy,
-            pull,
-            values,
-            moved,
-            at: None,
-            coarse: None,
-        };
-        state.at = Some(state.evaluate(&state.values));
-        state
-    }
-
-    /// The energy with that of the pull.
-    fn evaluate(&self, values: &[f64]) -> Evaluation {
-        let mut at = self.energy.evaluate(values);
-        at.energy += self.pull.as_ref().map_or(0.0, |p| p.energy(values));
-        at
-    }
-
-    /// Whether redistancing has torn the surface: its energy is many times what it was.
-    fn leaps(&self, before: f64) -> bool {
-        self.at
-            .as_ref()
-            .is_some_and(|at| at.surface.is_nan() || at.surface > LEAP * before)
-    }
-
-    fn step(
-        &mut self,
-        grid: &SparseGrid,
-        mask: &[bool],
-        settings: &FlowSettings,
-    ) -> (StepRecord, f64) {
-        let at = self
-            .at
-            .take()
-            .unwrap_or_else(|| self.evaluate(&self.values));
-        let mut system =
-            self.energy
-                .system(&self.values, &at, settings.variant, settings.time_step);
-        if let Some(pull) = &self.pull {
-            system.add(pull, &self.values);
-        }
-        let layout = system.layout();
-        let mut rhs = layout.spread(&system.gradient);
-        rhs.iter_mut().for_each(|g| *g = -*g);
-        let mut d = vec![0.0; rhs.len()];
-        let band = self.energy.band();
-        let coarse = self
-            .coarse
-            .get_or_insert_with(|| hierarchy(grid, mask, band, &self.values, &system));
-        let tolerance = settings.solver_tolerance;
-        let solved = match coarse {
-            _ if !system.is_symmetric() => {
-                let scaling = Jacobi(system.jacobi());
-                bicgstab(&system, &scaling, &rhs, &mut d, tolerance, 1000)
-            }
-            Some(coarse) => {
-                let cycle = MultigridCycle::new(&system, coarse);
-                conjugate_gradient(&system, &cycle, &rhs, &mut d, tolerance, 60)
-            }
-            None => {
-                let scaling = Jacobi(system.jacobi());
-                conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500)
-            }
-        };
-        let mut d = layout.gathered(&d);
-        let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);
-        let slope_of =
-            |d: &[f64]| -> f64 { system.gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
-        let clipped: Vec<f64> = d.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
-        if slope_of(&clipped) < 0.0 {
-            d = clipped;
-        } else {
-            let top = d.iter().fold(1.0, |m: f64, x| m.max(x.abs()));
-            d.iter_mut().for_each(|x| *x /= top);
-        }
-        let slope = slope_of(&d);
-        let (energy, surface) = (at.energy, at.surface);
-        let fraction = self.search(&d, at, slope);
-        let record = StepRecord {
-            energy,
-            movement,
-            mean_movement,
-            fraction,
-            iterations: solved.iterations,
-        };
-        (record, surface)
-    }
-
-    /// Halves the step until the energy falls (Armijo), and takes it; zero where it does not.
-    fn search(&mut self, d: &[f64], at: Evaluation, slope: f64) -> f64 {
-        let mut fraction = 1.0;
-        let mut trial = self.values.clone();
-        let mut reached = None;
-        for _ in 0..8 {
-            for (t, (v, d)) in trial.iter_mut().zip(self.values.iter().zip(d)) {
-                *t = v + fraction * d;
-            }
-            let there = self.evaluate(&trial);
-            if there.energy <= at.energy + 1e-4 * fraction * slope {
-                reached = Some(there);
-                break;
-            }
-            fraction *= 0.5;
-        }
-        if reached.is_none() {
-            self.at = Some(at);
-            return 0.0;
-        }
-        self.at = reached;
-        for (m, d) in self.moved.iter_mut().zip(d) {
-            *m += fraction * d;
-        }
-        self.values = trial;
-        fraction
-    }
 }

@@ -104,7 +104,7 @@ impl BandEnergy for VariationBand {
         let weights = band.layout.rows.iter().map(|&i| RowWeights {
             residual: f64::from(u8::from(band.residual[i as usize])),
             inertia: if time_step.is_finite() {
-                at.mass[i as usize] / time_step
+                chi(phi[i as usize]) * at.mass[i as usize] / time_step
             } else {
                 0.0
             },

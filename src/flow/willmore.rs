@@ -110,7 +110,7 @@ impl WillmoreBand {
                         0.0
                     },
                     inertia: if time_step.is_finite() {
-                        mass[i] / time_step
+                        chi(phi[i]) * mass[i] / time_step
                     } else {
                         0.0
                     },

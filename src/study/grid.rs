@@ -1,6 +1,9 @@
 //! A square of equal square cells, and the nine-point stencils on its nodes.
 
+use glam::DVec3;
+
 use super::element::gauss_points;
+use crate::grid::Volume;
 
 /// A square domain cut into `cells × cells` squares.
 ///
@@ -91,6 +94,17 @@ impl SquareGrid {
     /// Values at the nodes, row by row, without the halo.
     pub fn strip(&self, field: &[f64]) -> Vec<f64> {
         self.nodes().map(|(i, j)| field[self.index(i, j)]).collect()
+    }
+
+    /// A field as a volume of one layer.
+    pub fn volume(&self, field: &[f64]) -> Volume {
+        let [x, y] = self.origin;
+        Volume {
+            dims: [self.cells + 1, self.cells + 1, 1],
+            origin: DVec3::new(x, y, 0.0),
+            spacing: DVec3::splat(self.h),
+            values: self.strip(field),
+        }
     }
 
     /// True at the nodes, and only at inner ones unless `border` is set.

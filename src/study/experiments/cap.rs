@@ -70,8 +70,7 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
             series: "cap",
             step,
             time,
-            grid: &grid,
-            field: &phi,
+            volume: &grid.volume(&phi),
         })?;
     }
     report.tables.push(table);

@@ -104,8 +104,7 @@ fn run_one(
                 series: &series,
                 step: done,
                 time,
-                grid: &grid,
-                field: &phi,
+                volume: &grid.volume(&phi),
             })?;
             observer.progress(&format!("{series}: step {done} of {steps}"));
         }

@@ -217,8 +217,7 @@ pub fn graph(settings: &GraphSettings, observer: &dyn Observer) -> Result<StudyR
             series: "graph",
             step: done,
             time,
-            grid: &grid,
-            field: &pair.phi,
+            volume: &grid.volume(&pair.phi),
         })?;
     }
     report.tables.push(table);

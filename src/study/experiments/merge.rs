@@ -103,8 +103,7 @@ impl Watch<'_> {
                 series: "merge",
                 step: done,
                 time: done as f64 * self.tau,
-                grid: &self.grid,
-                field: phi,
+                volume: &self.grid.volume(phi),
             })?;
         }
         Ok(seen)

@@ -6,6 +6,7 @@ mod graph;
 mod merge;
 mod orthogonal;
 mod patches;
+mod surfaces;
 mod table1;
 
 pub use cap::{CapSettings, cap};
@@ -14,6 +15,7 @@ pub use graph::{GraphSettings, graph};
 pub use merge::{MergeSettings, merge};
 pub use orthogonal::{OrthogonalSettings, orthogonal};
 pub use patches::{PatchError, PatchesSettings, fill_shape, patch_error, patches};
+pub use surfaces::{Closed, SurfacesSettings, surfaces};
 pub use table1::{Table1Settings, table1};
 
 use rayon::prelude::*;

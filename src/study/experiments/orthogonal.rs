@@ -141,8 +141,7 @@ pub fn orthogonal(
             series: "orthogonal",
             step: done,
             time: done as f64 * tau,
-            grid: &grid,
-            field: &phi,
+            volume: &grid.volume(&phi),
         })?;
     }
     report.tables.push(table);

@@ -111,8 +111,7 @@ fn run_one(
         series: &format!("table1-{cells}-{}", variant_name(variant)),
         step: steps,
         time: steps as f64 * tau,
-        grid,
-        field: &phi,
+        volume: &grid.volume(&phi),
     })?;
     let (error, largest) = cap_error(grid, &phi);
     Ok(Run {
