@@ -83,6 +83,7 @@ fn run(name: &str, shape: &Shape, across: f64) {
         stop_when_lost: false,
         start: Start::Biharmonic,
         flow: FlowSettings::default().across(across),
+        time: None,
     };
     let clock = Instant::now();
     let solved = solve_nested(shape, &settings, &|| true);

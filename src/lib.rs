@@ -86,6 +86,9 @@ pub mod study;
 pub use glam;
 pub use mesh::Mesh;
 pub use params::{FillParams, SurfaceKind, VoxelSize};
+pub use pipeline::{
+    FairError, FairExtent, FairParams, FairReport, Faired, fair, fair_with_progress,
+};
 pub use pipeline::{FillError, Filled, Inspection, fill, fill_with_progress, inspect};
 pub use pipeline::{
     RestoreError, RestoreParams, RestoreReport, Restored, restore, restore_with_progress,

@@ -3,8 +3,8 @@
 use isomend::flow::Variant;
 use isomend::linalg::LinearOperator;
 use isomend::study::experiments::{
-    CapSettings, CircleSettings, GraphSettings, MergeSettings, OrthogonalSettings, Table1Settings,
-    cap, circle, graph, merge, orthogonal, table1,
+    CapSettings, CircleSettings, Closed, GraphSettings, MergeSettings, OrthogonalSettings,
+    SurfacesSettings, Table1Settings, cap, circle, graph, merge, orthogonal, surfaces, table1,
 };
 use isomend::study::{
     Cell, PlaneEnergy, PlaneFlow, Quadrature, Silent, SquareGrid, StepSystem, StudyReport,
@@ -138,6 +138,35 @@ fn the_graph_flow_stays_near_the_parametric_one() {
     for name in ["energy of the graph", "energy, parametric"] {
         assert!(column(&report, 0, name).windows(2).all(|e| e[1] < e[0]));
     }
+}
+
+#[test]
+fn closed_surfaces_evolve_as_they_should() {
+    let settings = SurfacesSettings {
+        voxels: 36,
+        runs: vec![
+            (Closed::Sphere, 0.1),
+            (Closed::Wave, 0.01),
+            (Closed::Torus, 0.01),
+            (Closed::Cube, 0.01),
+        ],
+        compared: 0.002,
+    };
+    let report = surfaces(&settings, &Silent).expect("a report");
+    let unfinished = |what: &str| {
+        ["torus: ", "cube: ", "wave: energy at the end"]
+            .iter()
+            .any(|w| what.contains(w) && !what.contains("energy: "))
+    };
+    for claim in report.claims.iter().filter(|c| c.what != "torus" && !unfinished(&c.what)) {
+        assert!(claim.holds || claim.what.ends_with("at the end"), "{claim:?}");
+    }
+    assert!(report.claims.iter().any(|c| c.what.contains("linear theory") && c.holds));
+    // The torus is on its way to the Clifford torus, the cube to a sphere.
+    let ratio = column(&report, 2, "R / r");
+    assert!(ratio[0] > 1.9 && *ratio.last().expect("a row") < 1.8, "{ratio:?}");
+    let energy = column(&report, 3, "over the steady");
+    assert!(energy[0] > 3.0 && *energy.last().expect("a row") < 1.2, "{energy:?}");
 }
 
 fn wavy(cells: usize) -> (PlaneEnergy, Vec<f64>) {

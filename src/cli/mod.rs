@@ -3,6 +3,7 @@
 mod arguments;
 mod compare;
 mod console;
+mod fair;
 mod fill;
 mod input;
 mod inspect;
@@ -70,6 +71,7 @@ pub struct Cli {
 enum Command {
     Fill(fill::FillArgs),
     Restore(restore::RestoreArgs),
+    Fair(fair::FairArgs),
     Inspect(inspect::InspectArgs),
     Compare(compare::CompareArgs),
     Study(study::StudyArgs),
@@ -117,6 +119,7 @@ pub fn run(cli: Cli) -> anyhow::Result<End> {
     match cli.command {
         Command::Fill(args) => start(&args.common, |console| fill::run(&args, console)),
         Command::Restore(args) => start(&args.common, |console| restore::run(&args, console)),
+        Command::Fair(args) => start(&args.common, |console| fair::run(&args, console)),
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
         Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
         Command::Study(args) => {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::Args;
-use isomend::io::{Format, Loaded};
+use isomend::io::Format;
 use isomend::{RestoreError, RestoreParams, Restored};
 
 use super::console::Console;
@@ -86,22 +86,9 @@ pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
         return Ok(End::Interrupted);
     };
     let cut = tell(&restored, console);
-    let kept = remaining(loaded, &restored);
+    let kept = loaded.restricted(&restored.kept);
     let fill = &restored.report.fill;
     files.finish(restored.mesh, &kept, &params.fill, fill, Some(cut), console)
-}
-
-/// The input without what was cut out.
-fn remaining(loaded: Loaded, restored: &Restored) -> Loaded {
-    let kept = &restored.kept;
-    Loaded {
-        mesh: kept.mesh.clone(),
-        attributes: loaded
-            .attributes
-            .with_faces(&kept.faces)
-            .with_vertices(&kept.vertices),
-        ..loaded
-    }
 }
 
 fn tell(restored: &Restored, console: &Console) -> Cut {

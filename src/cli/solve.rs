@@ -74,13 +74,23 @@ pub struct SolveArgs {
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
-enum Scheme {
+pub(super) enum Scheme {
     #[value(name = "I")]
     I,
     #[value(name = "II")]
     II,
     #[value(name = "gauss-newton")]
     GaussNewton,
+}
+
+impl From<Scheme> for Variant {
+    fn from(scheme: Scheme) -> Self {
+        match scheme {
+            Scheme::I => Self::I,
+            Scheme::II => Self::II,
+            Scheme::GaussNewton => Self::GaussNewton,
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -106,11 +116,7 @@ impl SolveArgs {
         FillParams {
             voxel: self.voxel,
             energy: self.energy.energy(),
-            variant: match self.variant {
-                Scheme::I => Variant::I,
-                Scheme::II => Variant::II,
-                Scheme::GaussNewton => Variant::GaussNewton,
-            },
+            variant: self.variant.into(),
             steps: self.steps,
             time_step: self.time_step,
             edge_ratio: self.edge_ratio.unwrap_or(match self.energy {

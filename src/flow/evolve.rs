@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::band::{Band, MARGIN, WIDTH};
 use super::energy::BandEnergy;
 use super::state::BandState;
-use super::steady::{FlowSettings, REACH};
+use super::steady::{FlowOutcome, FlowSettings, REACH, StepRecord};
 use super::willmore::WillmoreBand;
 use crate::grid::{SparseGrid, add};
 use crate::sdf::redistance;
@@ -20,7 +20,7 @@ const PART: f64 = 0.15;
 /// The first step in units of h⁴: waves of four voxels lose a tenth of their height in it.
 const FIRST: f64 = 0.02;
 /// So many refusals in a row end the run.
-const MOST_REFUSALS: usize = 12;
+const MOST_REFUSALS: usize = 8;
 
 /// One step of the flow in time.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -102,6 +102,26 @@ impl Evolution {
             .map_or(self.willmore_before, |s| s.willmore)
     }
 
+    /// What the run has been so far, in the terms of a flow to the steady state.
+    pub fn outcome(&self) -> FlowOutcome {
+        let record = |s: &EvolutionStep| StepRecord {
+            energy: s.energy_before,
+            movement: s.movement,
+            mean_movement: s.mean_movement,
+            fraction: 1.0,
+            iterations: s.iterations,
+        };
+        FlowOutcome {
+            energy: self.settings.energy,
+            steps: self.steps.iter().map(record).collect(),
+            converged: false,
+            unknowns: self.unknowns,
+            energy_before: WIDTH * self.willmore_before,
+            energy_after: WIDTH * self.willmore(),
+            kappa: self.settings.kappa,
+        }
+    }
+
     /// Lets `phi` flow on the masked nodes until the time `until` (in h⁴) or a pause. `watch` is told of each step and ends
     /// the run by false.
     pub fn run(
@@ -146,7 +166,7 @@ impl Evolution {
         until: f64,
         watch: &mut dyn FnMut(&EvolutionStep) -> bool,
     ) -> Option<Pause> {
-        let mut refused = 0;
+        let (mut refused, mut band_steps) = (0, 0);
         while self.time < until && !state.is_worn() {
             let left = until - self.time;
             let wanted = self.next.min((self.part * self.time).max(FIRST));
@@ -167,7 +187,8 @@ impl Evolution {
             if !taken {
                 refused += 1;
                 if refused > MOST_REFUSALS {
-                    return Some(Pause::Stuck);
+                    // A fresh band may still help.
+                    return (band_steps == 0).then_some(Pause::Stuck);
                 }
                 let wanted = 0.7 * MOST_MOVEMENT / direction.movement;
                 let cut = if far && wanted > 0.1 { wanted } else { CUT };
@@ -194,7 +215,7 @@ impl Evolution {
                 iterations: direction.iterations,
                 refused,
             };
-            refused = 0;
+            (refused, band_steps) = (0, band_steps + 1);
             let growth = 0.7 * MOST_MOVEMENT / direction.movement.max(1e-9);
             self.next = self.next.max(time_step) * growth.clamp(CUT, GROWTH);
             self.steps.push(step);

@@ -39,6 +39,7 @@ pub use files::{read_path, read_volume_path, save, write_model, write_path, writ
 pub use format::Format;
 
 use crate::grid::Volume;
+use crate::mesh::cut::Remainder;
 use crate::mesh::{Attributes, Mesh};
 
 /// A mesh that was read, and what is to be known about its file.
@@ -56,6 +57,19 @@ pub struct Loaded {
     pub document: Option<Document>,
     /// Remarks for the user, one sentence each, such as how many faces are degenerate.
     pub notes: Vec<String>,
+}
+
+impl Loaded {
+    /// What is left of it after a cut: the mesh and what its faces and vertices carry.
+    #[must_use]
+    pub fn restricted(self, kept: &Remainder) -> Self {
+        let attributes = self.attributes.with_faces(&kept.faces);
+        Self {
+            mesh: kept.mesh.clone(),
+            attributes: attributes.with_vertices(&kept.vertices),
+            ..self
+        }
+    }
 }
 
 /// The floating-point type of written coordinates, for formats that have a choice.

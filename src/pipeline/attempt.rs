@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::restore::Damaged;
+use super::damaged::Damaged;
 use super::sources::Sources;
 use super::{Inspection, TRIVIAL_EDGES};
 use crate::extract::marching_cubes;
@@ -172,7 +172,7 @@ impl Work<'_> {
                 level: &solved.level,
                 data: &data,
             };
-            let extracted = extract(&surface);
+            let extracted = extract(&solved.level);
             if self.params.surface == SurfaceKind::Whole {
                 report.new_faces = extracted.faces.len();
                 report.new_vertices = extracted.positions.len();
@@ -288,6 +288,7 @@ impl Work<'_> {
                 && !next.accept
                 && self.params.voxel == VoxelSize::Auto,
             flow: self.flow_settings().across(region.diameter / region.voxel),
+            time: damaged.and_then(Damaged::time),
         };
         let solved = solve_nested(&data, &settings, self.keep_going);
         (solved, region, data)
@@ -314,7 +315,16 @@ impl Work<'_> {
         let found = self.found;
         let of = |voxel| {
             let (growth, refine) = (next.growth, next.refine);
-            Region::new(&found.mesh, &found.holes, group, voxel, growth, refine)
+            let part = self.damaged.and_then(|d| d.extent(group));
+            Region::new(
+                &found.mesh,
+                &found.holes,
+                group,
+                voxel,
+                growth,
+                refine,
+                part,
+            )
         };
         let region = of(self.params.voxel);
         if self.params.energy == Energy::Willmore || self.params.voxel != VoxelSize::Auto {
@@ -436,8 +446,7 @@ fn touches_box(level: &Level) -> bool {
 }
 
 /// The zero set on the cells near the mask, in world coordinates.
-fn extract(surface: &LevelSurface) -> Mesh {
-    let level = surface.level;
+pub(super) fn extract(level: &Level) -> Mesh {
     let grid = &level.grid;
     let near = dilate(grid, &dilate(grid, &dilate(grid, &level.mask)));
     let corner = |n: NodeIndex, a: i32| {
@@ -464,7 +473,7 @@ fn extract(surface: &LevelSurface) -> Mesh {
         .par_iter()
         .map(|&p| {
             let linear = level.lattice.to_world(p);
-            match crate::stitch::Surface::project(surface, linear) {
+            match level.project(linear) {
                 Some((q, _)) if q.distance(linear) < level.lattice.voxel => q,
                 _ => linear,
             }

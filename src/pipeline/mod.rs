@@ -1,6 +1,9 @@
 //! The way of the data, from a mesh with holes to a mesh without.
 
 mod attempt;
+mod damaged;
+mod fair;
+mod opening;
 mod restore;
 mod sources;
 pub mod volume;
@@ -16,7 +19,8 @@ use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::group_holes;
 use crate::report::{FillReport, HoleOutcome, HoleReport};
 use attempt::{RegionPatch, Work};
-use restore::Damaged;
+use damaged::Damaged;
+pub use fair::{FairError, FairExtent, FairParams, FairReport, Faired, fair, fair_with_progress};
 pub use restore::{
     RestoreError, RestoreParams, RestoreReport, Restored, restore, restore_with_progress,
 };
@@ -128,22 +132,22 @@ pub fn fill_with_progress(
     progress: &Progress,
 ) -> Result<Filled, FillError> {
     check_params(params)?;
-    fill_found(mesh, inspect(mesh)?, params, None, progress)
+    fill_found(mesh, &inspect(mesh)?, params, None, progress)
 }
 
 /// Fills the holes that were found in a mesh.
 fn fill_found(
     mesh: &Mesh,
-    found: Inspection,
+    found: &Inspection,
     params: &FillParams,
     damaged: Option<&Damaged>,
     progress: &Progress,
 ) -> Result<Filled, FillError> {
     let clock = Instant::now();
-    let (mut outcomes, chosen) = choose(&found, params)?;
-    let groups = groups(&found, &chosen, &mut outcomes, &bridges(&found, params)?);
-    let asked = |group: &[usize]| !attempt::is_trivial(&found, params, group);
-    let sources = Sources::new(&found, &groups, &asked);
+    let (mut outcomes, chosen) = choose(found, params)?;
+    let groups = groups(found, &chosen, &mut outcomes, &bridges(found, params)?);
+    let asked = |group: &[usize]| !attempt::is_trivial(found, params, group);
+    let sources = Sources::new(found, &groups, &asked);
     let stop = AtomicBool::new(false);
     let done = std::sync::atomic::AtomicUsize::new(0);
     let keep_going = || {
@@ -154,7 +158,7 @@ fn fill_found(
     };
     keep_going();
     let work = Work {
-        found: &found,
+        found,
         sources: &sources,
         params,
         damaged,
@@ -197,7 +201,8 @@ fn fill_found(
     }
     report.holes = found
         .holes
-        .into_iter()
+        .iter()
+        .cloned()
         .zip(outcomes)
         .zip(regions)
         .map(|((hole, outcome), region)| HoleReport {

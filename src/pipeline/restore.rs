@@ -1,23 +1,17 @@
 //! Replacing a marked region: its faces are cut out, and what is missing then is filled.
 
-use std::collections::BTreeSet;
-use std::f64::consts::TAU;
 use std::time::Instant;
 
 use serde::Serialize;
 use thiserror::Error;
 
-use super::{FillError, Inspection, Progress, check_params, fill_found, inspect};
-use crate::mesh::cut::{Remainder, settled};
-use crate::mesh::topology::{NONE, end, start};
-use crate::mesh::{Mesh, weld_map};
+use super::damaged::{Damaged, Keeping};
+use super::opening::Opening;
+use super::{FillError, Filled, Progress, check_params, fill_found};
+use crate::mesh::Mesh;
+use crate::mesh::cut::Remainder;
 use crate::params::{FillParams, SurfaceKind};
-use crate::region::KeptShape;
 use crate::report::{FillReport, HoleOutcome};
-use crate::sdf::{RimSet, Sampler};
-
-/// Marked pieces of at most this many faces go without being replaced.
-const CRUMB_FACES: usize = 2;
 
 /// Parameters of [`restore`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -77,6 +71,22 @@ pub enum RestoreError {
     KeepShape(f64),
 }
 
+impl RestoreError {
+    /// There must be a mark for each face, and some face must be marked.
+    pub(super) fn check_marks(mesh: &Mesh, marked: &[bool]) -> Result<(), Self> {
+        if marked.len() != mesh.faces.len() {
+            return Err(Self::Marks {
+                marks: marked.len(),
+                faces: mesh.faces.len(),
+            });
+        }
+        if !marked.contains(&true) {
+            return Err(Self::NothingMarked);
+        }
+        Ok(())
+    }
+}
+
 /// What a restoration found and did.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct RestoreReport {
@@ -132,42 +142,23 @@ pub fn restore_with_progress(
 ) -> Result<Restored, RestoreError> {
     let clock = Instant::now();
     check(mesh, marked, params)?;
-    let before = inspect(mesh)?;
-    let removed = settled(&before.mesh, &before.topology, marked);
-    refuse_whole_pieces(&before, &removed)?;
-    let kept = Remainder::new(mesh, &removed, params.keep_vertices);
-    let found = inspect(&kept.mesh)?;
-    let fill_params = FillParams {
-        holes: Some(made(mesh, &before, &kept, &found)?),
-        max_diameter: None,
-        keep_open: Vec::new(),
-        bridge: Vec::new(),
-        surface: SurfaceKind::Stitched,
-        ..params.fill.clone()
-    };
-    let damaged = (params.keep_shape > 0.0).then(|| Damaged::new(&before, params.keep_shape));
-    let filled = fill_found(&kept.mesh, found, &fill_params, damaged.as_ref(), progress)?;
+    let opening = Opening::new(mesh, marked, params.keep_vertices)?;
+    let damaged =
+        (params.keep_shape > 0.0).then(|| opening.damaged(Keeping::Part(params.keep_shape)));
+    let filled = fill_opening(mesh, &opening, &params.fill, damaged.as_ref(), progress)?;
     let mut fill = filled.report;
-    (fill.vertices, fill.faces) = (mesh.positions.len(), mesh.faces.len());
-    fill.pieces = before.topology.piece_faces.len();
-    fill.defects = before.topology.defects;
     fill.seconds = clock.elapsed().as_secs_f64();
-    for hole in &mut fill.holes {
-        if let HoleOutcome::Left(why) = &mut hole.outcome {
-            *why = "not in the marked region".to_owned();
-        }
-    }
     let count = |marks: &[bool]| marks.iter().filter(|m| **m).count();
     Ok(Restored {
         mesh: filled.mesh,
         report: RestoreReport {
             marked_faces: count(marked),
-            removed_faces: count(&removed),
-            removed_vertices: mesh.positions.len() - kept.mesh.positions.len(),
+            removed_faces: count(&opening.removed),
+            removed_vertices: mesh.positions.len() - opening.kept.mesh.positions.len(),
             keep_shape: params.keep_shape,
             fill,
         },
-        kept,
+        kept: opening.kept,
     })
 }
 
@@ -176,117 +167,43 @@ fn check(mesh: &Mesh, marked: &[bool], params: &RestoreParams) -> Result<(), Res
     if !(0.0..=1.0).contains(&params.keep_shape) {
         return Err(RestoreError::KeepShape(params.keep_shape));
     }
-    if marked.len() != mesh.faces.len() {
-        return Err(RestoreError::Marks {
-            marks: marked.len(),
-            faces: mesh.faces.len(),
-        });
-    }
-    if !marked.contains(&true) {
-        return Err(RestoreError::NothingMarked);
-    }
-    Ok(())
+    RestoreError::check_marks(mesh, marked)
 }
 
-/// Pieces but crumbs must keep some faces.
-fn refuse_whole_pieces(before: &Inspection, removed: &[bool]) -> Result<(), RestoreError> {
-    let mut left = before.topology.piece_faces.clone();
-    for (&piece, _) in before
-        .topology
-        .piece
-        .iter()
-        .zip(removed)
-        .filter(|(_, r)| **r)
-    {
-        if piece != NONE {
-            left[piece as usize] -= 1;
-        }
-    }
-    let sizes = before.topology.piece_faces.iter().zip(&left);
-    let whole = sizes.filter(|(all, left)| **left == 0 && **all > CRUMB_FACES);
-    match whole.map(|(all, _)| *all).max() {
-        Some(faces) => Err(RestoreError::WholePiece { faces }),
-        None if left.iter().all(|l| *l == 0) => Err(RestoreError::WholePiece {
-            faces: removed.len(),
-        }),
-        None => Ok(()),
-    }
-}
-
-/// The numbers of the holes that the cut made or changed.
-fn made(
+/// Fills what a cut left open; `mesh` is the one before it.
+pub(super) fn fill_opening(
     mesh: &Mesh,
-    before: &Inspection,
-    kept: &Remainder,
-    found: &Inspection,
-) -> Result<Vec<usize>, RestoreError> {
-    let weld = weld_map(mesh);
-    let origin: Vec<u32> = (0..weld.len())
-        .filter(|&v| kept.vertices[v])
-        .map(|v| weld[v])
-        .collect();
-    let key = |v: u32, w: u32| (v.min(w), v.max(w));
-    let old: BTreeSet<(u32, u32)> = (0..before.topology.boundary.len() as u32)
-        .filter(|&h| before.topology.boundary[h as usize])
-        .map(|h| key(start(&before.mesh, h), end(&before.mesh, h)))
-        .collect();
-    let edges = |rim: &[u32]| -> Vec<(u32, u32)> {
-        let next = rim.iter().cycle().skip(1);
-        rim.iter().zip(next).map(|(v, w)| (*v, *w)).collect()
+    opening: &Opening,
+    params: &FillParams,
+    damaged: Option<&Damaged>,
+    progress: &Progress,
+) -> Result<Filled, FillError> {
+    let params = FillParams {
+        holes: Some(opening.made.clone()),
+        max_diameter: None,
+        keep_open: Vec::new(),
+        bridge: opening.bridges(),
+        surface: SurfaceKind::Stitched,
+        ..params.clone()
     };
-    let outer: BTreeSet<(u32, u32)> = before
-        .holes
-        .iter()
-        .filter(|h| h.outer_border)
-        .flat_map(|h| edges(&h.rim))
-        .map(|(v, w)| key(v, w))
-        .collect();
-    let mut ids = Vec::new();
-    for hole in &found.holes {
-        let rim = edges(&hole.rim).into_iter();
-        let rim: Vec<(u32, u32)> = rim
-            .map(|(v, w)| key(origin[v as usize], origin[w as usize]))
-            .collect();
-        if rim.iter().all(|e| old.contains(e)) {
-            continue;
-        }
-        if let Some(edge) = rim.iter().find(|e| outer.contains(e)) {
-            let p = mesh.positions[edge.0 as usize];
-            return Err(RestoreError::Border {
-                x: p.x,
-                y: p.y,
-                z: p.z,
-            });
-        }
-        ids.push(hole.id);
-    }
-    Ok(ids)
-}
-
-/// The surface before the cut, where some of its shape is to be kept.
-pub(super) struct Damaged<'a> {
-    sampler: Sampler<'a>,
-    rims: RimSet,
-    part: f64,
-}
-
-impl<'a> Damaged<'a> {
-    fn new(before: &'a Inspection, part: f64) -> Self {
-        let closed = !before.holes.iter().any(|h| h.outer_border);
-        Self {
-            sampler: Sampler::new(&before.mesh, &before.topology),
-            rims: RimSet::new(before.holes.iter(), closed),
-            part,
+    let mut filled = fill_found(
+        &opening.kept.mesh,
+        &opening.found,
+        &params,
+        damaged,
+        progress,
+    )?;
+    let report = &mut filled.report;
+    (report.vertices, report.faces) = (mesh.positions.len(), mesh.faces.len());
+    report.pieces = opening.before.topology.piece_faces.len();
+    report.defects = opening.before.topology.defects;
+    for hole in &mut report.holes {
+        if let HoleOutcome::Left(why) = &mut hole.outcome {
+            *why = "not in the marked region".to_owned();
         }
     }
-
-    /// The pull to it in a region: ½ λ d² balances ½ h² at waves of the width below which features are to go.
-    pub(super) fn kept(&self, diameter: f64, voxel: f64) -> KeptShape<'_> {
-        let width = (diameter * (1.0 - self.part) / self.part).max(voxel);
-        KeptShape {
-            sampler: &self.sampler,
-            rims: &self.rims,
-            weight: (TAU / width).powi(4),
-        }
+    for region in &mut report.regions {
+        region.bridge = false;
     }
+    Ok(filled)
 }

@@ -128,6 +128,7 @@ impl Bodies {
             VoxelSize::Auto,
             WIDEST,
             1.0,
+            None,
         );
         let low = region.lattice.origin;
         let size = DVec3::from_array(region.dims.map(f64::from)) * region.lattice.voxel;

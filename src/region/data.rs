@@ -5,9 +5,8 @@ use std::sync::OnceLock;
 use glam::DVec3;
 
 use super::level::{DistanceData, Level, NodeData};
-use crate::grid::value_and_gradient;
 use crate::mesh::{Hole, Mesh};
-use crate::sdf::{RimSet, Sampler, project_on_zero_set};
+use crate::sdf::{RimSet, Sampler};
 use crate::spatial::{Bvh, WindingTree};
 use crate::stitch::{Surface, triangulate_loop};
 
@@ -179,11 +178,7 @@ pub struct LevelSurface<'a> {
 
 impl Surface for LevelSurface<'_> {
     fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)> {
-        let level = self.level;
-        let x = level.lattice.to_lattice(p);
-        let foot = project_on_zero_set(&level.grid, &level.phi, x, x)?;
-        let (_, g) = value_and_gradient(&level.grid, &level.phi, foot)?;
-        Some((level.lattice.to_world(foot), g.normalize_or_zero()))
+        self.level.project(p)
     }
 
     fn depth(&self, p: DVec3) -> f64 {

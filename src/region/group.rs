@@ -177,7 +177,7 @@ impl RimSamples {
 
 impl Region {
     /// The lattice of a group of holes. `growth` widens the box, `refine` divides the voxel (both 1 at first) and, where it
-    /// doubles it, the coarsest voxel too.
+    /// doubles it, the coarsest voxel too. The box holds `part` too, where there is a surface to start from.
     pub fn new(
         mesh: &Mesh,
         holes: &[Hole],
@@ -185,9 +185,11 @@ impl Region {
         voxel: VoxelSize,
         growth: f64,
         refine: f64,
+        part: Option<(DVec3, DVec3)>,
     ) -> Self {
         let chosen = || group.iter().map(|&h| &holes[h]);
-        let diameter = chosen().map(|h| h.diameter).fold(0.0, f64::max);
+        let extent = part.map_or(0.0, |(low, high)| (high - low).max_element());
+        let diameter = chosen().map(|h| h.diameter).fold(extent, f64::max);
         let smallest = chosen()
             .filter(|h| h.edges > 8)
             .map(|h| h.diameter)
@@ -221,6 +223,9 @@ impl Region {
         for v in chosen().flat_map(|h| &h.rim) {
             low = low.min(mesh.positions[*v as usize]);
             high = high.max(mesh.positions[*v as usize]);
+        }
+        if let Some(part) = part {
+            (low, high) = (low.min(part.0), high.max(part.1));
         }
         let widest = chosen().map(|h| h.width).fold(0.25 * diameter, f64::max);
         // Along a rim that is wide already the surface bulges less far beyond it.

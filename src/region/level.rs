@@ -4,7 +4,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::flow::Pull;
-use crate::grid::{BLOCK, Lattice, NodeIndex, SparseGrid, as_point, linear, value_and_gradient};
+use crate::grid::{
+    BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, linear, value_and_gradient,
+};
+use crate::sdf::project_on_zero_set;
 
 /// Where the distance to the known surface is larger than this many voxels, the nodes round a hole are free: in thin parts
 /// they may be nearer to the opposite wall than to the surface that is missing.
@@ -151,6 +154,47 @@ impl Level {
         }
     }
 
+    /// The same lattice with blocks round where the zero set is now. None where none are to be added.
+    pub fn regrown(&self, data: &dyn DistanceData) -> Option<Self> {
+        let blocks = self.grid.dims().map(|d| d / BLOCK);
+        let at = |b: NodeIndex| ((b[0] * blocks[1] + b[1]) * blocks[2] + b[2]) as usize;
+        let mut wanted = vec![false; blocks.iter().map(|&b| b as usize).product()];
+        for s in (0..self.grid.len()).filter(|&s| self.mask[s] && self.phi[s].abs() < STORED) {
+            let block = self.grid.node(s).map(|i| i / BLOCK);
+            for k in 0..27 {
+                let near = add(block, [k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1]);
+                if (0..3).all(|d| near[d] >= 0 && near[d] < blocks[d]) {
+                    wanted[at(near)] = true;
+                }
+            }
+        }
+        let grid = SparseGrid::new(self.grid.dims(), |corner| {
+            self.grid.slot(corner).is_some() || wanted[at(corner.map(|i| i / BLOCK))]
+        });
+        if grid.len() == self.grid.len() {
+            return None;
+        }
+        let old = |n: NodeIndex| self.grid.slot(n).filter(|&s| self.mask[s]);
+        let known = |n: NodeIndex| old(n).map(|s| self.phi[s]);
+        let (mut phi, mask) = fill(&self.lattice, &grid, data, false, &known);
+        let open = (0..grid.len()).filter(|&s| mask[s] && old(grid.node(s)).is_none());
+        take_signs(&grid, &mut phi, open.collect());
+        Some(Self {
+            lattice: self.lattice,
+            grid,
+            phi,
+            mask,
+        })
+    }
+
+    /// The point of the zero set nearest to a point of the world, and the normal there.
+    pub fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)> {
+        let x = self.lattice.to_lattice(p);
+        let foot = project_on_zero_set(&self.grid, &self.phi, x, x)?;
+        let (_, g) = value_and_gradient(&self.grid, &self.phi, foot)?;
+        Some((self.lattice.to_world(foot), g.normalize_or_zero()))
+    }
+
     /// φ of this level at a node of the next finer one, in its voxels.
     fn prolong(&self, fine: NodeIndex) -> Option<f64> {
         let p = 0.5 * as_point(fine);
@@ -176,6 +220,31 @@ impl Level {
             }
         }
         wanted
+    }
+}
+
+/// Gives the nodes in `open` the sign of their neighbours, and a value off the surface: none of them lies beside it.
+fn take_signs(grid: &SparseGrid, phi: &mut [f64], mut open: Vec<usize>) {
+    let mut closed = vec![true; grid.len()];
+    open.iter().for_each(|&s| closed[s] = false);
+    loop {
+        let sign = |s: usize| {
+            (0..6).find_map(|k| {
+                let mut o = [0; 3];
+                o[k / 2] = 1 - 2 * (k as i32 % 2);
+                let near = grid.slot(add(grid.node(s), o))?;
+                closed[near].then(|| STORED.copysign(phi[near]))
+            })
+        };
+        let found: Vec<(usize, f64)> = open.iter().filter_map(|&s| Some((s, sign(s)?))).collect();
+        if found.is_empty() {
+            return;
+        }
+        for &(s, v) in &found {
+            phi[s] = v;
+            closed[s] = true;
+        }
+        open.retain(|&s| !closed[s]);
     }
 }
 

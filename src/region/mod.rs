@@ -10,4 +10,4 @@ mod tests;
 pub use data::{KeptShape, LevelSurface, MeshData};
 pub use group::{Region, group_holes};
 pub use level::{DistanceData, Level, NodeData};
-pub use nested::{LevelReport, NestedSettings, Solved, Start, solve_nested};
+pub use nested::{LevelReport, NestedSettings, Solved, Start, TimeSpan, solve_nested};

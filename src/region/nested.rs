@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::level::{DistanceData, Level};
-use crate::flow::{Energy, FlowOutcome, FlowSettings, biharmonic_fill, relax};
+use crate::flow::{Energy, Evolution, FlowOutcome, FlowSettings, Pause, biharmonic_fill, relax};
 use crate::grid::{Lattice, NodeIndex};
 
 /// Most steps on a coarser level.
@@ -31,6 +31,17 @@ pub struct NestedSettings {
     pub start: Start,
     /// The flow on each level.
     pub flow: FlowSettings,
+    /// How long the surface evolves from the data's guess on the finest lattice; none for its steady state.
+    pub time: Option<TimeSpan>,
+}
+
+/// How long a surface evolves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeSpan {
+    /// The time, in length⁴.
+    pub time: f64,
+    /// Steps are no longer than this part of the time since the start; see [`Evolution::part`].
+    pub part: f64,
 }
 
 /// Where the flow starts from.
@@ -61,6 +72,8 @@ pub struct Solved {
     pub level: Level,
     /// All levels, the coarsest first.
     pub reports: Vec<LevelReport>,
+    /// The time that the flow has reached, in length⁴; 0 for one to the steady state.
+    pub time: f64,
 }
 
 impl Solved {
@@ -106,6 +119,64 @@ fn stages(energy: Energy, refinement: usize) -> &'static [Energy] {
 
 /// Solves on each level in turn; `keep_going` may end it early.
 pub fn solve_nested(
+    data: &dyn DistanceData,
+    settings: &NestedSettings,
+    keep_going: &dyn Fn() -> bool,
+) -> Solved {
+    match settings.time {
+        Some(span) => evolve_nested(data, settings, span, keep_going),
+        None => relax_nested(data, settings, keep_going),
+    }
+}
+
+/// Goes to the finest lattice with the data's guess, and lets the surface evolve there.
+fn evolve_nested(
+    data: &dyn DistanceData,
+    settings: &NestedSettings,
+    span: TimeSpan,
+    keep_going: &dyn Fn() -> bool,
+) -> Solved {
+    let clock = Instant::now();
+    let mut level = Level::coarsest(settings.lattice, settings.dims, data);
+    level.start_from_guess(data);
+    for _ in 0..settings.refinements {
+        level = level.refined(data);
+        level.start_from_guess(data);
+    }
+    let sampling = clock.elapsed().as_secs_f64();
+    let clock = Instant::now();
+    let voxel = level.lattice.voxel;
+    let until = span.time / voxel.powi(4);
+    let mut evolution = Evolution::new(settings.flow);
+    evolution.part = span.part;
+    let pause = loop {
+        let pause = evolution.run(&level.grid, &mut level.phi, &level.mask, until, &mut |_| {
+            keep_going()
+        });
+        if pause != Pause::OffGrid {
+            break pause;
+        }
+        match level.regrown(data) {
+            Some(wider) => level = wider,
+            None => break pause,
+        }
+    };
+    let mut flow = evolution.outcome();
+    flow.converged = pause == Pause::Done;
+    let report = LevelReport {
+        voxel,
+        nodes: level.grid.len(),
+        flow,
+        seconds: [sampling, clock.elapsed().as_secs_f64()],
+    };
+    Solved {
+        level,
+        reports: vec![report],
+        time: evolution.time * voxel.powi(4),
+    }
+}
+
+fn relax_nested(
     data: &dyn DistanceData,
     settings: &NestedSettings,
     keep_going: &dyn Fn() -> bool,
@@ -170,5 +241,9 @@ pub fn solve_nested(
             break;
         }
     }
-    Solved { level, reports }
+    Solved {
+        level,
+        reports,
+        time: 0.0,
+    }
 }

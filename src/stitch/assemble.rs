@@ -48,12 +48,41 @@ pub(super) fn assemble(input: &StitchInput) -> Result<Assembled, StitchError> {
     Ok(assembled)
 }
 
+/// A closed surface, which is joined to nothing, with target edges of one length.
+pub(super) fn closed(input: &StitchInput, edge: f64) -> Result<Assembled, StitchError> {
+    let extracted = input.extracted;
+    let centre = middle(extracted.positions.iter());
+    let projected: Vec<(DVec3, DVec3)> = extracted
+        .positions
+        .par_iter()
+        .map(|&p| match input.surface.project(p) {
+            Some((q, n)) if q.distance(p) < input.voxel => (q - centre, n),
+            _ => (p - centre, DVec3::ZERO),
+        })
+        .collect();
+    let mut mesh = PatchMesh::default();
+    (mesh.position, mesh.normal) = projected.into_iter().unzip();
+    mesh.size = vec![edge; extracted.positions.len()];
+    mesh.faces.clone_from(&extracted.faces);
+    mesh.connect().map_err(|e| e.moved(centre))?;
+    mesh.compact();
+    Ok(Assembled {
+        mesh,
+        rims: Rims::default(),
+        centre,
+        report: StitchReport::default(),
+    })
+}
+
 fn centre(input: &StitchInput, rims: &Rims) -> DVec3 {
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for &v in rims.loops.iter().flatten() {
-        low = low.min(input.mesh.positions[v as usize]);
-        high = high.max(input.mesh.positions[v as usize]);
-    }
+    let rim = rims.loops.iter().flatten();
+    middle(rim.map(|&v| &input.mesh.positions[v as usize]))
+}
+
+/// The middle of the bounding box.
+fn middle<'a>(points: impl Iterator<Item = &'a DVec3>) -> DVec3 {
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = points.fold(start, |(low, high), p| (low.min(*p), high.max(*p)));
     (low + high) / 2.0
 }
 

@@ -140,6 +140,35 @@ pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
     patch.into_patch(input)
 }
 
+/// Remeshes a closed surface isotropically, with edges of about `edge`, shorter where a chord would be too far from the
+/// smooth surface. `extracted` must be manifold and close to `surface`, `voxel` the spacing of the lattice it comes from.
+///
+/// # Errors
+/// When `extracted` is not manifold.
+pub fn remesh_closed(
+    extracted: &Mesh,
+    surface: &dyn Surface,
+    voxel: f64,
+    edge: f64,
+) -> Result<Patch, StitchError> {
+    let input = StitchInput {
+        mesh: &Mesh::default(),
+        loops: &[],
+        surface,
+        extracted,
+        voxel,
+        params: StitchParams {
+            edge_factor: 1.0,
+            ..StitchParams::default()
+        },
+    };
+    let mut patch = assemble::closed(&input, edge)?;
+    remesh::remesh(&input, &mut patch);
+    let mut surroundings = check::Surroundings::new(&input, &patch);
+    patch.report.intersecting_faces = remesh::repair(&input, &mut patch, &mut surroundings);
+    patch.into_patch(&input)
+}
+
 /// The number of `faces`, a patch for `mesh` with `new` vertices, that intersect another face of the patch or the mesh.
 ///
 /// Decided exactly. Faces that share a vertex or an edge intersect if they meet elsewhere too; touching counts.

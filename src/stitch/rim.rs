@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::{StitchError, StitchInput};
 
 /// The rim loops of a region, and what the mesh looks like there.
+#[derive(Default)]
 pub(super) struct Rims {
     /// Loops of mesh vertices; a vertex is there once for each gap that it borders on.
     pub(super) loops: Vec<Vec<u32>>,

@@ -8,7 +8,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::attributes::{Attributes, LabelKind, Role};
-use super::{Mesh, weld_map};
+use super::{Mesh, Topology, weld_map};
 
 /// One way to choose faces.
 #[derive(Clone)]
@@ -263,6 +263,17 @@ impl<'a> Paths<'a> {
         }
         distance
     }
+}
+
+/// The faces all of whose vertices are at least so far from a border, along the edges of a welded mesh.
+pub fn shrunk_from_borders(mesh: &Mesh, topology: &Topology, by: f64) -> Vec<bool> {
+    let paths = Paths::new(mesh);
+    let distance = paths.distances_from(|f| (3 * f..3 * f + 3).any(|h| topology.boundary[h]));
+    let mut inner = vec![false; mesh.faces.len()];
+    paths.each_face(|f, corners| {
+        inner[f] = corners.iter().all(|v| distance[*v as usize] >= by);
+    });
+    inner
 }
 
 /// What a mask selects.

@@ -24,27 +24,13 @@ impl Remesher<'_> {
     /// Sets the target from the mesh's edges at the rim, made shorter where a chord would be too far from the surface.
     pub(super) fn set_sizes(&mut self, params: &StitchParams, voxel: f64) {
         self.even_out_rim();
+        if self.mesh.rim_len() > 0 {
+            self.take_from_rim();
+        }
         let factor = params.edge_factor;
-        let mesh = &*self.mesh;
-        let rim: Vec<(glam::DVec3, f64)> = (0..mesh.rim_len())
-            .map(|v| (mesh.position[v], mesh.size[v]))
-            .collect();
-        let from_rim: Vec<f64> = mesh.position[mesh.rim_len()..]
-            .par_iter()
-            .map(|p| {
-                let (mut sum, mut weight) = (0.0, 0.0);
-                for (q, size) in &rim {
-                    let w = size / p.distance(*q).max(1e-9 * size).powi(POWER);
-                    sum += w * size;
-                    weight += w;
-                }
-                sum / weight
-            })
-            .collect();
-        let rim_len = self.mesh.rim_len();
-        self.mesh.size[rim_len..].copy_from_slice(&from_rim);
         let chord = params.chord_error * voxel;
-        let wanted: Vec<f64> = (0..self.mesh.position.len() as u32)
+        let mesh = &*self.mesh;
+        let wanted: Vec<f64> = (0..mesh.position.len() as u32)
             .into_par_iter()
             .map(|v| {
                 let size = factor * self.mesh.size[v as usize];
@@ -63,6 +49,28 @@ impl Remesher<'_> {
             .map(|s| if s >= floor { s } else { floor })
             .collect();
         self.limit_growth();
+    }
+
+    /// Interpolates the length from the rim.
+    fn take_from_rim(&mut self) {
+        let mesh = &*self.mesh;
+        let rim: Vec<(glam::DVec3, f64)> = (0..mesh.rim_len())
+            .map(|v| (mesh.position[v], mesh.size[v]))
+            .collect();
+        let from_rim: Vec<f64> = mesh.position[mesh.rim_len()..]
+            .par_iter()
+            .map(|p| {
+                let (mut sum, mut weight) = (0.0, 0.0);
+                for (q, size) in &rim {
+                    let w = size / p.distance(*q).max(1e-9 * size).powi(POWER);
+                    sum += w * size;
+                    weight += w;
+                }
+                sum / weight
+            })
+            .collect();
+        let rim_len = self.mesh.rim_len();
+        self.mesh.size[rim_len..].copy_from_slice(&from_rim);
     }
 
     /// The least target, which keeps degenerate rim edges from asking for too many faces.

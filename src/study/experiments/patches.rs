@@ -98,6 +98,7 @@ pub fn fill_shape(
         refinements,
         stop_when_lost: false,
         start: Start::Biharmonic,
+        time: None,
         flow: flow.across(f64::from(COARSEST) * f64::from(1u32 << refinements.min(16))),
     };
     solve_nested(shape, &settings, keep_going)

@@ -1,0 +1,252 @@
+//! `isomend fair`: fairs a surface, or a marked region of it.
+
+use std::path::PathBuf;
+
+use clap::{ArgGroup, Args};
+use isomend::flow::Variant;
+use isomend::io::{Format, Loaded};
+use isomend::report::{FillReport, HoleOutcome, level_lines};
+use isomend::{
+    FairError, FairExtent, FairParams, FairReport, Faired, FillError, FillParams, RestoreError,
+    SurfaceKind, VoxelSize,
+};
+use serde::Serialize;
+
+use super::console::Console;
+use super::json::FileInfo;
+use super::mask::MaskArgs;
+use super::output::Output;
+use super::solve::{self, Files, Scheme};
+use super::{CommonArgs, End, arguments};
+
+const EXAMPLES: &str = "\
+Examples:
+  isomend fair scan.ply -o out.ply                               lose what is narrower than eight mean edges
+  isomend fair scan.ply -o out.ply --strength 2.5                features narrower than 2.5 go
+  isomend fair scan.ply -o out.ply --strength 4 --ball 10,4,2,9  in a ball only; all else stays bit for bit
+  isomend fair torus.ply -o out.ply --time 0.02                  Willmore flow for a time";
+
+/// Fair the whole surface, or a marked region.
+///
+/// The surface evolves by Willmore flow for a time: noise and small features go, spheres, minimal surfaces and large forms
+/// stay. A closed mesh as a whole is replaced by the faired surface, remeshed. A marked region is cut out and what it
+/// evolves to is joined to the rest, which stays bit for bit and in order. An open mesh keeps a strip along its borders.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+#[command(group(ArgGroup::new("extent").args(["time", "strength"])))]
+pub struct FairArgs {
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+
+    /// The file to write, in the format of its extension.
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+
+    /// Features narrower than this length go [default: eight mean edges].
+    ///
+    /// Waves of this length lose all but a third of their height, those of half of it everything. It is the time
+    /// (LENGTH / 2 pi)^4.
+    #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
+    strength: Option<f64>,
+
+    /// Time of the Willmore flow, in the mesh's units to the fourth power.
+    #[arg(long, value_name = "T", value_parser = arguments::positive)]
+    time: Option<f64>,
+
+    /// Voxel size in the mesh's units.
+    ///
+    /// `auto` is an eighth of the features that go, at least a third of the mean edge, and more on large models.
+    #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
+    voxel: VoxelSize,
+
+    /// Scheme of the flow's steps: I and II are the paper's.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "I|II|gauss-newton",
+        default_value = "gauss-newton",
+        ignore_case = true
+    )]
+    variant: Scheme,
+
+    /// Length of the new edges over that of the edges round the region, or over the mean of all.
+    #[arg(long, value_name = "RATIO", default_value = "1", value_parser = arguments::edge_ratio)]
+    edge_ratio: f64,
+
+    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk or vtp.
+    #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
+    to: Option<Format>,
+
+    /// Write text instead of binary: PLY, STL and VTK legacy.
+    #[arg(long)]
+    ascii: bool,
+
+    #[command(flatten)]
+    mask: MaskArgs,
+
+    #[command(flatten)]
+    pub(super) common: CommonArgs,
+}
+
+impl FairArgs {
+    fn params(&self, loaded: &Loaded, to: Format) -> FairParams {
+        FairParams {
+            extent: match (self.time, self.strength) {
+                (Some(time), _) => FairExtent::Time(time),
+                (None, Some(strength)) => FairExtent::Strength(strength),
+                (None, None) => FairExtent::Auto,
+            },
+            voxel: self.voxel,
+            variant: Variant::from(self.variant),
+            edge_ratio: self.edge_ratio,
+            // A glTF document goes through as it is, and so do the numbers of its vertices.
+            keep_vertices: matches!(to, Format::Gltf | Format::Glb) && loaded.document.is_some(),
+        }
+    }
+}
+
+/// Reads, fairs, writes.
+pub fn run(args: &FairArgs, console: &Console) -> anyhow::Result<End> {
+    let files = Files {
+        command: "fair",
+        input: &args.input,
+        output: Output::new(&args.output, args.to, args.ascii)?,
+        json: args.common.json.as_ref(),
+    };
+    let masked = args.mask.mask()?.is_some();
+    let loaded = files.read(args.common.from, console)?;
+    let marked = match masked {
+        true => args.mask.faces(&loaded)?,
+        false => None,
+    };
+    let params = args.params(&loaded, files.output.format);
+    let faired = solve::watched(console, |progress| {
+        isomend::fair_with_progress(&loaded.mesh, marked.as_deref(), &params, progress)
+    });
+    let faired = match faired {
+        Err(FairError::Restore(RestoreError::Fill(FillError::Cancelled))) => {
+            Err(FillError::Cancelled)
+        }
+        Err(error) => return Err(anyhow::Error::new(error).context("cannot fair the mesh")),
+        Ok(faired) => Ok(faired),
+    };
+    let Some(faired) = solve::unless_stopped(faired, console)? else {
+        return Ok(End::Interrupted);
+    };
+    finish(faired, loaded, &files, console)
+}
+
+fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> anyhow::Result<End> {
+    let Faired { mesh, kept, report } = faired;
+    let fill_params = FillParams {
+        surface: match kept {
+            Some(_) => SurfaceKind::Stitched,
+            None => SurfaceKind::Whole,
+        },
+        ..FillParams::default()
+    };
+    let loaded = match &kept {
+        Some(kept) => loaded.restricted(kept),
+        None => loaded,
+    };
+    let (mesh, remarks) = files.output.write(mesh, &loaded, &fill_params)?;
+    let path = &files.output.path;
+    remarks
+        .iter()
+        .for_each(|note| console.note(&format!("{}: {note}", path.display())));
+    tell(&report, console);
+    let fill = &report.fill;
+    if let Some(json) = files.json {
+        let mut notes = loaded.notes.clone();
+        notes.extend(remarks);
+        json.write(&FairDocument {
+            command: files.command,
+            version: env!("CARGO_PKG_VERSION"),
+            input: FileInfo::of(files.input, loaded.format, fill.vertices, fill.faces),
+            output: FileInfo::new(path, files.output.format, &mesh),
+            notes: &notes,
+            complete: complete(fill),
+            volume_drift: report.volume_drift(),
+            report: &report,
+        })?;
+    }
+    Ok(if complete(fill) {
+        End::Done
+    } else {
+        End::InPart
+    })
+}
+
+/// A region that was closed with triangles between its own vertices is not faired.
+fn complete(fill: &FillReport) -> bool {
+    !fill.incomplete()
+        && !fill
+            .holes
+            .iter()
+            .any(|h| matches!(h.outcome, HoleOutcome::Triangulated(_)))
+}
+
+/// The report of `isomend fair`.
+#[derive(Serialize)]
+struct FairDocument<'a> {
+    command: &'static str,
+    version: &'static str,
+    input: FileInfo,
+    output: FileInfo,
+    notes: &'a [String],
+    /// Whether every region was faired.
+    complete: bool,
+    /// Change of the volume over the volume.
+    volume_drift: Option<f64>,
+    #[serde(flatten)]
+    report: &'a FairReport,
+}
+
+fn tell(report: &FairReport, console: &Console) {
+    console.say(&format!(
+        "features narrower than {:.5} went, time {:.4e}, voxel {:.5}",
+        report.strength, report.time, report.voxel
+    ));
+    if !report.whole {
+        console.say(&format!(
+            "{} faces marked, {} cut out",
+            report.marked_faces, report.removed_faces
+        ));
+    }
+    if report.pieces_left > 0 {
+        console.warn(&format!(
+            "{} closed pieces stay as they are beside the open ones; mark them to fair them too",
+            report.pieces_left
+        ));
+    }
+    for region in &report.fill.regions {
+        let steps: usize = region.levels.iter().map(|l| l.flow.steps.len()).sum();
+        console.say(&format!(
+            "region {}: {steps} steps, {} vertices, {} faces, {:.2} s",
+            region.id, region.new_vertices, region.new_faces, region.seconds
+        ));
+        for line in level_lines(region) {
+            console.detail(&line);
+        }
+    }
+    console.say(&format!(
+        "moved by {:.5} at most, {:.5} root mean square",
+        report.moved_max, report.moved_rms
+    ));
+    if let Some(drift) = report.volume_drift() {
+        console.say(&format!("the volume changed by {:+.3} %", 100.0 * drift));
+    }
+    for hole in &report.fill.holes {
+        match &hole.outcome {
+            HoleOutcome::Failed(why) => {
+                console.warn(&format!("hole {} is open: {why}", hole.hole.id));
+            }
+            HoleOutcome::Triangulated(why) => console.warn(&format!(
+                "the region at hole {} was not faired but closed with triangles: {why}",
+                hole.hole.id
+            )),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,321 @@
+//! What the parameters of a fairing mean for a mesh, and how it is done.
+
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::super::attempt::extract;
+use super::super::damaged::Keeping;
+use super::super::opening::Opening;
+use super::super::restore::fill_opening;
+use super::super::{FillError, Inspection, Progress};
+use super::{FairError, FairExtent, FairParams, FairReport, Faired};
+use crate::flow::FlowSettings;
+use crate::grid::{BLOCK, Lattice, NodeIndex};
+use crate::mesh::Mesh;
+use crate::mesh::mask::shrunk_from_borders;
+use crate::mesh::topology::NONE;
+use crate::params::{FillParams, VoxelSize};
+use crate::region::{
+    DistanceData, Level, NestedSettings, NodeData, Solved, Start, TimeSpan, solve_nested,
+};
+use crate::report::{FillReport, RegionReport};
+use crate::sdf::{RimSet, Sampler};
+use crate::stitch::{Surface, remesh_closed};
+
+/// The usual strength, in mean edges.
+const STRENGTH_EDGES: f64 = 8.0;
+/// Voxels to the width of the features that go.
+const PER_FEATURE: f64 = 8.0;
+/// Voxels are no shorter than this part of the mean edge.
+const LEAST_PER_EDGE: f64 = 1.0 / 3.0;
+/// The voxel grows where the area is more than so many of its squares; more than that many are refused.
+const USUAL_SQUARES: f64 = 4e5;
+const MOST_SQUARES: f64 = 4e6;
+/// Steps as parts of the time since the start: where the time matters, and where only the size of what goes does.
+const EXACT: f64 = 0.15;
+const COARSE: f64 = 1.0;
+/// Voxels along the longest side on the coarsest lattice, at most.
+const COARSEST: f64 = 40.0;
+/// Voxels of that lattice round the model.
+const MARGIN: f64 = 6.0;
+/// Round holes that stay open a strip of so many voxels is left as it is.
+const STRIP: f64 = 4.0;
+
+/// What the parameters mean for a mesh.
+pub(super) struct Plan {
+    /// Width of the features that go.
+    pub(super) strength: f64,
+    /// Time of the flow.
+    pub(super) span: TimeSpan,
+    /// Voxel size.
+    pub(super) voxel: f64,
+    /// Mean length of the edges.
+    edge: f64,
+}
+
+impl Plan {
+    pub(super) fn new(
+        found: &Inspection,
+        marked: Option<&[bool]>,
+        params: &FairParams,
+    ) -> Result<Self, FairError> {
+        let (edge, area) = sizes(found, marked).ok_or(FairError::NoSurface)?;
+        let bad = |what: &str| FillError::Parameter {
+            what: what.to_owned(),
+        };
+        let strength = match params.extent {
+            FairExtent::Time(time) => TAU * time.powf(0.25),
+            FairExtent::Strength(strength) => strength,
+            FairExtent::Auto => STRENGTH_EDGES * edge,
+        };
+        if !(strength.is_finite() && strength > 0.0) {
+            return Err(bad("the time and the strength must be positive").into());
+        }
+        let span = match params.extent {
+            FairExtent::Time(time) => TimeSpan { time, part: EXACT },
+            _ => TimeSpan {
+                time: (strength / TAU).powi(4),
+                part: COARSE,
+            },
+        };
+        let voxel = match params.voxel {
+            VoxelSize::Auto => (strength / PER_FEATURE)
+                .max(LEAST_PER_EDGE * edge)
+                .max((area / USUAL_SQUARES).sqrt()),
+            VoxelSize::Length(voxel) => voxel,
+        };
+        if !(voxel.is_finite() && voxel > 0.0) {
+            return Err(bad("the voxel size must be a positive length, or `auto`").into());
+        }
+        if area / (voxel * voxel) > MOST_SQUARES {
+            let fits = (area / MOST_SQUARES).sqrt();
+            return Err(FairError::TooFine { voxel, fits });
+        }
+        Ok(Self {
+            strength,
+            span,
+            voxel,
+            edge,
+        })
+    }
+
+    pub(super) fn fill_params(&self, params: &FairParams) -> FillParams {
+        FillParams {
+            voxel: VoxelSize::Length(self.voxel),
+            variant: params.variant,
+            edge_ratio: params.edge_ratio,
+            ..FillParams::default()
+        }
+    }
+
+    /// The marked faces evolve.
+    pub(super) fn part(
+        &self,
+        mesh: &Mesh,
+        marked: &[bool],
+        params: &FairParams,
+        progress: &Progress,
+    ) -> Result<Faired, FairError> {
+        let opening = Opening::new(mesh, marked, params.keep_vertices)?;
+        let damaged = opening.damaged(Keeping::Time(self.span));
+        let fill = self.fill_params(params);
+        let filled = fill_opening(mesh, &opening, &fill, Some(&damaged), progress)?;
+        let count = |marks: &[bool]| marks.iter().filter(|m| **m).count();
+        Ok(Faired {
+            mesh: filled.mesh,
+            report: FairReport {
+                marked_faces: count(marked),
+                removed_faces: count(&opening.removed),
+                removed_vertices: mesh.positions.len() - opening.kept.mesh.positions.len(),
+                fill: filled.report,
+                ..FairReport::default()
+            },
+            kept: Some(opening.kept),
+        })
+    }
+
+    /// All of a closed surface evolves.
+    pub(super) fn whole(
+        &self,
+        mesh: &Mesh,
+        found: &Inspection,
+        params: &FairParams,
+        progress: &Progress,
+    ) -> Result<Faired, FairError> {
+        let clock = Instant::now();
+        let data = Whole {
+            sampler: Sampler::new(&found.mesh, &found.topology),
+            rims: RimSet::new(std::iter::empty(), true),
+        };
+        let settings = self.nested(found, params);
+        let solved = solve_nested(&data, &settings, &|| progress(0, 1));
+        if !progress(1, 1) {
+            return Err(FillError::Cancelled.into());
+        }
+        if !solved.converged() {
+            return Err(self.stuck(&solved));
+        }
+        let extracted = extract(&solved.level);
+        let edge = params.edge_ratio * self.edge;
+        let surface = LevelSet(&solved.level);
+        let patch = remesh_closed(&extracted, &surface, solved.level.lattice.voxel, edge)?;
+        let region = RegionReport {
+            id: 1,
+            voxel: solved.level.lattice.voxel,
+            converged: true,
+            levels: solved.reports.clone(),
+            new_vertices: patch.positions.len(),
+            new_faces: patch.faces.len(),
+            quality_mean: patch.report.quality_mean,
+            intersecting_faces: patch.report.intersecting_faces,
+            components: patch.report.components,
+            seconds: clock.elapsed().as_secs_f64(),
+            ..RegionReport::default()
+        };
+        let (faces, vertices) = (mesh.faces.len(), mesh.positions.len());
+        Ok(Faired {
+            mesh: Mesh::new(patch.positions, patch.faces),
+            kept: None,
+            report: FairReport {
+                whole: true,
+                marked_faces: faces,
+                removed_faces: faces,
+                removed_vertices: vertices,
+                fill: FillReport {
+                    vertices,
+                    faces,
+                    pieces: found.topology.piece_faces.len(),
+                    defects: found.topology.defects,
+                    open_chains: found.open_chains,
+                    regions: vec![region],
+                    ..FillReport::default()
+                },
+                ..FairReport::default()
+            },
+        })
+    }
+
+    fn stuck(&self, solved: &Solved) -> FairError {
+        FairError::Stuck {
+            reached: solved.time,
+            wanted: self.span.time,
+        }
+    }
+
+    /// The lattices round a whole model.
+    fn nested(&self, found: &Inspection, params: &FairParams) -> NestedSettings {
+        let faces = (0..found.mesh.faces.len()).filter(|f| found.topology.piece[*f] != NONE);
+        let corners = faces.flat_map(|f| found.mesh.faces[f]);
+        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (low, high) = corners
+            .map(|v| found.mesh.positions[v as usize])
+            .fold(start, |(low, high), p| (low.min(p), high.max(p)));
+        let longest = (high - low).max_element();
+        let refinements = (longest / (self.voxel * COARSEST)).log2().ceil().max(0.0) as usize;
+        let coarse = self.voxel * f64::from(1u32 << refinements.min(16));
+        let nodes = (high - low) / coarse + 2.0 * MARGIN + 1.0;
+        let dims: NodeIndex = nodes
+            .to_array()
+            .map(|n| (n.ceil() as i32 + BLOCK - 1) / BLOCK * BLOCK);
+        let size = DVec3::from_array(dims.map(|d| f64::from(d - 1))) * coarse;
+        // An irrational offset keeps nodes off the symmetry planes and vertices of regular meshes.
+        let offset = coarse * DVec3::new(0.0137, -0.0251, 0.0319);
+        NestedSettings {
+            lattice: Lattice {
+                origin: 0.5 * (low + high) - 0.5 * size + offset,
+                voxel: coarse,
+            },
+            dims,
+            refinements,
+            stop_when_lost: false,
+            start: Start::Triangulation,
+            flow: FlowSettings {
+                variant: params.variant,
+                ..FlowSettings::default()
+            }
+            .across(self.strength / self.voxel),
+            time: Some(self.span),
+        }
+    }
+
+    /// The faces of open pieces that are not too near to a border, and how many closed pieces there are beside them.
+    pub(super) fn between_borders(
+        &self,
+        found: &Inspection,
+    ) -> Result<(Vec<bool>, usize), FairError> {
+        let strip = STRIP * self.voxel;
+        let mut open = vec![false; found.topology.piece_faces.len()];
+        for h in (0..found.topology.boundary.len()).filter(|h| found.topology.boundary[*h]) {
+            let piece = found.topology.piece[h / 3];
+            if piece != NONE {
+                open[piece as usize] = true;
+            }
+        }
+        let of_open = |f: usize| {
+            let piece = found.topology.piece[f];
+            piece != NONE && open[piece as usize]
+        };
+        let inner = shrunk_from_borders(&found.mesh, &found.topology, strip);
+        let marked: Vec<bool> = (0..inner.len()).map(|f| inner[f] && of_open(f)).collect();
+        if !marked.contains(&true) {
+            return Err(FairError::OnlyBorder { strip });
+        }
+        Ok((marked, open.iter().filter(|o| !**o).count()))
+    }
+}
+
+/// A whole closed surface: all nodes are free and start from it.
+struct Whole<'a> {
+    sampler: Sampler<'a>,
+    rims: RimSet,
+}
+
+impl DistanceData for Whole<'_> {
+    fn sample(&self, x: DVec3, limit: f64) -> NodeData {
+        let sample = |limit| self.sampler.sample(&self.rims, x, limit, false);
+        let found = sample(limit).or_else(|| sample(f64::INFINITY));
+        NodeData {
+            signed: found.map_or(f64::MAX, |s| s.signed),
+            distance: found.map_or(f64::MAX, |s| s.distance),
+            free: true,
+        }
+    }
+
+    fn near_hole(&self, _: DVec3) -> bool {
+        false
+    }
+
+    fn guess(&self, x: DVec3) -> Option<f64> {
+        Some(self.sample(x, f64::INFINITY).signed)
+    }
+}
+
+/// The zero set of a level alone.
+struct LevelSet<'a>(&'a Level);
+
+impl Surface for LevelSet<'_> {
+    fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)> {
+        self.0.project(p)
+    }
+
+    fn depth(&self, _: DVec3) -> f64 {
+        f64::MAX
+    }
+}
+
+/// Mean edge and area of the faces that are to be faired.
+fn sizes(found: &Inspection, marked: Option<&[bool]>) -> Option<(f64, f64)> {
+    let (mut edges, mut count, mut area) = (0.0, 0.0, 0.0);
+    for (f, face) in found.mesh.faces.iter().enumerate() {
+        if found.topology.piece[f] == NONE || marked.is_some_and(|m| !m[f]) {
+            continue;
+        }
+        let [a, b, c] = face.map(|v| found.mesh.positions[v as usize]);
+        edges += a.distance(b) + b.distance(c) + c.distance(a);
+        count += 3.0;
+        area += 0.5 * (b - a).cross(c - a).length();
+    }
+    (count > 0.0 && area > 0.0).then(|| (edges / count, area))
+}

@@ -1,0 +1,241 @@
+//! `isomend fair`: noise goes, form stays, and so does all that is not marked.
+
+mod shapes;
+
+use std::process::Output;
+
+use assert_cmd::Command;
+use glam::DVec3;
+use isomend::io::{WriteOptions, read_path, write_path};
+use isomend::mesh::Attributes;
+use isomend::mesh::mask::{Mask, Selector};
+use isomend::{FairError, FairExtent, FairParams, FairReport, Mesh, RestoreError, fair, inspect};
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A number from a normal distribution that looks like chance.
+fn chance(i: usize, axis: usize) -> f64 {
+    let uniform = |salt: f64| {
+        let x = ((3 * i + axis) as f64 * 12.9898 + salt).sin() * 43_758.545_3;
+        x - x.floor()
+    };
+    let (u, v) = (uniform(0.37).max(1e-12), uniform(4.11));
+    (-2.0 * u.ln()).sqrt() * (std::f64::consts::TAU * v).cos()
+}
+
+/// The mesh with noise of a given root mean square along its normals.
+fn noisy(mesh: &Mesh, noise: f64, normal: impl Fn(DVec3) -> DVec3) -> Mesh {
+    let mut mesh = mesh.clone();
+    for (i, p) in mesh.positions.iter_mut().enumerate() {
+        *p += noise * chance(i, 0) * normal(*p);
+    }
+    mesh
+}
+
+fn torus_normal(p: DVec3) -> DVec3 {
+    let ring = shapes::BIG * DVec3::new(p.x, p.y, 0.0).normalize();
+    (p - ring).normalize()
+}
+
+fn rms(mesh: &Mesh, distance: impl Fn(DVec3) -> f64) -> f64 {
+    let square: f64 = mesh.positions.iter().map(|p| distance(*p).powi(2)).sum();
+    (square / mesh.positions.len() as f64).sqrt()
+}
+
+fn strength(length: f64) -> FairParams {
+    FairParams {
+        extent: FairExtent::Strength(length),
+        ..FairParams::default()
+    }
+}
+
+fn assert_closed(mesh: &Mesh, euler: i64) {
+    let found = inspect(mesh).expect("a sound mesh");
+    assert!(found.holes.is_empty() && found.topology.defects.non_manifold_edges == 0);
+    let edges = mesh.faces.len() * 3 / 2;
+    assert_eq!(
+        mesh.positions.len() as i64 - edges as i64 + mesh.faces.len() as i64,
+        euler
+    );
+}
+
+fn assert_sound(report: &FairReport) {
+    for region in &report.fill.regions {
+        assert!(region.converged && region.intersecting_faces == 0);
+        let flow = &region.levels.last().expect("a level").flow;
+        assert!(flow.energy_after < flow.energy_before, "{flow:?}");
+    }
+}
+
+#[test]
+fn noise_on_a_sphere_and_a_clifford_torus_falls_to_less_than_half() {
+    let sphere = |p: DVec3| p.length() - 1.0;
+    let cases: [(Mesh, fn(DVec3) -> f64, i64); 2] = [
+        (noisy(&shapes::sphere(12), 0.01, DVec3::normalize), sphere, 2),
+        (
+            noisy(&shapes::torus(90, 60), 0.01, torus_normal),
+            shapes::torus_distance,
+            0,
+        ),
+    ];
+    for (mesh, distance, euler) in cases {
+        let before = rms(&mesh, distance);
+        let faired = fair(&mesh, None, &FairParams::default()).expect("a faired mesh");
+        let after = rms(&faired.mesh, distance);
+        assert!(after < 0.5 * before, "{before} -> {after}");
+        assert_closed(&faired.mesh, euler);
+        assert_sound(&faired.report);
+        let report = &faired.report;
+        assert!(report.whole && faired.kept.is_none());
+        let drift = report.volume_drift().expect("a volume");
+        assert!(drift.abs() < 0.02, "{drift}");
+        assert!(report.moved_max < 0.06 && report.moved_rms < 0.02);
+    }
+}
+
+#[test]
+fn a_sphere_stays_and_strength_is_a_time() {
+    let mesh = shapes::sphere(10);
+    let length = 1.2;
+    let by_strength = fair(&mesh, None, &strength(length)).expect("a faired mesh");
+    assert!(rms(&by_strength.mesh, |p| p.length() - 1.0) < 4e-3);
+    let time = (length / std::f64::consts::TAU).powi(4);
+    assert!((by_strength.report.time / time - 1.0).abs() < 1e-12);
+    let by_time = FairParams {
+        extent: FairExtent::Time(time),
+        ..FairParams::default()
+    };
+    let by_time = fair(&mesh, None, &by_time).expect("a faired mesh");
+    assert!((by_time.report.strength / length - 1.0).abs() < 1e-12);
+    let steps = |r: &FairReport| r.fill.regions[0].levels[0].flow.steps.len();
+    assert!(steps(&by_time.report) > steps(&by_strength.report));
+}
+
+fn ball(mesh: &Mesh, centre: DVec3, radius: f64) -> Vec<bool> {
+    let mask = Mask {
+        selectors: vec![Selector::Ball { centre, radius }],
+        ..Mask::default()
+    };
+    mask.faces(mesh, &Attributes::default()).expect("a mask")
+}
+
+#[test]
+fn a_marked_region_loses_its_noise_and_all_else_stays() {
+    let centre = DVec3::new(0.3, 0.4, 0.5).normalize();
+    let clean = shapes::sphere(16);
+    let mut mesh = noisy(&clean, 0.01, DVec3::normalize);
+    for (p, q) in mesh.positions.iter_mut().zip(&clean.positions) {
+        if q.distance(centre) > 0.6 {
+            *p = *q;
+        }
+    }
+    let marked = ball(&mesh, centre, 0.7);
+    let faired = fair(&mesh, Some(&marked), &strength(0.8)).expect("a faired mesh");
+    assert_sound(&faired.report);
+    let kept = faired.kept.expect("a part that is kept");
+    let (vertices, faces) = (kept.mesh.positions.len(), kept.mesh.faces.len());
+    assert_eq!(faired.mesh.positions[..vertices], kept.mesh.positions[..]);
+    assert_eq!(faired.mesh.faces[..faces], kept.mesh.faces[..]);
+    assert_closed(&faired.mesh, 2);
+    let off = |p: &&DVec3| (p.length() - 1.0).powi(2);
+    let part = |mesh: &Mesh, from: usize| {
+        let near: Vec<DVec3> = mesh.positions[from..]
+            .iter()
+            .filter(|p| p.distance(centre) < 0.6)
+            .copied()
+            .collect();
+        (near.iter().map(|p| off(&p)).sum::<f64>() / near.len() as f64).sqrt()
+    };
+    let (before, after) = (part(&mesh, 0), part(&faired.mesh, vertices));
+    assert!(after < 0.5 * before, "{before} -> {after}");
+}
+
+#[test]
+fn a_band_round_a_tube_stays_a_tube() {
+    let mesh = noisy(&shapes::torus(90, 60), 0.005, torus_normal);
+    let marked: Vec<bool> = mesh
+        .faces
+        .iter()
+        .map(|f| {
+            let p = f.map(|v| mesh.positions[v as usize]).iter().sum::<DVec3>() / 3.0;
+            p.x > 0.0 && p.y.abs() < 1.2
+        })
+        .collect();
+    let faired = fair(&mesh, Some(&marked), &FairParams::default()).expect("a faired mesh");
+    assert_closed(&faired.mesh, 0);
+    assert_sound(&faired.report);
+    assert_eq!(faired.report.fill.regions.len(), 1);
+}
+
+#[test]
+fn an_open_mesh_keeps_its_borders() {
+    let mesh = noisy(&shapes::sphere(16), 0.01, DVec3::normalize);
+    let mesh = shapes::cut(&mesh, |p| p.z < -0.75);
+    let faired = fair(&mesh, None, &strength(0.5)).expect("a faired mesh");
+    assert_sound(&faired.report);
+    let (before, after) = (inspect(&mesh), inspect(&faired.mesh));
+    let (before, after) = (before.expect("a mesh"), after.expect("a mesh"));
+    assert_eq!((before.holes.len(), after.holes.len()), (1, 1));
+    assert_eq!(before.holes[0].edges, after.holes[0].edges);
+    assert_eq!(before.holes[0].length.to_bits(), after.holes[0].length.to_bits());
+    assert!(faired.report.volume_drift().is_none());
+    let distance = |p: DVec3| if p.z > -0.3 { p.length() - 1.0 } else { 0.0 };
+    assert!(rms(&faired.mesh, distance) < 0.5 * rms(&mesh, distance));
+}
+
+#[test]
+fn what_makes_no_sense_is_refused() {
+    let mesh = shapes::sphere(6);
+    let none = vec![false; mesh.faces.len()];
+    let error = fair(&mesh, Some(&none), &FairParams::default()).unwrap_err();
+    assert!(matches!(
+        error,
+        FairError::Restore(RestoreError::NothingMarked)
+    ));
+    let tiny = FairParams {
+        voxel: isomend::VoxelSize::Length(1e-5),
+        ..FairParams::default()
+    };
+    let error = fair(&mesh, None, &tiny).unwrap_err();
+    assert!(matches!(error, FairError::TooFine { .. }), "{error}");
+    let cap = shapes::cut(&mesh, |p| p.z < 0.8);
+    let error = fair(&cap, None, &strength(2.0)).unwrap_err();
+    assert!(matches!(error, FairError::OnlyBorder { .. }), "{error}");
+}
+
+struct Folder(TempDir);
+
+impl Folder {
+    fn run(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::cargo_bin("isomend").expect("the program");
+        command.current_dir(self.0.path()).args(arguments);
+        command.output().expect("an output")
+    }
+}
+
+#[test]
+fn the_command_fairs_and_reports() {
+    let folder = Folder(TempDir::new().expect("a folder"));
+    let mesh = noisy(&shapes::sphere(8), 0.01, DVec3::normalize);
+    let path = folder.0.path().join("in.ply");
+    write_path(&path, &mesh, None, &WriteOptions::default()).expect("a file");
+    let whole = folder.run(&["fair", "in.ply", "-o", "out.ply", "--json", "-"]);
+    assert!(whole.status.success(), "{whole:?}");
+    let report: Value = serde_json::from_slice(&whole.stdout).expect("JSON");
+    assert_eq!(report["command"], "fair");
+    assert_eq!(report["whole"], true);
+    assert!(report["volume_drift"].as_f64().expect("a number").abs() < 0.05);
+    let said = String::from_utf8_lossy(&whole.stderr).into_owned();
+    assert!(said.contains("the volume changed by"), "{said}");
+    let ball = ["--ball", "0,0,1,0.7", "--strength", "0.6"];
+    let files = ["fair", "in.ply", "-o", "part.ply", "--threads", "1"];
+    assert!(folder.run(&[&files[..], &ball].concat()).status.success());
+    let two = ["fair", "in.ply", "-o", "two.ply", "--threads", "2"];
+    assert!(folder.run(&[&two[..], &ball].concat()).status.success());
+    let read = |name: &str| std::fs::read(folder.0.path().join(name)).expect("a file");
+    assert!(read("part.ply") == read("two.ply"));
+    let back = read_path(&folder.0.path().join("part.ply"), None).expect("a mesh");
+    assert_closed(&back.mesh, 2);
+    let both = ["fair", "in.ply", "-o", "x.ply", "--time", "1", "--strength", "1"];
+    assert_eq!(folder.run(&both).status.code(), Some(2));
+}
