@@ -71,7 +71,11 @@ fn assert_sound(report: &FairReport) {
 fn noise_on_a_sphere_and_a_clifford_torus_falls_to_less_than_half() {
     let sphere = |p: DVec3| p.length() - 1.0;
     let cases: [(Mesh, fn(DVec3) -> f64, i64); 2] = [
-        (noisy(&shapes::sphere(12), 0.01, DVec3::normalize), sphere, 2),
+        (
+            noisy(&shapes::sphere(12), 0.01, DVec3::normalize),
+            sphere,
+            2,
+        ),
         (
             noisy(&shapes::torus(90, 60), 0.01, torus_normal),
             shapes::torus_distance,
@@ -177,7 +181,10 @@ fn an_open_mesh_keeps_its_borders() {
     let (before, after) = (before.expect("a mesh"), after.expect("a mesh"));
     assert_eq!((before.holes.len(), after.holes.len()), (1, 1));
     assert_eq!(before.holes[0].edges, after.holes[0].edges);
-    assert_eq!(before.holes[0].length.to_bits(), after.holes[0].length.to_bits());
+    assert_eq!(
+        before.holes[0].length.to_bits(),
+        after.holes[0].length.to_bits()
+    );
     assert!(faired.report.volume_drift().is_none());
     let distance = |p: DVec3| if p.z > -0.3 { p.length() - 1.0 } else { 0.0 };
     assert!(rms(&faired.mesh, distance) < 0.5 * rms(&mesh, distance));
@@ -236,6 +243,15 @@ fn the_command_fairs_and_reports() {
     assert!(read("part.ply") == read("two.ply"));
     let back = read_path(&folder.0.path().join("part.ply"), None).expect("a mesh");
     assert_closed(&back.mesh, 2);
-    let both = ["fair", "in.ply", "-o", "x.ply", "--time", "1", "--strength", "1"];
+    let both = [
+        "fair",
+        "in.ply",
+        "-o",
+        "x.ply",
+        "--time",
+        "1",
+        "--strength",
+        "1",
+    ];
     assert_eq!(folder.run(&both).status.code(), Some(2));
 }

@@ -158,15 +158,33 @@ fn closed_surfaces_evolve_as_they_should() {
             .iter()
             .any(|w| what.contains(w) && !what.contains("energy: "))
     };
-    for claim in report.claims.iter().filter(|c| c.what != "torus" && !unfinished(&c.what)) {
-        assert!(claim.holds || claim.what.ends_with("at the end"), "{claim:?}");
+    for claim in report
+        .claims
+        .iter()
+        .filter(|c| c.what != "torus" && !unfinished(&c.what))
+    {
+        assert!(
+            claim.holds || claim.what.ends_with("at the end"),
+            "{claim:?}"
+        );
     }
-    assert!(report.claims.iter().any(|c| c.what.contains("linear theory") && c.holds));
+    assert!(
+        report
+            .claims
+            .iter()
+            .any(|c| c.what.contains("linear theory") && c.holds)
+    );
     // The torus is on its way to the Clifford torus, the cube to a sphere.
     let ratio = column(&report, 2, "R / r");
-    assert!(ratio[0] > 1.9 && *ratio.last().expect("a row") < 1.8, "{ratio:?}");
+    assert!(
+        ratio[0] > 1.9 && *ratio.last().expect("a row") < 1.8,
+        "{ratio:?}"
+    );
     let energy = column(&report, 3, "over the steady");
-    assert!(energy[0] > 3.0 && *energy.last().expect("a row") < 1.2, "{energy:?}");
+    assert!(
+        energy[0] > 3.0 && *energy.last().expect("a row") < 1.2,
+        "{energy:?}"
+    );
 }
 
 fn wavy(cells: usize) -> (PlaneEnergy, Vec<f64>) {

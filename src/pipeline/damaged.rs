@@ -4,7 +4,6 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::Inspection;
 use super::opening::Opening;
 use crate::region::{KeptShape, TimeSpan};
 use crate::sdf::{RimSet, Sampler};
@@ -23,25 +22,13 @@ pub(super) struct Damaged<'a> {
     sampler: Sampler<'a>,
     rims: RimSet,
     keeping: Keeping,
+    /// Which of its faces were cut out.
+    removed: &'a [bool],
     /// For each hole the bounding box of what was cut out there.
     extents: Vec<Option<(DVec3, DVec3)>>,
 }
 
-impl<'a> Damaged<'a> {
-    pub(super) fn new(
-        before: &'a Inspection,
-        extents: Vec<Option<(DVec3, DVec3)>>,
-        keeping: Keeping,
-    ) -> Self {
-        let closed = !before.holes.iter().any(|h| h.outer_border);
-        Self {
-            sampler: Sampler::new(&before.mesh, &before.topology),
-            rims: RimSet::new(before.holes.iter(), closed),
-            keeping,
-            extents,
-        }
-    }
-
+impl Damaged<'_> {
     /// The surface in a region: ½ λ d² balances ½ h² at waves of the width below which features are to go.
     pub(super) fn kept(&self, diameter: f64, voxel: f64) -> KeptShape<'_> {
         let weight = match self.keeping {
@@ -52,6 +39,7 @@ impl<'a> Damaged<'a> {
             sampler: &self.sampler,
             rims: &self.rims,
             weight,
+            evolving: self.time().map(|_| self.removed),
         }
     }
 
@@ -73,6 +61,14 @@ impl<'a> Damaged<'a> {
 impl Opening {
     /// The surface before the cut, of which something is kept.
     pub(super) fn damaged(&self, keeping: Keeping) -> Damaged<'_> {
-        Damaged::new(&self.before, self.extents(), keeping)
+        let before = &self.before;
+        let closed = !before.holes.iter().any(|h| h.outer_border);
+        Damaged {
+            sampler: Sampler::new(&before.mesh, &before.topology),
+            rims: RimSet::new(before.holes.iter(), closed),
+            keeping,
+            removed: &self.removed,
+            extents: self.extents(),
+        }
     }
 }

@@ -32,6 +32,9 @@ pub struct KeptShape<'a> {
     pub rims: &'a RimSet,
     /// Weight of the pull to it, in 1 / length⁴.
     pub weight: f64,
+    /// The faces of it that evolve: what is nearest to one of them is free. None where the surface may go far, so that
+    /// what is nearest to a rim is free.
+    pub evolving: Option<&'a [bool]>,
 }
 
 /// Where deep nodes are free: near the rim's centre, and not farther from the rim than half its width.
@@ -111,7 +114,23 @@ impl<'a> MeshData<'a> {
 }
 
 impl MeshData<'_> {
+    /// What the surface that evolves says of a point.
+    fn evolving(&self, x: DVec3, limit: f64) -> Option<NodeData> {
+        let kept = self.kept.as_ref()?;
+        let evolving = kept.evolving?;
+        let sample = |limit| kept.sampler.sample(kept.rims, x, limit, false);
+        let s = sample(limit).or_else(|| sample(f64::INFINITY))?;
+        Some(NodeData {
+            signed: s.signed,
+            distance: s.distance,
+            free: evolving[s.face as usize],
+        })
+    }
+
     fn node(&self, x: DVec3, limit: f64, rough: bool) -> NodeData {
+        if let Some(data) = self.evolving(x, limit) {
+            return data;
+        }
         let sample = |limit| self.sampler.sample(&self.rims, x, limit, rough);
         match sample(limit).or_else(|| sample(f64::INFINITY)) {
             Some(s) => NodeData {
@@ -164,7 +183,8 @@ impl DistanceData for MeshData<'_> {
     }
 
     fn near_hole(&self, x: DVec3) -> bool {
-        self.neighbourhoods.iter().any(|n| n.holds(x))
+        let evolves = self.kept.is_some_and(|k| k.evolving.is_some());
+        !evolves && self.neighbourhoods.iter().any(|n| n.holds(x))
     }
 }
 

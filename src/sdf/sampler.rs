@@ -15,6 +15,8 @@ pub struct DistanceSample {
     pub signed: f64,
     /// Distance to the triangles.
     pub distance: f64,
+    /// The face that is closest, or one of them.
+    pub face: u32,
     /// Whether the closest point lies on the rim of one of the region's holes: then the surface that is to be found may
     /// be closer, and `signed` is only a guess.
     pub on_rim: bool,
@@ -149,6 +151,7 @@ impl<'a> Sampler<'a> {
         Some(DistanceSample {
             signed,
             distance: closest.distance,
+            face: closest.face,
             on_rim,
         })
     }
