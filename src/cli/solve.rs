@@ -27,18 +27,8 @@ pub struct SolveArgs {
     #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
     voxel: VoxelSize,
 
-    /// What the patch makes small.
-    ///
-    /// The default continues spheres, minimal surfaces and tori and is the most robust, on rough scans above all. Take the
-    /// other where the surroundings are smooth and like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot
-    /// continue exactly; it takes a few times as long, on voxels half as large and with finer triangles unless told otherwise.
-    #[arg(
-        long,
-        value_enum,
-        value_name = "willmore|curvature-variation",
-        default_value = "willmore"
-    )]
-    energy: EnergyName,
+    #[command(flatten)]
+    energy: EnergyArg,
 
     /// Scheme of the flow's steps: I and II are the paper's, for the Willmore energy; all end in the same surface.
     #[arg(
@@ -83,19 +73,37 @@ enum Scheme {
     GaussNewton,
 }
 
+/// The energy of a solve.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct EnergyArg {
+    /// What a patch makes small.
+    ///
+    /// The default continues spheres, minimal surfaces and tori and is the most robust, on rough scans above all. Take the
+    /// other where the surroundings are smooth and like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot
+    /// continue exactly; it takes a few times as long, on voxels half as large and with finer triangles unless told otherwise.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "willmore|curvature-variation",
+        default_value = "willmore"
+    )]
+    energy: EnergyName,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum EnergyName {
+enum EnergyName {
     /// The integral of the squared mean curvature.
     Willmore,
     /// The integral of the squared slope of the mean curvature along the surface.
     CurvatureVariation,
 }
 
-impl EnergyName {
-    pub(super) fn energy(self) -> Energy {
-        match self {
-            Self::Willmore => Energy::Willmore,
-            Self::CurvatureVariation => Energy::CurvatureVariation,
+impl EnergyArg {
+    /// The energy.
+    pub fn energy(self) -> Energy {
+        match self.energy {
+            EnergyName::Willmore => Energy::Willmore,
+            EnergyName::CurvatureVariation => Energy::CurvatureVariation,
         }
     }
 }
@@ -113,9 +121,9 @@ impl SolveArgs {
             },
             steps: self.steps,
             time_step: self.time_step,
-            edge_ratio: self.edge_ratio.unwrap_or(match self.energy {
-                EnergyName::Willmore => FillParams::default().edge_ratio,
-                EnergyName::CurvatureVariation => FINE_EDGE_RATIO,
+            edge_ratio: self.edge_ratio.unwrap_or(match self.energy.energy() {
+                Energy::Willmore => FillParams::default().edge_ratio,
+                Energy::CurvatureVariation => FINE_EDGE_RATIO,
             }),
             ..FillParams::default()
         }
@@ -123,7 +131,7 @@ impl SolveArgs {
 
     /// Whether the options go together.
     pub fn check(&self) -> anyhow::Result<()> {
-        if self.energy != EnergyName::Willmore
+        if self.energy.energy() != Energy::Willmore
             && (!matches!(self.variant, Scheme::GaussNewton) || self.time_step.is_some())
         {
             bail!(

@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
+use isomend::flow::Energy;
 use isomend::io::{Precision, write_volume_path};
 use isomend::study::experiments::{
     CapSettings, CircleSettings, GraphSettings, MergeSettings, OrthogonalSettings, PatchesSettings,
@@ -17,7 +18,7 @@ use serde::Serialize;
 
 use super::console::{self, Console};
 use super::json::Target;
-use super::solve::EnergyName;
+use super::solve::EnergyArg;
 use super::{End, arguments, output, progress};
 
 const EXAMPLES: &str = "\
@@ -40,14 +41,8 @@ pub struct StudyArgs {
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     finest: Option<usize>,
 
-    /// What the fills of `patches` make small.
-    #[arg(
-        long,
-        value_enum,
-        value_name = "willmore|curvature-variation",
-        default_value = "willmore"
-    )]
-    energy: EnergyName,
+    #[command(flatten)]
+    energy: EnergyArg,
 
     /// Write the tables as comma-separated values.
     #[arg(long, value_name = "FILE")]
@@ -168,7 +163,7 @@ fn check(args: &StudyArgs) -> anyhow::Result<()> {
     {
         bail!("--finest is for table1, circle, surfaces and patches");
     }
-    if args.energy != EnergyName::Willmore && args.name != Experiment::Patches {
+    if args.energy.energy() != Energy::Willmore && args.name != Experiment::Patches {
         bail!("--energy is for patches");
     }
     Ok(())

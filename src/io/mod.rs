@@ -31,7 +31,6 @@ mod stl;
 mod surface;
 mod text;
 mod vtk;
-mod weld;
 
 pub use self::gltf::Document;
 pub use error::{IoError, Place};
