@@ -86,9 +86,10 @@ pub mod study;
 pub use glam;
 pub use mesh::Mesh;
 pub use params::{FillParams, SurfaceKind, VoxelSize};
-pub use pipeline::{FillError, Filled, Inspection, fill, fill_with_progress, inspect};
+pub use pipeline::{FillError, Filled, Inspection, fill, fill_with_progress, inspect, plan};
 pub use pipeline::{
-    RestoreError, RestoreParams, RestoreReport, Restored, restore, restore_with_progress,
+    RestoreError, RestoreParams, RestorePlan, RestoreReport, Restored, plan_restore, restore,
+    restore_with_progress,
 };
 
 /// The README's examples, run as tests.

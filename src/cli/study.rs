@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
 use isomend::flow::Energy;
 use isomend::io::{Precision, write_volume_path};
 use isomend::study::experiments::{
@@ -19,7 +19,7 @@ use serde::Serialize;
 use super::console::{self, Console};
 use super::json::Target;
 use super::solve::EnergyArg;
-use super::{End, arguments, output, progress};
+use super::{End, RunArgs, arguments, output, progress};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -49,7 +49,7 @@ pub struct StudyArgs {
     csv: Option<PathBuf>,
 
     /// Write the report as JSON to a file, or to standard output with `-`.
-    #[arg(long, value_name = "FILE|-")]
+    #[arg(long, value_name = "FILE|-", value_hint = ValueHint::FilePath)]
     json: Option<Target>,
 
     /// Draw charts and level lines as SVG.
@@ -60,17 +60,8 @@ pub struct StudyArgs {
     #[arg(long, value_name = "DIR")]
     series: Option<PathBuf>,
 
-    /// Number of threads [default: one per core]. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = arguments::count)]
-    pub(super) threads: Option<usize>,
-
-    /// Print no progress.
-    #[arg(short, long, conflicts_with = "verbose")]
-    pub(super) quiet: bool,
-
-    /// Print more.
-    #[arg(short, long)]
-    pub(super) verbose: bool,
+    #[command(flatten)]
+    pub(super) run: RunArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -137,7 +128,7 @@ pub fn run(args: &StudyArgs, console: &Console) -> anyhow::Result<End> {
 /// What can be refused before the long work.
 fn check(args: &StudyArgs) -> anyhow::Result<()> {
     if let Some(json) = &args.json {
-        json.check(&[])?;
+        json.check(&[], &[])?;
     }
     for path in args.csv.iter().chain(&args.plot) {
         output::check_writable(path)?;

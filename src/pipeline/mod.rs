@@ -1,6 +1,7 @@
 //! The way of the data, from a mesh with holes to a mesh without.
 
 mod attempt;
+mod plan;
 mod restore;
 mod sources;
 pub mod volume;
@@ -16,9 +17,11 @@ use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::group_holes;
 use crate::report::{FillReport, HoleOutcome, HoleReport};
 use attempt::{RegionPatch, Work};
+pub use plan::plan;
 use restore::Damaged;
 pub use restore::{
-    RestoreError, RestoreParams, RestoreReport, Restored, restore, restore_with_progress,
+    RestoreError, RestoreParams, RestorePlan, RestoreReport, Restored, plan_restore, restore,
+    restore_with_progress,
 };
 use sources::Sources;
 

@@ -7,17 +7,21 @@ use std::time::Instant;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::plan::plan_found;
 use super::{FillError, Inspection, Progress, check_params, fill_found, inspect};
 use crate::mesh::cut::{Remainder, settled};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Mesh, weld_map};
 use crate::params::{FillParams, SurfaceKind};
 use crate::region::KeptShape;
-use crate::report::{FillReport, HoleOutcome};
+use crate::report::{FillReport, HoleOutcome, Plan, PlannedOutcome};
 use crate::sdf::{RimSet, Sampler};
 
 /// Marked pieces of at most this many faces go without being replaced.
 const CRUMB_FACES: usize = 2;
+
+/// Why a hole is left.
+const NOT_MARKED: &str = "not in the marked region";
 
 /// Parameters of [`restore`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -93,6 +97,20 @@ pub struct RestoreReport {
     pub fill: FillReport,
 }
 
+/// What a restoration would do.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct RestorePlan {
+    /// Faces that are marked.
+    pub marked_faces: usize,
+    /// Faces that would be taken out.
+    pub removed_faces: usize,
+    /// Vertices that would go with them.
+    pub removed_vertices: usize,
+    /// What would be filled. Holes are numbered as they are after the cut.
+    #[serde(flatten)]
+    pub fill: Plan,
+}
+
 /// A mesh whose marked region was replaced.
 #[derive(Clone, Debug)]
 pub struct Restored {
@@ -131,22 +149,15 @@ pub fn restore_with_progress(
     progress: &Progress,
 ) -> Result<Restored, RestoreError> {
     let clock = Instant::now();
-    check(mesh, marked, params)?;
-    let before = inspect(mesh)?;
-    let removed = settled(&before.mesh, &before.topology, marked);
-    refuse_whole_pieces(&before, &removed)?;
-    let kept = Remainder::new(mesh, &removed, params.keep_vertices);
-    let found = inspect(&kept.mesh)?;
-    let fill_params = FillParams {
-        holes: Some(made(mesh, &before, &kept, &found)?),
-        max_diameter: None,
-        keep_open: Vec::new(),
-        bridge: Vec::new(),
-        surface: SurfaceKind::Stitched,
-        ..params.fill.clone()
-    };
+    let CutOut {
+        before,
+        removed,
+        kept,
+        found,
+        fill,
+    } = CutOut::new(mesh, marked, params)?;
     let damaged = (params.keep_shape > 0.0).then(|| Damaged::new(&before, params.keep_shape));
-    let filled = fill_found(&kept.mesh, found, &fill_params, damaged.as_ref(), progress)?;
+    let filled = fill_found(&kept.mesh, found, &fill, damaged.as_ref(), progress)?;
     let mut fill = filled.report;
     (fill.vertices, fill.faces) = (mesh.positions.len(), mesh.faces.len());
     fill.pieces = before.topology.piece_faces.len();
@@ -154,10 +165,9 @@ pub fn restore_with_progress(
     fill.seconds = clock.elapsed().as_secs_f64();
     for hole in &mut fill.holes {
         if let HoleOutcome::Left(why) = &mut hole.outcome {
-            *why = "not in the marked region".to_owned();
+            *why = NOT_MARKED.to_owned();
         }
     }
-    let count = |marks: &[bool]| marks.iter().filter(|m| **m).count();
     Ok(Restored {
         mesh: filled.mesh,
         report: RestoreReport {
@@ -169,6 +179,72 @@ pub fn restore_with_progress(
         },
         kept,
     })
+}
+
+/// What [`restore`] would do, without doing it.
+///
+/// # Errors
+/// As [`restore`].
+pub fn plan_restore(
+    mesh: &Mesh,
+    marked: &[bool],
+    params: &RestoreParams,
+) -> Result<RestorePlan, RestoreError> {
+    let cut = CutOut::new(mesh, marked, params)?;
+    let mut fill = plan_found(&cut.found, &cut.fill)?;
+    (fill.vertices, fill.faces) = (mesh.positions.len(), mesh.faces.len());
+    fill.pieces = cut.before.topology.piece_faces.len();
+    fill.defects = cut.before.topology.defects;
+    for hole in &mut fill.holes {
+        if let PlannedOutcome::Left(why) = &mut hole.outcome {
+            *why = NOT_MARKED.to_owned();
+        }
+    }
+    Ok(RestorePlan {
+        marked_faces: count(marked),
+        removed_faces: count(&cut.removed),
+        removed_vertices: mesh.positions.len() - cut.kept.mesh.positions.len(),
+        fill,
+    })
+}
+
+fn count(marks: &[bool]) -> usize {
+    marks.iter().filter(|m| **m).count()
+}
+
+/// A mesh with the marked region cut out, and how the rest is to be filled.
+struct CutOut {
+    before: Inspection,
+    removed: Vec<bool>,
+    kept: Remainder,
+    found: Inspection,
+    fill: FillParams,
+}
+
+impl CutOut {
+    fn new(mesh: &Mesh, marked: &[bool], params: &RestoreParams) -> Result<Self, RestoreError> {
+        check(mesh, marked, params)?;
+        let before = inspect(mesh)?;
+        let removed = settled(&before.mesh, &before.topology, marked);
+        refuse_whole_pieces(&before, &removed)?;
+        let kept = Remainder::new(mesh, &removed, params.keep_vertices);
+        let found = inspect(&kept.mesh)?;
+        let fill = FillParams {
+            holes: Some(made(mesh, &before, &kept, &found)?),
+            max_diameter: None,
+            keep_open: Vec::new(),
+            bridge: Vec::new(),
+            surface: SurfaceKind::Stitched,
+            ..params.fill.clone()
+        };
+        Ok(Self {
+            before,
+            removed,
+            kept,
+            found,
+            fill,
+        })
+    }
 }
 
 fn check(mesh: &Mesh, marked: &[bool], params: &RestoreParams) -> Result<(), RestoreError> {
