@@ -49,12 +49,17 @@ impl Array {
 impl Arrays {
     /// Adds an array, which must have a value for each point or cell; one that has not is left out with a remark.
     pub(super) fn add(&mut self, array: Array, of_points: bool, count: usize) {
-        let fits = array.components > 0 && array.values.len() == count.saturating_mul(array.components);
+        let fits =
+            array.components > 0 && array.values.len() == count.saturating_mul(array.components);
         if !fits {
             self.left_out(&array.name, "it has not one value for each point or cell");
             return;
         }
-        let list = if of_points { &mut self.point } else { &mut self.cell };
+        let list = if of_points {
+            &mut self.point
+        } else {
+            &mut self.cell
+        };
         let mut attribute = array.attribute(of_points);
         // Of several arrays for a use the first is the one that VTK uses.
         if list.iter().any(|a| a.vtk == attribute.vtk) {
@@ -118,7 +123,11 @@ impl Arrays {
         if let Some(cut) = cut {
             let rows = cut.face.iter().map(|f| self.rows[*f as usize] as usize);
             let rows: Vec<usize> = rows.collect();
-            loaded.attributes.face = self.cell.iter().map(|a| a.selected(rows.iter().copied())).collect();
+            loaded.attributes.face = self
+                .cell
+                .iter()
+                .map(|a| a.selected(rows.iter().copied()))
+                .collect();
         }
         loaded.attributes.vertex = self.point;
         Ok(loaded)

@@ -36,7 +36,7 @@ impl Reader<'_> {
                 b"FIELD" => self.field(of_points, count)?,
                 word => {
                     let array = self.array(word, count)?;
-                    self.arrays.add(array, of_points, count);
+                    self.add(array, of_points, count);
                 }
             }
         }
@@ -87,7 +87,9 @@ impl Reader<'_> {
         if let Some(count) = ahead.next().and_then(text::integer) {
             let mut behind = ahead.clone();
             // Without a lookup table the next word may be a value already.
-            let table = behind.next().is_some_and(|w| w.eq_ignore_ascii_case(b"LOOKUP_TABLE"));
+            let table = behind
+                .next()
+                .is_some_and(|w| w.eq_ignore_ascii_case(b"LOOKUP_TABLE"));
             let same_line = !self.bytes[self.tokens.offset()..ahead.offset()].contains(&b'\n');
             if table || same_line {
                 components = usize::try_from(count).unwrap_or(1);
@@ -95,7 +97,10 @@ impl Reader<'_> {
             }
         }
         let mut ahead = self.tokens.clone();
-        if ahead.next().is_some_and(|w| w.eq_ignore_ascii_case(b"LOOKUP_TABLE")) {
+        if ahead
+            .next()
+            .is_some_and(|w| w.eq_ignore_ascii_case(b"LOOKUP_TABLE"))
+        {
             ahead.next();
             self.tokens = ahead;
         }
@@ -110,7 +115,9 @@ impl Reader<'_> {
         let scalar = if self.binary { Scalar::U8 } else { Scalar::F32 };
         let mut values = self.numbers(count.saturating_mul(components), scalar, "colours")?;
         if !self.binary {
-            values.iter_mut().for_each(|v| *v = Scalar::U8.nearest(255.0 * *v));
+            values
+                .iter_mut()
+                .for_each(|v| *v = Scalar::U8.nearest(255.0 * *v));
         }
         Ok(Array {
             name,
@@ -145,9 +152,27 @@ impl Reader<'_> {
                 values,
                 use_: VtkUse::Plain,
             };
-            self.arrays.add(array, of_points, count);
+            self.add(array, of_points, count);
         }
         Ok(())
+    }
+
+    /// Takes an array in, if the count of its section is that of the points or cells.
+    fn add(&mut self, array: Array, of_points: bool, count: usize) {
+        let wanted = if of_points {
+            self.point_count()
+        } else {
+            self.arrays.cells
+        };
+        if count == wanted {
+            self.arrays.add(array, of_points, count);
+        } else {
+            let what = if of_points { "points" } else { "cells" };
+            self.arrays.left_out(
+                &array.name,
+                &format!("it is for {count} {what}, not {wanted}"),
+            );
+        }
     }
 
     fn name(&mut self) -> Result<String, IoError> {
@@ -161,7 +186,8 @@ fn decoded(name: &[u8]) -> String {
     let mut rest = name;
     while let [first, tail @ ..] = rest {
         let code = tail.get(..2).filter(|_| *first == b'%');
-        let code = code.and_then(|digits| u8::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok());
+        let code =
+            code.and_then(|digits| u8::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok());
         bytes.push(code.unwrap_or(*first));
         rest = if code.is_some() { &tail[2..] } else { tail };
     }

@@ -53,7 +53,11 @@ fn items(attributes: &[&Attribute], format: Format, of_points: bool) -> Vec<Item
                 field.push(FieldArray { name, elem, data });
             }
             elem => {
-                let name = if format == Format::Vtk { encoded(&name) } else { name };
+                let name = if format == Format::Vtk {
+                    encoded(&name)
+                } else {
+                    name
+                };
                 items.push(Item::DataArray(DataArray { name, elem, data }));
             }
         }
