@@ -6,11 +6,17 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use isomend::io::{Document, Format, Loaded, Model, Precision, WriteOptions, model_to_bytes};
 use isomend::mesh::Attributes;
+use isomend::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use isomend::stitch::attributes::transfer;
 use isomend::{FillParams, Mesh, SurfaceKind};
 
 use super::input::is_stream;
 use super::{Usage, console};
+
+/// The file that describes the material of patches, beside an OBJ file that has material files.
+const PATCH_LIBRARY: &str = "isomend_patch.mtl";
+const PATCH_MATERIAL: &str = "# The material of patches that the texture of what is round them cannot cover.\n\
+                              newmtl isomend_patch\nKd 0.8 0.8 0.8\n";
 
 /// Where the mesh goes, in which format.
 #[derive(Debug)]
@@ -90,12 +96,26 @@ impl Output {
             }
             return Ok((mesh, notes));
         }
-        let done = transfer(&input.mesh, &input.attributes, mesh);
+        let mut done = transfer(&input.mesh, &input.attributes, mesh);
         let document = input.document.as_ref();
         let mut notes = done.notes;
+        let beside = self.format == Format::Obj && !is_stream(&self.path);
+        let material = beside && refer_to_material(&mut done.attributes);
         notes.extend(self.write_model(&done.mesh, &done.attributes, document, input)?);
+        if material {
+            self.write_material()?;
+        }
         notes.extend(self.side_files(input));
         Ok((done.mesh, notes))
+    }
+
+    /// Writes the file that describes the material of patches, unless there is one, which may be the user's own.
+    fn write_material(&self) -> anyhow::Result<()> {
+        let path = self.path.with_file_name(PATCH_LIBRARY);
+        if path.exists() {
+            return Ok(());
+        }
+        write_text(&path, PATCH_MATERIAL)
     }
 
     fn write_model(
@@ -168,6 +188,24 @@ impl Output {
             )
         })
     }
+}
+
+/// Names the file of the patches' material where other material files are named and a patch has that material.
+fn refer_to_material(attributes: &mut Attributes) -> bool {
+    let materials = attributes.labels_of(LabelKind::Material);
+    let place = materials.and_then(|m| m.names.iter().position(|name| name == PATCH_NAME));
+    let used = |m: &Labels| place.is_some_and(|place| m.of_face.contains(&(place as u32)));
+    if attributes.libraries.is_empty() || !materials.is_some_and(used) {
+        return false;
+    }
+    if !attributes
+        .libraries
+        .iter()
+        .any(|name| name == PATCH_LIBRARY)
+    {
+        attributes.libraries.push(PATCH_LIBRARY.to_owned());
+    }
+    true
 }
 
 /// The format to write: the one that is asked for, else that of the extension.
