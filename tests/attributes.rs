@@ -224,14 +224,11 @@ fn arrays_of_vtk_files_survive() {
             "0,0,-1,0.3",
             "-q",
         ];
-        assert!(
-            command
-                .current_dir(desk.0.path())
-                .args(mask)
-                .status()
-                .unwrap()
-                .success()
-        );
+        command
+            .current_dir(desk.0.path())
+            .args(mask)
+            .assert()
+            .success();
         let again = desk.read("again.ply");
         let scan = again
             .attributes

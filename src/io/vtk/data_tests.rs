@@ -120,13 +120,7 @@ fn arrays_of_pieces_are_joined_and_what_cannot_be_read_is_named() {
     );
     let loaded = read_alone(text.as_bytes(), Format::Vtp).unwrap();
     let all = &loaded.attributes;
-    let scalars = (
-        &"a & b"[..],
-        Role::Other,
-        Scalar::F64,
-        1,
-        Some(VtkUse::Scalars),
-    );
+    let scalars = ("a & b", Role::Other, Scalar::F64, 1, Some(VtkUse::Scalars));
     assert_eq!(listed(&all.vertex), [scalars]);
     assert!(all.vertex[0].values[1].is_nan());
     assert_eq!(all.vertex[0].values[3..], [4.0, 5.0, 6.0]);

@@ -27,24 +27,10 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     while let Some(keyword) = reader.keyword() {
         match &keyword.to_ascii_uppercase()[..] {
             b"POINTS" => reader.points()?,
-            b"POLYGONS" => {
-                let cells = reader.cells("polygon")?;
-                let (surface, arrays) = (&mut reader.surface, &mut reader.arrays);
-                cells.add_polygons(Format::Vtk, 0, surface, arrays)?;
-                reader.in_order(2);
-            }
-            b"TRIANGLE_STRIPS" => {
-                let cells = reader.cells("triangle strip")?;
-                let (surface, arrays) = (&mut reader.surface, &mut reader.arrays);
-                cells.add_strips(Format::Vtk, 0, surface, arrays)?;
-                reader.in_order(3);
-            }
-            b"VERTICES" | b"LINES" => {
-                let count = reader.cells("line")?.len();
-                reader.passed_over += count;
-                reader.arrays.cells += count;
-                reader.in_order(if keyword.len() == 5 { 1 } else { 0 });
-            }
+            b"VERTICES" => reader.primitives(Kind::Points)?,
+            b"LINES" => reader.primitives(Kind::Lines)?,
+            b"POLYGONS" => reader.primitives(Kind::Polygons)?,
+            b"TRIANGLE_STRIPS" => reader.primitives(Kind::Strips)?,
             b"CELLS" => grid = Some(reader.cells("cell")?),
             b"CELL_TYPES" => {
                 let count = reader.count("cell types")?;
@@ -75,6 +61,15 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     reader.finish()
 }
 
+/// The kinds of cells, in the order in which cell data count them.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Points,
+    Lines,
+    Polygons,
+    Strips,
+}
+
 pub(super) struct Reader<'a> {
     pub(super) tokens: text::Tokens<'a>,
     pub(super) bytes: &'a [u8],
@@ -84,8 +79,8 @@ pub(super) struct Reader<'a> {
     surface: Surface,
     /// What points and cells carry.
     pub(super) arrays: Arrays,
-    /// The kind of cells read last, in the order in which cell data count them.
-    kind: usize,
+    /// The kind of cells read last.
+    kind: Kind,
     /// Whether the kinds come in that order.
     ordered: bool,
     passed_over: usize,
@@ -110,7 +105,7 @@ impl<'a> Reader<'a> {
             offsets: major >= 5.0,
             surface,
             arrays: Arrays::default(),
-            kind: 0,
+            kind: Kind::Points,
             ordered: true,
             passed_over: 0,
         };
@@ -262,10 +257,26 @@ impl<'a> Reader<'a> {
         self.surface.positions.len()
     }
 
-    /// Takes note of the kind of cells just read: points, lines, polygons, strips.
-    fn in_order(&mut self, kind: usize) {
+    /// Reads the cells of a kind.
+    fn primitives(&mut self, kind: Kind) -> Result<(), IoError> {
         self.ordered &= kind >= self.kind;
         self.kind = kind;
+        let name = match kind {
+            Kind::Points | Kind::Lines => "line",
+            Kind::Polygons => "polygon",
+            Kind::Strips => "triangle strip",
+        };
+        let cells = self.cells(name)?;
+        let (surface, arrays) = (&mut self.surface, &mut self.arrays);
+        match kind {
+            Kind::Points | Kind::Lines => {
+                self.passed_over += cells.len();
+                arrays.cells += cells.len();
+                Ok(())
+            }
+            Kind::Polygons => cells.add_polygons(Format::Vtk, 0, surface, arrays),
+            Kind::Strips => cells.add_strips(Format::Vtk, 0, surface, arrays),
+        }
     }
 
     fn finish(mut self) -> Result<Loaded, IoError> {

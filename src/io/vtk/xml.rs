@@ -182,13 +182,7 @@ impl<'a> Document<'a> {
                         push_array(&mut pieces, section, &tag)?;
                         open = Some(0);
                     }
-                    name => {
-                        section = section_named(name);
-                        let data = matches!(section, Section::PointData | Section::CellData);
-                        if let Some(piece) = pieces.last_mut().filter(|_| data) {
-                            piece.active.push((section, attributes(&tag)?));
-                        }
-                    }
+                    _ => section = open_section(&tag, &mut pieces)?,
                 },
                 Event::Empty(tag) if open.is_none() => match tag.local_name().as_ref() {
                     b"DataArray" => push_array(&mut pieces, section, &tag)?,
@@ -213,6 +207,16 @@ impl<'a> Document<'a> {
             )),
         }
     }
+}
+
+/// The section that an element opens. Those of data say which of their arrays are the active ones.
+fn open_section(tag: &BytesStart<'_>, pieces: &mut [Piece<'_>]) -> Result<Section, IoError> {
+    let section = section_named(tag.local_name().as_ref());
+    let data = matches!(section, Section::PointData | Section::CellData);
+    if let Some(piece) = pieces.last_mut().filter(|_| data) {
+        piece.active.push((section, attributes(tag)?));
+    }
+    Ok(section)
 }
 
 fn section_named(name: &[u8]) -> Section {
