@@ -101,13 +101,13 @@ def check_vtk(program, folder, extension, binary):
     mesh = bowl()
     n, m = len(mesh.vertices), len(mesh.faces)
     surface = pv.PolyData.from_regular_faces(np.asarray(mesh.vertices, np.float32), mesh.faces)
+    surface.point_data.set_scalars(mesh.vertices[:, 2].copy(), "height")
     surface.point_data["heat of day"] = mesh.vertices[:, 0] / 3
     surface.point_data["scan"] = (np.arange(n) % 5).astype(np.int16)
     surface.point_data["paint"] = np.clip(128 + 100 * mesh.vertices, 0, 255).astype(np.uint8)
     surface.point_data["flow"] = mesh.vertices[:, ::-1].astype(np.float32)
     surface.point_data.active_normals = mesh.vertex_normals.astype(np.float32)
     surface.point_data.active_texture_coordinates = mesh.vertices[:, :2].astype(np.float32)
-    surface.point_data.set_scalars(mesh.vertices[:, 2].copy(), "height")
     surface.cell_data["id"] = np.arange(m)
     surface.cell_data.set_vectors(mesh.face_normals.copy(), "turn")
     source, target = folder / f"in.{extension}", folder / f"out.{extension}"

@@ -148,7 +148,7 @@ fn legacy_data_that_cannot_be_read_costs_the_data_only() {
         (
             "POINT_DATA 4\nSCALARS a int\nLOOKUP_TABLE default\n1 2 3",
             0,
-            "after 3 of 4",
+            "room for 3",
         ),
         (
             "POINT_DATA 3\nSCALARS a int\nLOOKUP_TABLE default\n1 2 3",

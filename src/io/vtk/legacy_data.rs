@@ -19,10 +19,9 @@ impl Reader<'_> {
     fn sections(&mut self, mut of_points: bool) -> Result<(), IoError> {
         let mut count = self.count("values")?;
         while let Some(keyword) = self.keyword() {
-            let keyword = keyword.to_ascii_uppercase();
-            match &keyword[..] {
+            match &keyword.to_ascii_uppercase()[..] {
                 b"POINT_DATA" | b"CELL_DATA" => {
-                    of_points = keyword == b"POINT_DATA";
+                    of_points = keyword.eq_ignore_ascii_case(b"POINT_DATA");
                     count = self.count("values")?;
                 }
                 b"LOOKUP_TABLE" => {
@@ -34,8 +33,8 @@ impl Reader<'_> {
                 }
                 b"METADATA" => self.skip_metadata(),
                 b"FIELD" => self.field(of_points, count)?,
-                word => {
-                    let array = self.array(word, count)?;
+                _ => {
+                    let array = self.array(keyword, count)?;
                     self.add(array, of_points, count);
                 }
             }
@@ -45,7 +44,7 @@ impl Reader<'_> {
 
     /// Reads an array that has a keyword of its own.
     fn array(&mut self, keyword: &[u8], count: usize) -> Result<Array, IoError> {
-        let (use_, components) = match keyword {
+        let (use_, components) = match &keyword.to_ascii_uppercase()[..] {
             b"COLOR_SCALARS" => return self.colours(count),
             b"SCALARS" => (VtkUse::Scalars, 1),
             b"VECTORS" => (VtkUse::Vectors, 3),
@@ -54,8 +53,8 @@ impl Reader<'_> {
             b"TENSORS" => (VtkUse::Tensors, 9),
             b"TENSORS6" => (VtkUse::Plain, 6),
             b"GLOBAL_IDS" | b"PEDIGREE_IDS" | b"EDGE_FLAGS" => (VtkUse::Plain, 1),
-            other => {
-                let what = format!("{} is no kind of array", text::shown(other));
+            _ => {
+                let what = format!("{} is no kind of array", text::shown(keyword));
                 return Err(self.fault(what));
             }
         };
