@@ -1,13 +1,13 @@
 # /// script
 # requires-python = ">=3.11"
-# dependencies = ["numpy==2.4.6", "scipy==1.17.1", "trimesh==5.2.0"]
+# dependencies = ["numpy==2.4.6", "pyvista==0.49.1", "scipy==1.17.1", "trimesh==5.2.0"]
 # ///
 """Check with programs that share no code with isomend that attributes survive `isomend fill`.
 
     cargo build --release && python3 scripts/crosscheck_attributes.py [--isomend PROGRAM] [FILE.glb ...]
 
-A coloured PLY, an OBJ with materials and a textured GLB with nested transforms are made here, filled, and read again
-with trimesh: every value that was there must be there unchanged. GLB files that are named are checked too. Where node and
+A coloured PLY, an OBJ with materials, a textured GLB with nested transforms, and VTK files with point and cell data are
+made here, filled, and read again with trimesh or VTK: every value that was there must be there unchanged. GLB files that are named are checked too. Where node and
 the package gltf-validator (in .venv/node_modules) are there, the Khronos validator must find no errors in the GLB files.
 Exits with 1 if anything is wrong."""
 
@@ -23,6 +23,12 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+
+try:
+    import pyvista as pv
+except ImportError as error:
+    pv = None
+    print(f"VTK's checks are LEFT OUT: pyvista cannot be loaded ({error})")
 
 ROOT = Path(__file__).resolve().parent.parent
 VALIDATOR = ROOT / ".venv/node_modules/gltf-validator"
@@ -87,6 +93,45 @@ def check_ply(program, folder):
         wrong.append("the patch is not marked")
     if not np.array_equal(np.asarray(face["flags"]).reshape(-1)[: len(faces)], faces["flags"]):
         wrong.append("flags changed")
+    return wrong
+
+
+def check_vtk(program, folder, extension, binary):
+    """Point and cell data, with the active ones, as VTK reads them before and after."""
+    mesh = bowl()
+    n, m = len(mesh.vertices), len(mesh.faces)
+    surface = pv.PolyData.from_regular_faces(np.asarray(mesh.vertices, np.float32), mesh.faces)
+    surface.point_data.set_scalars(mesh.vertices[:, 2].copy(), "height")
+    surface.point_data["heat of day"] = mesh.vertices[:, 0] / 3
+    surface.point_data["scan"] = (np.arange(n) % 5).astype(np.int16)
+    surface.point_data["paint"] = np.clip(128 + 100 * mesh.vertices, 0, 255).astype(np.uint8)
+    surface.point_data["flow"] = mesh.vertices[:, ::-1].astype(np.float32)
+    surface.point_data.active_normals = mesh.vertex_normals.astype(np.float32)
+    surface.point_data.active_texture_coordinates = mesh.vertices[:, :2].astype(np.float32)
+    surface.cell_data["id"] = np.arange(m)
+    surface.cell_data.set_vectors(mesh.face_normals.copy(), "turn")
+    source, target = folder / f"in.{extension}", folder / f"out.{extension}"
+    surface.save(source, binary=binary)
+    wrong = fill(program, source, target)
+    if wrong:
+        return wrong
+    before, after = pv.read(source), pv.read(target)
+    if not np.array_equal(before.points, after.points[:n]) or not np.array_equal(before.faces, after.faces[: 4 * m]):
+        wrong.append("the surface changed")
+    for kind, count in (("point_data", n), ("cell_data", m)):
+        old, new = getattr(before, kind), getattr(after, kind)
+        for name in old.keys():
+            if name not in new or old[name].dtype != new[name].dtype or not np.array_equal(old[name], new[name][:count]):
+                wrong.append(f"{name} changed")
+        for what in ("scalars", "vectors", "normals", "texture_coordinates"):
+            key = f"active_{what}_name"
+            if getattr(old, key, None) != getattr(new, key, None):
+                wrong.append(f"the active {what} are {getattr(new, key)}, not {getattr(old, key)}")
+    if not np.array_equal(after.cell_data["isomend_patch"], np.arange(after.n_cells) >= m):
+        wrong.append("the patch is not marked")
+    ideal = after.points[n:, 0] / 3
+    if np.abs(after.point_data["heat of day"][n:] - ideal).max() > 0.04:
+        wrong.append("values of the patch do not continue those of the rim")
     return wrong
 
 
@@ -248,6 +293,9 @@ def main():
         folder = Path(folder)
         make_glb(folder / "made.glb")
         jobs = [("PLY", lambda: check_ply(arguments.isomend, folder)), ("OBJ", lambda: check_obj(arguments.isomend, folder))]
+        for extension, binary in (("vtp", True), ("vtk", True), ("vtk", False)) if pv else ():
+            job = lambda extension=extension, binary=binary: check_vtk(arguments.isomend, folder, extension, binary)
+            jobs.append((f"{extension}{'' if binary else ', text'}", job))
         for path in [folder / "made.glb", *arguments.files]:
             jobs.append((path.name, lambda path=path: check_glb(arguments.isomend, path, folder)))
         for name, job in jobs:

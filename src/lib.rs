@@ -87,11 +87,13 @@ pub use glam;
 pub use mesh::Mesh;
 pub use params::{FillParams, SurfaceKind, VoxelSize};
 pub use pipeline::{
-    FairError, FairExtent, FairParams, FairReport, Faired, fair, fair_with_progress,
+    FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, fair, fair_with_progress,
+    plan_fair,
 };
-pub use pipeline::{FillError, Filled, Inspection, fill, fill_with_progress, inspect};
+pub use pipeline::{FillError, Filled, Inspection, fill, fill_with_progress, inspect, plan};
 pub use pipeline::{
-    RestoreError, RestoreParams, RestoreReport, Restored, restore, restore_with_progress,
+    RestoreError, RestoreParams, RestorePlan, RestoreReport, Restored, plan_restore, restore,
+    restore_with_progress,
 };
 
 /// The README's examples, run as tests.

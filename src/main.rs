@@ -4,14 +4,6 @@ mod cli;
 
 use std::process::ExitCode;
 
-use clap::Parser;
-
 fn main() -> ExitCode {
-    match cli::run(cli::Cli::parse()) {
-        Ok(end) => end.into(),
-        Err(error) => {
-            eprintln!("isomend: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    cli::main(std::env::args_os())
 }

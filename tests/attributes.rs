@@ -168,6 +168,86 @@ fn properties_of_a_ply_file_survive() {
     );
 }
 
+#[test]
+fn arrays_of_vtk_files_survive() {
+    let desk = Desk::new();
+    let mesh = bowl();
+    let mut attributes = dressed(&mesh);
+    let mut flow = Attribute::new("flow", Role::Other, Scalar::F64, 3);
+    (0..mesh.faces.len()).for_each(|f| flow.push(Some(&[f as f64, 0.5, -1.0])));
+    let mut part = Attribute::new("part", Role::Other, Scalar::I64, 1);
+    (0..mesh.faces.len()).for_each(|f| part.push(Some(&[(f % 3) as f64])));
+    attributes.face = vec![flow, part];
+    let (n, m) = (mesh.positions.len(), mesh.faces.len());
+    for format in [Format::Vtk, Format::Vtp] {
+        let [input, output] = ["in", "out"].map(|name| format!("{name}.{}", format.extension()));
+        save(&desk, &input, format, &mesh, &attributes);
+        let said = desk.fill(&input, &output);
+        assert!(!said.contains("left out"), "{said}");
+        let (before, after) = (desk.read(&input).attributes, desk.read(&output));
+        let same = |old: &[Attribute], new: &[Attribute], count: usize| {
+            for a in old {
+                let b = new.iter().find(|b| b.name == a.name).unwrap();
+                assert_eq!(
+                    (a.scalar, a.components, a.vtk),
+                    (b.scalar, b.components, b.vtk)
+                );
+                assert_eq!(a.values, b.values[..count * a.components], "{}", a.name);
+            }
+        };
+        same(&before.vertex, &after.attributes.vertex, n);
+        same(&before.face, &after.attributes.face, m);
+        assert_eq!((before.vertex.len(), before.face.len()), (4, 2));
+        assert_continued(&after, n);
+        for f in 0..after.mesh.faces.len() {
+            assert_eq!(after.attributes.is_patch(f), f >= m);
+        }
+        let part = after
+            .attributes
+            .face
+            .iter()
+            .find(|a| a.name == "part")
+            .unwrap();
+        assert!(
+            part.values
+                .iter()
+                .all(|v| (0.0..3.0).contains(v) && v.fract() == 0.0)
+        );
+        // Restore keeps what it does not cut out; a second run keeps the marks of the first.
+        let mut command = Command::cargo_bin("isomend").unwrap();
+        let mask = [
+            "restore",
+            &output,
+            "-o",
+            "again.ply",
+            "--ball",
+            "0,0,-1,0.3",
+            "-q",
+        ];
+        command
+            .current_dir(desk.0.path())
+            .args(mask)
+            .assert()
+            .success();
+        let again = desk.read("again.ply");
+        let scan = again
+            .attributes
+            .vertex
+            .iter()
+            .find(|a| a.name == "scan")
+            .unwrap();
+        assert_eq!(scan.scalar, Scalar::I16);
+        assert!(again.attributes.is_patch(again.mesh.faces.len() - 1));
+        let flows = again
+            .attributes
+            .face
+            .iter()
+            .filter(|a| a.name.starts_with("flow"))
+            .count();
+        assert_eq!(flows, 3);
+    }
+}
+
 /// The bowl as OBJ text, with texture coordinates in two charts that meet where x is `seam`, and two materials.
 fn obj(mesh: &Mesh, seam: f64) -> String {
     let mut text = "mtllib bowl.mtl\no bowl\n".to_owned();
@@ -242,6 +322,20 @@ fn materials_groups_and_charts_of_an_obj_file_survive() {
         ];
         assert_eq!(lines(&after, "usemtl"), wanted.concat());
         assert_eq!(lines(&after, "g"), ["g left", "g right", "g isomend_patch"]);
+        // A material that is new has a file that describes it; one that is there stays as it is.
+        let library = desk.path("isomend_patch.mtl");
+        let named = lines(&after, "mtllib").contains(&"mtllib isomend_patch.mtl");
+        assert_eq!((named, library.exists()), (!single, !single));
+        if !single {
+            assert!(
+                fs::read_to_string(&library)
+                    .unwrap()
+                    .contains("newmtl isomend_patch")
+            );
+            fs::write(&library, "mine").unwrap();
+            desk.fill("in.obj", "out.obj");
+            assert_eq!(fs::read_to_string(&library).unwrap(), "mine");
+        }
         let loaded = desk.read("out.obj");
         let uv = &loaded
             .attributes

@@ -42,6 +42,9 @@ fn rms(mesh: &Mesh, distance: impl Fn(DVec3) -> f64) -> f64 {
     (square / mesh.positions.len() as f64).sqrt()
 }
 
+/// A mesh, the distance from its true surface, and its Euler number.
+type Case = (Mesh, fn(DVec3) -> f64, i64);
+
 fn strength(length: f64) -> FairParams {
     FairParams {
         extent: FairExtent::Strength(length),
@@ -70,7 +73,7 @@ fn assert_sound(report: &FairReport) {
 #[test]
 fn noise_on_a_sphere_and_a_clifford_torus_falls_to_less_than_half() {
     let sphere = |p: DVec3| p.length() - 1.0;
-    let cases: [(Mesh, fn(DVec3) -> f64, i64); 2] = [
+    let cases: [Case; 2] = [
         (
             noisy(&shapes::sphere(12), 0.01, DVec3::normalize),
             sphere,

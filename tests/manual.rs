@@ -28,6 +28,8 @@ fn completions_name_every_command_and_option() {
             "max-diameter",
             "keep-open",
             "voxel",
+            "config",
+            "dry-run",
         ] {
             assert!(script.contains(word), "{word} in {shell}");
         }

@@ -8,8 +8,9 @@ use isomend::compare::{Comparison, Distances, SurfaceFacts, compare};
 use serde::Serialize;
 
 use super::console::{self, Console};
+use super::input::is_stream;
 use super::json::{FileInfo, Target};
-use super::{CommonArgs, End, arguments, input};
+use super::{CommonArgs, End, Usage, arguments, input};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -23,7 +24,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct CompareArgs {
-    /// The first mesh.
+    /// The first mesh; one of the two may be `-`, standard input.
     #[arg(value_name = "A")]
     a: PathBuf,
 
@@ -53,15 +54,18 @@ struct CompareDocument<'a> {
 /// Reads both and compares.
 pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
     if let Some(json) = &args.common.json {
-        json.check(&[&args.a, &args.b])?;
+        json.check(&[&args.a, &args.b], &[])?;
+    }
+    if is_stream(&args.a) && is_stream(&args.b) {
+        return Err(Usage("only one of the two meshes can be standard input".to_owned()).into());
     }
     let a = input::read(&args.a, args.common.from, console)?;
     let b = input::read(&args.b, args.common.from, console)?;
     let comparison = compare(&a.mesh, &b.mesh, args.samples).with_context(|| {
         format!(
             "cannot compare {} with {}",
-            args.a.display(),
-            args.b.display()
+            input::shown(&args.a),
+            input::shown(&args.b)
         )
     })?;
     if let Some(json) = &args.common.json {
@@ -95,10 +99,12 @@ fn table(c: &Comparison) -> String {
     let k = &c.kept;
     facts("A", &c.a)
         + &facts("B", &c.b)
-        + &format!(
-            "\n{:>7} {:>12} {:>12} {:>12} {:>12} {:>12}  {}\n",
+        + "\n"
+        + &console::heading(&format!(
+            "{:>7} {:>12} {:>12} {:>12} {:>12} {:>12}  {}",
             "", "max", "rms", "mean", "angle mean", "angle max", "where it is largest"
-        )
+        ))
+        + "\n"
         + &row("A to B", &c.a_to_b)
         + &row("B to A", &c.b_to_a)
         + &format!(

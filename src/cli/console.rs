@@ -1,8 +1,20 @@
 //! What is printed. Standard output carries only what was asked for; all else goes to standard error.
 
-use std::io::Write;
+use std::io::{IsTerminal, Write};
 
-use log::{LevelFilter, Log, Metadata, Record};
+use anstyle::{AnsiColor, Style};
+use log::{Level, LevelFilter, Log, Metadata, Record};
+
+/// Of headings.
+const HEADING: Style = Style::new().bold();
+/// Of what failed.
+const BAD: Style = AnsiColor::Red.on_default().bold();
+/// Of what needs attention.
+const WARNING: Style = AnsiColor::Yellow.on_default().bold();
+/// Of remarks.
+const NOTE: Style = AnsiColor::Cyan.on_default();
+/// Of what only matters when something is looked for.
+const DIM: Style = Style::new().dimmed();
 
 /// Standard error, as loud as asked for.
 #[derive(Clone, Copy, Debug)]
@@ -22,20 +34,24 @@ impl Console {
 
     /// A line that `-q` does not silence.
     pub fn warn(self, line: &str) {
-        // A closed standard error is no reason to fail.
-        let _ = writeln!(std::io::stderr(), "isomend: {line}");
+        say(&format!("{WARNING}isomend:{WARNING:#} {line}"));
+    }
+
+    /// A file that failed, where others go on.
+    pub fn failed(self, line: &str) {
+        fail(line);
     }
 
     /// A line that `-q` silences.
     pub fn say(self, line: &str) {
         if !self.quiet {
-            let _ = writeln!(std::io::stderr(), "{line}");
+            say(line);
         }
     }
 
     /// A remark on a file, which `-q` silences.
     pub fn note(self, line: &str) {
-        self.say(&format!("note: {line}"));
+        self.say(&format!("{NOTE}note:{NOTE:#} {line}"));
     }
 
     /// A line that only `-v` shows.
@@ -45,16 +61,43 @@ impl Console {
         }
     }
 
-    /// Whether a progress bar may be drawn: not between the lines of a log.
+    /// Whether a progress bar may be drawn: on a terminal that can, and not between the lines of a log.
     pub fn wants_progress(self) -> bool {
-        !self.quiet && !self.verbose
+        let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
+        !self.quiet && !self.verbose && !dumb && std::io::stderr().is_terminal()
     }
 }
 
-/// Writes to standard output. A reader that has closed its end, such as `head`, is no error.
+/// Says what made the program fail.
+pub fn fail(line: &str) {
+    say(&format!("{BAD}isomend:{BAD:#} {line}"));
+}
+
+/// A heading in bold, where it is printed in colour at all.
+pub fn heading(line: &str) -> String {
+    format!("{HEADING}{line}{HEADING:#}")
+}
+
+/// A line on standard error, in colour where that is a terminal and the environment does not say otherwise: `NO_COLOR`,
+/// `CLICOLOR`, `CLICOLOR_FORCE`, `TERM=dumb`.
+fn say(line: &str) {
+    // A closed standard error is no reason to fail.
+    let _ = writeln!(anstream::stderr(), "{line}");
+}
+
+/// Writes text to standard output, in colour as on standard error.
 pub fn print(text: &str) -> std::io::Result<()> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    written(anstream::stdout().lock(), text.as_bytes())
+}
+
+/// Writes bytes to standard output as they are.
+pub fn write(bytes: &[u8]) -> std::io::Result<()> {
+    written(std::io::stdout().lock(), bytes)
+}
+
+/// A reader that has closed its end, such as `head`, is no error.
+fn written(mut out: impl Write, bytes: &[u8]) -> std::io::Result<()> {
+    match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }
@@ -72,7 +115,12 @@ impl Log for StderrLog {
     fn log(&self, record: &Record) {
         if self.enabled(record.metadata()) {
             let level = record.level().as_str().to_ascii_lowercase();
-            let _ = writeln!(std::io::stderr(), "{level}: {}", record.args());
+            let style = match record.level() {
+                Level::Error => BAD,
+                Level::Warn => WARNING,
+                _ => DIM,
+            };
+            say(&format!("{style}{level}:{style:#} {}", record.args()));
         }
     }
 

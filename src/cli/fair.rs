@@ -1,22 +1,21 @@
 //! `isomend fair`: fairs a surface, or a marked region of it.
 
-use std::path::PathBuf;
-
+use anyhow::Context;
 use clap::{ArgGroup, Args};
 use isomend::flow::Variant;
-use isomend::io::{Format, Loaded};
+use isomend::io::Loaded;
 use isomend::report::{FillReport, HoleOutcome, level_lines};
 use isomend::{
-    FairError, FairExtent, FairParams, FairReport, Faired, FillError, FillParams, RestoreError,
-    SurfaceKind, VoxelSize,
+    FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, FillError, FillParams,
+    RestoreError, SurfaceKind, VoxelSize,
 };
 use serde::Serialize;
 
-use super::console::Console;
+use super::batch::{Files, FilesArgs};
+use super::console::{self, Console};
 use super::json::FileInfo;
 use super::mask::MaskArgs;
-use super::output::Output;
-use super::solve::{self, Files, Scheme};
+use super::solve::{self, Scheme};
 use super::{CommonArgs, End, arguments};
 
 const EXAMPLES: &str = "\
@@ -35,13 +34,8 @@ Examples:
 #[command(after_help = EXAMPLES)]
 #[command(group(ArgGroup::new("extent").args(["time", "strength"])))]
 pub struct FairArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
-
-    /// The file to write, in the format of its extension.
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    #[command(flatten)]
+    files: FilesArgs,
 
     /// Features narrower than this length go [default: eight mean edges].
     ///
@@ -74,14 +68,6 @@ pub struct FairArgs {
     #[arg(long, value_name = "RATIO", default_value = "1", value_parser = arguments::edge_ratio)]
     edge_ratio: f64,
 
-    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk or vtp.
-    #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
-    to: Option<Format>,
-
-    /// Write text instead of binary: PLY, STL and VTK legacy.
-    #[arg(long)]
-    ascii: bool,
-
     #[command(flatten)]
     mask: MaskArgs,
 
@@ -90,7 +76,7 @@ pub struct FairArgs {
 }
 
 impl FairArgs {
-    fn params(&self, loaded: &Loaded, to: Format) -> FairParams {
+    fn params(&self, keep_vertices: bool) -> FairParams {
         FairParams {
             extent: match (self.time, self.strength) {
                 (Some(time), _) => FairExtent::Time(time),
@@ -100,27 +86,29 @@ impl FairArgs {
             voxel: self.voxel,
             variant: Variant::from(self.variant),
             edge_ratio: self.edge_ratio,
-            // A glTF document goes through as it is, and so do the numbers of its vertices.
-            keep_vertices: matches!(to, Format::Gltf | Format::Glb) && loaded.document.is_some(),
+            keep_vertices,
         }
     }
 }
 
 /// Reads, fairs, writes.
 pub fn run(args: &FairArgs, console: &Console) -> anyhow::Result<End> {
-    let files = Files {
-        command: "fair",
-        input: &args.input,
-        output: Output::new(&args.output, args.to, args.ascii)?,
-        json: args.common.json.as_ref(),
-    };
-    let masked = args.mask.mask()?.is_some();
+    args.mask.mask()?;
+    args.files.each("fair", &args.common, console, |files| {
+        one(args, files, console)
+    })
+}
+
+fn one(args: &FairArgs, files: &Files<'_>, console: &Console) -> anyhow::Result<End> {
     let loaded = files.read(args.common.from, console)?;
-    let marked = match masked {
-        true => args.mask.faces(&loaded)?,
-        false => None,
-    };
-    let params = args.params(&loaded, files.output.format);
+    let marked = args.mask.faces(&loaded)?;
+    // A glTF document goes through as it is, and so do the numbers of its vertices.
+    let params = args.params(files.to_gltf() && loaded.document.is_some());
+    let failed = "cannot fair the mesh";
+    if files.output.is_none() {
+        let plan = isomend::plan_fair(&loaded.mesh, marked.as_deref(), &params).context(failed)?;
+        return preview(&plan, &loaded, files);
+    }
     let faired = solve::watched(console, |progress| {
         isomend::fair_with_progress(&loaded.mesh, marked.as_deref(), &params, progress)
     });
@@ -128,13 +116,46 @@ pub fn run(args: &FairArgs, console: &Console) -> anyhow::Result<End> {
         Err(FairError::Restore(RestoreError::Fill(FillError::Cancelled))) => {
             Err(FillError::Cancelled)
         }
-        Err(error) => return Err(anyhow::Error::new(error).context("cannot fair the mesh")),
+        Err(error) => return Err(anyhow::Error::new(error).context(failed)),
         Ok(faired) => Ok(faired),
     };
     let Some(faired) = solve::unless_stopped(faired, console)? else {
         return Ok(End::Interrupted);
     };
-    finish(faired, loaded, &files, console)
+    finish(faired, loaded, files, console)
+}
+
+/// Says what would be done, on standard output unless the JSON report goes there.
+fn preview(plan: &FairPlan, loaded: &Loaded, files: &Files<'_>) -> anyhow::Result<End> {
+    if let Some(documents) = files.documents {
+        documents.add(&FairPlanDocument {
+            command: files.command,
+            version: env!("CARGO_PKG_VERSION"),
+            dry_run: true,
+            input: FileInfo::new(files.input, loaded.format, &loaded.mesh),
+            notes: &loaded.notes,
+            plan,
+        })?;
+    }
+    if !files.report_only {
+        let what = match plan.whole {
+            true => "all of the surface would be replaced".to_owned(),
+            false => format!(
+                "{} faces marked, {} would be cut out and replaced",
+                plan.marked_faces, plan.removed_faces
+            ),
+        };
+        let heading = match files.several {
+            true => format!("{}\n", console::heading(&files.input.display().to_string())),
+            false => String::new(),
+        };
+        let text = format!(
+            "{heading}features narrower than {:.5} would go, time {:.4e}, voxel {:.5}\n{what}\n",
+            plan.strength, plan.time, plan.voxel
+        );
+        console::print(&text).context("cannot write to standard output")?;
+    }
+    Ok(End::Done)
 }
 
 fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> anyhow::Result<End> {
@@ -150,21 +171,21 @@ fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> a
         Some(kept) => loaded.restricted(kept),
         None => loaded,
     };
-    let (mesh, remarks) = files.output.write(mesh, &loaded, &fill_params)?;
-    let path = &files.output.path;
+    let output = files.output.as_ref().context("there is no output")?;
+    let (mesh, remarks) = output.write(mesh, &loaded, &fill_params)?;
     remarks
         .iter()
-        .for_each(|note| console.note(&format!("{}: {note}", path.display())));
+        .for_each(|note| console.note(&format!("{}: {note}", output.name())));
     tell(&report, console);
     let fill = &report.fill;
-    if let Some(json) = files.json {
+    if let Some(documents) = files.documents {
         let mut notes = loaded.notes.clone();
         notes.extend(remarks);
-        json.write(&FairDocument {
+        documents.add(&FairDocument {
             command: files.command,
             version: env!("CARGO_PKG_VERSION"),
             input: FileInfo::of(files.input, loaded.format, fill.vertices, fill.faces),
-            output: FileInfo::new(path, files.output.format, &mesh),
+            output: FileInfo::new(&output.path, output.format, &mesh),
             notes: &notes,
             complete: complete(fill),
             volume_drift: report.volume_drift(),
@@ -201,6 +222,18 @@ struct FairDocument<'a> {
     volume_drift: Option<f64>,
     #[serde(flatten)]
     report: &'a FairReport,
+}
+
+/// What `isomend fair --dry-run` says.
+#[derive(Serialize)]
+struct FairPlanDocument<'a> {
+    command: &'static str,
+    version: &'static str,
+    dry_run: bool,
+    input: FileInfo,
+    notes: &'a [String],
+    #[serde(flatten)]
+    plan: &'a FairPlan,
 }
 
 fn tell(report: &FairReport, console: &Console) {

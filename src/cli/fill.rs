@@ -1,13 +1,12 @@
 //! `isomend fill`: find holes and fill them.
 
-use std::path::PathBuf;
-
 use clap::{Args, ValueEnum};
 use isomend::{FillParams, SurfaceKind};
 
 use super::arguments::{self, Choice, Ids};
+use super::batch::{Files, FilesArgs};
 use super::console::Console;
-use super::solve::{self, Files, SolveArgs};
+use super::solve::{self, SolveArgs};
 use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
@@ -16,7 +15,10 @@ Examples:
   isomend fill scan.ply -o mended.ply --holes 2,5   fill two of them, by the numbers of `isomend inspect`
   isomend fill scan.ply -o mended.ply --max-diameter 20 --keep-open 4
   isomend fill vase.obj -o vase.obj --bridge 1+2    rebuild the wall between two facing rims
-  isomend fill scan.stl -o mended.stl --json - -q   a report for a script";
+  isomend fill scan.stl -o mended.stl --json - -q   a report for a script
+  isomend fill scan.ply --dry-run                   only say what would be filled
+  isomend fill a.ply b.ply c.obj -o mended/         several, into a folder
+  isomend fill - -o - --to stl < a.ply > mended.stl";
 
 /// Find holes and fill them.
 ///
@@ -25,13 +27,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct FillArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
-
-    /// The file to write, in the format of its extension.
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    #[command(flatten)]
+    files: FilesArgs,
 
     /// Holes to fill, by their numbers: `all`, or such as `2,5`.
     ///
@@ -100,19 +97,27 @@ impl FillArgs {
 /// Reads, fills, writes.
 pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
     args.solve.check()?;
-    let files = Files {
-        command: "fill",
-        input: &args.input,
-        output: args.solve.output(&args.output)?,
-        json: args.common.json.as_ref(),
-    };
-    let loaded = files.read(args.common.from, console)?;
     let params = args.params();
+    args.files.each("fill", &args.common, console, |files| {
+        one(args, files, &params, console)
+    })
+}
+
+fn one(
+    args: &FillArgs,
+    files: &Files<'_>,
+    params: &FillParams,
+    console: &Console,
+) -> anyhow::Result<End> {
+    let loaded = files.read(args.common.from, console)?;
+    if files.output.is_none() {
+        return files.preview(&loaded, &isomend::plan(&loaded.mesh, params)?, None);
+    }
     let filled = solve::watched(console, |progress| {
-        isomend::fill_with_progress(&loaded.mesh, &params, progress)
+        isomend::fill_with_progress(&loaded.mesh, params, progress)
     });
     let Some(filled) = solve::unless_stopped(filled, console)? else {
         return Ok(End::Interrupted);
     };
-    files.finish(filled.mesh, &loaded, &params, &filled.report, None, console)
+    files.finish(filled.mesh, &loaded, params, &filled.report, None, console)
 }

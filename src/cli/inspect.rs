@@ -28,7 +28,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct InspectArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input.
     #[arg(value_name = "IN")]
     input: PathBuf,
 
@@ -42,11 +42,11 @@ pub struct InspectArgs {
 /// Reads and lists.
 pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
     if let Some(json) = &args.common.json {
-        json.check(&[&args.input])?;
+        json.check(&[&args.input], &[])?;
     }
     let loaded = input::read(&args.input, args.common.from, console)?;
     let found = isomend::inspect(&loaded.mesh)
-        .with_context(|| format!("cannot inspect {}", args.input.display()))?;
+        .with_context(|| format!("cannot inspect {}", input::shown(&args.input)))?;
     let marked = args.mask.faces(&loaded)?;
     let mask = marked.map(|marked| Selection::new(&loaded.mesh, &marked));
     if let Some(json) = &args.common.json {
@@ -115,9 +115,11 @@ fn table(loaded: &Loaded, found: &Inspection) -> String {
     }
     if !found.holes.is_empty() {
         line(String::new());
-        for row in hole_table(&found.holes) {
-            line(row);
-        }
+        let mut rows = hole_table(&found.holes).into_iter();
+        rows.next()
+            .into_iter()
+            .for_each(|head| line(console::heading(&head)));
+        rows.for_each(line);
     }
     text
 }

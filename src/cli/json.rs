@@ -1,5 +1,6 @@
 //! Reports as JSON. The README describes the fields; they are kept stable.
 
+use std::cell::RefCell;
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -9,11 +10,12 @@ use glam::DVec3;
 use isomend::io::{Format, Loaded};
 use isomend::mesh::mask::Selection;
 use isomend::mesh::{Defects, Hole};
-use isomend::report::FillReport;
+use isomend::report::{FillReport, Plan};
 use isomend::{Inspection, Mesh};
 use serde::Serialize;
 
-use super::{console, output};
+use super::input::is_stream;
+use super::{Usage, console, output};
 
 /// Where a report goes.
 #[derive(Clone, Debug)]
@@ -36,13 +38,23 @@ impl FromStr for Target {
 }
 
 impl Target {
-    /// Refuses a file that cannot be written or is one of the meshes.
-    pub fn check(&self, meshes: &[&Path]) -> anyhow::Result<()> {
+    /// Whether it is standard output.
+    pub fn is_stdout(&self) -> bool {
+        matches!(self, Target::Stdout)
+    }
+
+    /// Refuses a file that cannot be written or is one of the meshes, and standard output where a mesh goes there.
+    pub fn check(&self, inputs: &[&Path], outputs: &[&Path]) -> anyhow::Result<()> {
         let Target::File(path) = self else {
+            if outputs.iter().any(|output| is_stream(output)) {
+                let what = "--json - and --output - cannot both have standard output; name a file for one of them";
+                return Err(Usage(what.to_owned()).into());
+            }
             return Ok(());
         };
+        let mut meshes = inputs.iter().chain(outputs).filter(|m| !is_stream(m));
         output::check_writable(path)?;
-        if meshes.iter().any(|mesh| output::same_file(path, mesh)) {
+        if meshes.any(|mesh| output::same_file(path, mesh)) {
             bail!(
                 "--json {} would overwrite a mesh; name another file",
                 path.display()
@@ -53,14 +65,92 @@ impl Target {
 
     /// Writes a document.
     pub fn write(&self, document: &impl Serialize) -> anyhow::Result<()> {
-        let mut text =
-            serde_json::to_string_pretty(document).context("cannot make the JSON report")?;
-        text.push('\n');
+        self.write_text(&(pretty(document)? + "\n"))
+    }
+
+    fn write_text(&self, text: &str) -> anyhow::Result<()> {
         match self {
-            Target::Stdout => console::print(&text).context("cannot write to standard output"),
-            Target::File(path) => output::write_text(path, &text),
+            Target::Stdout => {
+                console::write(text.as_bytes()).context("cannot write to standard output")
+            }
+            Target::File(path) => output::write_text(path, text),
         }
     }
+}
+
+fn pretty(document: &impl Serialize) -> anyhow::Result<String> {
+    serde_json::to_string_pretty(document).context("cannot make the JSON report")
+}
+
+/// The reports of several inputs.
+#[derive(Debug, Default)]
+pub struct Documents(RefCell<Vec<String>>);
+
+impl Documents {
+    /// Adds the report of one.
+    pub fn add(&self, document: &impl Serialize) -> anyhow::Result<()> {
+        self.0.borrow_mut().push(pretty(document)?);
+        Ok(())
+    }
+
+    /// Writes the only one, or a list of all.
+    pub fn write(&self, target: &Target, list: bool) -> anyhow::Result<()> {
+        let mut text = self.0.borrow().join(",\n");
+        if list {
+            // No line of a JSON document ends inside a string.
+            text = format!("[\n  {}\n]", text.replace('\n', "\n  "));
+        }
+        target.write_text(&(text + "\n"))
+    }
+}
+
+/// What stands for the report of an input that failed.
+#[derive(Debug, Serialize)]
+pub struct FailedDocument<'a> {
+    command: &'static str,
+    version: &'static str,
+    input: FailedFile,
+    error: &'a str,
+}
+
+#[derive(Debug, Serialize)]
+struct FailedFile {
+    path: String,
+}
+
+impl<'a> FailedDocument<'a> {
+    /// Of a command and its input.
+    pub fn new(command: &'static str, input: &Path, error: &'a str) -> Self {
+        Self {
+            command,
+            version: env!("CARGO_PKG_VERSION"),
+            input: FailedFile {
+                path: input.display().to_string(),
+            },
+            error,
+        }
+    }
+}
+
+/// What `isomend fill` and `isomend restore` would do.
+#[derive(Debug, Serialize)]
+pub struct PlanDocument<'a> {
+    /// `fill` or `restore`.
+    pub command: &'static str,
+    /// Version of isomend.
+    pub version: &'static str,
+    /// Always true.
+    pub dry_run: bool,
+    /// The mesh read.
+    pub input: FileInfo,
+    /// Remarks of the reader.
+    pub notes: &'a [String],
+    /// What would be cut out before.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub cut: Option<Cut>,
+    /// What would be filled.
+    #[serde(flatten)]
+    pub plan: &'a Plan,
 }
 
 /// A mesh file.

@@ -29,7 +29,7 @@ pub struct ManArgs {
 pub fn completions(args: &CompletionsArgs) -> anyhow::Result<End> {
     let mut script = Vec::new();
     clap_complete::generate(args.shell, &mut Cli::command(), "isomend", &mut script);
-    console::print(&String::from_utf8_lossy(&script))?;
+    console::write(&script)?;
     Ok(End::Done)
 }
 
@@ -46,6 +46,6 @@ pub fn man(args: &ManArgs) -> anyhow::Result<End> {
     };
     let mut page = Vec::new();
     clap_mangen::Man::new(command).render(&mut page)?;
-    console::print(&String::from_utf8_lossy(&page))?;
+    console::write(&page)?;
     Ok(End::Done)
 }

@@ -1,7 +1,9 @@
 //! One file per command. Raw arguments become validated parameters once; all printing is done here.
 
 mod arguments;
+mod batch;
 mod compare;
+mod config;
 mod console;
 mod fair;
 mod fill;
@@ -18,10 +20,12 @@ mod solve;
 mod study;
 mod surface;
 
+use std::ffi::OsString;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueHint};
 use isomend::io::Format;
 
 use console::Console;
@@ -33,7 +37,9 @@ pub enum End {
     Done,
     /// Some hole that was to be filled is still open.
     InPart,
-    /// The user stopped it; nothing was written.
+    /// Something failed, which was said; the rest was done.
+    Failed,
+    /// The user stopped it.
     Interrupted,
 }
 
@@ -42,16 +48,22 @@ impl From<End> for ExitCode {
         match end {
             End::Done => ExitCode::SUCCESS,
             End::InPart => ExitCode::from(3),
+            End::Failed => ExitCode::FAILURE,
             End::Interrupted => ExitCode::from(130),
         }
     }
 }
 
+/// A mistake on the command line or in a file of options that clap cannot know.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Usage(pub String);
+
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    failed; the output file is as it was before
-  2    wrong usage
+  1    failed; the output file is as it was before. Of several inputs: at least one failed
+  2    wrong usage, or a mistake in a file of options
   3    done in part: the output is written, but a hole that was to be filled is still open, or something that an
        experiment states was not met
   130  stopped by Ctrl-C; the output file is as it was before";
@@ -91,7 +103,7 @@ struct CommonArgs {
     from: Option<Format>,
 
     /// Write a report as JSON to a file, or to standard output with `-`.
-    #[arg(long, value_name = "FILE|-")]
+    #[arg(long, value_name = "FILE|-", value_hint = ValueHint::FilePath)]
     json: Option<json::Target>,
 
     #[command(flatten)]
@@ -101,6 +113,13 @@ struct CommonArgs {
 /// Options of how a command runs.
 #[derive(Debug, Args)]
 struct RunArgs {
+    /// Take options from a TOML file, by their long names; the command line goes before it.
+    ///
+    /// Keys at the top are for all commands that have such an option, those of a table such as [fill] for one command. Paths
+    /// in it are relative to its folder.
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+
     /// Number of threads [default: one per core]. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     threads: Option<usize>,
@@ -114,18 +133,36 @@ struct RunArgs {
     verbose: bool,
 }
 
+/// Runs the program: with the arguments of the command line, and those of the file that `--config` names.
+///
+/// What went wrong is said.
+pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
+    let end = config::expand(arguments.collect())
+        .map_err(anyhow::Error::from)
+        .and_then(|arguments| run(Cli::parse_from(arguments)));
+    match end {
+        Ok(end) => end.into(),
+        Err(error) => {
+            console::fail(&format!("{error:#}"));
+            let usage = error.is::<Usage>();
+            if usage {
+                ExitCode::from(2)
+            } else {
+                ExitCode::FAILURE
+            }
+        }
+    }
+}
+
 /// Runs a command.
-pub fn run(cli: Cli) -> anyhow::Result<End> {
+fn run(cli: Cli) -> anyhow::Result<End> {
     match cli.command {
         Command::Fill(args) => start(&args.common, |console| fill::run(&args, console)),
         Command::Restore(args) => start(&args.common, |console| restore::run(&args, console)),
         Command::Fair(args) => start(&args.common, |console| fair::run(&args, console)),
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
         Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
-        Command::Study(args) => {
-            let console = Console::new(args.quiet, args.verbose);
-            in_pool(args.threads, || study::run(&args, &console))
-        }
+        Command::Study(args) => start_run(&args.run, |console| study::run(&args, console)),
         Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),
         Command::Surface(args) => start_run(&args.run, |console| surface::run(&args, console)),
         Command::Completions(args) => manual::completions(&args),
@@ -147,17 +184,12 @@ fn start_run(
     command: impl FnOnce(&Console) -> anyhow::Result<End> + Send,
 ) -> anyhow::Result<End> {
     let console = Console::new(run.quiet, run.verbose);
-    in_pool(run.threads, || command(&console))
-}
-
-/// Runs in a pool of so many threads, or of one per core.
-fn in_pool<R: Send>(
-    threads: Option<usize>,
-    command: impl FnOnce() -> anyhow::Result<R> + Send,
-) -> anyhow::Result<R> {
+    if let Some(file) = &run.config {
+        console.detail(&format!("options from {}", file.display()));
+    }
     let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads.unwrap_or(0))
+        .num_threads(run.threads.unwrap_or(0))
         .build()
         .context("cannot start the threads; try fewer with --threads")?;
-    pool.install(command)
+    pool.install(|| command(&console))
 }

@@ -1,12 +1,22 @@
 //! Writing the output, and what can be checked before the long work.
 
+use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
-use isomend::io::{Document, Format, Loaded, Model, Precision, WriteOptions, write_model};
+use isomend::io::{Document, Format, Loaded, Model, Precision, WriteOptions, model_to_bytes};
 use isomend::mesh::Attributes;
+use isomend::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use isomend::stitch::attributes::transfer;
 use isomend::{FillParams, Mesh, SurfaceKind};
+
+use super::input::is_stream;
+use super::{Usage, console};
+
+/// The file that describes the material of patches, beside an OBJ file that has material files.
+const PATCH_LIBRARY: &str = "isomend_patch.mtl";
+const PATCH_MATERIAL: &str = "# The material of patches that the texture of what is round them cannot cover.\n\
+                              newmtl isomend_patch\nKd 0.8 0.8 0.8\n";
 
 /// Where the mesh goes, in which format.
 #[derive(Debug)]
@@ -17,25 +27,47 @@ pub struct Output {
     pub format: Format,
     /// Text instead of binary.
     ascii: bool,
+    /// Make its folder where it is not there.
+    make_folder: bool,
 }
 
 impl Output {
     /// Checks what can be known before the mesh is.
     pub fn new(path: &Path, to: Option<Format>, ascii: bool) -> anyhow::Result<Self> {
-        let format = match to.or_else(|| Format::from_extension(path)) {
-            Some(format) => format,
-            None => bail!(
-                "the name {} does not tell a format to write; name it otherwise or give --to; supported are {}",
-                path.display(),
-                Format::LIST
-            ),
-        };
         check_writable(path)?;
+        let output = Self {
+            path: path.to_path_buf(),
+            format: format_of(path, to)?,
+            ascii,
+            make_folder: false,
+        };
+        if is_stream(path) && std::io::stdout().is_terminal() && !output.is_text() {
+            let what = format!(
+                "standard output is a terminal, which {} would upset; send it to a file or a program",
+                output.format
+            );
+            return Err(Usage(what).into());
+        }
+        Ok(output)
+    }
+
+    /// As [`Output::new`], in a folder that is made when the mesh is written.
+    pub fn in_folder(path: &Path, to: Option<Format>, ascii: bool) -> anyhow::Result<Self> {
+        let there = path.parent().is_some_and(Path::is_dir);
+        if there {
+            check_writable(path)?;
+        }
         Ok(Self {
             path: path.to_path_buf(),
-            format,
+            format: format_of(path, to)?,
             ascii,
+            make_folder: !there,
         })
+    }
+
+    fn is_text(&self) -> bool {
+        let text = matches!(self.format, Format::Obj | Format::Gltf | Format::Vtp);
+        text || (self.ascii && self.format != Format::Glb)
     }
 
     /// Gives the patches of a filled mesh their attributes and writes it; returns the mesh as written, and remarks.
@@ -64,12 +96,26 @@ impl Output {
             }
             return Ok((mesh, notes));
         }
-        let done = transfer(&input.mesh, &input.attributes, mesh);
+        let mut done = transfer(&input.mesh, &input.attributes, mesh);
         let document = input.document.as_ref();
         let mut notes = done.notes;
+        let beside = self.format == Format::Obj && !is_stream(&self.path);
+        let material = beside && refer_to_material(&mut done.attributes);
         notes.extend(self.write_model(&done.mesh, &done.attributes, document, input)?);
+        if material {
+            self.write_material()?;
+        }
         notes.extend(self.side_files(input));
         Ok((done.mesh, notes))
+    }
+
+    /// Writes the file that describes the material of patches, unless there is one, which may be the user's own.
+    fn write_material(&self) -> anyhow::Result<()> {
+        let path = self.path.with_file_name(PATCH_LIBRARY);
+        if path.exists() {
+            return Ok(());
+        }
+        write_text(&path, PATCH_MATERIAL)
     }
 
     fn write_model(
@@ -93,12 +139,31 @@ impl Output {
             attributes,
             document,
         };
-        Ok(write_model(
-            &self.path,
-            &model,
-            Some(self.format),
-            &options,
-        )?)
+        self.write_as_is(&model, &options)
+    }
+
+    /// Writes a mesh and what it carries; returns remarks.
+    pub fn write_as_is(
+        &self,
+        model: &Model<'_>,
+        options: &WriteOptions,
+    ) -> anyhow::Result<Vec<String>> {
+        let written = model_to_bytes(model, self.format, options).with_context(|| self.name())?;
+        if let Some(folder) = self.path.parent().filter(|_| self.make_folder) {
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("cannot make the folder {}", folder.display()))?;
+        }
+        write_bytes(&self.path, &written.bytes)?;
+        Ok(written.notes)
+    }
+
+    /// Its name in messages.
+    pub fn name(&self) -> String {
+        if is_stream(&self.path) {
+            "standard output".to_owned()
+        } else {
+            self.path.display().to_string()
+        }
     }
 
     /// A remark on material and texture files that the output refers to and that are not beside it.
@@ -125,8 +190,45 @@ impl Output {
     }
 }
 
+/// Names the file of the patches' material where other material files are named and a patch has that material.
+fn refer_to_material(attributes: &mut Attributes) -> bool {
+    let materials = attributes.labels_of(LabelKind::Material);
+    let place = materials.and_then(|m| m.names.iter().position(|name| name == PATCH_NAME));
+    let used = |m: &Labels| place.is_some_and(|place| m.of_face.contains(&(place as u32)));
+    if attributes.libraries.is_empty() || !materials.is_some_and(used) {
+        return false;
+    }
+    if !attributes
+        .libraries
+        .iter()
+        .any(|name| name == PATCH_LIBRARY)
+    {
+        attributes.libraries.push(PATCH_LIBRARY.to_owned());
+    }
+    true
+}
+
+/// The format to write: the one that is asked for, else that of the extension.
+fn format_of(path: &Path, to: Option<Format>) -> anyhow::Result<Format> {
+    match to.or_else(|| Format::from_extension(path)) {
+        Some(format) => Ok(format),
+        None if is_stream(path) => {
+            let what = "--output - needs --to, such as --to ply: standard output has no name that tells the format";
+            Err(Usage(what.to_owned()).into())
+        }
+        None => bail!(
+            "the name {} does not tell a format to write; name it otherwise or give --to; supported are {}",
+            path.display(),
+            Format::LIST
+        ),
+    }
+}
+
 /// Refuses a path whose folder is not there, or which is a folder itself.
 pub fn check_writable(path: &Path) -> anyhow::Result<()> {
+    if is_stream(path) {
+        return Ok(());
+    }
     if path.is_dir() {
         bail!(
             "cannot write {}: it is a folder; name a file in it",
@@ -164,7 +266,10 @@ pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
     write_bytes(path, text.as_bytes())
 }
 
-/// Writes bytes beside their target and moves them over it.
+/// Writes bytes beside their target and moves them over it; `-` is standard output.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    if is_stream(path) {
+        return console::write(bytes).context("cannot write to standard output");
+    }
     isomend::io::save(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -1,16 +1,14 @@
 //! `isomend restore`: replaces a marked region.
 
-use std::path::PathBuf;
-
 use anyhow::{Context, bail};
 use clap::Args;
-use isomend::io::Format;
 use isomend::{RestoreError, RestoreParams, Restored};
 
+use super::batch::{Files, FilesArgs};
 use super::console::Console;
 use super::json::Cut;
 use super::mask::MaskArgs;
-use super::solve::{self, Files, SolveArgs};
+use super::solve::{self, SolveArgs};
 use super::{CommonArgs, End, arguments};
 
 const EXAMPLES: &str = "\
@@ -28,13 +26,8 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct RestoreArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
-
-    /// The file to write, in the format of its extension.
-    #[arg(short, long, value_name = "OUT")]
-    output: PathBuf,
+    #[command(flatten)]
+    files: FilesArgs,
 
     /// How much of the damaged shape to keep, from 0 (nothing) to 1 (all that the grid can hold).
     ///
@@ -55,31 +48,41 @@ pub struct RestoreArgs {
 
 /// Reads, cuts, fills, writes.
 pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
-    let files = Files {
-        command: "restore",
-        input: &args.input,
-        output: args.solve.output(&args.output)?,
-        json: args.common.json.as_ref(),
-    };
     if args.mask.mask()?.is_none() {
         bail!("no region is marked; give --ball, --box, --mask, --faces, --colour or --material");
     }
-    let loaded = files.read(args.common.from, console)?;
     args.solve.check()?;
+    args.files.each("restore", &args.common, console, |files| {
+        one(args, files, console)
+    })
+}
+
+fn one(args: &RestoreArgs, files: &Files<'_>, console: &Console) -> anyhow::Result<End> {
+    let loaded = files.read(args.common.from, console)?;
     let marked = args.mask.faces(&loaded)?.unwrap_or_default();
     // A glTF document goes through as it is, and so do the numbers of its vertices.
-    let gltf = matches!(files.output.format, Format::Gltf | Format::Glb);
     let params = RestoreParams {
         fill: args.solve.params(),
         keep_shape: args.keep_shape,
-        keep_vertices: gltf && loaded.document.is_some(),
+        keep_vertices: files.to_gltf() && loaded.document.is_some(),
     };
+    let failed = "cannot restore the marked region";
+    if files.output.is_none() {
+        let plan = isomend::plan_restore(&loaded.mesh, &marked, &params).context(failed)?;
+        let cut = Cut {
+            marked_faces: plan.marked_faces,
+            removed_faces: plan.removed_faces,
+            removed_vertices: plan.removed_vertices,
+            keep_shape: args.keep_shape,
+        };
+        return files.preview(&loaded, &plan.fill, Some(cut));
+    }
     let restored = solve::watched(console, |progress| {
         isomend::restore_with_progress(&loaded.mesh, &marked, &params, progress)
     });
     let restored = match restored {
         Err(RestoreError::Fill(error)) => Err(error),
-        Err(error) => return Err(error).context("cannot restore the marked region"),
+        Err(error) => return Err(error).context(failed),
         Ok(restored) => Ok(restored),
     };
     let Some(restored) = solve::unless_stopped(restored, console)? else {

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use isomend::grid::Volume;
-use isomend::io::{Precision, write_volume_path};
+use isomend::io::{Precision, volume_to_bytes};
 use isomend::pipeline::volume::{VolumeParams, signed_distance_volume};
 use isomend::{VoxelSize, glam::DVec3};
 use serde::Serialize;
 
 use super::arguments::{self, Band};
 use super::console::Console;
+use super::input::is_stream;
 use super::{CommonArgs, End, input, json, output};
 
 /// The name of the array that is written.
@@ -30,11 +31,11 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SdfArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input.
     #[arg(value_name = "IN")]
     input: PathBuf,
 
-    /// The VTI file to write.
+    /// The VTI file to write; `-` is standard output.
     #[arg(short, long, value_name = "OUT.vti")]
     output: PathBuf,
 
@@ -69,10 +70,11 @@ struct Document {
 
 /// Reads, measures, writes.
 pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
-    let is_vti = args
-        .output
-        .extension()
-        .is_some_and(|e| e.eq_ignore_ascii_case("vti"));
+    let is_vti = is_stream(&args.output)
+        || args
+            .output
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("vti"));
     if !is_vti {
         anyhow::bail!(
             "volumes are written as VTI: name the output {}",
@@ -81,7 +83,7 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     }
     output::check_writable(&args.output)?;
     if let Some(json) = &args.common.json {
-        json.check(&[&args.input, &args.output])?;
+        json.check(&[&args.input], &[&args.output])?;
     }
     let loaded = input::read(&args.input, args.common.from, console)?;
     let params = VolumeParams {
@@ -89,13 +91,15 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
         band: args.band.0,
     };
     let volume = signed_distance_volume(&loaded.mesh, &params)
-        .with_context(|| format!("cannot measure {}", args.input.display()))?;
+        .with_context(|| format!("cannot measure {}", input::shown(&args.input)))?;
     let precision = if args.f64 {
         Precision::F64
     } else {
         Precision::F32
     };
-    write_volume_path(&args.output, &volume, NAME, precision)?;
+    let bytes = volume_to_bytes(&volume, NAME, precision)
+        .with_context(|| args.output.display().to_string())?;
+    output::write_bytes(&args.output, &bytes)?;
     console.say(&summary(&volume));
     if let Some(json) = &args.common.json {
         json.write(&Document {

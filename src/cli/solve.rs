@@ -1,19 +1,17 @@
 //! What the commands that fill regions share: the options of the solve and of the output, reading, telling and writing.
 
-use std::path::Path;
-
-use anyhow::bail;
+use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use isomend::flow::{Energy, Variant};
-use isomend::io::{Format, Loaded};
+use isomend::io::Loaded;
 use isomend::pipeline::Progress;
-use isomend::report::{FillReport, HoleOutcome, level_lines, summary_lines};
+use isomend::report::{FillReport, HoleOutcome, Plan, level_lines, plan_lines, summary_lines};
 use isomend::{FillError, FillParams, Mesh, VoxelSize};
 
-use super::console::Console;
-use super::json::{Cut, FileInfo, FillDocument, Target};
-use super::output::Output;
-use super::{End, arguments, input, progress};
+use super::batch::Files;
+use super::console::{self, Console};
+use super::json::{Cut, FileInfo, FillDocument, PlanDocument};
+use super::{End, arguments, progress};
 
 /// Edge ratio for the variation of curvature: longer chords are farther from its surface than that is from smooth data.
 const FINE_EDGE_RATIO: f64 = 0.65;
@@ -27,18 +25,8 @@ pub struct SolveArgs {
     #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
     voxel: VoxelSize,
 
-    /// What the patch makes small.
-    ///
-    /// The default continues spheres, minimal surfaces and tori and is the most robust, on rough scans above all. Take the
-    /// other where the surroundings are smooth and like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot
-    /// continue exactly; it takes a few times as long, on voxels half as large and with finer triangles unless told otherwise.
-    #[arg(
-        long,
-        value_enum,
-        value_name = "willmore|curvature-variation",
-        default_value = "willmore"
-    )]
-    energy: EnergyName,
+    #[command(flatten)]
+    energy: EnergyArg,
 
     /// Scheme of the flow's steps: I and II are the paper's, for the Willmore energy; all end in the same surface.
     #[arg(
@@ -63,14 +51,6 @@ pub struct SolveArgs {
     /// Length of the patch's edges over that of the edges round the hole [default: 0.8, with curvature-variation 0.65].
     #[arg(long, value_name = "RATIO", value_parser = arguments::edge_ratio)]
     edge_ratio: Option<f64>,
-
-    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk or vtp.
-    #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
-    to: Option<Format>,
-
-    /// Write text instead of binary: PLY, STL and VTK legacy.
-    #[arg(long)]
-    ascii: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -93,19 +73,37 @@ impl From<Scheme> for Variant {
     }
 }
 
+/// The energy of a solve.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct EnergyArg {
+    /// What a patch makes small.
+    ///
+    /// The default continues spheres, minimal surfaces and tori and is the most robust, on rough scans above all. Take the
+    /// other where the surroundings are smooth and like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot
+    /// continue exactly; it takes a few times as long, on voxels half as large and with finer triangles unless told otherwise.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "willmore|curvature-variation",
+        default_value = "willmore"
+    )]
+    energy: EnergyName,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum EnergyName {
+enum EnergyName {
     /// The integral of the squared mean curvature.
     Willmore,
     /// The integral of the squared slope of the mean curvature along the surface.
     CurvatureVariation,
 }
 
-impl EnergyName {
-    pub(super) fn energy(self) -> Energy {
-        match self {
-            Self::Willmore => Energy::Willmore,
-            Self::CurvatureVariation => Energy::CurvatureVariation,
+impl EnergyArg {
+    /// The energy.
+    pub fn energy(self) -> Energy {
+        match self.energy {
+            EnergyName::Willmore => Energy::Willmore,
+            EnergyName::CurvatureVariation => Energy::CurvatureVariation,
         }
     }
 }
@@ -119,9 +117,9 @@ impl SolveArgs {
             variant: self.variant.into(),
             steps: self.steps,
             time_step: self.time_step,
-            edge_ratio: self.edge_ratio.unwrap_or(match self.energy {
-                EnergyName::Willmore => FillParams::default().edge_ratio,
-                EnergyName::CurvatureVariation => FINE_EDGE_RATIO,
+            edge_ratio: self.edge_ratio.unwrap_or(match self.energy.energy() {
+                Energy::Willmore => FillParams::default().edge_ratio,
+                Energy::CurvatureVariation => FINE_EDGE_RATIO,
             }),
             ..FillParams::default()
         }
@@ -129,7 +127,7 @@ impl SolveArgs {
 
     /// Whether the options go together.
     pub fn check(&self) -> anyhow::Result<()> {
-        if self.energy != EnergyName::Willmore
+        if self.energy.energy() != Energy::Willmore
             && (!matches!(self.variant, Scheme::GaussNewton) || self.time_step.is_some())
         {
             bail!(
@@ -138,35 +136,9 @@ impl SolveArgs {
         }
         Ok(())
     }
-
-    /// Where the mesh goes.
-    pub fn output(&self, path: &Path) -> anyhow::Result<Output> {
-        Output::new(path, self.to, self.ascii)
-    }
-}
-
-/// The files of a run.
-pub struct Files<'a> {
-    /// The name of the command.
-    pub command: &'static str,
-    /// The mesh read.
-    pub input: &'a Path,
-    /// The mesh written.
-    pub output: Output,
-    /// Where the report goes.
-    pub json: Option<&'a Target>,
 }
 
 impl Files<'_> {
-    /// Checks what can be checked before the work, and reads the mesh.
-    pub fn read(&self, from: Option<Format>, console: &Console) -> anyhow::Result<Loaded> {
-        if let Some(json) = self.json {
-            json.check(&[self.input, &self.output.path])?;
-        }
-        progress::catch_interrupt()?;
-        input::read(self.input, from, console)
-    }
-
     /// Writes the mesh and the report, and tells what was done. `loaded` is the mesh whose vertices and faces come first;
     /// `cut` says what of the input is not among them.
     pub fn finish(
@@ -178,20 +150,21 @@ impl Files<'_> {
         cut: Option<Cut>,
         console: &Console,
     ) -> anyhow::Result<End> {
+        let output = self.output.as_ref().context("there is no output")?;
         let mut notes = loaded.notes.clone();
-        let (mesh, remarks) = self.output.write(mesh, loaded, params)?;
+        let (mesh, remarks) = output.write(mesh, loaded, params)?;
         notes.extend(remarks);
         notes[loaded.notes.len()..]
             .iter()
-            .for_each(|note| console.note(&format!("{}: {note}", self.output.path.display())));
-        tell(report, console);
-        if let Some(json) = self.json {
+            .for_each(|note| console.note(&format!("{}: {note}", output.name())));
+        self.tell(report, console);
+        if let Some(documents) = self.documents {
             let path = self.input;
-            json.write(&FillDocument {
+            documents.add(&FillDocument {
                 command: self.command,
                 version: env!("CARGO_PKG_VERSION"),
                 input: FileInfo::of(path, loaded.format, report.vertices, report.faces),
-                output: FileInfo::new(&self.output.path, self.output.format, &mesh),
+                output: FileInfo::new(&output.path, output.format, &mesh),
                 notes: &notes,
                 complete: !report.incomplete(),
                 cut,
@@ -203,6 +176,57 @@ impl Files<'_> {
         } else {
             End::Done
         })
+    }
+
+    /// Says what would be done, on standard output unless the JSON report goes there.
+    pub fn preview(&self, loaded: &Loaded, plan: &Plan, cut: Option<Cut>) -> anyhow::Result<End> {
+        if let Some(documents) = self.documents {
+            documents.add(&PlanDocument {
+                command: self.command,
+                version: env!("CARGO_PKG_VERSION"),
+                dry_run: true,
+                input: FileInfo::of(self.input, loaded.format, plan.vertices, plan.faces),
+                notes: &loaded.notes,
+                cut,
+                plan,
+            })?;
+        }
+        if !self.report_only {
+            let mut text = String::new();
+            if self.several {
+                text += &format!("{}\n", console::heading(&self.input.display().to_string()));
+            }
+            if let Some(cut) = cut {
+                text += &format!(
+                    "{} faces marked, {} would be cut out\n",
+                    cut.marked_faces, cut.removed_faces
+                );
+            }
+            text += &(plan_lines(plan).join("\n") + "\n");
+            console::print(&text).context("cannot write to standard output")?;
+        }
+        Ok(End::Done)
+    }
+
+    fn tell(&self, report: &FillReport, console: &Console) {
+        for line in summary_lines(report) {
+            console.say(&line);
+        }
+        for region in &report.regions {
+            for line in level_lines(region) {
+                console.detail(&line);
+            }
+        }
+        let name = if self.several {
+            format!("{}: ", self.input.display())
+        } else {
+            String::new()
+        };
+        for hole in &report.holes {
+            if let HoleOutcome::Failed(why) = &hole.outcome {
+                console.warn(&format!("{name}hole {} is still open: {why}", hole.hole.id));
+            }
+        }
     }
 }
 
@@ -229,22 +253,6 @@ pub fn unless_stopped<R>(
         _ => {
             console.warn("stopped; nothing was written");
             Ok(None)
-        }
-    }
-}
-
-fn tell(report: &FillReport, console: &Console) {
-    for line in summary_lines(report) {
-        console.say(&line);
-    }
-    for region in &report.regions {
-        for line in level_lines(region) {
-            console.detail(&line);
-        }
-    }
-    for hole in &report.holes {
-        if let HoleOutcome::Failed(why) = &hole.outcome {
-            console.warn(&format!("hole {} is still open: {why}", hole.hole.id));
         }
     }
 }

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail};
-use clap::{Args, ValueEnum};
+use clap::{Args, ValueEnum, ValueHint};
+use isomend::flow::Energy;
 use isomend::io::{Precision, write_volume_path};
 use isomend::study::experiments::{
     CapSettings, CircleSettings, GraphSettings, MergeSettings, OrthogonalSettings, PatchesSettings,
@@ -17,8 +18,8 @@ use serde::Serialize;
 
 use super::console::{self, Console};
 use super::json::Target;
-use super::solve::EnergyName;
-use super::{End, arguments, output, progress};
+use super::solve::EnergyArg;
+use super::{End, RunArgs, arguments, output, progress};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -40,21 +41,15 @@ pub struct StudyArgs {
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     finest: Option<usize>,
 
-    /// What the fills of `patches` make small.
-    #[arg(
-        long,
-        value_enum,
-        value_name = "willmore|curvature-variation",
-        default_value = "willmore"
-    )]
-    energy: EnergyName,
+    #[command(flatten)]
+    energy: EnergyArg,
 
     /// Write the tables as comma-separated values.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
 
     /// Write the report as JSON to a file, or to standard output with `-`.
-    #[arg(long, value_name = "FILE|-")]
+    #[arg(long, value_name = "FILE|-", value_hint = ValueHint::FilePath)]
     json: Option<Target>,
 
     /// Draw charts and level lines as SVG.
@@ -65,17 +60,8 @@ pub struct StudyArgs {
     #[arg(long, value_name = "DIR")]
     series: Option<PathBuf>,
 
-    /// Number of threads [default: one per core]. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = arguments::count)]
-    pub(super) threads: Option<usize>,
-
-    /// Print no progress.
-    #[arg(short, long, conflicts_with = "verbose")]
-    pub(super) quiet: bool,
-
-    /// Print more.
-    #[arg(short, long)]
-    pub(super) verbose: bool,
+    #[command(flatten)]
+    pub(super) run: RunArgs,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -142,7 +128,7 @@ pub fn run(args: &StudyArgs, console: &Console) -> anyhow::Result<End> {
 /// What can be refused before the long work.
 fn check(args: &StudyArgs) -> anyhow::Result<()> {
     if let Some(json) = &args.json {
-        json.check(&[])?;
+        json.check(&[], &[])?;
     }
     for path in args.csv.iter().chain(&args.plot) {
         output::check_writable(path)?;
@@ -168,7 +154,7 @@ fn check(args: &StudyArgs) -> anyhow::Result<()> {
     {
         bail!("--finest is for table1, circle, surfaces and patches");
     }
-    if args.energy != EnergyName::Willmore && args.name != Experiment::Patches {
+    if args.energy.energy() != Energy::Willmore && args.name != Experiment::Patches {
         bail!("--energy is for patches");
     }
     Ok(())

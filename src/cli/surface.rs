@@ -3,13 +3,14 @@
 use std::path::PathBuf;
 
 use anyhow::Context;
-use clap::Args;
+use clap::{Args, ValueHint};
 use isomend::extract::level_surface;
-use isomend::io::{Format, Model, Precision, WriteOptions, read_volume_path, write_model};
+use isomend::io::{Format, Model, Precision, WriteOptions, read_volume_bytes, read_volume_path};
 use isomend::mesh::Attributes;
 use serde::Serialize;
 
 use super::console::Console;
+use super::input::{self, is_stream};
 use super::output::Output;
 use super::{End, RunArgs, arguments, json};
 
@@ -25,11 +26,12 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SurfaceArgs {
-    /// The volume: VTI (text, base64 or raw; zlib, LZ4, LZMA or none), or VTK legacy structured points.
+    /// The volume: VTI (text, base64 or raw; zlib, LZ4, LZMA or none), or VTK legacy structured points; `-` is
+    /// standard input.
     #[arg(value_name = "IN.vti")]
     input: PathBuf,
 
-    /// The mesh to write, in the format of its extension.
+    /// The mesh to write, in the format of its extension; `-` is standard output, whose format --to tells.
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
 
@@ -58,7 +60,7 @@ pub struct SurfaceArgs {
     f64: bool,
 
     /// Write a report as JSON to a file, or to standard output with `-`.
-    #[arg(long, value_name = "FILE|-")]
+    #[arg(long, value_name = "FILE|-", value_hint = ValueHint::FilePath)]
     json: Option<json::Target>,
 
     #[command(flatten)]
@@ -81,11 +83,16 @@ struct Document<'a> {
 pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
     let output = Output::new(&args.output, args.to, args.ascii)?;
     if let Some(json) = &args.json {
-        json.check(&[&args.input, &args.output])?;
+        json.check(&[&args.input], &[&args.output])?;
     }
-    let volume = read_volume_path(&args.input, args.array.as_deref())?;
+    let array = args.array.as_deref();
+    let volume = if is_stream(&args.input) {
+        read_volume_bytes(&input::standard_input()?, array).context("standard input")?
+    } else {
+        read_volume_path(&args.input, array)?
+    };
     let mesh = level_surface(&volume, args.level, args.close)
-        .with_context(|| format!("{} has no such surface", args.input.display()))?;
+        .with_context(|| format!("{} has no such surface", input::shown(&args.input)))?;
     let options = WriteOptions {
         precision: if args.f64 {
             Precision::F64
@@ -99,12 +106,12 @@ pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
         attributes: &Attributes::default(),
         document: None,
     };
-    let mut notes = write_model(&output.path, &model, Some(output.format), &options)?;
+    let mut notes = output.write_as_is(&model, &options)?;
     // Positions between nodes have no exact value that rounding could lose.
     notes.retain(|note| !note.starts_with("positions were rounded"));
     notes
         .iter()
-        .for_each(|note| console.note(&format!("{}: {note}", output.path.display())));
+        .for_each(|note| console.note(&format!("{}: {note}", output.name())));
     let (vertices, faces) = (mesh.positions.len(), mesh.faces.len());
     console.say(&format!("{vertices} vertices, {faces} faces"));
     if let Some(json) = &args.json {

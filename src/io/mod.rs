@@ -31,7 +31,6 @@ mod stl;
 mod surface;
 mod text;
 mod vtk;
-mod weld;
 
 pub use self::gltf::Document;
 pub use error::{IoError, Place};
@@ -190,8 +189,8 @@ pub fn model_to_bytes(
         Format::Ply => ply::write(model, options),
         Format::Stl => stl::write(model.mesh, options).map(|w| lost::all(w, model, format)),
         Format::Gltf | Format::Glb => gltf::write(model, format),
-        Format::Vtk => vtk::write_legacy(model.mesh, options).map(|w| lost::all(w, model, format)),
-        Format::Vtp => vtk::write_xml(model.mesh, options).map(|w| lost::all(w, model, format)),
+        Format::Vtk => vtk::write_legacy(model, options),
+        Format::Vtp => vtk::write_xml(model, options),
         Format::Vti => Err(no_mesh()),
     }
 }

@@ -8,9 +8,8 @@ use std::io::Write;
 use glam::{DVec3, Vec3};
 
 use super::surface::{Surface, not_finite};
-use super::weld::Welder;
 use super::{Format, IoError, Loaded, Place, Precision, WriteOptions, Written, rounded, text};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, Welder};
 
 const HEADER: usize = 84;
 const FACET: usize = 50;

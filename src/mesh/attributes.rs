@@ -35,6 +35,16 @@ pub enum Scalar {
 }
 
 impl Scalar {
+    /// Its size in bytes.
+    pub fn size(self) -> usize {
+        match self {
+            Scalar::I8 | Scalar::U8 => 1,
+            Scalar::I16 | Scalar::U16 => 2,
+            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
+            Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
+        }
+    }
+
     /// Whether it is a floating-point type.
     pub fn is_float(self) -> bool {
         matches!(self, Scalar::F32 | Scalar::F64)
@@ -83,6 +93,23 @@ pub enum Role {
     Other,
 }
 
+/// What a VTK file takes an array for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VtkUse {
+    /// Nothing in particular.
+    Plain,
+    /// The active scalars.
+    Scalars,
+    /// The active vectors.
+    Vectors,
+    /// The active normals.
+    Normals,
+    /// The active texture coordinates.
+    TextureCoordinates,
+    /// The active tensors.
+    Tensors,
+}
+
 /// Named values of equal length: one for each vertex or face, or a pool that corners choose from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
@@ -100,6 +127,8 @@ pub struct Attribute {
     pub components: usize,
     /// The numbers, value after value.
     pub values: Vec<f64>,
+    /// What the VTK file takes it for that it came from, if it did.
+    pub vtk: Option<VtkUse>,
     /// Which values are not there; empty when all are.
     pub missing: Vec<bool>,
 }
@@ -115,6 +144,7 @@ impl Attribute {
             normalized: false,
             components,
             values: Vec::new(),
+            vtk: None,
             missing: Vec::new(),
         }
     }
@@ -176,7 +206,7 @@ impl Attribute {
     }
 
     /// The values at the given items.
-    fn selected(&self, items: impl Iterator<Item = usize>) -> Self {
+    pub(crate) fn selected(&self, items: impl Iterator<Item = usize>) -> Self {
         let mut out = Self {
             values: Vec::new(),
             missing: Vec::new(),

@@ -20,6 +20,7 @@ pub use adjacency::{VertexFaces, face_normal, vertex_normal};
 pub use attributes::Attributes;
 pub use holes::{Hole, find_holes};
 pub use topology::{Defects, Topology};
+pub(crate) use weld::Welder;
 pub use weld::{weld_map, welded};
 
 /// An indexed triangle mesh.

@@ -1,29 +1,26 @@
-//! Topological welding of vertices that share their exact position.
+//! Welding of points that are exactly equal; zero and minus zero are.
 
-use rayon::prelude::*;
+use glam::DVec3;
 
 use super::Mesh;
 
-/// For each vertex the first vertex at exactly the same position (`-0.0` equals `0.0`).
+/// For each vertex the first vertex at exactly the same position.
 ///
 /// Files that split vertices at seams, or that have no indices at all, become connected through this map; the mesh
 /// itself keeps its vertices.
 pub fn weld_map(mesh: &Mesh) -> Vec<u32> {
-    let key = |v: u32| {
-        let p = mesh.positions[v as usize] + glam::DVec3::ZERO;
-        (p.x.to_bits(), p.y.to_bits(), p.z.to_bits())
-    };
-    let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
-    order.par_sort_unstable_by_key(|&v| (key(v), v));
-    let mut map = vec![0; mesh.positions.len()];
-    let mut first = 0;
-    for (i, &v) in order.iter().enumerate() {
-        if i == 0 || key(v) != key(first) {
-            first = v;
+    let mut welder = Welder::with_capacity(mesh.positions.len());
+    let mut first = Vec::with_capacity(mesh.positions.len());
+    let of = |(v, p): (usize, &DVec3)| {
+        let Some(index) = welder.index(*p) else {
+            return v as u32;
+        };
+        if index as usize == first.len() {
+            first.push(v as u32);
         }
-        map[v as usize] = first;
-    }
-    map
+        first[index as usize]
+    };
+    mesh.positions.iter().enumerate().map(of).collect()
 }
 
 /// The mesh with its faces on welded vertices, and the number of vertices that were merged into another.
@@ -40,4 +37,111 @@ pub fn welded(mesh: &Mesh) -> (Mesh, usize) {
         .map(|f| f.map(|v| map[v as usize]))
         .collect();
     (Mesh::new(mesh.positions.clone(), faces), merged)
+}
+
+/// Gives equal points the same index, in the order of their first occurrence. Zero and minus zero are equal.
+///
+/// An open-addressing table of indices; the points themselves are the keys.
+pub(crate) struct Welder {
+    /// The distinct points.
+    pub(crate) points: Vec<DVec3>,
+    slots: Vec<u32>,
+}
+
+const EMPTY: u32 = u32::MAX;
+
+impl Welder {
+    /// A welder with room for about so many distinct points.
+    pub(crate) fn with_capacity(points: usize) -> Self {
+        let slots = (points * 2).next_power_of_two().max(64);
+        Self {
+            points: Vec::with_capacity(points),
+            slots: vec![EMPTY; slots],
+        }
+    }
+
+    /// The index of a point; `None` when there are more than 32-bit indices can name.
+    pub(crate) fn index(&mut self, point: DVec3) -> Option<u32> {
+        if self.points.len() * 2 > self.slots.len() {
+            self.grow();
+        }
+        let slot = self.slot_of(point);
+        if self.slots[slot] == EMPTY {
+            let index = u32::try_from(self.points.len())
+                .ok()
+                .filter(|index| *index != EMPTY)?;
+            self.slots[slot] = index;
+            self.points.push(point);
+        }
+        Some(self.slots[slot])
+    }
+
+    /// The slot that holds the point, or the empty one where it belongs.
+    fn slot_of(&self, point: DVec3) -> usize {
+        let mask = self.slots.len() - 1;
+        let mut slot = hash(point) as usize & mask;
+        while self.slots[slot] != EMPTY && self.points[self.slots[slot] as usize] != point {
+            slot = (slot + 1) & mask;
+        }
+        slot
+    }
+
+    fn grow(&mut self) {
+        let size = self.slots.len() * 2;
+        self.slots.clear();
+        self.slots.resize(size, EMPTY);
+        for (index, point) in self.points.iter().enumerate() {
+            let mut slot = hash(*point) as usize & (size - 1);
+            while self.slots[slot] != EMPTY {
+                slot = (slot + 1) & (size - 1);
+            }
+            self.slots[slot] = index as u32;
+        }
+    }
+}
+
+fn hash(point: DVec3) -> u64 {
+    let fold = |state: u64, value: f64| {
+        // Adding zero turns minus zero into zero.
+        let product = u128::from(state ^ (value + 0.0).to_bits()) * 0x9e37_79b9_7f4a_7c15;
+        (product >> 64) as u64 ^ product as u64
+    };
+    fold(fold(fold(0x2545_f491_4f6c_dd1d, point.x), point.y), point.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn equal_points_share_an_index_in_order_of_occurrence() {
+        let mut welder = Welder::with_capacity(0);
+        let points: Vec<DVec3> = (0..1000)
+            .map(|i| DVec3::new(f64::from(i % 500), 0.0, f64::from(i % 7 % 2)))
+            .collect();
+        let indices: Vec<u32> = points.iter().map(|p| welder.index(*p).unwrap()).collect();
+        let mut seen: Vec<DVec3> = Vec::new();
+        for (point, index) in points.iter().zip(indices) {
+            let expected = seen.iter().position(|s| s == point).unwrap_or_else(|| {
+                seen.push(*point);
+                seen.len() - 1
+            });
+            assert_eq!(index as usize, expected);
+        }
+        assert_eq!(welder.points, seen);
+        let zero = welder.index(DVec3::new(0.0, -0.0, -0.0));
+        assert_eq!(zero, Some(0));
+    }
+
+    #[test]
+    fn vertices_go_to_the_first_at_their_place() {
+        let (a, b) = (DVec3::X, DVec3::new(0.0, -0.0, 2.0));
+        let mesh = Mesh::new(
+            vec![a, b, a, -DVec3::ZERO + b, a],
+            vec![[2, 1, 3], [4, 3, 0]],
+        );
+        assert_eq!(weld_map(&mesh), [0, 1, 0, 1, 0]);
+        let (welded, merged) = welded(&mesh);
+        assert_eq!((welded.faces, merged), (vec![[0, 1, 1], [0, 1, 0]], 3));
+    }
 }

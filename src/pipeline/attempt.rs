@@ -106,6 +106,31 @@ pub(super) fn is_trivial(found: &Inspection, params: &FillParams, group: &[usize
         && params.surface == SurfaceKind::Stitched
 }
 
+/// The region of the first try at a group.
+pub(super) fn first_region(found: &Inspection, params: &FillParams, group: &[usize]) -> Region {
+    region(found, params, group, &Try::default(), None)
+}
+
+/// The lattice of a try; `damaged` is the surface that it starts from, if any. Where the voxel may be chosen the variation of
+/// curvature gets half of it: its surface is closer to smooth data than the band's width of the usual voxel lets it come out.
+fn region(
+    found: &Inspection,
+    params: &FillParams,
+    group: &[usize],
+    next: &Try,
+    damaged: Option<&Damaged>,
+) -> Region {
+    let part = damaged.and_then(|d| d.extent(group));
+    let (mesh, holes) = (&found.mesh, &found.holes);
+    let of = |voxel| Region::new(mesh, holes, group, voxel, next.growth, next.refine, part);
+    let region = of(params.voxel);
+    if params.energy == Energy::Willmore || params.voxel != VoxelSize::Auto {
+        return region;
+    }
+    let half = (0.5 * region.voxel).max(region.diameter / MOST_HALVED);
+    of(VoxelSize::Length(half.min(region.voxel)))
+}
+
 impl Work<'_> {
     pub(super) fn fill_region(&self, number: usize, group: &[usize]) -> RegionPatch {
         let clock = Instant::now();
@@ -271,7 +296,7 @@ impl Work<'_> {
         next: &Try,
     ) -> (Solved, Region, MeshData<'s>) {
         let found = self.found;
-        let region = self.region(group, next);
+        let region = region(found, self.params, group, next, self.damaged);
         let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
         let closed = !found.holes.iter().enumerate().any(|(i, h)| {
             h.outer_border && !group.contains(&i) && holes.iter().any(|g| g.piece == h.piece)
@@ -307,31 +332,6 @@ impl Work<'_> {
             max_steps: self.params.steps.unwrap_or(most),
             ..usual
         }
-    }
-
-    /// The lattice of a try. Where the voxel may be chosen the variation of curvature gets half of it: its surface is closer
-    /// to smooth data than the band's width of the usual voxel lets it come out.
-    fn region(&self, group: &[usize], next: &Try) -> Region {
-        let found = self.found;
-        let of = |voxel| {
-            let (growth, refine) = (next.growth, next.refine);
-            let part = self.damaged.and_then(|d| d.extent(group));
-            Region::new(
-                &found.mesh,
-                &found.holes,
-                group,
-                voxel,
-                growth,
-                refine,
-                part,
-            )
-        };
-        let region = of(self.params.voxel);
-        if self.params.energy == Energy::Willmore || self.params.voxel != VoxelSize::Auto {
-            return region;
-        }
-        let half = (0.5 * region.voxel).max(region.diameter / MOST_HALVED);
-        of(VoxelSize::Length(half.min(region.voxel)))
     }
 
     fn stitch(

@@ -4,6 +4,7 @@ mod attempt;
 mod damaged;
 mod fair;
 mod opening;
+mod plan;
 mod restore;
 mod sources;
 pub mod volume;
@@ -20,9 +21,14 @@ use crate::region::group_holes;
 use crate::report::{FillReport, HoleOutcome, HoleReport};
 use attempt::{RegionPatch, Work};
 use damaged::Damaged;
-pub use fair::{FairError, FairExtent, FairParams, FairReport, Faired, fair, fair_with_progress};
+pub use fair::{
+    FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, fair, fair_with_progress,
+    plan_fair,
+};
+pub use plan::plan;
 pub use restore::{
-    RestoreError, RestoreParams, RestoreReport, Restored, restore, restore_with_progress,
+    RestoreError, RestoreParams, RestorePlan, RestoreReport, Restored, plan_restore, restore,
+    restore_with_progress,
 };
 use sources::Sources;
 

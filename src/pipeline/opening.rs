@@ -8,6 +8,7 @@ use super::{Inspection, RestoreError, inspect};
 use crate::mesh::cut::{Remainder, settled};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Mesh, weld_map};
+use crate::params::{FillParams, SurfaceKind};
 
 /// Marked pieces of at most this many faces go without being replaced.
 const CRUMB_FACES: usize = 2;
@@ -26,7 +27,7 @@ pub(super) struct Opening {
     /// Its holes.
     pub(super) found: Inspection,
     /// The numbers of the holes that the cut made or changed.
-    pub(super) made: Vec<usize>,
+    made: Vec<usize>,
     /// For each hole the part of what was cut out that it bounds, as indices of `bounds`.
     part: Vec<Option<usize>>,
     /// The bounding boxes of the connected parts of what was cut out.
@@ -68,8 +69,20 @@ impl Opening {
         })
     }
 
+    /// Those of a fill of what the cut left open.
+    pub(super) fn params(&self, fill: &FillParams) -> FillParams {
+        FillParams {
+            holes: Some(self.made.clone()),
+            max_diameter: None,
+            keep_open: Vec::new(),
+            bridge: self.bridges(),
+            surface: SurfaceKind::Stitched,
+            ..fill.clone()
+        }
+    }
+
     /// Holes that bound the same connected part of what was cut out: they are filled together.
-    pub(super) fn bridges(&self) -> Vec<Vec<usize>> {
+    fn bridges(&self) -> Vec<Vec<usize>> {
         let mut of_part: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for &id in &self.made {
             if let Some(part) = self.part[id - 1] {

@@ -7,11 +7,15 @@ use thiserror::Error;
 
 use super::damaged::{Damaged, Keeping};
 use super::opening::Opening;
+use super::plan::plan_found;
 use super::{FillError, Filled, Progress, check_params, fill_found};
 use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
-use crate::params::{FillParams, SurfaceKind};
-use crate::report::{FillReport, HoleOutcome};
+use crate::params::FillParams;
+use crate::report::{FillReport, HoleOutcome, Plan, PlannedOutcome};
+
+/// Why a hole is left.
+const NOT_MARKED: &str = "not in the marked region";
 
 /// Parameters of [`restore`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -103,6 +107,20 @@ pub struct RestoreReport {
     pub fill: FillReport,
 }
 
+/// What a restoration would do.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct RestorePlan {
+    /// Faces that are marked.
+    pub marked_faces: usize,
+    /// Faces that would be taken out.
+    pub removed_faces: usize,
+    /// Vertices that would go with them.
+    pub removed_vertices: usize,
+    /// What would be filled. Holes are numbered as they are after the cut.
+    #[serde(flatten)]
+    pub fill: Plan,
+}
+
 /// A mesh whose marked region was replaced.
 #[derive(Clone, Debug)]
 pub struct Restored {
@@ -148,7 +166,6 @@ pub fn restore_with_progress(
     let filled = fill_opening(mesh, &opening, &params.fill, damaged.as_ref(), progress)?;
     let mut fill = filled.report;
     fill.seconds = clock.elapsed().as_secs_f64();
-    let count = |marks: &[bool]| marks.iter().filter(|m| **m).count();
     Ok(Restored {
         mesh: filled.mesh,
         report: RestoreReport {
@@ -160,6 +177,30 @@ pub fn restore_with_progress(
         },
         kept: opening.kept,
     })
+}
+
+/// What [`restore`] would do, without doing it.
+///
+/// # Errors
+/// As [`restore`].
+pub fn plan_restore(
+    mesh: &Mesh,
+    marked: &[bool],
+    params: &RestoreParams,
+) -> Result<RestorePlan, RestoreError> {
+    check(mesh, marked, params)?;
+    let opening = Opening::new(mesh, marked, params.keep_vertices)?;
+    let fill = plan_opening(mesh, &opening, &params.fill)?;
+    Ok(RestorePlan {
+        marked_faces: count(marked),
+        removed_faces: count(&opening.removed),
+        removed_vertices: mesh.positions.len() - opening.kept.mesh.positions.len(),
+        fill,
+    })
+}
+
+pub(super) fn count(marks: &[bool]) -> usize {
+    marks.iter().filter(|m| **m).count()
 }
 
 fn check(mesh: &Mesh, marked: &[bool], params: &RestoreParams) -> Result<(), RestoreError> {
@@ -178,14 +219,7 @@ pub(super) fn fill_opening(
     damaged: Option<&Damaged>,
     progress: &Progress,
 ) -> Result<Filled, FillError> {
-    let params = FillParams {
-        holes: Some(opening.made.clone()),
-        max_diameter: None,
-        keep_open: Vec::new(),
-        bridge: opening.bridges(),
-        surface: SurfaceKind::Stitched,
-        ..params.clone()
-    };
+    let params = opening.params(params);
     let mut filled = fill_found(
         &opening.kept.mesh,
         &opening.found,
@@ -199,11 +233,32 @@ pub(super) fn fill_opening(
     report.defects = opening.before.topology.defects;
     for hole in &mut report.holes {
         if let HoleOutcome::Left(why) = &mut hole.outcome {
-            *why = "not in the marked region".to_owned();
+            *why = NOT_MARKED.to_owned();
         }
     }
     for region in &mut report.regions {
         region.bridge = false;
     }
     Ok(filled)
+}
+
+/// What [`fill_opening`] would do; regions of the surface that was there are left out of account.
+pub(super) fn plan_opening(
+    mesh: &Mesh,
+    opening: &Opening,
+    params: &FillParams,
+) -> Result<Plan, FillError> {
+    let mut plan = plan_found(&opening.found, &opening.params(params))?;
+    (plan.vertices, plan.faces) = (mesh.positions.len(), mesh.faces.len());
+    plan.pieces = opening.before.topology.piece_faces.len();
+    plan.defects = opening.before.topology.defects;
+    for hole in &mut plan.holes {
+        if let PlannedOutcome::Left(why) = &mut hole.outcome {
+            *why = NOT_MARKED.to_owned();
+        }
+    }
+    for region in &mut plan.regions {
+        region.bridge = false;
+    }
+    Ok(plan)
 }

@@ -1,5 +1,6 @@
 //! What a run found and did.
 
+mod plan;
 mod text;
 
 use serde::Serialize;
@@ -7,6 +8,7 @@ use serde::Serialize;
 use crate::mesh::{Defects, Hole};
 use crate::region::LevelReport;
 
+pub use plan::{Plan, PlannedHole, PlannedOutcome, PlannedRegion, plan_lines};
 pub use text::{defect_lines, hole_table, level_lines, region_lines, summary_lines};
 
 /// What happened to a hole.

@@ -312,3 +312,25 @@ pub fn bits(positions: &[DVec3]) -> Vec<[u64; 3]> {
         .map(|p| p.to_array().map(f64::to_bits))
         .collect()
 }
+
+/// A flat sheet with a square hole both diagonals of which are already edges of closed tetrahedra.
+pub fn unfillable() -> Mesh {
+    let mut mesh = Mesh::default();
+    let corner = |r: f64, k: usize| [[r, r, 0.0], [-r, r, 0.0], [-r, -r, 0.0], [r, -r, 0.0]][k];
+    for r in [1.0, 3.0] {
+        (0..4).for_each(|k| mesh.positions.push(DVec3::from(corner(r, k))));
+    }
+    for k in 0..4u32 {
+        let n = (k + 1) % 4;
+        mesh.faces.extend([[k, 4 + k, n], [n, 4 + k, 4 + n]]);
+    }
+    for (a, b, z) in [(0u32, 2u32, 1.0), (1, 3, -1.0)] {
+        let c = mesh.positions.len() as u32;
+        let apex = DVec3::new(0.2, 0.1, z);
+        mesh.positions
+            .extend([apex, apex * DVec3::new(-1.0, -2.0, 1.5)]);
+        mesh.faces
+            .extend([[a, b, c], [b, a, c + 1], [a, c, c + 1], [b, c + 1, c]]);
+    }
+    mesh
+}

@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::super::surface::Surface;
 use super::super::{Format, IoError, Place, text};
 use super::columns::{Columns, FaceValues, Use};
-use super::header::{Element, Encoding, Header, Property, Scalar};
-use crate::mesh::attributes::{Attribute, NONE, Role};
+use super::header::{Element, Encoding, Header, Property};
+use crate::mesh::attributes::{Attribute, NONE, Role, Scalar};
 
 /// The points and faces of a file, and their values.
 pub(super) struct Body {
@@ -77,6 +77,8 @@ impl<const BIG: bool> Values for BinaryValues<'_, BIG> {
             Scalar::U16 => f64::from(u16::from_le_bytes(self.bytes()?)),
             Scalar::I32 => f64::from(i32::from_le_bytes(self.bytes()?)),
             Scalar::U32 => f64::from(u32::from_le_bytes(self.bytes()?)),
+            Scalar::I64 => i64::from_le_bytes(self.bytes()?) as f64,
+            Scalar::U64 => u64::from_le_bytes(self.bytes()?) as f64,
             Scalar::F32 => f64::from(f32::from_le_bytes(self.bytes()?)),
             Scalar::F64 => f64::from_le_bytes(self.bytes()?),
         })
@@ -254,7 +256,7 @@ fn read_faces<V: Values>(
     });
     if let Some(at) = uv_at {
         columns.uses[at] = Use::CornerUv;
-        let scalar = element.properties[at].scalar.public();
+        let scalar = element.properties[at].scalar;
         let pool = Attribute::new("texcoord", Role::Uv(0), scalar, 2);
         body.face.uv = Some((pool, Vec::new()));
     }

@@ -1,8 +1,8 @@
 //! PLY properties as attributes: which of them belong together, and where their numbers go.
 
 use super::super::surface::Cut;
-use super::header::{Element, Property, Scalar};
-use crate::mesh::attributes::{self, Attribute, CornerAttribute, NONE, Role};
+use super::header::{Element, Property};
+use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role};
 
 /// Properties that make up one attribute, by their names without the number of a texture set.
 const GROUPS: [(&[&str], &str, Role); 8] = [
@@ -65,7 +65,7 @@ impl Columns {
                 (Role::Other, _) => String::from_utf8_lossy(&first.name).into_owned(),
                 (_, name) => name.to_owned(),
             };
-            let mut attribute = Attribute::new(&name, role.0, first.scalar.public(), places.len());
+            let mut attribute = Attribute::new(&name, role.0, first.scalar, places.len());
             for (component, place) in places.into_iter().enumerate() {
                 let field = String::from_utf8_lossy(&properties[place].name).into_owned();
                 attribute.fields.push(field);
@@ -138,22 +138,6 @@ fn without_set(name: &[u8]) -> (&[u8], u32) {
         .ok()
         .and_then(|d| d.parse().ok());
     (stem, number.unwrap_or(0))
-}
-
-impl Scalar {
-    /// The type as attributes have it.
-    pub(super) fn public(self) -> attributes::Scalar {
-        match self {
-            Scalar::I8 => attributes::Scalar::I8,
-            Scalar::U8 => attributes::Scalar::U8,
-            Scalar::I16 => attributes::Scalar::I16,
-            Scalar::U16 => attributes::Scalar::U16,
-            Scalar::I32 => attributes::Scalar::I32,
-            Scalar::U32 => attributes::Scalar::U32,
-            Scalar::F32 => attributes::Scalar::F32,
-            Scalar::F64 => attributes::Scalar::F64,
-        }
-    }
 }
 
 /// What was read of the faces: their values, and texture coordinates of their corners.

@@ -1,6 +1,7 @@
 //! The header of a PLY file: what elements there are and how they are laid out.
 
 use super::super::{Format, IoError, Place, text};
+use crate::mesh::attributes::Scalar;
 
 /// How the body is encoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,21 +11,9 @@ pub(super) enum Encoding {
     Big,
 }
 
-/// The type of one number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
 impl Scalar {
-    fn parse(name: &[u8]) -> Option<Self> {
+    /// From the name of a property's type.
+    fn from_ply(name: &[u8]) -> Option<Self> {
         Some(match name {
             b"char" | b"int8" => Scalar::I8,
             b"uchar" | b"uint8" => Scalar::U8,
@@ -36,16 +25,6 @@ impl Scalar {
             b"double" | b"float64" => Scalar::F64,
             _ => return None,
         })
-    }
-
-    /// Its size in bytes.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Scalar::I8 | Scalar::U8 => 1,
-            Scalar::I16 | Scalar::U16 => 2,
-            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
-            Scalar::F64 => 8,
-        }
     }
 }
 
@@ -191,7 +170,7 @@ fn parse_element(words: &mut text::Tokens<'_>, line: usize) -> Result<Element, I
 
 fn parse_property(words: &mut text::Tokens<'_>, line: usize) -> Result<Property, IoError> {
     let scalar = |word: &[u8]| {
-        Scalar::parse(word).ok_or_else(|| {
+        Scalar::from_ply(word).ok_or_else(|| {
             fault(
                 line,
                 format!("{} is not a property type", text::shown(word)),

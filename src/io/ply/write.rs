@@ -27,7 +27,7 @@ pub(in super::super) fn write(
     let attributes = of_vertices(model);
     let tables = Tables::new(&attributes);
     let mut bytes = tables.header(model, options).into_bytes();
-    let row = |columns: &[Column<'_>]| columns.iter().map(|c| c.scalar_size()).sum::<usize>();
+    let row = |columns: &[Column<'_>]| columns.iter().map(|c| c.scalar.size()).sum::<usize>();
     bytes.reserve(
         mesh.positions.len() * (24 + row(&tables.vertex))
             + mesh.faces.len() * (13 + row(&tables.face)),
@@ -60,15 +60,6 @@ struct Column<'a> {
 }
 
 impl Column<'_> {
-    fn scalar_size(&self) -> usize {
-        match self.scalar {
-            Scalar::I8 | Scalar::U8 => 1,
-            Scalar::I16 | Scalar::U16 => 2,
-            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
-            Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
-        }
-    }
-
     fn write(&self, bytes: &mut Vec<u8>, item: usize, ascii: bool) {
         let at = item * self.attribute.components + self.component;
         let mut value = self.attribute.values[at];

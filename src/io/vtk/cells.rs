@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use super::super::surface::Surface;
 use super::super::{Format, IoError, Place};
+use super::arrays::Arrays;
 
 /// Cells of any size: their corners one after another, and where each cell ends.
 #[derive(Default)]
@@ -106,9 +107,14 @@ impl Cells {
         format: Format,
         base: usize,
         surface: &mut Surface,
+        arrays: &mut Arrays,
     ) -> Result<(), IoError> {
-        self.each(format, "polygon", base, |_, corners| {
-            surface.push_face(corners)
+        let first = arrays.cells;
+        arrays.cells += self.len();
+        self.each(format, "polygon", base, |cell, corners| {
+            surface.push_face(corners)?;
+            arrays.came_from(surface, first + cell);
+            Ok(())
         })
     }
 
@@ -118,9 +124,13 @@ impl Cells {
         format: Format,
         base: usize,
         surface: &mut Surface,
+        arrays: &mut Arrays,
     ) -> Result<(), IoError> {
-        self.each(format, "triangle strip", base, |_, corners| {
+        let first = arrays.cells;
+        arrays.cells += self.len();
+        self.each(format, "triangle strip", base, |cell, corners| {
             surface.push_strip(corners);
+            arrays.came_from(surface, first + cell);
             Ok(())
         })
     }
@@ -132,6 +142,7 @@ impl Cells {
         format: Format,
         types: &[f64],
         surface: &mut Surface,
+        arrays: &mut Arrays,
     ) -> Result<usize, IoError> {
         if types.len() != self.len() {
             let what = format!(
@@ -142,6 +153,7 @@ impl Cells {
             return Err(IoError::malformed(format, Place::File, what));
         }
         let mut passed_over = 0;
+        arrays.cells += self.len();
         self.each(format, "cell", 0, |cell, corners| {
             match (types[cell] as i64, corners) {
                 (1..=4, _) => passed_over += 1,
@@ -150,6 +162,7 @@ impl Cells {
                 (8, [a, b, c, d]) => surface.push_face(&[*a, *b, *d, *c])?,
                 (other, _) => return Err(solid_cell(format, cell, other)),
             }
+            arrays.came_from(surface, cell);
             Ok(())
         })?;
         Ok(passed_over)

@@ -107,21 +107,7 @@ impl Image {
     fn scalars(&mut self, reader: &mut Reader<'_>) -> Result<(), IoError> {
         let name = String::from_utf8_lossy(reader.word("the name of an array")?).into_owned();
         let scalar = reader.scalar()?;
-        // The number of components may follow; then, from version 2 on, always a line of a lookup table.
-        let mut components = 1;
-        let mut ahead = reader.tokens.clone();
-        if let Some(count) = ahead.next().and_then(text::integer) {
-            components = usize::try_from(count).unwrap_or(1);
-            reader.tokens = ahead;
-        }
-        let mut ahead = reader.tokens.clone();
-        if ahead
-            .next()
-            .is_some_and(|w| w.eq_ignore_ascii_case(b"LOOKUP_TABLE"))
-        {
-            ahead.next();
-            reader.tokens = ahead;
-        }
+        let components = reader.components_and_table();
         reader.end_line();
         let count = self.items(reader)?.saturating_mul(components);
         let values = reader.numbers(count, scalar, "values")?;

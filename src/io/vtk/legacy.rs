@@ -2,6 +2,7 @@
 
 use super::super::surface::Surface;
 use super::super::{Format, IoError, Loaded, Place, text};
+use super::arrays::Arrays;
 use super::cells::{Cells, add_points};
 use super::scalar::Scalar;
 
@@ -26,30 +27,29 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     while let Some(keyword) = reader.keyword() {
         match &keyword.to_ascii_uppercase()[..] {
             b"POINTS" => reader.points()?,
-            b"POLYGONS" => {
-                reader
-                    .cells("polygon")?
-                    .add_polygons(Format::Vtk, 0, &mut reader.surface)?
-            }
-            b"TRIANGLE_STRIPS" => {
-                reader
-                    .cells("triangle strip")?
-                    .add_strips(Format::Vtk, 0, &mut reader.surface)?
-            }
-            b"VERTICES" | b"LINES" => {
-                reader.passed_over += reader.cells("line")?.len();
-            }
+            b"VERTICES" => reader.primitives(Kind::Points)?,
+            b"LINES" => reader.primitives(Kind::Lines)?,
+            b"POLYGONS" => reader.primitives(Kind::Polygons)?,
+            b"TRIANGLE_STRIPS" => reader.primitives(Kind::Strips)?,
             b"CELLS" => grid = Some(reader.cells("cell")?),
             b"CELL_TYPES" => {
                 let count = reader.count("cell types")?;
                 reader.end_line();
                 let types = reader.numbers(count, Scalar::I32, "cell types")?;
                 let cells = grid.take().unwrap_or_default();
-                reader.passed_over += cells.add_typed(Format::Vtk, &types, &mut reader.surface)?;
+                reader.passed_over += cells.add_typed(
+                    Format::Vtk,
+                    &types,
+                    &mut reader.surface,
+                    &mut reader.arrays,
+                )?;
             }
             b"FIELD" => reader.skip_field()?,
             b"METADATA" => reader.skip_metadata(),
-            b"POINT_DATA" | b"CELL_DATA" => break,
+            word @ (b"POINT_DATA" | b"CELL_DATA") => {
+                reader.data(word == b"POINT_DATA");
+                break;
+            }
             _ => {
                 return Err(reader.fault(format!(
                     "{} is no section of a surface",
@@ -61,13 +61,28 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     reader.finish()
 }
 
+/// The kinds of cells, in the order in which cell data count them.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Points,
+    Lines,
+    Polygons,
+    Strips,
+}
+
 pub(super) struct Reader<'a> {
     pub(super) tokens: text::Tokens<'a>,
-    bytes: &'a [u8],
-    binary: bool,
+    pub(super) bytes: &'a [u8],
+    pub(super) binary: bool,
     /// From version 5 on, cells are stored as offsets and connectivity.
     offsets: bool,
     surface: Surface,
+    /// What points and cells carry.
+    pub(super) arrays: Arrays,
+    /// The kind of cells read last.
+    kind: Kind,
+    /// Whether the kinds come in that order.
+    ordered: bool,
     passed_over: usize,
 }
 
@@ -89,6 +104,9 @@ impl<'a> Reader<'a> {
             binary: false,
             offsets: major >= 5.0,
             surface,
+            arrays: Arrays::default(),
+            kind: Kind::Points,
+            ordered: true,
             passed_over: 0,
         };
         let encoding = reader.word("ASCII or BINARY")?;
@@ -235,6 +253,32 @@ impl<'a> Reader<'a> {
         while self.tokens.left() > 0 && !self.tokens.rest_of_line().is_empty() {}
     }
 
+    pub(super) fn point_count(&self) -> usize {
+        self.surface.positions.len()
+    }
+
+    /// Reads the cells of a kind.
+    fn primitives(&mut self, kind: Kind) -> Result<(), IoError> {
+        self.ordered &= kind >= self.kind;
+        self.kind = kind;
+        let name = match kind {
+            Kind::Points | Kind::Lines => "line",
+            Kind::Polygons => "polygon",
+            Kind::Strips => "triangle strip",
+        };
+        let cells = self.cells(name)?;
+        let (surface, arrays) = (&mut self.surface, &mut self.arrays);
+        match kind {
+            Kind::Points | Kind::Lines => {
+                self.passed_over += cells.len();
+                arrays.cells += cells.len();
+                Ok(())
+            }
+            Kind::Polygons => cells.add_polygons(Format::Vtk, 0, surface, arrays),
+            Kind::Strips => cells.add_strips(Format::Vtk, 0, surface, arrays),
+        }
+    }
+
     fn finish(mut self) -> Result<Loaded, IoError> {
         if self.passed_over > 0 {
             self.surface.notes.push(format!(
@@ -242,7 +286,12 @@ impl<'a> Reader<'a> {
                 self.passed_over
             ));
         }
-        self.surface.finish()
+        if !self.ordered && !self.arrays.cell.is_empty() {
+            self.arrays.cell.clear();
+            let note = "cell data are left out, because the kinds of cells are not in VTK's order";
+            self.surface.notes.push(note.to_owned());
+        }
+        self.arrays.finish(self.surface)
     }
 
     pub(super) fn fault(&self, what: String) -> IoError {

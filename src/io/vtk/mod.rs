@@ -3,14 +3,17 @@
 //! Files are written with vtkio. They are read here, because vtkio does not read raw appended data, which is what VTK
 //! writes unless told otherwise, and trusts the counts of a file.
 
+mod arrays;
 mod cells;
 mod image;
 mod image_legacy;
 mod image_write;
 mod legacy;
+mod legacy_data;
 mod payload;
 mod scalar;
 mod write;
+mod write_data;
 mod xml;
 
 pub(super) use image::read as read_image_xml;
@@ -20,6 +23,8 @@ pub(super) use legacy::read as read_legacy;
 pub(super) use write::{write_legacy, write_xml};
 pub(super) use xml::read as read_xml;
 
+#[cfg(test)]
+mod data_tests;
 #[cfg(test)]
 mod image_tests;
 #[cfg(test)]

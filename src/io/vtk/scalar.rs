@@ -1,21 +1,7 @@
 //! The number types of VTK files.
 
 use super::super::text;
-
-/// The type of the numbers of an array.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    I64,
-    U64,
-    F32,
-    F64,
-}
+pub(super) use crate::mesh::attributes::Scalar;
 
 impl Scalar {
     /// From the name used in XML files.
@@ -50,16 +36,6 @@ impl Scalar {
             b"double" => Scalar::F64,
             _ => return None,
         })
-    }
-
-    /// Its size in bytes.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Scalar::I8 | Scalar::U8 => 1,
-            Scalar::I16 | Scalar::U16 => 2,
-            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
-            Scalar::I64 | Scalar::U64 | Scalar::F64 => 8,
-        }
     }
 
     /// Decodes one number of exactly this type's size. Integers beyond 2⁵³ lose digits; no index is that large.

@@ -14,7 +14,7 @@ fn faces(bytes: &[u8], format: Format) -> Vec<[u32; 3]> {
     loaded.mesh.faces
 }
 
-fn legacy(rest: &str) -> Vec<u8> {
+pub(super) fn legacy(rest: &str) -> Vec<u8> {
     format!(
         "# vtk DataFile Version 3.0\ntitle\nASCII\n\nDATASET POLYDATA\nPOINTS 4 float\n0 0 0 1 0 0\n1 1 0 0 1 0\n{rest}"
     )
@@ -51,7 +51,8 @@ fn legacy_polygons_and_strips() {
     let expected = [[0, 1, 2], [0, 2, 3], [0, 1, 2], [0, 1, 3], [3, 1, 2]];
     let loaded = read_alone(&legacy(text), Format::Vtk).unwrap();
     assert_eq!(loaded.mesh.faces, expected);
-    assert_eq!(loaded.notes.len(), 2);
+    assert_eq!(loaded.notes.len(), 3);
+    assert!(loaded.notes.iter().any(|note| note.contains("'anything'")));
 }
 
 #[test]

@@ -3,16 +3,18 @@
 use vtkio::IOBuffer;
 use vtkio::model::{Attributes, ByteOrder, DataSet, PolyDataPiece, Version, VertexNumbers, Vtk};
 
-use super::super::{Format, IoError, Precision, WriteOptions, Written, rounded};
+use super::super::{Format, IoError, Model, Precision, WriteOptions, Written, rounded};
+use super::write_data::data;
 use crate::mesh::Mesh;
 
 const TITLE: &str = "written by isomend";
 
 /// Writes a legacy file, which every version of VTK reads.
 pub(in super::super) fn write_legacy(
-    mesh: &Mesh,
+    model: &Model<'_>,
     options: &WriteOptions,
 ) -> Result<Written, IoError> {
+    let mesh = model.mesh;
     let too_large = || {
         refuse(
             Format::Vtk,
@@ -23,7 +25,9 @@ pub(in super::super) fn write_legacy(
         .ok()
         .filter(|n| *n < u32::MAX / 4)
         .ok_or_else(too_large)?;
-    let (points, notes) = points(mesh, options, Format::Vtk)?;
+    let (points, mut notes) = points(mesh, options, Format::Vtk)?;
+    let (data, lost) = data(model, Format::Vtk);
+    notes.extend(lost);
     let vertices = mesh
         .faces
         .iter()
@@ -38,6 +42,7 @@ pub(in super::super) fn write_legacy(
         ByteOrder::BigEndian,
         points,
         polys,
+        data,
     );
     let bytes = if options.ascii {
         let mut text = String::new();
@@ -51,8 +56,14 @@ pub(in super::super) fn write_legacy(
 }
 
 /// Writes a VTP file with base64 arrays.
-pub(in super::super) fn write_xml(mesh: &Mesh, options: &WriteOptions) -> Result<Written, IoError> {
-    let (points, notes) = points(mesh, options, Format::Vtp)?;
+pub(in super::super) fn write_xml(
+    model: &Model<'_>,
+    options: &WriteOptions,
+) -> Result<Written, IoError> {
+    let mesh = model.mesh;
+    let (points, mut notes) = points(mesh, options, Format::Vtp)?;
+    let (data, lost) = data(model, Format::Vtp);
+    notes.extend(lost);
     let polys = VertexNumbers::XML {
         connectivity: mesh.faces.iter().flatten().map(|i| u64::from(*i)).collect(),
         offsets: (1..=mesh.faces.len() as u64).map(|i| 3 * i).collect(),
@@ -62,6 +73,7 @@ pub(in super::super) fn write_xml(mesh: &Mesh, options: &WriteOptions) -> Result
         ByteOrder::LittleEndian,
         points,
         polys,
+        data,
     );
     let mut bytes = Vec::new();
     let done = vtk.write_xml(&mut bytes).map(|()| bytes);
@@ -85,11 +97,17 @@ fn points(
     })
 }
 
-fn file(version: Version, byte_order: ByteOrder, points: IOBuffer, polys: VertexNumbers) -> Vtk {
+fn file(
+    version: Version,
+    byte_order: ByteOrder,
+    points: IOBuffer,
+    polys: VertexNumbers,
+    data: Attributes,
+) -> Vtk {
     let piece = PolyDataPiece {
         points,
         polys: Some(polys),
-        data: Attributes::new(),
+        data,
         ..PolyDataPiece::default()
     };
     Vtk {

@@ -6,9 +6,11 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::super::surface::Surface;
 use super::super::{Format, IoError, Loaded, Place, text};
+use super::arrays::{self, Arrays};
 use super::cells::{Cells, add_points};
 use super::payload::{Compressor, Encoding, Source, decode};
 use super::scalar::Scalar;
+use crate::mesh::attributes::VtkUse;
 
 /// Reads the polygons and strips of all pieces.
 pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
@@ -17,28 +19,44 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let offsets = sorted_offsets(&document.pieces);
     let mut surface = Surface::new(Format::Vtp);
     let mut passed_over = 0;
-    for piece in &document.pieces {
+    let mut all = Arrays::default();
+    for (number, piece) in document.pieces.iter().enumerate() {
         let decoder = Decoder {
             encoding: document.encoding,
             appended: appended.as_ref(),
             offsets: &offsets,
         };
         let base = surface.positions.len();
+        let others = piece.count(b"NumberOfVerts") + piece.count(b"NumberOfLines");
+        let mut arrays = Arrays {
+            cells: all.cells + others,
+            rows: std::mem::take(&mut all.rows),
+            ..Arrays::default()
+        };
         add_points(&mut surface, &decoder.points(piece)?);
-        decoder
-            .cells(piece, Section::Polys)?
-            .add_polygons(Format::Vtp, base, &mut surface)?;
-        decoder
-            .cells(piece, Section::Strips)?
-            .add_strips(Format::Vtp, base, &mut surface)?;
-        passed_over += piece.count(b"NumberOfVerts") + piece.count(b"NumberOfLines");
+        decoder.cells(piece, Section::Polys)?.add_polygons(
+            Format::Vtp,
+            base,
+            &mut surface,
+            &mut arrays,
+        )?;
+        decoder.cells(piece, Section::Strips)?.add_strips(
+            Format::Vtp,
+            base,
+            &mut surface,
+            &mut arrays,
+        )?;
+        passed_over += others;
+        arrays.cells -= all.cells;
+        decoder.data(piece, surface.positions.len() - base, &mut arrays);
+        all.append(arrays, number == 0);
     }
     if passed_over > 0 {
         surface
             .notes
             .push(format!("points and lines passed over: {passed_over}"));
     }
-    surface.finish()
+    all.finish(surface)
 }
 
 /// The part of a piece that an array belongs to.
@@ -64,6 +82,8 @@ pub(super) fn attribute<'a>(attributes: &'a Attributes, name: &[u8]) -> Option<&
 #[derive(Default)]
 pub(super) struct Piece<'a> {
     pub(super) attributes: Attributes,
+    /// What the elements of point and cell data say: which arrays are the active ones.
+    active: Vec<(Section, Attributes)>,
     pub(super) arrays: Vec<Array<'a>>,
 }
 
@@ -73,6 +93,34 @@ impl Piece<'_> {
             .and_then(text::integer)
             .and_then(|count| usize::try_from(count).ok())
             .unwrap_or(0)
+    }
+}
+
+impl Piece<'_> {
+    /// What an array is taken for.
+    fn use_of(&self, section: Section, name: &str) -> VtkUse {
+        let said = self.active.iter().filter(|(of, _)| *of == section);
+        let is = |key: &[u8]| {
+            let mut names = said.clone().filter_map(|(_, all)| attribute(all, key));
+            names.any(|n| unescaped(n) == name)
+        };
+        match () {
+            () if is(b"Scalars") => VtkUse::Scalars,
+            () if is(b"Vectors") => VtkUse::Vectors,
+            () if is(b"Normals") => VtkUse::Normals,
+            () if is(b"TCoords") => VtkUse::TextureCoordinates,
+            () if is(b"Tensors") => VtkUse::Tensors,
+            () => VtkUse::Plain,
+        }
+    }
+}
+
+/// A value of the markup as text.
+fn unescaped(value: &[u8]) -> String {
+    let text = String::from_utf8_lossy(value);
+    match quick_xml::escape::unescape(&text) {
+        Ok(text) => text.into_owned(),
+        Err(_) => text.into_owned(),
     }
 }
 
@@ -128,19 +176,19 @@ impl<'a> Document<'a> {
                     name if name == wanted => dataset = attributes(&tag)?,
                     b"Piece" => pieces.push(Piece {
                         attributes: attributes(&tag)?,
-                        arrays: Vec::new(),
+                        ..Piece::default()
                     }),
                     b"DataArray" => {
                         push_array(&mut pieces, section, &tag)?;
                         open = Some(0);
                     }
-                    name => section = section_named(name),
+                    _ => section = open_section(&tag, &mut pieces)?,
                 },
                 Event::Empty(tag) if open.is_none() => match tag.local_name().as_ref() {
                     b"DataArray" => push_array(&mut pieces, section, &tag)?,
                     b"Piece" => pieces.push(Piece {
                         attributes: attributes(&tag)?,
-                        arrays: Vec::new(),
+                        ..Piece::default()
                     }),
                     _ => {}
                 },
@@ -159,6 +207,16 @@ impl<'a> Document<'a> {
             )),
         }
     }
+}
+
+/// The section that an element opens. Those of data say which of their arrays are the active ones.
+fn open_section(tag: &BytesStart<'_>, pieces: &mut [Piece<'_>]) -> Result<Section, IoError> {
+    let section = section_named(tag.local_name().as_ref());
+    let data = matches!(section, Section::PointData | Section::CellData);
+    if let Some(piece) = pieces.last_mut().filter(|_| data) {
+        piece.active.push((section, attributes(tag)?));
+    }
+    Ok(section)
 }
 
 fn section_named(name: &[u8]) -> Section {
@@ -348,6 +406,37 @@ impl Decoder<'_> {
                 cells.len()
             ),
         ))
+    }
+
+    /// Reads the point and cell data of a piece. What cannot be read is left out with a remark.
+    fn data(&self, piece: &Piece<'_>, points: usize, arrays: &mut Arrays) {
+        for array in &piece.arrays {
+            let count = match array.section {
+                Section::PointData => points,
+                Section::CellData => arrays.cells,
+                _ => continue,
+            };
+            let name = unescaped(attribute(&array.attributes, b"Name").unwrap_or(b"array"));
+            let kind = attribute(&array.attributes, b"type").unwrap_or(b"");
+            let components = attribute(&array.attributes, b"NumberOfComponents");
+            let components = components.map_or(Some(1), text::integer);
+            let components = components.and_then(|n| usize::try_from(n).ok());
+            match (Scalar::from_xml(kind), self.numbers(array, &name)) {
+                (Some(scalar), Ok(values)) => {
+                    let of_points = array.section == Section::PointData;
+                    let array = arrays::Array {
+                        use_: piece.use_of(array.section, &name),
+                        name,
+                        scalar,
+                        components: components.unwrap_or(0),
+                        values,
+                    };
+                    arrays.add(array, of_points, count);
+                }
+                (_, Err(error)) => arrays.left_out(&name, &error.to_string()),
+                (None, _) => arrays.left_out(&name, "its type is not known"),
+            }
+        }
     }
 
     pub(super) fn numbers(&self, array: &Array<'_>, name: &str) -> Result<Vec<f64>, IoError> {

@@ -9,6 +9,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
+use super::opening::Opening;
+use super::restore::count;
 use super::{FillError, Inspection, Progress, RestoreError, check_params, inspect};
 use crate::flow::Variant;
 use crate::mesh::Mesh;
@@ -186,19 +188,10 @@ pub fn fair_with_progress(
     progress: &Progress,
 ) -> Result<Faired, FairError> {
     let clock = Instant::now();
-    let found = inspect(mesh)?;
-    if let Some(marked) = marked {
-        RestoreError::check_marks(mesh, marked)?;
-    }
-    let plan = Plan::new(&found, marked, params)?;
-    check_params(&plan.fill_params(params))?;
-    let mut faired = match marked {
-        Some(marked) => plan.part(mesh, marked, params, progress)?,
-        None if found.holes.is_empty() && found.open_chains == 0 => {
-            plan.whole(mesh, &found, params, progress)?
-        }
-        None => {
-            let (marked, left) = plan.between_borders(&found)?;
+    let (found, plan, target) = prepare(mesh, marked, params)?;
+    let mut faired = match target {
+        Target::Whole => plan.whole(mesh, &found, params, progress)?,
+        Target::Part(marked, left) => {
             let mut faired = plan.part(mesh, &marked, params, progress)?;
             faired.report.pieces_left = left;
             faired
@@ -212,6 +205,85 @@ pub fn fair_with_progress(
     (report.moved_max, report.moved_rms) = moved(&found, &faired.mesh.positions[kept..]);
     report.fill.seconds = clock.elapsed().as_secs_f64();
     Ok(faired)
+}
+
+/// What [`fair`] would do.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct FairPlan {
+    /// Features narrower than this would go, in the mesh's units.
+    pub strength: f64,
+    /// Time of the flow, in length⁴.
+    pub time: f64,
+    /// Voxel size.
+    pub voxel: f64,
+    /// Whether all of the surface would be replaced.
+    pub whole: bool,
+    /// Faces that would be faired.
+    pub marked_faces: usize,
+    /// Faces that would be taken out.
+    pub removed_faces: usize,
+    /// Closed pieces that would be left as they are.
+    pub pieces_left: usize,
+}
+
+/// What [`fair`] would do, without doing it.
+///
+/// # Errors
+/// As [`fair`], as far as they are known before the flow.
+pub fn plan_fair(
+    mesh: &Mesh,
+    marked: Option<&[bool]>,
+    params: &FairParams,
+) -> Result<FairPlan, FairError> {
+    let (_, plan, target) = prepare(mesh, marked, params)?;
+    let mut out = FairPlan {
+        strength: plan.strength,
+        time: plan.span.time,
+        voxel: plan.voxel,
+        ..FairPlan::default()
+    };
+    match target {
+        Target::Whole => {
+            out.whole = true;
+            (out.marked_faces, out.removed_faces) = (mesh.faces.len(), mesh.faces.len());
+        }
+        Target::Part(marked, left) => {
+            let opening = Opening::new(mesh, &marked, params.keep_vertices)?;
+            out.pieces_left = left;
+            (out.marked_faces, out.removed_faces) = (count(&marked), count(&opening.removed));
+        }
+    }
+    Ok(out)
+}
+
+/// What of a mesh is faired.
+enum Target {
+    /// All of a closed one.
+    Whole,
+    /// Marked faces; beside them so many closed pieces stay.
+    Part(Vec<bool>, usize),
+}
+
+fn prepare(
+    mesh: &Mesh,
+    marked: Option<&[bool]>,
+    params: &FairParams,
+) -> Result<(Inspection, Plan, Target), FairError> {
+    let found = inspect(mesh)?;
+    if let Some(marked) = marked {
+        RestoreError::check_marks(mesh, marked)?;
+    }
+    let plan = Plan::new(&found, marked, params)?;
+    check_params(&plan.fill_params(params))?;
+    let target = match marked {
+        Some(marked) => Target::Part(marked.to_vec(), 0),
+        None if found.holes.is_empty() && found.open_chains == 0 => Target::Whole,
+        None => {
+            let (marked, left) = plan.between_borders(&found)?;
+            Target::Part(marked, left)
+        }
+    };
+    Ok((found, plan, target))
 }
 
 /// The volume inside a closed mesh.

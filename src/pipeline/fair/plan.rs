@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::super::attempt::extract;
 use super::super::damaged::Keeping;
 use super::super::opening::Opening;
-use super::super::restore::fill_opening;
+use super::super::restore::{count, fill_opening};
 use super::super::{FillError, Inspection, Progress};
 use super::{FairError, FairExtent, FairParams, FairReport, Faired};
 use crate::flow::FlowSettings;
@@ -122,7 +122,6 @@ impl Plan {
         let damaged = opening.damaged(Keeping::Time(self.span));
         let fill = self.fill_params(params);
         let filled = fill_opening(mesh, &opening, &fill, Some(&damaged), progress)?;
-        let count = |marks: &[bool]| marks.iter().filter(|m| **m).count();
         Ok(Faired {
             mesh: filled.mesh,
             report: FairReport {

@@ -17,7 +17,7 @@ use crate::study::report::{Cell, Chart, Panel, StudyReport, Table};
 /// Settings of the experiment.
 #[derive(Clone, Debug)]
 pub struct SurfacesSettings {
-    /// Voxels to the length [`SIDE`], about that of the torus.
+    /// Voxels to the length `SIDE`, about that of the torus.
     pub voxels: usize,
     /// The surfaces and how long they evolve, in length⁴.
     pub runs: Vec<(Closed, f64)>,

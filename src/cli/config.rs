@@ -1,0 +1,277 @@
+//! `--config FILE`: options from a TOML file. Its entries become arguments before those of the command line, so that clap
+//! checks them as it does all others; what the command line says goes before them.
+
+use std::collections::BTreeSet;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use clap::builder::Resettable;
+use clap::{Arg, ArgAction, Command, CommandFactory, Id, ValueHint};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::{Cli, Usage};
+
+/// Options that a file cannot hold.
+const NOT_IN_FILES: [&str; 3] = ["config", "help", "version"];
+
+/// Puts the options of the file that `--config` names, if it is there, behind the name of the command.
+///
+/// # Errors
+/// When the file cannot be read, is no TOML, or holds what is no option of a command. The message names file and line.
+pub fn expand(arguments: Vec<OsString>) -> Result<Vec<OsString>, Usage> {
+    let Some(file) = named_file(&arguments) else {
+        return Ok(arguments);
+    };
+    let program = Cli::command();
+    let name = arguments[1].to_string_lossy();
+    let Some(command) = program.find_subcommand(&*name) else {
+        return Ok(arguments);
+    };
+    let text = std::fs::read_to_string(&file)
+        .map_err(|error| Usage(format!("cannot read {}: {error}", file.display())))?;
+    let source = Source {
+        file: &file,
+        text: &text,
+        program: &program,
+    };
+    let given = given(command, &arguments[2..]);
+    let new = source.arguments(command, &given)?;
+    let (head, tail) = arguments.split_at(2);
+    Ok(head
+        .iter()
+        .cloned()
+        .chain(new)
+        .chain(tail.iter().cloned())
+        .collect())
+}
+
+/// The file that `--config` names.
+fn named_file(arguments: &[OsString]) -> Option<PathBuf> {
+    let mut rest = arguments.iter().skip(2).take_while(|a| *a != "--");
+    while let Some(argument) = rest.next() {
+        if argument == "--config" {
+            return rest.next().map(PathBuf::from);
+        }
+        if let Some(path) = argument.to_str().and_then(|a| a.strip_prefix("--config=")) {
+            return Some(path.into());
+        }
+    }
+    None
+}
+
+/// The options that the command line gives.
+fn given(command: &Command, arguments: &[OsString]) -> BTreeSet<Id> {
+    let mut ids = BTreeSet::new();
+    let words = arguments.iter().take_while(|a| *a != "--");
+    for word in words.filter_map(|a| a.to_str()) {
+        if let Some(long) = word.strip_prefix("--") {
+            let name = long.split('=').next().unwrap_or(long);
+            ids.extend(option(command, name).map(|arg| arg.get_id().clone()));
+        } else if let Some(letters) = word.strip_prefix('-') {
+            for letter in letters.chars() {
+                let Some(arg) = command
+                    .get_arguments()
+                    .find(|a| a.get_short() == Some(letter))
+                else {
+                    break;
+                };
+                ids.insert(arg.get_id().clone());
+                if !is_flag(arg) {
+                    break;
+                }
+            }
+        }
+    }
+    ids
+}
+
+/// The option of a command with a long name or another spelling of it.
+fn option<'a>(command: &'a Command, name: &str) -> Option<&'a Arg> {
+    command.get_arguments().find(|arg| {
+        let others = arg.get_all_aliases().unwrap_or_default();
+        arg.get_long() == Some(name) || others.contains(&name)
+    })
+}
+
+fn is_flag(arg: &Arg) -> bool {
+    matches!(arg.get_action(), ArgAction::SetTrue)
+}
+
+/// A file of options.
+struct Source<'a> {
+    file: &'a Path,
+    text: &'a str,
+    program: &'a Command,
+}
+
+/// A key of the file and what it stands for.
+type Entry<'t, 'i> = (
+    &'t Spanned<std::borrow::Cow<'i, str>>,
+    &'t Spanned<DeValue<'i>>,
+);
+
+impl Source<'_> {
+    /// The arguments for a command, save those of options that are given already or do not go with them.
+    fn arguments(&self, command: &Command, given: &BTreeSet<Id>) -> Result<Vec<OsString>, Usage> {
+        let table = DeTable::parse(self.text).map_err(|error| {
+            let at = error.span().map_or(0, |span| span.start);
+            self.fault(at, error.message().trim_end())
+        })?;
+        let mut arguments = Vec::new();
+        for (key, value) in self.entries(table.get_ref(), command)? {
+            let Some(arg) = option(command, key.get_ref()) else {
+                continue;
+            };
+            let excluded = command.get_arg_conflicts_with(arg);
+            if given.contains(arg.get_id()) || excluded.iter().any(|a| given.contains(a.get_id())) {
+                continue;
+            }
+            let at = key.span().start;
+            let spelt = self
+                .spelt(arg, value.get_ref())
+                .map_err(|what| self.fault(at, &format!("'{}': {what}", key.get_ref())))?;
+            self.check(command, &spelt)
+                .map_err(|what| self.fault(at, &what))?;
+            arguments.extend(spelt);
+        }
+        Ok(arguments)
+    }
+
+    /// The entries that matter for a command: those of its own table go before those of the top.
+    fn entries<'t, 'i>(
+        &self,
+        top: &'t DeTable<'i>,
+        command: &Command,
+    ) -> Result<Vec<Entry<'t, 'i>>, Usage> {
+        let (mut common, mut own) = (Vec::new(), Vec::new());
+        for (key, value) in top.iter() {
+            let name = key.get_ref();
+            let DeValue::Table(table) = value.get_ref() else {
+                let known = self.program.get_subcommands().any(|c| holds(c, name));
+                if !known {
+                    return Err(self.unknown(
+                        key,
+                        command,
+                        &format!("option '{name}' of any command"),
+                    ));
+                }
+                common.push((key, value));
+                continue;
+            };
+            let Some(of) = self.program.find_subcommand(&**name) else {
+                let what = format!("there is no command '{name}' that the table could be for");
+                return Err(self.fault(key.span().start, &what));
+            };
+            for (key, value) in table.iter() {
+                if !holds(of, key.get_ref()) {
+                    let what = format!("option '{}' of `isomend {name}`", key.get_ref());
+                    return Err(self.unknown(key, of, &what));
+                }
+                if of.get_name() == command.get_name() {
+                    own.push((key, value));
+                }
+            }
+        }
+        let id = |key: &str| option(command, key).map(Arg::get_id);
+        common.retain(|(key, _)| {
+            own.iter()
+                .all(|(k, _)| id(k.get_ref()) != id(key.get_ref()))
+        });
+        common.extend(own);
+        common.sort_by_key(|(key, _)| key.span().start);
+        Ok(common)
+    }
+
+    fn unknown(&self, key: &Spanned<std::borrow::Cow<'_, str>>, of: &Command, what: &str) -> Usage {
+        let names = of.get_arguments().filter_map(Arg::get_long);
+        let names: Vec<&str> = names.filter(|n| !NOT_IN_FILES.contains(n)).collect();
+        let what = format!(
+            "there is no {what}; those of `isomend {}` are {}",
+            of.get_name(),
+            names.join(", ")
+        );
+        self.fault(key.span().start, &what)
+    }
+
+    /// A value as arguments.
+    fn spelt(&self, arg: &Arg, value: &DeValue<'_>) -> Result<Vec<OsString>, String> {
+        let long = arg.get_long().unwrap_or_default();
+        if is_flag(arg) {
+            return match value {
+                DeValue::Boolean(true) => Ok(vec![format!("--{long}").into()]),
+                DeValue::Boolean(false) => Ok(Vec::new()),
+                _ => Err("true or false is needed".to_owned()),
+            };
+        }
+        let several = matches!(arg.get_action(), ArgAction::Append);
+        let values = match value {
+            DeValue::Array(items) if several && !items.iter().all(|i| is_number(i.get_ref())) => {
+                let items: Result<Vec<_>, _> = items.iter().map(|i| single(i.get_ref())).collect();
+                items?
+            }
+            value => vec![single(value)?],
+        };
+        let path = matches!(
+            arg.get_value_hint(),
+            ValueHint::AnyPath | ValueHint::FilePath | ValueHint::DirPath
+        );
+        let spell = |value: String| {
+            let mut spelt = OsString::from(format!("--{long}="));
+            if path && value != "-" {
+                let folder = self.file.parent().unwrap_or(Path::new(""));
+                spelt.push(folder.join(value));
+            } else {
+                spelt.push(value);
+            }
+            spelt
+        };
+        Ok(values.into_iter().map(spell).collect())
+    }
+
+    /// Lets clap look at an option by itself.
+    fn check(&self, command: &Command, spelt: &[OsString]) -> Result<(), String> {
+        let alone = command.clone().mut_args(|arg| {
+            arg.required(false)
+                .required_unless_present(Resettable::Reset)
+        });
+        let name = OsString::from("isomend");
+        let words = std::iter::once(&name).chain(spelt);
+        let Err(error) = alone.try_get_matches_from(words) else {
+            return Ok(());
+        };
+        let text = error.to_string();
+        let lines = text.lines().take_while(|line| !line.is_empty());
+        let text = lines.map(str::trim).collect::<Vec<_>>().join(" ");
+        Err(text.trim_start_matches("error: ").to_owned())
+    }
+
+    fn fault(&self, at: usize, what: &str) -> Usage {
+        let line = 1 + self.text[..at.min(self.text.len())].matches('\n').count();
+        Usage(format!("{}, line {line}: {what}", self.file.display()))
+    }
+}
+
+/// Whether a file may give an option of this name for a command.
+fn holds(command: &Command, name: &str) -> bool {
+    !NOT_IN_FILES.contains(&name) && option(command, name).is_some()
+}
+
+fn is_number(value: &DeValue<'_>) -> bool {
+    matches!(value, DeValue::Integer(_) | DeValue::Float(_))
+}
+
+/// One value; numbers in a list are one with commas between them.
+fn single(value: &DeValue<'_>) -> Result<String, String> {
+    match value {
+        DeValue::String(text) => Ok(text.clone().into_owned()),
+        DeValue::Integer(number) if number.radix() == 10 => Ok(number.as_str().to_owned()),
+        DeValue::Float(number) => Ok(number.as_str().to_owned()),
+        DeValue::Array(items) if items.iter().all(|i| is_number(i.get_ref())) => {
+            let numbers: Result<Vec<_>, _> = items.iter().map(|i| single(i.get_ref())).collect();
+            Ok(numbers?.join(","))
+        }
+        DeValue::Array(_) => Err("one value or a list of numbers is needed".to_owned()),
+        _ => Err("a text or a number is needed".to_owned()),
+    }
+}

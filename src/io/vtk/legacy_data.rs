@@ -1,0 +1,194 @@
+//! Point and cell data of VTK legacy files.
+
+use super::super::{IoError, text};
+use super::arrays::Array;
+use super::legacy::Reader;
+use super::scalar::Scalar;
+use crate::mesh::attributes::VtkUse;
+
+impl Reader<'_> {
+    /// Reads all arrays behind the first `POINT_DATA` or `CELL_DATA`. What cannot be read ends it, with a remark: the
+    /// surface stands before it.
+    pub(super) fn data(&mut self, of_points: bool) {
+        if let Err(error) = self.sections(of_points) {
+            let note = format!("point and cell data from there on are left out: {error}");
+            self.arrays.notes.push(note);
+        }
+    }
+
+    fn sections(&mut self, mut of_points: bool) -> Result<(), IoError> {
+        let mut count = self.count("values")?;
+        while let Some(keyword) = self.keyword() {
+            match &keyword.to_ascii_uppercase()[..] {
+                b"POINT_DATA" | b"CELL_DATA" => {
+                    of_points = keyword.eq_ignore_ascii_case(b"POINT_DATA");
+                    count = self.count("values")?;
+                }
+                b"LOOKUP_TABLE" => {
+                    self.word("the name of a table")?;
+                    let size = self.count("colours")?;
+                    self.end_line();
+                    let scalar = if self.binary { Scalar::U8 } else { Scalar::F32 };
+                    self.numbers(size.saturating_mul(4), scalar, "colours")?;
+                }
+                b"METADATA" => self.skip_metadata(),
+                b"FIELD" => self.field(of_points, count)?,
+                _ => {
+                    let array = self.array(keyword, count)?;
+                    self.add(array, of_points, count);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads an array that has a keyword of its own.
+    fn array(&mut self, keyword: &[u8], count: usize) -> Result<Array, IoError> {
+        let (use_, components) = match &keyword.to_ascii_uppercase()[..] {
+            b"COLOR_SCALARS" => return self.colours(count),
+            b"SCALARS" => (VtkUse::Scalars, 1),
+            b"VECTORS" => (VtkUse::Vectors, 3),
+            b"NORMALS" => (VtkUse::Normals, 3),
+            b"TEXTURE_COORDINATES" => (VtkUse::TextureCoordinates, 0),
+            b"TENSORS" => (VtkUse::Tensors, 9),
+            b"TENSORS6" => (VtkUse::Plain, 6),
+            b"GLOBAL_IDS" | b"PEDIGREE_IDS" | b"EDGE_FLAGS" => (VtkUse::Plain, 1),
+            _ => {
+                let what = format!("{} is no kind of array", text::shown(keyword));
+                return Err(self.fault(what));
+            }
+        };
+        let name = self.name()?;
+        let components = match use_ {
+            VtkUse::TextureCoordinates => self.count("components")?,
+            _ => components,
+        };
+        let scalar = self.scalar()?;
+        let components = match use_ {
+            VtkUse::Scalars => self.components_and_table(),
+            _ => components,
+        };
+        self.end_line();
+        let values = self.numbers(count.saturating_mul(components), scalar, "values")?;
+        Ok(Array {
+            name,
+            scalar,
+            components,
+            values,
+            use_,
+        })
+    }
+
+    /// Takes what may follow the type of scalars: the number of components, and the name of a lookup table.
+    pub(super) fn components_and_table(&mut self) -> usize {
+        let mut components = 1;
+        let mut ahead = self.tokens.clone();
+        if let Some(count) = ahead.next().and_then(text::integer) {
+            let mut behind = ahead.clone();
+            // Without a lookup table the next word may be a value already.
+            let table = behind
+                .next()
+                .is_some_and(|w| w.eq_ignore_ascii_case(b"LOOKUP_TABLE"));
+            let same_line = !self.bytes[self.tokens.offset()..ahead.offset()].contains(&b'\n');
+            if table || same_line {
+                components = usize::try_from(count).unwrap_or(1);
+                self.tokens = ahead;
+            }
+        }
+        let mut ahead = self.tokens.clone();
+        if ahead
+            .next()
+            .is_some_and(|w| w.eq_ignore_ascii_case(b"LOOKUP_TABLE"))
+        {
+            ahead.next();
+            self.tokens = ahead;
+        }
+        components
+    }
+
+    /// Colours: bytes, or in text fractions of the largest.
+    fn colours(&mut self, count: usize) -> Result<Array, IoError> {
+        let name = self.name()?;
+        let components = self.count("components")?;
+        self.end_line();
+        let scalar = if self.binary { Scalar::U8 } else { Scalar::F32 };
+        let mut values = self.numbers(count.saturating_mul(components), scalar, "colours")?;
+        if !self.binary {
+            values
+                .iter_mut()
+                .for_each(|v| *v = Scalar::U8.nearest(255.0 * *v));
+        }
+        Ok(Array {
+            name,
+            scalar: Scalar::U8,
+            components,
+            values,
+            use_: VtkUse::Scalars,
+        })
+    }
+
+    fn field(&mut self, of_points: bool, count: usize) -> Result<(), IoError> {
+        self.word("the name of the field")?;
+        let mut left = self.count("arrays")?;
+        while left > 0 {
+            let word = self.word("the name of an array")?;
+            // Remarks on an array stand behind it.
+            if word == b"METADATA" {
+                self.skip_metadata();
+                continue;
+            }
+            left -= 1;
+            let name = decoded(word);
+            let components = self.count("components")?;
+            let tuples = self.count("tuples")?;
+            let scalar = self.scalar()?;
+            self.end_line();
+            let values = self.numbers(components.saturating_mul(tuples), scalar, "field values")?;
+            let array = Array {
+                name,
+                scalar,
+                components,
+                values,
+                use_: VtkUse::Plain,
+            };
+            self.add(array, of_points, count);
+        }
+        Ok(())
+    }
+
+    /// Takes an array in, if the count of its section is that of the points or cells.
+    fn add(&mut self, array: Array, of_points: bool, count: usize) {
+        let wanted = if of_points {
+            self.point_count()
+        } else {
+            self.arrays.cells
+        };
+        if count == wanted {
+            self.arrays.add(array, of_points, count);
+        } else {
+            let what = if of_points { "points" } else { "cells" };
+            self.arrays.left_out(
+                &array.name,
+                &format!("it is for {count} {what}, not {wanted}"),
+            );
+        }
+    }
+
+    fn name(&mut self) -> Result<String, IoError> {
+        Ok(decoded(self.word("the name of an array")?))
+    }
+}
+
+/// A name, in which `%` and two hexadecimal digits stand for a byte.
+fn decoded(name: &[u8]) -> String {
+    let mut bytes = Vec::with_capacity(name.len());
+    let mut rest = name;
+    while let [first, tail @ ..] = rest {
+        let code = tail.get(..2).filter(|_| *first == b'%');
+        let code =
+            code.and_then(|digits| u8::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok());
+        bytes.push(code.unwrap_or(*first));
+        rest = if code.is_some() { &tail[2..] } else { tail };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}

@@ -1,0 +1,157 @@
+//! Point and cell data as vtkio writes them.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+
+use vtkio::IOBuffer;
+use vtkio::model::{Attribute as Item, Attributes as Data, DataArray, ElementType, FieldArray};
+
+use super::super::{Format, Model, lost};
+use super::scalar::Scalar;
+use crate::mesh::attributes::{Attribute, CornerAttribute, Role, VtkUse};
+
+/// The data of a model for a format, and what is left out.
+pub(super) fn data(model: &Model<'_>, format: Format) -> (Data, Vec<String>) {
+    let all = model.attributes;
+    // Values of corners become ones of points where all corners of a point agree.
+    let corner: Vec<Option<Attribute>> = all
+        .corner
+        .iter()
+        .map(|c: &CornerAttribute| c.per_vertex(model.mesh))
+        .collect();
+    let held = |a: &Attribute| {
+        let place = all.corner.iter().position(|c| std::ptr::eq(&c.pool, a));
+        place.is_none_or(|place| corner[place].is_some())
+    };
+    let note = lost::note(&all.listed_where(|a| !held(a), |_| true), format);
+    let point: Vec<&Attribute> = all.vertex.iter().chain(corner.iter().flatten()).collect();
+    let cell: Vec<&Attribute> = all.face.iter().collect();
+    let mut data = Data::new();
+    (data.point, data.cell) = (items(&point, format, true), items(&cell, format, false));
+    (data, note.into_iter().collect())
+}
+
+fn items(attributes: &[&Attribute], format: Format, of_points: bool) -> Vec<Item> {
+    let (mut names, mut uses) = (BTreeSet::new(), Vec::new());
+    let (mut items, mut field) = (Vec::new(), Vec::new());
+    for attribute in attributes {
+        let mut name = name(attribute);
+        while !names.insert(name.clone()) {
+            name.push('_');
+        }
+        let mut use_ = use_of(attribute, of_points);
+        if uses.contains(&use_) {
+            use_ = VtkUse::Plain;
+        }
+        uses.push(use_);
+        let data = buffer(attribute);
+        let components = attribute.components as u32;
+        match element(use_, components) {
+            // Of plain arrays and of further scalars legacy files keep all only in a field.
+            ElementType::Generic(elem) if format == Format::Vtk => {
+                let name = encoded(&name);
+                field.push(FieldArray { name, elem, data });
+            }
+            elem => {
+                let name = if format == Format::Vtk {
+                    encoded(&name)
+                } else {
+                    name
+                };
+                items.push(Item::DataArray(DataArray { name, elem, data }));
+            }
+        }
+    }
+    if !field.is_empty() {
+        items.push(Item::Field {
+            name: "FieldData".to_owned(),
+            data_array: field,
+        });
+    }
+    items
+}
+
+/// How VTK is to use an array.
+fn use_of(attribute: &Attribute, of_points: bool) -> VtkUse {
+    if let Some(use_) = attribute.vtk {
+        return use_;
+    }
+    match attribute.role {
+        Role::Normal if of_points && attribute.components == 3 => VtkUse::Normals,
+        Role::Uv(0) if of_points => VtkUse::TextureCoordinates,
+        Role::Colour if matches!(attribute.components, 3 | 4) => VtkUse::Scalars,
+        _ => VtkUse::Plain,
+    }
+}
+
+fn element(use_: VtkUse, components: u32) -> ElementType {
+    match (use_, components) {
+        (VtkUse::Scalars, 1..=4) => ElementType::Scalars {
+            num_comp: components,
+            lookup_table: None,
+        },
+        (VtkUse::Vectors, 3) => ElementType::Vectors,
+        (VtkUse::Normals, 3) => ElementType::Normals,
+        (VtkUse::TextureCoordinates, 1..=3) => ElementType::TCoords(components),
+        (VtkUse::Tensors, 9) => ElementType::Tensors,
+        _ => ElementType::Generic(components),
+    }
+}
+
+/// The name in a VTK file: its own if it came from one, else the usual one of its role.
+fn name(attribute: &Attribute) -> String {
+    let role = attribute.role;
+    match (attribute.vtk, role, attribute.components) {
+        (None, Role::Normal, _) => "Normals".to_owned(),
+        (None, Role::Colour, 4) => "RGBA".to_owned(),
+        (None, Role::Colour, 3) => "RGB".to_owned(),
+        (None, Role::Uv(0), _) => "TCoords".to_owned(),
+        (None, Role::Uv(set), _) => format!("TCoords{set}"),
+        (None, Role::Tangent, _) => "Tangents".to_owned(),
+        _ if attribute.name.is_empty() => "array".to_owned(),
+        _ => attribute.name.clone(),
+    }
+}
+
+/// A name for a legacy file, which parts words at blanks.
+fn encoded(name: &str) -> String {
+    let mut out = String::new();
+    for byte in name.bytes() {
+        if (33..=126).contains(&byte) && byte != b'"' && byte != b'%' {
+            out.push(char::from(byte));
+        } else {
+            out += &format!("%{byte:02X}");
+        }
+    }
+    out
+}
+
+/// The numbers in their type. What did not come from a VTK file becomes what VTK expects: bytes for colours, and floats
+/// for fractions.
+fn buffer(attribute: &Attribute) -> IOBuffer {
+    let own = attribute.vtk.is_some();
+    let unit = attribute.unit();
+    let (scalar, factor) = match attribute.role {
+        Role::Colour if !own => (Scalar::U8, 255.0 / unit),
+        _ if !own && unit != 1.0 => (Scalar::F32, 1.0 / unit),
+        _ => (attribute.scalar, 1.0),
+    };
+    let mut values = Cow::Borrowed(&attribute.values);
+    if factor != 1.0 || scalar != attribute.scalar {
+        let scaled = |v: &mut f64| *v = scalar.nearest(*v * factor);
+        values.to_mut().iter_mut().for_each(scaled);
+    }
+    let v = values.iter();
+    match scalar {
+        Scalar::I8 => IOBuffer::I8(v.map(|v| *v as i8).collect()),
+        Scalar::U8 => IOBuffer::U8(v.map(|v| *v as u8).collect()),
+        Scalar::I16 => IOBuffer::I16(v.map(|v| *v as i16).collect()),
+        Scalar::U16 => IOBuffer::U16(v.map(|v| *v as u16).collect()),
+        Scalar::I32 => IOBuffer::I32(v.map(|v| *v as i32).collect()),
+        Scalar::U32 => IOBuffer::U32(v.map(|v| *v as u32).collect()),
+        Scalar::I64 => IOBuffer::I64(v.map(|v| *v as i64).collect()),
+        Scalar::U64 => IOBuffer::U64(v.map(|v| *v as u64).collect()),
+        Scalar::F32 => IOBuffer::F32(v.map(|v| *v as f32).collect()),
+        Scalar::F64 => IOBuffer::F64(values.into_owned()),
+    }
+}
