@@ -7,6 +7,7 @@ use isomend::{FillParams, SurfaceKind};
 
 use super::arguments::{self, Choice, Ids};
 use super::console::Console;
+use super::report::ReportArgs;
 use super::solve::{self, Files, SolveArgs};
 use super::{CommonArgs, End};
 
@@ -66,6 +67,9 @@ pub struct FillArgs {
     solve: SolveArgs,
 
     #[command(flatten)]
+    report: ReportArgs,
+
+    #[command(flatten)]
     pub(super) common: CommonArgs,
 }
 
@@ -105,6 +109,8 @@ pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
         input: &args.input,
         output: args.solve.output(&args.output)?,
         json: args.common.json.as_ref(),
+        report: &args.report,
+        before: None,
     };
     let loaded = files.read(args.common.from, console)?;
     let params = args.params();

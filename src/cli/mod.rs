@@ -11,6 +11,7 @@ mod manual;
 mod mask;
 mod output;
 mod progress;
+mod report;
 mod restore;
 mod sdf;
 mod solve;

@@ -10,6 +10,7 @@ use isomend::{RestoreError, RestoreParams, Restored};
 use super::console::Console;
 use super::json::Cut;
 use super::mask::MaskArgs;
+use super::report::{Before, ReportArgs};
 use super::solve::{self, Files, SolveArgs};
 use super::{CommonArgs, End, arguments};
 
@@ -50,16 +51,21 @@ pub struct RestoreArgs {
     mask: MaskArgs,
 
     #[command(flatten)]
+    report: ReportArgs,
+
+    #[command(flatten)]
     pub(super) common: CommonArgs,
 }
 
 /// Reads, cuts, fills, writes.
 pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
-    let files = Files {
+    let mut files = Files {
         command: "restore",
         input: &args.input,
         output: args.solve.output(&args.output)?,
         json: args.common.json.as_ref(),
+        report: &args.report,
+        before: None,
     };
     if args.mask.mask()?.is_none() {
         bail!("no region is marked; give --ball, --box, --mask, --faces, --colour or --material");
@@ -86,6 +92,10 @@ pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
         return Ok(End::Interrupted);
     };
     let cut = tell(&restored, console);
+    files.before = args.report.is_wanted().then(|| Before {
+        mesh: loaded.mesh.clone(),
+        gone: restored.kept.faces.iter().map(|kept| !kept).collect(),
+    });
     let kept = remaining(loaded, &restored);
     let fill = &restored.report.fill;
     files.finish(restored.mesh, &kept, &params.fill, fill, Some(cut), console)

@@ -8,11 +8,12 @@ use isomend::flow::{Energy, Variant};
 use isomend::io::{Format, Loaded};
 use isomend::pipeline::Progress;
 use isomend::report::{FillReport, HoleOutcome, level_lines, summary_lines};
-use isomend::{FillError, FillParams, Mesh, VoxelSize};
+use isomend::{FillError, FillParams, Mesh, SurfaceKind, VoxelSize};
 
 use super::console::Console;
 use super::json::{Cut, FileInfo, FillDocument, Target};
 use super::output::Output;
+use super::report::{Before, Drawn, ReportArgs};
 use super::{End, arguments, input, progress};
 
 /// Edge ratio for the variation of curvature: longer chords are farther from its surface than that is from smooth data.
@@ -149,6 +150,10 @@ pub struct Files<'a> {
     pub output: Output,
     /// Where the report goes.
     pub json: Option<&'a Target>,
+    /// What is drawn.
+    pub report: &'a ReportArgs,
+    /// The mesh before, where it is not the one whose vertices and faces come first.
+    pub before: Option<Before>,
 }
 
 impl Files<'_> {
@@ -157,6 +162,8 @@ impl Files<'_> {
         if let Some(json) = self.json {
             json.check(&[self.input, &self.output.path])?;
         }
+        self.report
+            .check(self.input, &self.output.path, self.json)?;
         progress::catch_interrupt()?;
         input::read(self.input, from, console)
     }
@@ -189,6 +196,22 @@ impl Files<'_> {
                 notes: &notes,
                 complete: !report.incomplete(),
                 cut,
+                report,
+            })?;
+        }
+        if self.report.is_wanted() {
+            self.report.write(&Drawn {
+                command: self.command,
+                input: self.input,
+                output: &self.output.path,
+                before: self.before.as_ref(),
+                first: &loaded.mesh,
+                after: &mesh,
+                kept: match params.surface {
+                    SurfaceKind::Stitched => loaded.mesh.faces.len(),
+                    SurfaceKind::Whole => 0,
+                },
+                notes: &notes,
                 report,
             })?;
         }

@@ -1,6 +1,9 @@
 //! What a run found and did.
 
+pub mod html;
+pub mod picture;
 mod text;
+pub mod view;
 
 use serde::Serialize;
 
