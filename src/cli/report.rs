@@ -143,7 +143,10 @@ impl Drawn<'_> {
             ("output", self.output.display().to_string()),
             ("faces before", report.faces.to_string()),
             ("faces after", self.after.faces.len().to_string()),
-            ("new faces", (self.after.faces.len() - self.kept).to_string()),
+            (
+                "new faces",
+                (self.after.faces.len() - self.kept).to_string(),
+            ),
             ("pieces", report.pieces.to_string()),
             ("seconds", format!("{:.2}", report.seconds)),
         ];

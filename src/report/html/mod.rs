@@ -135,18 +135,16 @@ fn escaped(text: &str) -> String {
 /// A number with four digits that count.
 fn number(x: f64) -> String {
     if x == 0.0 || !x.is_finite() {
-        return if x == 0.0 { "0".to_owned() } else { "–".to_owned() };
+        return if x == 0.0 { "0" } else { "–" }.to_owned();
     }
     let magnitude = x.abs().log10().floor() as i32;
-    if !(-4..7).contains(&magnitude) {
-        return format!("{x:.2e}");
-    }
-    let decimals = (3 - magnitude).max(0) as usize;
-    let mut text = format!("{x:.decimals$}");
-    if text.contains('.') {
-        text.truncate(text.trim_end_matches('0').trim_end_matches('.').len());
-    }
-    text
+    let text = if (-4..7).contains(&magnitude) {
+        let decimals = (3 - magnitude).max(0) as usize;
+        format!("{x:.decimals$}")
+    } else {
+        format!("{x:.2e}")
+    };
+    text.replace('-', "−")
 }
 
 /// Adds formatted text; writing to a string does not fail.
@@ -190,11 +188,11 @@ mod tests {
     fn numbers_have_four_digits() {
         let cases = [
             (0.0, "0"),
-            (1.0, "1"),
-            (12.3456, "12.35"),
+            (1.0, "1.000"),
+            (-12.3456, "−12.35"),
             (123_456.7, "123457"),
             (0.001_234_5, "0.001234"),
-            (1.5e-9, "1.50e-9"),
+            (1.5e-9, "1.50e−9"),
             (f64::NAN, "–"),
         ];
         for (x, text) in cases {

@@ -16,8 +16,8 @@ use super::super::view::Scene;
 const STEPS: f64 = 1_048_576.0;
 /// Values of the curvature and the distance go up to this.
 const VALUES: f32 = 127.0;
-/// The largest curvatures, this part of all, are shown as one.
-const OUTLIERS: f64 = 0.04;
+/// The largest values, this part of all, are shown as one.
+const OUTLIERS: f64 = 0.03;
 
 /// What the script must know beside the arrays.
 #[derive(Serialize)]
@@ -46,8 +46,8 @@ pub fn packed(scene: &Scene) -> (String, Header) {
         let steps = (p.as_dvec3() + radius) / step;
         steps.to_array().map(|x| x.round() as i64)
     };
-    let curvature = limit(scene);
-    let distance = scene.distance.iter().copied().fold(0.0, f32::max);
+    let curvature = limit(scene.curvature.iter().map(|h| h.abs()));
+    let distance = limit(scene.distance.iter().copied().filter(|d| *d > 0.0));
     let scaled = |x: &f32, top: f32| {
         let part = if top > 0.0 { x / top } else { 0.0 };
         (part.clamp(-1.0, 1.0) * VALUES).round() as i64
@@ -56,7 +56,10 @@ pub fn packed(scene: &Scene) -> (String, Header) {
     let mut bytes = Vec::new();
     let mut put = |stride: usize, values: Vec<i64>| array(&mut bytes, stride, &values);
     put(3, scene.positions.iter().flat_map(|&p| whole(p)).collect());
-    put(2, scene.normals.iter().flat_map(|&n| octahedral(n)).collect());
+    put(
+        2,
+        scene.normals.iter().flat_map(|&n| octahedral(n)).collect(),
+    );
     let values = scene.curvature.iter();
     put(1, values.map(|x| scaled(x, curvature)).collect());
     let values = scene.distance.iter();
@@ -81,17 +84,12 @@ pub fn packed(scene: &Scene) -> (String, Header) {
     (STANDARD.encode(deflated(&bytes)), header)
 }
 
-/// The curvature that all but the largest few stay below in size.
-fn limit(scene: &Scene) -> f32 {
-    let mut sizes: Vec<f32> = scene
-        .curvature
-        .iter()
-        .map(|h| h.abs())
-        .filter(|h| h.is_finite())
-        .collect();
-    sizes.sort_unstable_by(f32::total_cmp);
-    let at = (sizes.len() as f64 * (1.0 - OUTLIERS)) as usize;
-    sizes.get(at).or(sizes.last()).copied().unwrap_or(0.0)
+/// The value that all but the largest few stay below.
+fn limit(values: impl Iterator<Item = f32>) -> f32 {
+    let mut values: Vec<f32> = values.filter(|v| v.is_finite()).collect();
+    values.sort_unstable_by(f32::total_cmp);
+    let at = (values.len() as f64 * (1.0 - OUTLIERS)) as usize;
+    values.get(at).or(values.last()).copied().unwrap_or(0.0)
 }
 
 /// A direction as two numbers up to 1023: projected onto an octahedron that is unfolded (Meyer et al. 2010).
@@ -103,10 +101,7 @@ fn octahedral(n: Vec3) -> [i64; 2] {
     let n = n / size;
     let sign = |x: f32| if x < 0.0 { -1.0 } else { 1.0 };
     let (x, y) = if n.z < 0.0 {
-        (
-            (1.0 - n.y.abs()) * sign(n.x),
-            (1.0 - n.x.abs()) * sign(n.y),
-        )
+        ((1.0 - n.y.abs()) * sign(n.x), (1.0 - n.x.abs()) * sign(n.y))
     } else {
         (n.x, n.y)
     };

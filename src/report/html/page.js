@@ -13,7 +13,7 @@ function say(text, trouble = false) {
 }
 
 /** Four digits that count. */
-const digits = (x) => x === 0 ? "0" : Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(1) : String(Number(x.toPrecision(3)));
+const digits = (x) => x === 0 ? "0" : Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(2) : x.toPrecision(3);
 
 // Tools.
 
@@ -41,7 +41,7 @@ function showScale() {
     find("#scale-name").textContent = "sum of the principal curvatures, 1/length";
     find("#scale-low").textContent = "−" + digits(curvature);
     find("#scale-high").textContent = digits(curvature);
-    find("#scale-bar").style.background = "linear-gradient(90deg,#08306b,#2166b8 30%,#e6e8eb 50%,#bf2129 70%,#73051a)";
+    find("#scale-bar").style.background = "linear-gradient(90deg,#0a3380,#428fd6 25%,#ededeb 50%,#e66b52 75%,#80081a)";
   } else if (colour === "distance") {
     find("#scale-name").textContent = "distance of what is new or gone from the other mesh";
     find("#scale-low").textContent = "0";
@@ -69,7 +69,7 @@ function choose(id, scroll = true) {
     button.setAttribute("aria-pressed", pressed);
     if (pressed && scroll) button.scrollIntoView({ block: "nearest" });
   }
-  for (const row of all("#holes-table tr, .table tbody tr")) row.classList.toggle("chosen", Number(row.querySelector("a")?.dataset.hole) === id);
+  for (const row of all(".table tbody tr")) row.classList.toggle("chosen", Number(row.querySelector("a")?.dataset.hole) === id);
   for (const plots of all(".plots")) {
     const own = hole && Number(plots.dataset.region) === hole.region;
     plots.classList.toggle("chosen", Boolean(own));

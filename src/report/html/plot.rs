@@ -18,9 +18,15 @@ const WIDE: f64 = 20.0;
 /// A block for each region whose patch flowed; the first is open.
 pub fn plots(regions: &[RegionReport]) -> String {
     let mut out = String::new();
-    let flowed = regions.iter().filter(|r| r.levels.iter().any(|l| !l.flow.steps.is_empty()));
+    let flowed = regions
+        .iter()
+        .filter(|r| r.levels.iter().any(|l| !l.flow.steps.is_empty()));
     for (i, region) in flowed.enumerate() {
-        let noun = if region.holes.len() == 1 { "hole" } else { "holes" };
+        let noun = if region.holes.len() == 1 {
+            "hole"
+        } else {
+            "holes"
+        };
         add!(
             out,
             "<details class=\"plots\" data-region=\"{id}\"{}><summary>Region {id}: {noun} {}</summary><div class=\"pair\">",
@@ -31,8 +37,15 @@ pub fn plots(regions: &[RegionReport]) -> String {
         let energy: Curve = ("energy", "line", |s: &StepRecord| s.energy);
         plot(&mut out, region, "Energy before each step", &[energy]);
         let largest: Curve = ("largest", "line", |s: &StepRecord| s.movement);
-        let mean: Curve = ("root mean square", "line second", |s: &StepRecord| s.mean_movement);
-        plot(&mut out, region, "Residual: movement in voxels", &[largest, mean]);
+        let mean: Curve = ("root mean square", "line second", |s: &StepRecord| {
+            s.mean_movement
+        });
+        plot(
+            &mut out,
+            region,
+            "Residual: movement in voxels",
+            &[largest, mean],
+        );
         out.push_str("</div></details>");
     }
     out
@@ -101,7 +114,11 @@ fn curve(
     let line: Vec<String> = drawn()
         .map(|(i, v)| format!("{:.1},{:.1}", x(*i), axis.place(*v)))
         .collect();
-    add!(out, "<polyline class=\"{class}\" points=\"{}\"/>", line.join(" "));
+    add!(
+        out,
+        "<polyline class=\"{class}\" points=\"{}\"/>",
+        line.join(" ")
+    );
     for (i, v) in drawn() {
         add!(
             out,
@@ -130,7 +147,11 @@ fn legend(out: &mut String, curves: &[Curve]) {
     for (name, class, _) in curves.iter().rev() {
         add!(out, "<text class=\"axis\" x=\"{x}\" y=\"13\">{name}</text>");
         x -= 6.0 * name.len() as f64 + 6.0;
-        add!(out, "<polyline class=\"{class}\" points=\"{},9 {x},9\"/>", x - 18.0);
+        add!(
+            out,
+            "<polyline class=\"{class}\" points=\"{},9 {x},9\"/>",
+            x - 18.0
+        );
         x -= 30.0;
     }
 }
@@ -168,7 +189,9 @@ impl Axis {
                 logarithmic,
             };
         }
-        let margin = (0.08 * (high - low)).max(1e-3 * high.abs()).max(f64::MIN_POSITIVE);
+        let margin = (0.08 * (high - low))
+            .max(1e-3 * high.abs())
+            .max(f64::MIN_POSITIVE);
         Self {
             low: low - margin,
             high: high + margin,
@@ -181,7 +204,11 @@ impl Axis {
     }
 
     fn place(&self, value: f64) -> f64 {
-        let at = if self.logarithmic { value.log10() } else { value };
+        let at = if self.logarithmic {
+            value.log10()
+        } else {
+            value
+        };
         let part = (at - self.low) / (self.high - self.low);
         SIZE.1 - BOTTOM - part * (SIZE.1 - BOTTOM - TOP)
     }
@@ -219,5 +246,8 @@ fn power(exponent: f64) -> String {
         return 10i32.pow(e as u32).to_string();
     }
     let sign = if e < 0 { "−" } else { "" };
-    format!("10<tspan dy=\"-4\" font-size=\"8\">{sign}{}</tspan>", e.abs())
+    format!(
+        "10<tspan dy=\"-4\" font-size=\"8\">{sign}{}</tspan>",
+        e.abs()
+    )
 }

@@ -38,15 +38,15 @@ uniform float wire, selected;
 out vec4 colour;
 
 vec3 diverging(float x) {
-  vec3 cold = mix(vec3(.90, .91, .92), vec3(.13, .40, .72), smoothstep(0., 1., -x));
-  vec3 warm = mix(vec3(.90, .91, .92), vec3(.75, .13, .16), smoothstep(0., 1., x));
-  return x < 0. ? mix(cold, vec3(.03, .19, .42), smoothstep(.6, 1., -x)) : mix(warm, vec3(.45, .02, .10), smoothstep(.6, 1., x));
+  float size = abs(x);
+  vec3 middle = x < 0. ? vec3(.26, .56, .84) : vec3(.90, .42, .32), end = x < 0. ? vec3(.04, .20, .50) : vec3(.50, .03, .10);
+  return size < .5 ? mix(vec3(.93, .93, .92), middle, 2. * size) : mix(middle, end, 2. * size - 1.);
 }
 
 vec3 rising(float x) {
-  vec3 c = mix(vec3(.20, .17, .42), vec3(.16, .46, .56), smoothstep(0., .35, x));
-  c = mix(c, vec3(.42, .73, .40), smoothstep(.3, .7, x));
-  return mix(c, vec3(.97, .90, .25), smoothstep(.65, 1., x));
+  vec3 c = mix(vec3(.20, .17, .42), vec3(.16, .46, .56), clamp(3. * x, 0., 1.));
+  c = mix(c, vec3(.42, .73, .40), clamp(3. * x - 1., 0., 1.));
+  return mix(c, vec3(.97, .90, .25), clamp(3. * x - 2., 0., 1.));
 }
 
 void main() {
@@ -63,12 +63,12 @@ void main() {
   float head = max(dot(n, eyeward), 0.);
   float key = max(dot(n, normalize(towards + .7 * up - .55 * right)), 0.);
   float fill = max(dot(n, normalize(.4 * towards + right)), 0.);
-  float light = colouring == 0 ? .16 + .30 * head + .52 * key + .14 * fill : .45 + .35 * head + .25 * key;
+  float light = colouring == 0 ? .22 + .34 * head + .54 * key + .14 * fill : .45 + .35 * head + .25 * key;
   float shine = back ? 0. : .10 * pow(max(dot(n, normalize(eyeward + normalize(towards + .7 * up - .55 * right))), 0.), 26.);
   vec3 lit = ground * light * (back ? .8 : 1.) + (colouring == 0 ? shine : 0.);
   if (wire > 0.) {
     vec3 width = fwidth(corner);
-    vec3 near = smoothstep(vec3(0.), width * 1.25, corner);
+    vec3 near = smoothstep(vec3(0.), width * 1.05, corner);
     float line = 1. - min(near.x, min(near.y, near.z));
     float room = 1. - smoothstep(.22, .6, max(width.x, max(width.y, width.z)));
     lit = mix(lit, edge, wire * line * room);

@@ -11,7 +11,10 @@ pub fn status(holes: &[HoleReport]) -> String {
     let mut out = String::new();
     for class in ["filled", "triangulated", "left", "failed"] {
         let word = in_words(class);
-        let count = holes.iter().filter(|h| named(&h.outcome).0 == class).count();
+        let count = holes
+            .iter()
+            .filter(|h| named(&h.outcome).0 == class)
+            .count();
         if count > 0 {
             add!(out, "<li class=\"{class}\">{count} {word}</li>");
         }
@@ -42,7 +45,12 @@ fn named(outcome: &HoleOutcome) -> (&'static str, &str) {
 pub fn facts(facts: &[(&str, String)]) -> String {
     let mut out = String::new();
     for (name, value) in facts {
-        add!(out, "<div><dt>{}</dt><dd>{}</dd></div>", escaped(name), escaped(value));
+        add!(
+            out,
+            "<div><dt>{}</dt><dd>{}</dd></div>",
+            escaped(name),
+            escaped(value)
+        );
     }
     out
 }
@@ -79,7 +87,11 @@ pub fn hole_list(holes: &[HoleReport]) -> String {
             number(h.hole.diameter),
             h.hole.edges,
             id = h.hole.id,
-            what = if h.hole.outer_border { "Border" } else { "Hole" },
+            what = if h.hole.outer_border {
+                "Border"
+            } else {
+                "Hole"
+            },
         );
         if !why.is_empty() {
             add!(out, "<span class=\"why\">{}</span>", escaped(why));
@@ -105,7 +117,11 @@ pub fn hole_table(holes: &[HoleReport]) -> String {
             number(h.hole.diameter),
             number(h.hole.width),
             h.hole.planarity,
-            if h.region == 0 { "–".to_owned() } else { h.region.to_string() },
+            if h.region == 0 {
+                "–".to_owned()
+            } else {
+                h.region.to_string()
+            },
             in_words(class),
             escaped(why),
             id = h.hole.id,
@@ -117,11 +133,16 @@ pub fn hole_table(holes: &[HoleReport]) -> String {
 /// The table of regions.
 pub fn region_table(regions: &[RegionReport]) -> String {
     let mut out = String::new();
-    for r in regions {
+    let plain = |r: &RegionReport| r.levels.is_empty() && r.earlier_tries.is_empty();
+    for r in regions.iter().filter(|r| !plain(r)) {
         let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
         let last = r.levels.last();
         let energies = last.map_or("–".to_owned(), |l| {
-            format!("{} → {}", number(l.flow.energy_before), number(l.flow.energy_after))
+            format!(
+                "{} → {}",
+                number(l.flow.energy_before),
+                number(l.flow.energy_after)
+            )
         });
         let state = match last {
             None => "no flow",
@@ -143,7 +164,11 @@ pub fn region_table(regions: &[RegionReport]) -> String {
             r.seam_angle_mean,
             r.seam_angle_max,
             r.new_faces,
-            if r.quality_mean > 0.0 { format!("{:.3}", r.quality_mean) } else { "–".to_owned() },
+            if r.quality_mean > 0.0 {
+                format!("{:.3}", r.quality_mean)
+            } else {
+                "–".to_owned()
+            },
             r.intersecting_faces,
             r.seconds,
         );
@@ -156,6 +181,16 @@ pub fn region_table(regions: &[RegionReport]) -> String {
                 tries.join("; ")
             );
         }
+    }
+    let small = || regions.iter().filter(|r| plain(r));
+    if small().next().is_some() {
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">{} more, of small holes and sides of seams: closed with {} faces between \
+             their own vertices</td></tr>",
+            small().count(),
+            small().map(|r| r.new_faces).sum::<usize>()
+        );
     }
     out
 }

@@ -125,7 +125,7 @@ class Viewer {
     gl.uniform1i(at("colouring"), ["plain", "curvature", "distance"].indexOf(options.colour));
     gl.uniform1i(at("marks"), mesh.marks);
     gl.uniform1i(at("faceted"), options.flat);
-    gl.uniform1f(at("wire"), options.wire ? 0.75 : 0);
+    gl.uniform1f(at("wire"), options.wire ? 0.5 : 0);
     gl.uniform1f(at("selected"), this.selected.region || -1);
     for (const part of this.partsOf(side)) {
       const [first, end] = mesh.parts[part];

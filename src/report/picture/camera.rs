@@ -39,7 +39,10 @@ pub fn views(scene: &Scene) -> Views {
     let Some(patch) = subject else {
         let towards = gone_or_corner(scene, up);
         return Views {
-            whole: fitted(scene, Camera::new(towards, up, Vec3::ZERO, everything.reach)),
+            whole: fitted(
+                scene,
+                Camera::new(towards, up, Vec3::ZERO, everything.reach),
+            ),
             close: None,
         };
     };

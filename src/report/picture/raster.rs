@@ -116,7 +116,14 @@ pub fn draw(scene: &Scene, side: Side, camera: &Camera, [width, height]: [usize;
         .for_each(|(band, (samples, members))| {
             let mut depth = vec![f32::NEG_INFINITY; samples.len()];
             for &i in members {
-                fill(&faces[i as usize], i, band * BAND, width, samples, &mut depth);
+                fill(
+                    &faces[i as usize],
+                    i,
+                    band * BAND,
+                    width,
+                    samples,
+                    &mut depth,
+                );
             }
         });
     Seen {
@@ -148,10 +155,8 @@ fn project(
             let corners = scene.faces[face as usize].map(|v| places[v as usize]);
             let [a, b, c] = corners.map(Vec3::truncate);
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
-            let inside = high.x >= 0.0
-                && high.y >= 0.0
-                && low.x < width as f32
-                && low.y < height as f32;
+            let inside =
+                high.x >= 0.0 && high.y >= 0.0 && low.x < width as f32 && low.y < height as f32;
             let area = (b - a).perp_dot(c - a);
             (inside && area != 0.0 && area.is_finite()).then_some(Projected {
                 face,

@@ -63,7 +63,12 @@ pub fn panel(
 
 /// Half the width of edges in samples; 0 where they would be too near each other.
 fn edge_width(seen: &Seen, samples: f32) -> f32 {
-    let mut shown: Vec<u32> = seen.nearest.iter().copied().filter(|i| *i != NONE).collect();
+    let mut shown: Vec<u32> = seen
+        .nearest
+        .iter()
+        .copied()
+        .filter(|i| *i != NONE)
+        .collect();
     let covered = shown.len() as f32;
     shown.sort_unstable();
     shown.dedup();
@@ -92,7 +97,13 @@ impl Shader<'_> {
         let weights = face.weights(x as f32 + 0.5, y as f32 + 0.5);
         let lit = self.lit(face, weights);
         let near = self.edge_width - face.to_edge(weights) + 0.5;
-        lit * (1.0 - EDGE_DARK * if self.edge_width > 0.0 { near.clamp(0.0, 1.0) } else { 0.0 })
+        lit * (1.0
+            - EDGE_DARK
+                * if self.edge_width > 0.0 {
+                    near.clamp(0.0, 1.0)
+                } else {
+                    0.0
+                })
     }
 
     fn lit(&self, face: &Projected, weights: [f32; 3]) -> Vec3 {
