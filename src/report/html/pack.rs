@@ -33,8 +33,10 @@ pub struct Header {
     distance: f32,
     /// Whether new faces get a colour of their own.
     marks: bool,
-    /// From where to look first, and what is upward.
+    /// From where to look first, at what, how far to both sides, and what is upward.
     towards: [f32; 3],
+    centre: [f32; 3],
+    reach: f32,
     up: [f32; 3],
 }
 
@@ -79,6 +81,8 @@ pub fn packed(scene: &Scene) -> (String, Header) {
         distance,
         marks: scene.marks_new(),
         towards: camera.towards.to_array(),
+        centre: camera.centre.to_array(),
+        reach: camera.reach,
         up: camera.up.to_array(),
     };
     (STANDARD.encode(deflated(&bytes)), header)

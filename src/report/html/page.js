@@ -98,9 +98,12 @@ function step(by) {
   choose(ids[(at + by + ids.length) % ids.length]);
 }
 
+/** Where one looks from first; the perspective needs some more room than the parallel lines that it was fitted to. */
+const home = () => ({ centre: data.scene.centre, axes: frame(data.scene.towards, data.scene.up), reach: 1.08 * data.scene.reach });
+
 function reset() {
   choose(null);
-  viewer.fly({ centre: [0, 0, 0], axes: frame(data.scene.towards, data.scene.up), reach: 1.02 * data.scene.radius });
+  viewer.fly(home());
 }
 
 /** The hole of a patch that was met, or a hole whose opening is under the pointer. */
@@ -242,8 +245,7 @@ async function begin() {
   find("#reset").addEventListener("click", reset);
   usePointers(viewer.canvas);
   useKeys(viewer.canvas);
-  viewer.camera.axes = frame(data.scene.towards, data.scene.up);
-  viewer.camera.reach = 1.02 * data.scene.radius;
+  Object.assign(viewer.camera, home());
   say("");
   const linked = /^#hole-(\d+)$/.exec(location.hash);
   if (linked) choose(Number(linked[1]));

@@ -37,9 +37,7 @@ pub fn plots(regions: &[RegionReport]) -> String {
         let energy: Curve = ("energy", "line", |s: &StepRecord| s.energy);
         plot(&mut out, region, "Energy before each step", &[energy]);
         let largest: Curve = ("largest", "line", |s: &StepRecord| s.movement);
-        let mean: Curve = ("root mean square", "line second", |s: &StepRecord| {
-            s.mean_movement
-        });
+        let mean: Curve = ("rms", "line second", |s: &StepRecord| s.mean_movement);
         plot(
             &mut out,
             region,
@@ -146,7 +144,7 @@ fn legend(out: &mut String, curves: &[Curve]) {
     let mut x = SIZE.0 - RIGHT;
     for (name, class, _) in curves.iter().rev() {
         add!(out, "<text class=\"axis\" x=\"{x}\" y=\"13\">{name}</text>");
-        x -= 6.0 * name.len() as f64 + 6.0;
+        x -= 5.5 * name.len() as f64 + 6.0;
         add!(
             out,
             "<polyline class=\"{class}\" points=\"{},9 {x},9\"/>",
@@ -234,9 +232,18 @@ impl Axis {
         let marks = (0..12).map(|i| (first + f64::from(i)) * step);
         marks
             .take_while(|v| *v <= self.high)
-            .map(|v| (v, number(v)))
+            .map(|v| (v, short(v)))
             .collect()
     }
+}
+
+/// A number without zeros at its end.
+fn short(value: f64) -> String {
+    let text = number(value);
+    if text.contains('.') && !text.contains('e') {
+        return text.trim_end_matches('0').trim_end_matches('.').to_owned();
+    }
+    text
 }
 
 /// A power of ten.

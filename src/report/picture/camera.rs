@@ -7,12 +7,13 @@ use super::raster::{Camera, NONE, draw};
 
 /// Directions are compared by drawings of so many samples in height and width.
 const TRIAL: usize = 96;
-/// What is seen from below or from straight above counts less, by up to this part.
+/// What is seen from below or from straight above counts less, by up to this part: of the whole, and of a close-up.
 const UPRIGHT: f32 = 0.35;
+const UPRIGHT_CLOSE: f32 = 0.12;
 /// The margin round what is drawn.
 const MARGIN: f32 = 1.06;
 /// The reach of a close-up over that of its patch.
-const CLOSE: f32 = 1.6;
+const CLOSE: f32 = 1.3;
 
 /// A view of the whole scene, and one of its largest patch where there is any.
 pub struct Views {
@@ -37,28 +38,34 @@ pub fn views(scene: &Scene) -> Views {
     let largest = largest_region(scene);
     let subject = largest.and_then(|region| subject(scene, |f| scene.region(f) == Some(region)));
     let Some(patch) = subject else {
-        let towards = gone_or_corner(scene, up);
+        let towards = rim_or_corner(scene, up);
         return Views {
             whole: fitted(
-                scene,
-                Camera::new(towards, up, Vec3::ZERO, everything.reach),
+                scene.positions.iter().copied(),
+                everything.towards(towards, up),
+                MARGIN,
             ),
             close: None,
         };
     };
     let directions = directions(scene, up, &patch);
-    let whole = best(scene, &directions, up, |towards| {
-        let camera = Camera::new(towards, up, Vec3::ZERO, everything.reach);
-        (camera, None)
-    });
-    let close = best(scene, &directions, up, |towards| {
-        let camera = Camera::new(towards, up, patch.centre, CLOSE * patch.reach);
-        (camera, largest)
-    });
+    let whole = best(scene, &directions, (up, UPRIGHT), None, everything);
+    let near = Camera {
+        centre: patch.centre,
+        reach: CLOSE * patch.reach,
+        ..everything
+    };
+    let close = best(scene, &directions, (up, UPRIGHT_CLOSE), largest, near);
     let whole = whole.or(close).unwrap_or(everything);
+    let all = scene.positions.iter().copied();
+    let own = (0..scene.faces.len() as u32)
+        .filter(|&f| scene.region(f) == largest)
+        .flat_map(|f| scene.faces[f as usize].map(|v| scene.positions[v as usize]));
     Views {
-        whole: fitted(scene, whole),
-        close: close.filter(|_| scene.marks_new()),
+        whole: fitted(all, whole, MARGIN),
+        close: close
+            .filter(|_| scene.marks_new())
+            .map(|camera| fitted(own, camera, CLOSE)),
     }
 }
 
@@ -99,7 +106,7 @@ fn subject(scene: &Scene, belongs: impl Fn(u32) -> bool) -> Option<Subject> {
 }
 
 /// A direction for scenes without patches: to the first rim, or from a corner.
-fn gone_or_corner(scene: &Scene, up: Vec3) -> Vec3 {
+fn rim_or_corner(scene: &Scene, up: Vec3) -> Vec3 {
     let rim = scene.rims.first().filter(|rim| !rim.is_empty());
     let centre = rim.map(|rim| rim.iter().copied().sum::<Vec3>() / rim.len() as f32);
     let side = if up == Vec3::Y { Vec3::Z } else { -Vec3::Y };
@@ -125,16 +132,17 @@ fn directions(scene: &Scene, up: Vec3, patch: &Subject) -> Vec<Vec3> {
     all
 }
 
-/// The camera from which most of a region is seen, or of all new faces.
+/// The camera, turned to one of the directions, from which most of a region is seen, or of all new faces.
 fn best(
     scene: &Scene,
     directions: &[Vec3],
-    up: Vec3,
-    camera: impl Fn(Vec3) -> (Camera, Option<u32>),
+    (up, upright): (Vec3, f32),
+    wanted: Option<u32>,
+    camera: Camera,
 ) -> Option<Camera> {
     let mut found: Option<(f32, Camera)> = None;
     for &towards in directions {
-        let (camera, wanted) = camera(towards);
+        let camera = camera.towards(towards, up);
         let seen = draw(scene, Side::After, &camera, [TRIAL, TRIAL]);
         let counts = |&i: &u32| {
             let Some(face) = seen.faces.get(i as usize).filter(|_| i != NONE) else {
@@ -145,7 +153,7 @@ fn best(
         };
         let count = seen.nearest.iter().filter(|i| counts(i)).count() as f32;
         let tilt = up.dot(towards);
-        let score = count * (1.0 - UPRIGHT * if tilt < 0.0 { -tilt } else { tilt.powi(4) });
+        let score = count * (1.0 - upright * if tilt < 0.0 { -tilt } else { tilt.powi(4) });
         if score > found.as_ref().map_or(0.0, |(top, _)| *top) {
             found = Some((score, camera));
         }
@@ -153,10 +161,10 @@ fn best(
     found.map(|(_, camera)| camera)
 }
 
-/// The camera moved and drawn back so that the scene just fits into a picture as wide as high.
-fn fitted(scene: &Scene, camera: Camera) -> Camera {
+/// The camera moved and drawn back so that the points fit into a picture as wide as high, with a margin.
+fn fitted(points: impl Iterator<Item = Vec3>, camera: Camera, margin: f32) -> Camera {
     let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    let (low, high) = scene.positions.iter().fold(start, |(l, h), p| {
+    let (low, high) = points.fold(start, |(l, h), p| {
         let q = Vec3::new(p.dot(camera.right), p.dot(camera.up), p.dot(camera.towards));
         (l.min(q), h.max(q))
     });
@@ -167,7 +175,7 @@ fn fitted(scene: &Scene, camera: Camera) -> Camera {
     let size = 0.5 * (high - low);
     Camera {
         centre: camera.right * middle.x + camera.up * middle.y + camera.towards * middle.z,
-        reach: (MARGIN * size.x.max(size.y)).max(f32::MIN_POSITIVE),
+        reach: (margin * size.x.max(size.y)).max(f32::MIN_POSITIVE),
         ..camera
     }
 }

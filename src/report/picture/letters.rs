@@ -6,7 +6,7 @@ use super::super::view::Side;
 
 /// Height of a capital in pixels, from the top left corner so far.
 const HEIGHT: f32 = 17.0;
-const MARGIN: f32 = 20.0;
+const MARGIN: f32 = 16.0;
 /// Half the width of a stroke.
 const PEN: f32 = 1.05;
 const INK: f32 = 70.0;
@@ -76,8 +76,8 @@ const A: Strokes = &[
 ];
 const T: Strokes = &[&[(0.0, 0.0), (4.2, 0.0)], &[(2.1, 0.0), (2.1, 6.0)]];
 
-/// Writes the name of a side into the upper left corner of a square panel.
-pub fn write(panel: &mut [u8], size: usize, side: Side) {
+/// Writes the name of a side at the upper edge of a picture of so many pixels in a row, from `left` on.
+pub fn write(pixels: &mut [u8], width: usize, left: usize, side: Side) {
     let word: &[Strokes] = match side {
         Side::Before => &[B, E, F, O, R, E],
         Side::After => &[A, F, T, E, R],
@@ -94,15 +94,15 @@ pub fn write(panel: &mut [u8], size: usize, side: Side) {
         })
         .collect();
     let right = (MARGIN + unit * 6.0 * word.len() as f32) as usize + 2;
-    for y in 0..((MARGIN + HEIGHT) as usize + 4).min(size) {
-        for x in 0..right.min(size) {
+    for y in 0..((MARGIN + HEIGHT) as usize + 4) {
+        for x in 0..right.min(width - left) {
             let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
             let near = lines
                 .iter()
                 .map(|l| distance(p, *l))
                 .fold(f32::MAX, f32::min);
             let ink = (PEN + 0.5 - near).clamp(0.0, 1.0);
-            for byte in &mut panel[3 * (y * size + x)..][..3] {
+            for byte in &mut pixels[3 * (y * width + left + x)..][..3] {
                 *byte = (f32::from(*byte) * (1.0 - ink) + INK * ink) as u8;
             }
         }

@@ -18,8 +18,9 @@ pub use camera::{Views, views};
 const PANEL: usize = 720;
 /// Samples along a pixel's side.
 const SAMPLES: usize = 3;
-/// Pixels between panels.
+/// Pixels between panels, and over them for their names.
 const GAP: usize = 8;
+const HEAD: usize = 44;
 
 /// Why a picture could not be encoded.
 #[derive(Debug, Error)]
@@ -37,16 +38,17 @@ pub fn picture(scene: &Scene) -> Result<Vec<u8>, PictureError> {
         .flatten()
         .collect();
     let size = |panels: usize| panels * PANEL + (panels - 1) * GAP;
-    let (width, height) = (size(2), size(rows.len()));
+    let (width, height) = (size(2), HEAD + size(rows.len()));
     let mut pixels = vec![255u8; 3 * width * height];
     for (row, (camera, edges)) in rows.iter().enumerate() {
         for (column, side) in [Side::Before, Side::After].into_iter().enumerate() {
-            let mut panel = shade::panel(scene, side, camera, *edges, [PANEL, SAMPLES]);
+            let panel = shade::panel(scene, side, camera, *edges, [PANEL, SAMPLES]);
+            let left = column * (PANEL + GAP);
             if row == 0 {
-                letters::write(&mut panel, PANEL, side);
+                letters::write(&mut pixels, width, left, side);
             }
             for (y, line) in panel.chunks(3 * PANEL).enumerate() {
-                let at = 3 * ((row * (PANEL + GAP) + y) * width + column * (PANEL + GAP));
+                let at = 3 * ((HEAD + row * (PANEL + GAP) + y) * width + left);
                 pixels[at..at + line.len()].copy_from_slice(line);
             }
         }

@@ -43,6 +43,11 @@ impl Camera {
         }
     }
 
+    /// The same from another direction.
+    pub fn towards(&self, towards: Vec3, up: Vec3) -> Self {
+        Self::new(towards, up, self.centre, self.reach)
+    }
+
     /// Right, up and depth of a point, in units of half the height; larger depths are nearer.
     fn place(&self, p: Vec3) -> Vec3 {
         let d = (p - self.centre) / self.reach;
@@ -79,7 +84,7 @@ impl Projected {
     }
 
     /// Distance in samples from a point with these weights to the nearest edge.
-    pub fn to_edge(&self, weights: [f32; 3]) -> f32 {
+    pub fn edge_distance(&self, weights: [f32; 3]) -> f32 {
         (0..3)
             .map(|k| {
                 let edge = self.corners[(k + 2) % 3] - self.corners[(k + 1) % 3];

@@ -34,9 +34,11 @@ pub fn panel(
     [pixels, samples]: [usize; 2],
 ) -> Vec<u8> {
     let seen = draw(scene, side, camera, [pixels * samples, pixels * samples]);
-    let width = edges
-        .then(|| edge_width(&seen, samples as f32))
-        .unwrap_or_default();
+    let width = if edges {
+        edge_width(&seen, samples as f32)
+    } else {
+        0.0
+    };
     let shader = Shader {
         scene,
         seen: &seen,
@@ -96,7 +98,7 @@ impl Shader<'_> {
         let face = &self.seen.faces[index as usize];
         let weights = face.weights(x as f32 + 0.5, y as f32 + 0.5);
         let lit = self.lit(face, weights);
-        let near = self.edge_width - face.to_edge(weights) + 0.5;
+        let near = self.edge_width - face.edge_distance(weights) + 0.5;
         lit * (1.0
             - EDGE_DARK
                 * if self.edge_width > 0.0 {
