@@ -48,13 +48,14 @@ pub struct RestoreArgs {
     solve: SolveArgs,
 
     #[command(flatten)]
-    mask: MaskArgs,
-
-    #[command(flatten)]
     report: ReportArgs,
 
     #[command(flatten)]
     pub(super) common: CommonArgs,
+
+    // Last, since what follows it would stand under its heading.
+    #[command(flatten)]
+    mask: MaskArgs,
 }
 
 /// Reads, cuts, fills, writes.

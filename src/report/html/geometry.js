@@ -53,7 +53,7 @@ async function unpack(text, header) {
   const next = arrayReader(await inflated(text));
   const placed = (steps) => Float32Array.from(steps, (s) => s * header.step - header.radius);
   const positions = placed(next()), normals = normalsOf(next());
-  const curvature = next(), distance = next(), faces = next(), regions = next();
+  const curvatures = next(), distances = next(), faces = next(), regions = next();
   const points = placed(next()), lengths = next();
   const rims = [];
   let start = 0;
@@ -67,7 +67,7 @@ async function unpack(text, header) {
     new: [header.kept, header.kept + header.new],
     gone: [header.kept + header.new, count],
   };
-  return { positions, normals, curvature, distance, faces, regions, rims, parts, count, ...header };
+  return { ...header, positions, normals, curvatures, distances, faces, regions, rims, parts };
 }
 
 const CORNER_BYTES = 24;
@@ -84,8 +84,8 @@ function cornerBuffer(mesh) {
     }
     const face = (i / 3 | 0) - mesh.kept;
     shorts[12 * i + 9] = face >= 0 && face < mesh.new ? mesh.regions[face] : 0;
-    bytes[24 * i + 20] = mesh.curvature[v];
-    bytes[24 * i + 21] = mesh.distance[v];
+    bytes[24 * i + 20] = mesh.curvatures[v];
+    bytes[24 * i + 21] = mesh.distances[v];
   }
   return buffer;
 }
