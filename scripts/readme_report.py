@@ -37,8 +37,7 @@ def main():
         finally:
             browser.close()
         image = Image.open(io.BytesIO(picture.read_bytes())).convert("RGB")
-    # 256 colours are enough for a page, and half the bytes.
-    image.quantize(256, dither=Image.Dither.NONE).save(target, optimize=True)
+    image.save(target, optimize=True)
     print(f"{target}: {target.stat().st_size / 1000:.0f} kB")
 
 
