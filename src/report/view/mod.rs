@@ -83,7 +83,8 @@ impl Scene {
             at = end;
         }
         let classes = [kept, after.faces.len()];
-        let faces = thin::thinned(&parts.positions, &parts.faces, classes, &rims, limit);
+        let vertices = (&parts.positions[..], &parts.shading.normals[..]);
+        let faces = thin::thinned(vertices, &parts.faces, classes, &rims, limit);
         parts.into_scene(faces, &regions, classes, change, all_faces)
     }
 

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
 /// So many rings of vertices round patches and rims stay as they are, where the limit allows it.
 const RINGS: usize = 16;
@@ -17,7 +17,7 @@ const NEAR_PART: f64 = 0.1;
 /// The faces to draw, each with its number, by vertices that stand for those of their cell. `classes` are the ends of the
 /// faces of both meshes and of the new ones; `rims` points near which nothing is made coarser.
 pub fn thinned(
-    positions: &[DVec3],
+    (positions, normals): (&[DVec3], &[Vec3]),
     faces: &[[u32; 3]],
     classes: [usize; 2],
     rims: &[DVec3],
@@ -43,12 +43,20 @@ pub fn thinned(
         let drawn: Vec<(u32, [u32; 3])> = whole()
             .map(|(i, f)| (i, f.map(|v| stands[v as usize])))
             .filter(|(_, [a, b, c])| a != b && b != c && c != a)
+            .filter(|(i, f)| *f == faces[*i as usize] || !is_folded(positions, normals, f))
             .collect();
         if drawn.len() <= limit {
             return drawn;
         }
     }
     Vec::new()
+}
+
+/// Whether a face has come to lie back to front: it covers others, and would show its inside.
+fn is_folded(positions: &[DVec3], normals: &[Vec3], face: &[u32; 3]) -> bool {
+    let [a, b, c] = face.map(|v| positions[v as usize]);
+    let outward: Vec3 = face.iter().map(|&v| normals[v as usize]).sum();
+    (b - a).cross(c - a).dot(outward.as_dvec3()) < 0.0
 }
 
 /// For each vertex the number of rings between it and the nearest patch or rim, at most one more than counts.
