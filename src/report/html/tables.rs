@@ -135,52 +135,7 @@ pub fn region_table(regions: &[RegionReport]) -> String {
     let mut out = String::new();
     let plain = |r: &RegionReport| r.levels.is_empty() && r.earlier_tries.is_empty();
     for r in regions.iter().filter(|r| !plain(r)) {
-        let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
-        let last = r.levels.last();
-        let energies = last.map_or("–".to_owned(), |l| {
-            format!(
-                "{} → {}",
-                number(l.flow.energy_before),
-                number(l.flow.energy_after)
-            )
-        });
-        let state = match last {
-            None => "no flow",
-            Some(_) if r.converged => "steady",
-            Some(_) => "not steady",
-        };
-        let across = if r.voxel > 0.0 {
-            format!("{:.0}", r.diameter / r.voxel)
-        } else {
-            "–".to_owned()
-        };
-        add!(
-            out,
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{across}</td><td>{steps}</td><td>{state}</td>\
-             <td>{energies}</td><td>{:.1}° / {:.1}°</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td></tr>",
-            r.id,
-            listed(&r.holes),
-            number(r.diameter),
-            r.seam_angle_mean,
-            r.seam_angle_max,
-            r.new_faces,
-            if r.quality_mean > 0.0 {
-                format!("{:.3}", r.quality_mean)
-            } else {
-                "–".to_owned()
-            },
-            r.intersecting_faces,
-            r.seconds,
-        );
-        if !r.earlier_tries.is_empty() {
-            let tries: Vec<String> = r.earlier_tries.iter().map(|t| escaped(t)).collect();
-            add!(
-                out,
-                "<tr class=\"more\"><td colspan=\"12\">region {} was tried again: {}</td></tr>",
-                r.id,
-                tries.join("; ")
-            );
-        }
+        region_row(&mut out, r);
     }
     let small = || regions.iter().filter(|r| plain(r));
     if small().next().is_some() {
@@ -193,4 +148,54 @@ pub fn region_table(regions: &[RegionReport]) -> String {
         );
     }
     out
+}
+
+/// A region's row, and one more where it took several tries.
+fn region_row(out: &mut String, r: &RegionReport) {
+    let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
+    let last = r.levels.last();
+    let energies = last.map_or("–".to_owned(), |l| {
+        format!(
+            "{} → {}",
+            number(l.flow.energy_before),
+            number(l.flow.energy_after)
+        )
+    });
+    let state = match last {
+        None => "no flow",
+        Some(_) if r.converged => "steady",
+        Some(_) => "not steady",
+    };
+    let across = if r.voxel > 0.0 {
+        format!("{:.0}", r.diameter / r.voxel)
+    } else {
+        "–".to_owned()
+    };
+    add!(
+        out,
+        "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{across}</td><td>{steps}</td><td>{state}</td>\
+         <td>{energies}</td><td>{:.1}° / {:.1}°</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td></tr>",
+        r.id,
+        listed(&r.holes),
+        number(r.diameter),
+        r.seam_angle_mean,
+        r.seam_angle_max,
+        r.new_faces,
+        if r.quality_mean > 0.0 {
+            format!("{:.3}", r.quality_mean)
+        } else {
+            "–".to_owned()
+        },
+        r.intersecting_faces,
+        r.seconds,
+    );
+    if !r.earlier_tries.is_empty() {
+        let tries: Vec<String> = r.earlier_tries.iter().map(|t| escaped(t)).collect();
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">region {} was tried again: {}</td></tr>",
+            r.id,
+            tries.join("; ")
+        );
+    }
 }
