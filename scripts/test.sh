@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# All tests: those of cargo, then the cross-check of written files by trimesh and MeshLab in a venv made here.
+# All tests: those of cargo, then in a venv made here the cross-check of written files by trimesh and MeshLab, and the report in
+# a headless Chromium where there is one.
 # Needs Rust, a C compiler and Python 3.11 or newer.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -21,3 +22,4 @@ fi
 "$python" scripts/crosscheck.py
 "$python" -W ignore scripts/crosscheck_attributes.py
 "$python" scripts/crosscheck_volumes.py
+"$python" scripts/browser_test.py || [ $? -eq 77 ]

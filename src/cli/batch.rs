@@ -5,11 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use isomend::io::{Format, Loaded};
+use isomend::mesh::cut::Remainder;
 
 use super::console::Console;
 use super::input::is_stream;
 use super::json::{Documents, FailedDocument};
 use super::output::{Output, check_writable};
+use super::report::{Before, Drawn, ReportArgs};
 use super::{CommonArgs, End, Usage, arguments, input, progress};
 
 /// What is read and written.
@@ -33,6 +35,9 @@ pub struct FilesArgs {
     #[arg(long)]
     ascii: bool,
 
+    #[command(flatten)]
+    report: ReportArgs,
+
     /// Only say what would be done: which holes, on which grid. No mesh is written.
     #[arg(long)]
     dry_run: bool,
@@ -46,6 +51,8 @@ pub struct Files<'a> {
     pub input: &'a Path,
     /// The mesh written; none where it is only said what would be done.
     pub output: Option<Output>,
+    /// What is drawn.
+    report: &'a ReportArgs,
     /// Collects the reports, where one is asked for.
     pub documents: Option<&'a Documents>,
     /// Whether there are several inputs.
@@ -58,6 +65,22 @@ impl Files<'_> {
     /// Reads the mesh.
     pub fn read(&self, from: Option<Format>, console: &Console) -> anyhow::Result<Loaded> {
         input::read(self.input, from, console)
+    }
+
+    /// The mesh as it was read, where it is to be drawn beside what is left of it after a cut.
+    pub fn before(&self, loaded: &Loaded, kept: &Remainder) -> Option<Before> {
+        self.report.is_wanted().then(|| Before {
+            mesh: loaded.mesh.clone(),
+            gone: kept.faces.iter().map(|kept| !kept).collect(),
+        })
+    }
+
+    /// Draws what is asked for.
+    pub fn draw(&self, drawn: &Drawn) -> anyhow::Result<()> {
+        if self.report.is_wanted() {
+            self.report.write(drawn)?;
+        }
+        Ok(())
     }
 
     /// Whether the output is glTF.
@@ -87,6 +110,7 @@ impl FilesArgs {
             let meshes = outputs.iter().flatten().map(|o| o.path.as_path());
             json.check(&inputs, &meshes.collect::<Vec<_>>())?;
         }
+        self.check_drawings(&outputs, common)?;
         progress::catch_interrupt()?;
         let documents = common.json.as_ref().map(|_| Documents::default());
         let several = inputs.len() > 1;
@@ -96,6 +120,7 @@ impl FilesArgs {
                 command,
                 input,
                 output,
+                report: &self.report,
                 documents: documents.as_ref(),
                 several,
                 report_only: common.json.as_ref().is_some_and(|json| json.is_stdout()),
@@ -127,6 +152,26 @@ impl FilesArgs {
             console.say(&summary(&ends));
         }
         Ok(worst(&ends))
+    }
+
+    /// Whether what is to be drawn can be.
+    fn check_drawings(
+        &self,
+        outputs: &[Option<Output>],
+        common: &CommonArgs,
+    ) -> anyhow::Result<()> {
+        if !self.report.is_wanted() {
+            return Ok(());
+        }
+        match (&self.inputs[..], outputs) {
+            ([input], [Some(output)]) => {
+                self.report.check(input, &output.path, common.json.as_ref())
+            }
+            ([_], _) => Ok(()),
+            _ => Err(usage(
+                "--report and --picture show one mesh, but there are several inputs; run them one by one",
+            )),
+        }
     }
 
     /// Where each input goes.

@@ -15,6 +15,7 @@ use super::batch::{Files, FilesArgs};
 use super::console::{self, Console};
 use super::json::FileInfo;
 use super::mask::MaskArgs;
+use super::report::Drawn;
 use super::solve::{self, Scheme};
 use super::{CommonArgs, End, arguments};
 
@@ -167,6 +168,7 @@ fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> a
         },
         ..FillParams::default()
     };
+    let before = kept.as_ref().and_then(|kept| files.before(&loaded, kept));
     let loaded = match &kept {
         Some(kept) => loaded.restricted(kept),
         None => loaded,
@@ -178,9 +180,9 @@ fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> a
         .for_each(|note| console.note(&format!("{}: {note}", output.name())));
     tell(&report, console);
     let fill = &report.fill;
+    let mut notes = loaded.notes.clone();
+    notes.extend(remarks);
     if let Some(documents) = files.documents {
-        let mut notes = loaded.notes.clone();
-        notes.extend(remarks);
         documents.add(&FairDocument {
             command: files.command,
             version: env!("CARGO_PKG_VERSION"),
@@ -192,6 +194,17 @@ fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> a
             report: &report,
         })?;
     }
+    files.draw(&Drawn {
+        command: files.command,
+        input: files.input,
+        output: &output.path,
+        before: before.as_ref(),
+        first: &loaded.mesh,
+        after: &mesh,
+        kept: kept.as_ref().map_or(0, |kept| kept.mesh.faces.len()),
+        notes: &notes,
+        report: fill,
+    })?;
     Ok(if complete(fill) {
         End::Done
     } else {

@@ -6,7 +6,7 @@ use isomend::{FillParams, SurfaceKind};
 use super::arguments::{self, Choice, Ids};
 use super::batch::{Files, FilesArgs};
 use super::console::Console;
-use super::solve::{self, SolveArgs};
+use super::solve::{self, Mended, SolveArgs};
 use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
@@ -119,5 +119,13 @@ fn one(
     let Some(filled) = solve::unless_stopped(filled, console)? else {
         return Ok(End::Interrupted);
     };
-    files.finish(filled.mesh, &loaded, params, &filled.report, None, console)
+    let done = Mended {
+        mesh: filled.mesh,
+        first: &loaded,
+        params,
+        report: &filled.report,
+        cut: None,
+        before: None,
+    };
+    files.finish(done, console)
 }

@@ -14,6 +14,7 @@ mod manual;
 mod mask;
 mod output;
 mod progress;
+mod report;
 mod restore;
 mod sdf;
 mod solve;

@@ -8,7 +8,7 @@ use super::batch::{Files, FilesArgs};
 use super::console::Console;
 use super::json::Cut;
 use super::mask::MaskArgs;
-use super::solve::{self, SolveArgs};
+use super::solve::{self, Mended, SolveArgs};
 use super::{CommonArgs, End, arguments};
 
 const EXAMPLES: &str = "\
@@ -40,10 +40,11 @@ pub struct RestoreArgs {
     solve: SolveArgs,
 
     #[command(flatten)]
-    mask: MaskArgs,
-
-    #[command(flatten)]
     pub(super) common: CommonArgs,
+
+    // Last, since what follows it would stand under its heading.
+    #[command(flatten)]
+    mask: MaskArgs,
 }
 
 /// Reads, cuts, fills, writes.
@@ -89,9 +90,16 @@ fn one(args: &RestoreArgs, files: &Files<'_>, console: &Console) -> anyhow::Resu
         return Ok(End::Interrupted);
     };
     let cut = tell(&restored, console);
-    let kept = loaded.restricted(&restored.kept);
-    let fill = &restored.report.fill;
-    files.finish(restored.mesh, &kept, &params.fill, fill, Some(cut), console)
+    let before = files.before(&loaded, &restored.kept);
+    let done = Mended {
+        mesh: restored.mesh,
+        first: &loaded.restricted(&restored.kept),
+        params: &params.fill,
+        report: &restored.report.fill,
+        cut: Some(cut),
+        before,
+    };
+    files.finish(done, console)
 }
 
 fn tell(restored: &Restored, console: &Console) -> Cut {

@@ -6,11 +6,12 @@ use isomend::flow::{Energy, Variant};
 use isomend::io::Loaded;
 use isomend::pipeline::Progress;
 use isomend::report::{FillReport, HoleOutcome, Plan, level_lines, plan_lines, summary_lines};
-use isomend::{FillError, FillParams, Mesh, VoxelSize};
+use isomend::{FillError, FillParams, Mesh, SurfaceKind, VoxelSize};
 
 use super::batch::Files;
 use super::console::{self, Console};
 use super::json::{Cut, FileInfo, FillDocument, PlanDocument};
+use super::report::{Before, Drawn};
 use super::{End, arguments, progress};
 
 /// Edge ratio for the variation of curvature: longer chords are farther from its surface than that is from smooth data.
@@ -138,23 +139,38 @@ impl SolveArgs {
     }
 }
 
+/// What became of a mesh.
+pub struct Mended<'a> {
+    /// The mesh after.
+    pub mesh: Mesh,
+    /// The mesh whose vertices and faces come first.
+    pub first: &'a Loaded,
+    /// The parameters.
+    pub params: &'a FillParams,
+    /// What was found and done.
+    pub report: &'a FillReport,
+    /// What of the input is not in `first`.
+    pub cut: Option<Cut>,
+    /// The mesh before, where something was cut out and it is to be drawn.
+    pub before: Option<Before>,
+}
+
 impl Files<'_> {
-    /// Writes the mesh and the report, and tells what was done. `loaded` is the mesh whose vertices and faces come first;
-    /// `cut` says what of the input is not among them.
-    pub fn finish(
-        &self,
-        mesh: Mesh,
-        loaded: &Loaded,
-        params: &FillParams,
-        report: &FillReport,
-        cut: Option<Cut>,
-        console: &Console,
-    ) -> anyhow::Result<End> {
+    /// Writes the mesh and the reports, and tells what was done.
+    pub fn finish(&self, done: Mended, console: &Console) -> anyhow::Result<End> {
+        let Mended {
+            mesh,
+            first,
+            params,
+            report,
+            cut,
+            before,
+        } = done;
         let output = self.output.as_ref().context("there is no output")?;
-        let mut notes = loaded.notes.clone();
-        let (mesh, remarks) = output.write(mesh, loaded, params)?;
+        let mut notes = first.notes.clone();
+        let (mesh, remarks) = output.write(mesh, first, params)?;
         notes.extend(remarks);
-        notes[loaded.notes.len()..]
+        notes[first.notes.len()..]
             .iter()
             .for_each(|note| console.note(&format!("{}: {note}", output.name())));
         self.tell(report, console);
@@ -163,7 +179,7 @@ impl Files<'_> {
             documents.add(&FillDocument {
                 command: self.command,
                 version: env!("CARGO_PKG_VERSION"),
-                input: FileInfo::of(path, loaded.format, report.vertices, report.faces),
+                input: FileInfo::of(path, first.format, report.vertices, report.faces),
                 output: FileInfo::new(&output.path, output.format, &mesh),
                 notes: &notes,
                 complete: !report.incomplete(),
@@ -171,6 +187,20 @@ impl Files<'_> {
                 report,
             })?;
         }
+        self.draw(&Drawn {
+            command: self.command,
+            input: self.input,
+            output: &output.path,
+            before: before.as_ref(),
+            first: &first.mesh,
+            after: &mesh,
+            kept: match params.surface {
+                SurfaceKind::Stitched => first.mesh.faces.len(),
+                SurfaceKind::Whole => 0,
+            },
+            notes: &notes,
+            report,
+        })?;
         Ok(if report.incomplete() {
             End::InPart
         } else {

@@ -1,7 +1,10 @@
 //! What a run found and did.
 
+pub mod html;
+pub mod picture;
 mod plan;
 mod text;
+pub mod view;
 
 use serde::Serialize;
 

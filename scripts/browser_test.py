@@ -1,0 +1,271 @@
+# /// script
+# requires-python = ">=3.11"
+# dependencies = ["websocket-client==1.9.2"]
+# ///
+"""Open the page that `isomend fill --report` writes in headless Chromium, without a network, and use it.
+
+    cargo build --release && python3 scripts/browser_test.py [--isomend PROGRAM] [--keep FOLDER]
+
+For a fill and a restore: the page must become ready, draw something, show another view once a hole is clicked and once each
+option is switched, list every hole, ask for nothing from outside, and leave no error in the console. `--keep` leaves the
+pages and screenshots in a folder. Exits with 1 if anything is wrong, and with 77 where there is no Chromium."""
+
+import argparse
+import base64
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import urllib.request
+from pathlib import Path
+
+import websocket
+
+ROOT = Path(__file__).resolve().parent.parent
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+# What the view holds: the part of the pixels that is not background, how many hues there are, and a hash of all pixels.
+DRAWN = """(() => {
+  const viewer = window.isomend.viewer, gl = viewer.gl;
+  viewer.draw();
+  const w = gl.drawingBufferWidth, h = gl.drawingBufferHeight, pixels = new Uint8Array(4 * w * h);
+  gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  let drawn = 0, hash = 0;
+  const hues = new Set();
+  for (let i = 0; i < pixels.length; i += 4) {
+    const differs = [0, 1, 2].some(k => Math.abs(pixels[i + k] - pixels[k]) > 12);
+    if (differs) drawn++;
+    const [r, g, b] = pixels.subarray(i, i + 3), top = Math.max(r, g, b), range = top - Math.min(r, g, b);
+    if (range > 50) {
+      const sector = top === r ? (g - b) / range : top === g ? 2 + (b - r) / range : 4 + (r - g) / range;
+      hues.add(Math.floor(4 * sector + 24) % 24);
+    }
+    hash = (Math.imul(hash, 31) + pixels[i] + 256 * pixels[i + 1] + 65536 * pixels[i + 2]) | 0;
+  }
+  return { part: drawn / (w * h), hues: hues.size, hash, error: gl.getError() };
+})()"""
+
+
+class Browser:
+    """Chromium with one page, spoken to by its debugging protocol."""
+
+    def __init__(self, program, folder):
+        command = [program, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
+                   "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--no-first-run",
+                   "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-pings",
+                   "--remote-debugging-port=0", "--remote-allow-origins=*", f"--user-data-dir={folder}", "about:blank"]
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        port = folder / "DevToolsActivePort"
+        deadline = time.monotonic() + 60
+        while not (port.exists() and port.read_text().count("\n")):
+            if time.monotonic() > deadline or self.process.poll() is not None:
+                self.close()
+                raise SystemExit("Chromium does not start")
+            time.sleep(0.1)
+        address = f"127.0.0.1:{port.read_text().split()[0]}"
+        local = urllib.request.build_opener(urllib.request.ProxyHandler({}))
+        pages = json.load(local.open(f"http://{address}/json", timeout=30))
+        target = next(p for p in pages if p["type"] == "page")
+        self.socket = websocket.create_connection(target["webSocketDebuggerUrl"], timeout=120, http_no_proxy=["*"])
+        self.count, self.troubles, self.requests = 0, [], []
+        for domain in ("Page", "Runtime", "Log", "Network"):
+            self.call(f"{domain}.enable")
+        self.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=0, uploadThroughput=0)
+
+    def call(self, method, **parameters):
+        self.count += 1
+        self.socket.send(json.dumps({"id": self.count, "method": method, "params": parameters}))
+        while True:
+            message = json.loads(self.socket.recv())
+            if message.get("id") == self.count:
+                if "error" in message:
+                    raise RuntimeError(f"{method}: {message['error']}")
+                return message["result"]
+            self.note(message)
+
+    def note(self, message):
+        """Keeps what the page complains of and asks for."""
+        what, detail = message.get("method"), message.get("params", {})
+        if what == "Runtime.exceptionThrown":
+            self.troubles.append(detail["exceptionDetails"].get("exception", {}).get("description", "exception"))
+        elif what == "Runtime.consoleAPICalled" and detail["type"] in ("error", "warning", "assert"):
+            self.troubles.append(" ".join(str(a.get("value", a)) for a in detail["args"]))
+        elif what == "Log.entryAdded" and detail["entry"]["level"] == "error":
+            self.troubles.append(detail["entry"]["text"])
+        elif what == "Network.requestWillBeSent":
+            self.requests.append(detail["request"]["url"])
+
+    def run(self, script):
+        done = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
+        if "exceptionDetails" in done:
+            raise RuntimeError(f"{script[:60]}: {done['exceptionDetails']}")
+        return done["result"].get("value")
+
+    def until(self, script, what):
+        deadline = time.monotonic() + 90
+        while not self.run(script):
+            if time.monotonic() > deadline:
+                raise RuntimeError(f"waited in vain until {what}; it says: {self.run('document.body.innerText')[:300]}")
+            time.sleep(0.1)
+
+    def open(self, page, width=1280, height=900):
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        self.call("Page.navigate", url=page.as_uri())
+        self.until("document.readyState === 'complete' && !!document.documentElement.dataset.state", "the page is ready")
+
+    def click(self, x, y):
+        for kind in ("mousePressed", "mouseReleased"):
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+
+    def click_on(self, query):
+        x, y = self.run(f"""(() => {{ const e = document.querySelector({json.dumps(query)}); e.scrollIntoView({{block: 'center'}});
+            const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; }})()""")
+        self.click(x, y)
+
+    def settled(self):
+        """What is drawn once nothing moves any more."""
+        before = self.run(DRAWN)
+        while True:
+            time.sleep(0.15)
+            now = self.run(DRAWN)
+            if now["hash"] == before["hash"]:
+                return now
+            before = now
+
+    def screenshot(self, path):
+        path.write_bytes(base64.b64decode(self.call("Page.captureScreenshot")["data"]))
+
+    def close(self):
+        self.process.terminate()
+        self.process.wait(30)
+
+
+def check(browser, page, keep):
+    """What is wrong with a page."""
+    wrong = []
+    browser.troubles.clear()
+    browser.requests.clear()
+    browser.open(page)
+    if browser.run("document.documentElement.dataset.state") != "ready":
+        return [browser.run("document.querySelector('#message').textContent")]
+
+    def expect(right, what):
+        if not right:
+            wrong.append(what)
+
+    first = browser.settled()
+    expect(first["part"] > 0.05, f"only {first['part']:.1%} of the view is drawn")
+    expect(first["error"] == 0, f"WebGL error {first['error']}")
+    holes = browser.run("JSON.parse(document.querySelector('#data').textContent).holes.map(h => h.id)")
+    listed = browser.run("document.querySelectorAll('#holes button').length")
+    expect(holes and listed == len(holes), f"{listed} of {len(holes)} holes are listed")
+    if keep:
+        browser.screenshot(keep / f"{page.stem}.png")
+
+    seen = {first["hash"]}
+
+    def changes(what):
+        now = browser.settled()
+        expect(now["hash"] not in seen, f"the view is the same after {what}")
+        expect(now["part"] > 0.05, f"only {now['part']:.1%} is drawn after {what}")
+        seen.add(now["hash"])
+
+    wanted = holes[-1] if len(holes) < 3 else holes[1]
+    browser.click_on(f"#holes button[data-hole='{wanted}']")
+    browser.until(f"document.querySelector(\"#holes button[data-hole='{wanted}']\").getAttribute('aria-pressed') === 'true'",
+                  "the hole is chosen")
+    changes(f"clicking hole {wanted}")
+    if keep:
+        browser.screenshot(keep / f"{page.stem}_hole.png")
+    for query, what in (("[name=wire] + span", "switching edges on"), ("[name=colour][value=curvature] + span", "curvature"),
+                        ("[name=colour][value=distance] + span", "distance"), ("[name=flat] + span", "flat shading"),
+                        ("[name=show][value=before] + span", "showing the mesh before"),
+                        ("[name=show][value=after] + span", "showing the mesh after"), ("#theme", "the other theme")):
+        browser.click_on(query)
+        changes(what)
+        if what in ("curvature", "distance"):
+            browser.run("isomend.viewer.options.rims = false")
+            hues = browser.run(DRAWN)["hues"]
+            expect(hues >= (1 if what == "curvature" else 3), f"{what} shows {hues} hues")
+            browser.run("isomend.viewer.options.rims = true")
+        if keep:
+            browser.screenshot(keep / f"{page.stem}_{what.split()[-1]}.png")
+    browser.run("document.querySelector('#view').focus()")
+    browser.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft", code="ArrowLeft")
+    changes("an arrow key")
+
+    # In the view the patch of the first hole with one is met by a click, after a fresh start.
+    region = browser.run("""(() => { window.isomend.choose(null); const d = JSON.parse(document.querySelector('#data').textContent);
+        document.querySelector('[name=show][value=after]').click(); return d.holes.find(h => h.region && !h.open)?.id ?? 0; })()""")
+    if region:
+        browser.run(f"window.isomend.choose({region})")
+        browser.settled()
+        browser.run("window.isomend.choose(null)")
+        x, y = browser.run("""(() => { const v = window.isomend.viewer, c = v.canvas; c.scrollIntoView({block: 'center'});
+            const m = v.mesh, b = c.getBoundingClientRect();
+            for (let y = 0.5; y < 0.95; y += 0.02) for (const s of [1, -1]) for (let x = 0; x < 0.4; x += 0.02) {
+              const p = [b.width * (0.5 + s * x), b.height * y]; if (v.pick(...p).region) return [b.x + p[0], b.y + p[1]]; }
+            return [-1, -1]; })()""")
+        expect(x >= 0, "no patch is under any point of the view")
+        browser.click(x, y)
+        browser.settled()
+        expect(browser.run("document.querySelectorAll('#holes [aria-pressed=true]').length") == 1,
+               "a click on a patch chooses no hole")
+    outside = [url for url in browser.requests if not url.startswith(("file:", "data:", "about:"))]
+    expect(not outside, f"the page asks for {outside[:3]}")
+    wrong.extend(f"console: {trouble}" for trouble in browser.troubles)
+    return wrong
+
+
+def make_pages(program, folder):
+    """Pages of a fill and of a restore, of files whose names are meant to break them."""
+    scan = folder / "a <b>'\"</script>& scan.ply"
+    scan.parent.mkdir()
+    shutil.copy(ROOT / "data/scan.ply", scan)
+    runs = {
+        "fill": ["fill", scan, "-o", folder / "mended.ply"],
+        "restore": ["restore", ROOT / "data/sphere.ply", "-o", folder / "restored.ply", "--ball", "0,0,-1,0.4"],
+        "whole": ["fill", ROOT / "data/sphere.ply", "-o", folder / "whole.ply", "--surface", "whole"],
+    }
+    for name, arguments in runs.items():
+        page = folder / f"{name}.html"
+        subprocess.run([program, *arguments, "--report", page, "-q"], check=True)
+        yield page
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
+    parser.add_argument("--keep", type=Path, help="a folder for the pages and screenshots")
+    arguments = parser.parse_args()
+    chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
+    if not chromium:
+        print("there is no Chromium; the report was not opened in a browser (on Debian: apt install chromium)")
+        return 77
+    failed = 0
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        keep = arguments.keep
+        if keep:
+            keep.mkdir(parents=True, exist_ok=True)
+        pages = list(make_pages(arguments.isomend.resolve(), Path(folder)))
+        profile = Path(folder) / "profile"
+        profile.mkdir()
+        browser = Browser(chromium, profile)
+        try:
+            for page in pages:
+                wrong = check(browser, page, keep)
+                print(f"report of {page.stem}: {'as it should be' if not wrong else 'WRONG'} ({page.stat().st_size} bytes)")
+                for what in wrong:
+                    print("   ", what)
+                failed += bool(wrong)
+                if keep:
+                    shutil.copy(page, keep)
+        finally:
+            browser.close()
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,202 @@
+//! A report as one page of HTML that needs nothing else: no network, no other file.
+//!
+//! Tables and plots are written here; the view of the meshes is drawn by the page's own script from data packed into it.
+//! The same input gives the same page, whatever the number of threads, save for the times in it.
+
+mod pack;
+mod plot;
+mod tables;
+
+use std::fmt::Write;
+
+use serde::Serialize;
+
+use super::view::Scene;
+use super::{HoleOutcome, HoleReport, RegionReport};
+
+const TEMPLATE: &str = include_str!("page.html");
+const STYLE: &str = include_str!("page.css");
+const SCRIPTS: [&str; 5] = [
+    include_str!("geometry.js"),
+    include_str!("camera.js"),
+    include_str!("shaders.js"),
+    include_str!("viewer.js"),
+    include_str!("page.js"),
+];
+
+/// What a page tells. All text is escaped.
+pub struct Page<'a> {
+    /// The heading, such as the name of the file.
+    pub title: &'a str,
+    /// The command, such as `fill`.
+    pub command: &'a str,
+    /// The command line as it was given.
+    pub command_line: &'a str,
+    /// The version of the program.
+    pub version: &'a str,
+    /// What is to be known of the run at a glance, as pairs of a name and a value.
+    pub facts: &'a [(&'a str, String)],
+    /// Remarks, one sentence each.
+    pub notes: &'a [String],
+    /// The holes.
+    pub holes: &'a [HoleReport],
+    /// The regions.
+    pub regions: &'a [RegionReport],
+    /// The meshes.
+    pub scene: &'a Scene,
+}
+
+/// A hole for the script.
+#[derive(Serialize)]
+struct HoleItem {
+    id: usize,
+    region: usize,
+    centre: [f32; 3],
+    diameter: f64,
+    open: bool,
+}
+
+/// Writes a page.
+pub fn page(page: &Page) -> String {
+    let scene = page.scene;
+    let (geometry, header) = pack::packed(scene);
+    let holes: Vec<HoleItem> = page
+        .holes
+        .iter()
+        .map(|h| HoleItem {
+            id: h.hole.id,
+            region: h.region,
+            centre: (h.hole.centre - scene.origin).as_vec3().to_array(),
+            diameter: h.hole.diameter,
+            open: is_open(&h.outcome),
+        })
+        .collect();
+    let data = serde_json::json!({ "scene": header, "holes": holes });
+    let scripts = SCRIPTS.join("\n");
+    filled(TEMPLATE, |name| match name {
+        "title" => escaped(page.title),
+        "command" => escaped(page.command),
+        "version" => escaped(page.version),
+        "command-line" => escaped(page.command_line),
+        "style" => STYLE.to_owned(),
+        "script" => scripts.clone(),
+        "status" => tables::status(page.holes),
+        "facts" => tables::facts(page.facts),
+        "notes" => tables::notes(page.notes, scene),
+        "hole-list" => tables::hole_list(page.holes),
+        "hole-table" => tables::hole_table(page.holes),
+        "regions" => tables::region_table(page.regions),
+        "plots" => plot::plots(page.regions),
+        "data" => data.to_string().replace('<', "\\u003c"),
+        "geometry" => geometry.clone(),
+        _ => String::new(),
+    })
+}
+
+fn is_open(outcome: &HoleOutcome) -> bool {
+    matches!(outcome, HoleOutcome::Left(_) | HoleOutcome::Failed(_))
+}
+
+/// A template whose `{{names}}` are replaced, once: what they are replaced by is not looked at again.
+fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
+    let mut out = String::new();
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once("{{") {
+        let Some((name, after)) = after.split_once("}}") else {
+            break;
+        };
+        out.push_str(before);
+        out.push_str(&value(name));
+        rest = after;
+    }
+    out.push_str(rest);
+    out
+}
+
+/// Text for HTML, in elements and in quoted attributes.
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\'' => out.push_str("&#39;"),
+            // Controls are not allowed in HTML, and marks of direction would change the order of what is around.
+            c if c.is_control() && c != '\n' && c != '\t' => out.push('\u{fffd}'),
+            '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => out.push('\u{fffd}'),
+            c => out.push(c),
+        }
+    }
+    out
+}
+
+/// A number with four digits that count.
+fn number(x: f64) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return if x == 0.0 { "0" } else { "–" }.to_owned();
+    }
+    let magnitude = x.abs().log10().floor() as i32;
+    let text = if (-4..7).contains(&magnitude) {
+        let decimals = (3 - magnitude).max(0) as usize;
+        format!("{x:.decimals$}")
+    } else {
+        format!("{x:.2e}")
+    };
+    text.replace('-', "−")
+}
+
+/// Adds formatted text; writing to a string does not fail.
+macro_rules! add {
+    ($out:expr, $($rest:tt)*) => {
+        let _ = write!($out, $($rest)*);
+    };
+}
+use add;
+
+/// Numbers of holes, joined.
+fn listed(ids: &[usize]) -> String {
+    let mut out = String::new();
+    for (i, id) in ids.iter().enumerate() {
+        add!(out, "{}{id}", if i == 0 { "" } else { " + " });
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{escaped, filled, number};
+
+    #[test]
+    fn markup_in_text_is_harmless() {
+        let text = escaped("</script><img src=x onerror='a' title=\"b\">&\u{7}\u{202e}");
+        assert!(!text.contains(['<', '>', '"', '\'', '\u{7}', '\u{202e}']));
+        assert!(text.starts_with("&lt;/script&gt;"));
+    }
+
+    #[test]
+    fn values_are_not_taken_for_templates() {
+        let value = |name: &str| match name {
+            "a" => "{{b}}".to_owned(),
+            other => format!("[{other}]"),
+        };
+        assert_eq!(filled("x {{a}} {{b}} {{", value), "x {{b}} [b] {{");
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let cases = [
+            (0.0, "0"),
+            (1.0, "1.000"),
+            (-12.3456, "−12.35"),
+            (123_456.7, "123457"),
+            (0.001_234_5, "0.001234"),
+            (1.5e-9, "1.50e−9"),
+            (f64::NAN, "–"),
+        ];
+        for (x, text) in cases {
+            assert_eq!(number(x), text);
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! The lists and tables of a page.
+
+use std::fmt::Write;
+
+use super::super::view::Scene;
+use super::super::{HoleOutcome, HoleReport, RegionReport};
+use super::{add, escaped, listed, number};
+
+/// How many holes came out how, in words.
+pub fn status(holes: &[HoleReport]) -> String {
+    let mut out = String::new();
+    for class in ["filled", "triangulated", "left", "failed"] {
+        let word = in_words(class);
+        let count = holes
+            .iter()
+            .filter(|h| named(&h.outcome).0 == class)
+            .count();
+        if count > 0 {
+            add!(out, "<li class=\"{class}\">{count} {word}</li>");
+        }
+    }
+    out
+}
+
+/// What is printed for a class.
+fn in_words(class: &str) -> &str {
+    match class {
+        "left" => "left open",
+        "failed" => "not filled",
+        other => other,
+    }
+}
+
+/// The class of an outcome, and why.
+fn named(outcome: &HoleOutcome) -> (&'static str, &str) {
+    match outcome {
+        HoleOutcome::Filled => ("filled", ""),
+        HoleOutcome::Triangulated(why) => ("triangulated", why),
+        HoleOutcome::Left(why) => ("left", why),
+        HoleOutcome::Failed(why) => ("failed", why),
+    }
+}
+
+/// Pairs of a name and a value.
+pub fn facts(facts: &[(&str, String)]) -> String {
+    let mut out = String::new();
+    for (name, value) in facts {
+        add!(
+            out,
+            "<div><dt>{}</dt><dd>{}</dd></div>",
+            escaped(name),
+            escaped(value)
+        );
+    }
+    out
+}
+
+/// Remarks; one more where the view does not show all faces.
+pub fn notes(notes: &[String], scene: &Scene) -> String {
+    let mut out = String::new();
+    for note in notes {
+        add!(out, "<li>{}</li>", escaped(note));
+    }
+    if scene.faces.len() < scene.all_faces {
+        add!(
+            out,
+            "<li>The view shows {} of {} faces, to bound the size of this page: what is far from the patches is drawn \
+             coarser. The mesh that was written has them all.</li>",
+            scene.faces.len(),
+            scene.all_faces
+        );
+    }
+    out
+}
+
+/// Buttons for the holes.
+pub fn hole_list(holes: &[HoleReport]) -> String {
+    let mut out = String::new();
+    for h in holes {
+        let (class, why) = named(&h.outcome);
+        add!(
+            out,
+            "<li><button type=\"button\" class=\"hole {class}\" data-hole=\"{id}\" aria-pressed=\"false\">\
+             <span class=\"name\">{what} {id}</span><span class=\"outcome\">{}</span>\
+             <span class=\"size\">{} across, {} edges</span>",
+            in_words(class),
+            number(h.hole.diameter),
+            h.hole.edges,
+            id = h.hole.id,
+            what = if h.hole.outer_border {
+                "Border"
+            } else {
+                "Hole"
+            },
+        );
+        if !why.is_empty() {
+            add!(out, "<span class=\"why\">{}</span>", escaped(why));
+        }
+        out.push_str("</button></li>");
+    }
+    out
+}
+
+/// The table of holes.
+pub fn hole_table(holes: &[HoleReport]) -> String {
+    let mut out = String::new();
+    for h in holes {
+        let (class, why) = named(&h.outcome);
+        let [x, y, z] = h.hole.centre.to_array().map(number);
+        add!(
+            out,
+            "<tr><th scope=\"row\"><a href=\"#hole-{id}\" data-hole=\"{id}\">{id}</a></th><td>{}</td><td>{}</td><td>{}</td>\
+             <td>{}</td><td>{:.4}</td><td>{x}, {y}, {z}</td><td>{}</td><td class=\"text\"><span class=\"tag {class}\">{}\
+             </span> {}</td></tr>",
+            h.hole.edges,
+            number(h.hole.length),
+            number(h.hole.diameter),
+            number(h.hole.width),
+            h.hole.planarity,
+            if h.region == 0 {
+                "–".to_owned()
+            } else {
+                h.region.to_string()
+            },
+            in_words(class),
+            escaped(why),
+            id = h.hole.id,
+        );
+    }
+    out
+}
+
+/// The table of regions.
+pub fn region_table(regions: &[RegionReport]) -> String {
+    let mut out = String::new();
+    let plain = |r: &RegionReport| r.levels.is_empty() && r.earlier_tries.is_empty();
+    for r in regions.iter().filter(|r| !plain(r)) {
+        region_row(&mut out, r);
+    }
+    let small = || regions.iter().filter(|r| plain(r));
+    if small().next().is_some() {
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">{} more, of small holes and sides of seams: closed with {} faces between \
+             their own vertices</td></tr>",
+            small().count(),
+            small().map(|r| r.new_faces).sum::<usize>()
+        );
+    }
+    out
+}
+
+/// A region's row, and one more where it took several tries.
+fn region_row(out: &mut String, r: &RegionReport) {
+    let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
+    let last = r.levels.last();
+    let energies = last.map_or("–".to_owned(), |l| {
+        format!(
+            "{} → {}",
+            number(l.flow.energy_before),
+            number(l.flow.energy_after)
+        )
+    });
+    let state = match last {
+        None => "no flow",
+        Some(_) if r.converged => "steady",
+        Some(_) => "not steady",
+    };
+    let across = if r.voxel > 0.0 {
+        format!("{:.0}", r.diameter / r.voxel)
+    } else {
+        "–".to_owned()
+    };
+    add!(
+        out,
+        "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{across}</td><td>{steps}</td><td>{state}</td>\
+         <td>{energies}</td><td>{:.1}° / {:.1}°</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td></tr>",
+        r.id,
+        listed(&r.holes),
+        number(r.diameter),
+        r.seam_angle_mean,
+        r.seam_angle_max,
+        r.new_faces,
+        if r.quality_mean > 0.0 {
+            format!("{:.3}", r.quality_mean)
+        } else {
+            "–".to_owned()
+        },
+        r.intersecting_faces,
+        r.seconds,
+    );
+    if !r.earlier_tries.is_empty() {
+        let tries: Vec<String> = r.earlier_tries.iter().map(|t| escaped(t)).collect();
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">region {} was tried again: {}</td></tr>",
+            r.id,
+            tries.join("; ")
+        );
+    }
+}

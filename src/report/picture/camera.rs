@@ -1,0 +1,181 @@
+//! From where patches are seen well.
+
+use glam::Vec3;
+
+use super::super::view::{Scene, Side};
+use super::raster::{Camera, NONE, draw};
+
+/// Directions are compared by drawings of so many samples in height and width.
+const TRIAL: usize = 96;
+/// What is seen from below or from straight above counts less, by up to this part: of the whole, and of a close-up.
+const UPRIGHT: f32 = 0.35;
+const UPRIGHT_CLOSE: f32 = 0.12;
+/// The margin round what is drawn.
+const MARGIN: f32 = 1.06;
+/// The reach of a close-up over that of its patch.
+const CLOSE: f32 = 1.3;
+
+/// A view of the whole scene, and one of its largest patch where there is any.
+pub struct Views {
+    /// The whole.
+    pub whole: Camera,
+    /// The largest patch.
+    pub close: Option<Camera>,
+}
+
+/// The new faces of a region, or what else is to be looked at.
+struct Subject {
+    centre: Vec3,
+    reach: f32,
+    /// Sum of its faces' normals times twice their areas.
+    facing: Vec3,
+}
+
+/// Views from which the patches, and the largest patch, are seen best.
+pub fn views(scene: &Scene) -> Views {
+    let up = scene.up();
+    let everything = Camera::new(Vec3::X, up, Vec3::ZERO, scene.radius as f32);
+    let largest = largest_region(scene);
+    let subject = largest.and_then(|region| subject(scene, |f| scene.region(f) == Some(region)));
+    let Some(patch) = subject else {
+        let towards = rim_or_corner(scene, up);
+        return Views {
+            whole: fitted(
+                scene.positions.iter().copied(),
+                everything.towards(towards, up),
+                MARGIN,
+            ),
+            close: None,
+        };
+    };
+    let directions = directions(scene, up, &patch);
+    let whole = best(scene, &directions, (up, UPRIGHT), None, everything);
+    let near = Camera {
+        centre: patch.centre,
+        reach: CLOSE * patch.reach,
+        ..everything
+    };
+    let close = best(scene, &directions, (up, UPRIGHT_CLOSE), largest, near);
+    let whole = whole.or(close).unwrap_or(everything);
+    let all = scene.positions.iter().copied();
+    let own = (0..scene.faces.len() as u32)
+        .filter(|&f| scene.region(f) == largest)
+        .flat_map(|f| scene.faces[f as usize].map(|v| scene.positions[v as usize]));
+    Views {
+        whole: fitted(all, whole, MARGIN),
+        close: close
+            .filter(|_| scene.marks_new())
+            .map(|camera| fitted(own, camera, CLOSE)),
+    }
+}
+
+/// The region whose patch has the largest area.
+fn largest_region(scene: &Scene) -> Option<u32> {
+    let regions = *scene.regions.iter().max()?;
+    let mut areas = vec![0.0f64; regions as usize + 1];
+    for (face, &region) in scene.faces[scene.kept..].iter().zip(&scene.regions) {
+        areas[region as usize] += f64::from(twice_area(scene, face).length());
+    }
+    let order = |i: &usize, j: &usize| areas[*i].total_cmp(&areas[*j]).then(j.cmp(i));
+    (0..areas.len()).max_by(order).map(|r| r as u32)
+}
+
+fn twice_area(scene: &Scene, face: &[u32; 3]) -> Vec3 {
+    let [a, b, c] = face.map(|v| scene.positions[v as usize]);
+    (b - a).cross(c - a)
+}
+
+fn subject(scene: &Scene, belongs: impl Fn(u32) -> bool) -> Option<Subject> {
+    let start = (Vec3::INFINITY, Vec3::NEG_INFINITY, Vec3::ZERO);
+    let (low, high, facing) = (0..scene.faces.len() as u32)
+        .filter(|&f| belongs(f))
+        .map(|f| &scene.faces[f as usize])
+        .fold(start, |(low, high, facing), face| {
+            let corners = face.map(|v| scene.positions[v as usize]);
+            (
+                corners.iter().fold(low, |l, p| l.min(*p)),
+                corners.iter().fold(high, |h, p| h.max(*p)),
+                facing + twice_area(scene, face),
+            )
+        });
+    low.is_finite().then(|| Subject {
+        centre: 0.5 * (low + high),
+        reach: 0.5 * low.distance(high),
+        facing,
+    })
+}
+
+/// A direction for scenes without patches: to the first rim, or from a corner.
+fn rim_or_corner(scene: &Scene, up: Vec3) -> Vec3 {
+    let rim = scene.rims.first().filter(|rim| !rim.is_empty());
+    let centre = rim.map(|rim| rim.iter().copied().sum::<Vec3>() / rim.len() as f32);
+    let side = if up == Vec3::Y { Vec3::Z } else { -Vec3::Y };
+    let towards = centre.and_then(Vec3::try_normalize);
+    towards.unwrap_or(Vec3::new(0.5, 0.0, 0.0) + side + 0.4 * up)
+}
+
+/// Where one may look from: the patch's normal, the way out from the middle, and all round.
+fn directions(scene: &Scene, up: Vec3, patch: &Subject) -> Vec<Vec3> {
+    let out = patch.centre.normalize_or_zero();
+    let facing = patch.facing.normalize_or_zero();
+    let lifted = (facing + 0.35 * up).normalize_or_zero();
+    let mut all = vec![facing, lifted, out, (facing + out).normalize_or_zero()];
+    let side = up.any_orthonormal_vector();
+    let across = up.cross(side);
+    for (height, count) in [(0.0f32, 12u8), (0.45, 12), (0.8, 6), (-0.45, 12), (-0.8, 6)] {
+        for i in 0..count {
+            let (s, c) = (f32::from(i) / f32::from(count) * std::f32::consts::TAU).sin_cos();
+            all.push(height * up + (1.0 - height * height).sqrt() * (c * side + s * across));
+        }
+    }
+    all.retain(|d| d.is_finite() && d.length_squared() > 0.5 && !scene.faces.is_empty());
+    all
+}
+
+/// The camera, turned to one of the directions, from which most of a region is seen, or of all new faces.
+fn best(
+    scene: &Scene,
+    directions: &[Vec3],
+    (up, upright): (Vec3, f32),
+    wanted: Option<u32>,
+    camera: Camera,
+) -> Option<Camera> {
+    let mut found: Option<(f32, Camera)> = None;
+    for &towards in directions {
+        let camera = camera.towards(towards, up);
+        let seen = draw(scene, Side::After, &camera, [TRIAL, TRIAL]);
+        let counts = |&i: &u32| {
+            let Some(face) = seen.faces.get(i as usize).filter(|_| i != NONE) else {
+                return false;
+            };
+            let region = scene.region(face.face);
+            !face.is_back() && region.is_some() && (wanted.is_none() || region == wanted)
+        };
+        let count = seen.nearest.iter().filter(|i| counts(i)).count() as f32;
+        let tilt = up.dot(towards);
+        let score = count * (1.0 - upright * if tilt < 0.0 { -tilt } else { tilt.powi(4) });
+        if score > found.as_ref().map_or(0.0, |(top, _)| *top) {
+            found = Some((score, camera));
+        }
+    }
+    found.map(|(_, camera)| camera)
+}
+
+/// The camera moved and drawn back so that the points fit into a picture as wide as high, with a margin.
+fn fitted(points: impl Iterator<Item = Vec3>, camera: Camera, margin: f32) -> Camera {
+    let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let (low, high) = points.fold(start, |(l, h), p| {
+        let q = Vec3::new(p.dot(camera.right), p.dot(camera.up), p.dot(camera.towards));
+        (l.min(q), h.max(q))
+    });
+    if !low.is_finite() {
+        return camera;
+    }
+    let middle = 0.5 * (low + high);
+    let size = 0.5 * (high - low);
+    Camera {
+        centre: camera.right * middle.x + camera.up * middle.y + camera.towards * middle.z,
+        reach: (margin * size.x.max(size.y)).max(f32::MIN_POSITIVE),
+        ..camera
+    }
+}

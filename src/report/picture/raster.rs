@@ -1,0 +1,206 @@
+//! Orthographic projection and a depth buffer: which face is seen at each sample.
+
+use glam::{Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::super::view::{Scene, Side};
+
+/// No face.
+pub const NONE: u32 = u32::MAX;
+/// Rows that are drawn together.
+const BAND: usize = 16;
+
+/// Where one looks from: along parallel lines.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    /// To the right.
+    pub right: Vec3,
+    /// Upward.
+    pub up: Vec3,
+    /// To the eye.
+    pub towards: Vec3,
+    /// What is in the middle.
+    pub centre: Vec3,
+    /// Half of the picture's height.
+    pub reach: f32,
+}
+
+impl Camera {
+    /// Looks from a direction, with `up` upward as far as may be.
+    pub fn new(towards: Vec3, up: Vec3, centre: Vec3, reach: f32) -> Self {
+        let towards = towards.try_normalize().unwrap_or(Vec3::X);
+        let right = up.cross(towards);
+        let right = match right.try_normalize() {
+            Some(right) if right.is_finite() && up.dot(towards).abs() < 0.999 => right,
+            _ => towards.any_orthonormal_vector(),
+        };
+        Self {
+            right,
+            up: towards.cross(right),
+            towards,
+            centre,
+            reach: reach.max(f32::MIN_POSITIVE),
+        }
+    }
+
+    /// The same from another direction.
+    pub fn towards(&self, towards: Vec3, up: Vec3) -> Self {
+        Self::new(towards, up, self.centre, self.reach)
+    }
+
+    /// Right, up and depth of a point, in units of half the height; larger depths are nearer.
+    fn place(&self, p: Vec3) -> Vec3 {
+        let d = (p - self.centre) / self.reach;
+        Vec3::new(d.dot(self.right), d.dot(self.up), d.dot(self.towards))
+    }
+}
+
+/// A face on the screen.
+#[derive(Clone, Copy)]
+pub struct Projected {
+    /// Its number in the scene.
+    pub face: u32,
+    /// Its corners in samples, and their depth.
+    pub corners: [Vec3; 3],
+    low: Vec2,
+    high: Vec2,
+    /// Twice its area on the screen: negative where its back is seen.
+    area: f32,
+}
+
+impl Projected {
+    /// Barycentric coordinates of a sample.
+    pub fn weights(&self, x: f32, y: f32) -> [f32; 3] {
+        let [a, b, c] = self.corners;
+        let edge = |p: Vec3, q: Vec3| (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
+        let first = edge(b, c) / self.area;
+        let second = edge(c, a) / self.area;
+        [first, second, 1.0 - first - second]
+    }
+
+    /// Whether its back is seen: the screen's rows run downward.
+    pub fn is_back(&self) -> bool {
+        self.area > 0.0
+    }
+
+    /// Distance in samples from a point with these weights to the nearest edge.
+    pub fn edge_distance(&self, weights: [f32; 3]) -> f32 {
+        (0..3)
+            .map(|k| {
+                let edge = self.corners[(k + 2) % 3] - self.corners[(k + 1) % 3];
+                weights[k] * self.area.abs() / edge.truncate().length().max(1e-6)
+            })
+            .fold(f32::INFINITY, f32::min)
+    }
+}
+
+/// What is seen at each sample.
+pub struct Seen {
+    /// Samples in a row.
+    pub width: usize,
+    /// The faces that come before the eye.
+    pub faces: Vec<Projected>,
+    /// For each sample the index in `faces`, or [`NONE`].
+    pub nearest: Vec<u32>,
+}
+
+/// Draws one side of a scene into so many samples.
+pub fn draw(scene: &Scene, side: Side, camera: &Camera, [width, height]: [usize; 2]) -> Seen {
+    let faces = project(scene, side, camera, [width, height]);
+    let mut bands: Vec<Vec<u32>> = vec![Vec::new(); height.div_ceil(BAND)];
+    for (i, face) in faces.iter().enumerate() {
+        let first = face.low.y.max(0.0) as usize / BAND;
+        let last = (face.high.y.max(0.0) as usize / BAND).min(bands.len() - 1);
+        (first..=last).for_each(|band| bands[band].push(i as u32));
+    }
+    let mut nearest = vec![NONE; width * height];
+    nearest
+        .par_chunks_mut(BAND * width)
+        .zip(&bands)
+        .enumerate()
+        .for_each(|(band, (samples, members))| {
+            let mut depth = vec![f32::NEG_INFINITY; samples.len()];
+            for &i in members {
+                fill(
+                    &faces[i as usize],
+                    i,
+                    band * BAND,
+                    width,
+                    samples,
+                    &mut depth,
+                );
+            }
+        });
+    Seen {
+        width,
+        faces,
+        nearest,
+    }
+}
+
+fn project(
+    scene: &Scene,
+    side: Side,
+    camera: &Camera,
+    [width, height]: [usize; 2],
+) -> Vec<Projected> {
+    let half = Vec2::new(width as f32, height as f32) * 0.5;
+    let places: Vec<Vec3> = scene
+        .positions
+        .par_iter()
+        .map(|&p| {
+            let q = camera.place(p);
+            Vec3::new(half.x + q.x * half.y, half.y - q.y * half.y, q.z)
+        })
+        .collect();
+    let numbers: Vec<u32> = scene.side(side).collect();
+    numbers
+        .into_par_iter()
+        .filter_map(|face| {
+            let corners = scene.faces[face as usize].map(|v| places[v as usize]);
+            let [a, b, c] = corners.map(Vec3::truncate);
+            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+            let inside =
+                high.x >= 0.0 && high.y >= 0.0 && low.x < width as f32 && low.y < height as f32;
+            let area = (b - a).perp_dot(c - a);
+            (inside && area != 0.0 && area.is_finite()).then_some(Projected {
+                face,
+                corners,
+                low,
+                high,
+                area,
+            })
+        })
+        .collect()
+}
+
+/// Marks the samples of a band at which a face is nearer than what was there.
+fn fill(
+    face: &Projected,
+    index: u32,
+    first_row: usize,
+    width: usize,
+    samples: &mut [u32],
+    depth: &mut [f32],
+) {
+    let rows = samples.len() / width;
+    let start = |x: f32| (x - 0.5).ceil().max(0.0) as usize;
+    let end = |x: f32| (x - 0.5).floor().max(-1.0) as isize;
+    let top = start(face.low.y).max(first_row);
+    let bottom = end(face.high.y).min((first_row + rows) as isize - 1);
+    let (left, right) = (start(face.low.x), end(face.high.x).min(width as isize - 1));
+    for y in top as isize..=bottom {
+        for x in left as isize..=right {
+            let weights = face.weights(x as f32 + 0.5, y as f32 + 0.5);
+            if weights.iter().any(|w| *w < 0.0) {
+                continue;
+            }
+            let z: f32 = (0..3).map(|k| weights[k] * face.corners[k].z).sum();
+            let at = (y as usize - first_row) * width + x as usize;
+            if z > depth[at] {
+                depth[at] = z;
+                samples[at] = index;
+            }
+        }
+    }
+}

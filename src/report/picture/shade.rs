@@ -1,0 +1,148 @@
+//! Light and colour of what is seen.
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use super::super::view::{Scene, Side};
+use super::raster::{Camera, NONE, Projected, Seen, draw};
+
+/// Colours are linear from 0 to 1 until the end.
+const GREY: Vec3 = Vec3::new(0.54, 0.56, 0.60);
+const ORANGE: Vec3 = Vec3::new(0.85, 0.24, 0.025);
+const INSIDE: Vec3 = Vec3::new(0.22, 0.17, 0.14);
+const BACKGROUND: Vec3 = Vec3::new(1.0, 1.0, 1.0);
+/// Directions to the lights, right, up and to the eye, with their strengths.
+const LIGHTS: [(Vec3, f32); 3] = [
+    (Vec3::new(-0.45, 0.65, 0.61), 0.72),
+    (Vec3::new(0.85, 0.1, 0.5), 0.24),
+    (Vec3::new(0.0, -0.9, 0.3), 0.08),
+];
+const AMBIENT: f32 = 0.13;
+/// Strength and sharpness of the highlight.
+const GLOSS: (f32, i32) = (0.10, 24);
+/// Edges are drawn where they are at least so many pixels apart on average, so dark, and half as wide as this in pixels.
+const EDGE_SPACE: f32 = 5.0;
+const EDGE_DARK: f32 = 0.45;
+const EDGE_WIDTH: f32 = 0.7;
+
+/// A square of so many pixels, with so many samples along a pixel's side: red, green and blue in rows.
+pub fn panel(
+    scene: &Scene,
+    side: Side,
+    camera: &Camera,
+    edges: bool,
+    [pixels, samples]: [usize; 2],
+) -> Vec<u8> {
+    let seen = draw(scene, side, camera, [pixels * samples, pixels * samples]);
+    let width = if edges {
+        edge_width(&seen, samples as f32)
+    } else {
+        0.0
+    };
+    let shader = Shader {
+        scene,
+        seen: &seen,
+        camera,
+        edge_width: width,
+    };
+    let mut out = vec![0u8; 3 * pixels * pixels];
+    out.par_chunks_mut(3 * pixels)
+        .enumerate()
+        .for_each(|(y, line)| {
+            for (x, rgb) in line.chunks_mut(3).enumerate() {
+                let mut sum = Vec3::ZERO;
+                for i in 0..samples * samples {
+                    sum += shader.sample(x * samples + i % samples, y * samples + i / samples);
+                }
+                let mean = sum / (samples * samples) as f32;
+                for (byte, value) in rgb.iter_mut().zip(mean.to_array()) {
+                    *byte = encoded(value);
+                }
+            }
+        });
+    out
+}
+
+/// Half the width of edges in samples; 0 where they would be too near each other.
+fn edge_width(seen: &Seen, samples: f32) -> f32 {
+    let mut shown: Vec<u32> = seen
+        .nearest
+        .iter()
+        .copied()
+        .filter(|i| *i != NONE)
+        .collect();
+    let covered = shown.len() as f32;
+    shown.sort_unstable();
+    shown.dedup();
+    let side = (2.0 * covered / (shown.len() as f32).max(1.0)).sqrt();
+    if side > EDGE_SPACE * samples {
+        0.5 * EDGE_WIDTH * samples
+    } else {
+        0.0
+    }
+}
+
+struct Shader<'a> {
+    scene: &'a Scene,
+    seen: &'a Seen,
+    camera: &'a Camera,
+    edge_width: f32,
+}
+
+impl Shader<'_> {
+    fn sample(&self, x: usize, y: usize) -> Vec3 {
+        let index = self.seen.nearest[y * self.seen.width + x];
+        if index == NONE {
+            return BACKGROUND;
+        }
+        let face = &self.seen.faces[index as usize];
+        let weights = face.weights(x as f32 + 0.5, y as f32 + 0.5);
+        let lit = self.lit(face, weights);
+        let near = self.edge_width - face.edge_distance(weights) + 0.5;
+        lit * (1.0
+            - EDGE_DARK
+                * if self.edge_width > 0.0 {
+                    near.clamp(0.0, 1.0)
+                } else {
+                    0.0
+                })
+    }
+
+    fn lit(&self, face: &Projected, weights: [f32; 3]) -> Vec3 {
+        let corners = self.scene.faces[face.face as usize];
+        let normal: Vec3 = (0..3)
+            .map(|k| weights[k] * self.scene.normals[corners[k] as usize])
+            .sum();
+        let back = face.is_back();
+        let normal = if back { -normal } else { normal }.normalize_or_zero();
+        let camera = self.camera;
+        let n = Vec3::new(
+            normal.dot(camera.right),
+            normal.dot(camera.up),
+            normal.dot(camera.towards).max(0.0),
+        );
+        let colour = match self.scene.region(face.face) {
+            _ if back => INSIDE,
+            Some(_) if self.scene.marks_new() => ORANGE,
+            _ => GREY,
+        };
+        let light: f32 = LIGHTS
+            .iter()
+            .map(|(from, strength)| strength * n.dot(from.normalize()).max(0.0))
+            .sum();
+        let half = (LIGHTS[0].0.normalize() + Vec3::Z).normalize();
+        let shine = GLOSS.0 * n.dot(half).max(0.0).powi(GLOSS.1);
+        colour * (AMBIENT + 1.35 * light) + Vec3::splat(if back { 0.0 } else { shine })
+    }
+}
+
+/// A linear value as a byte of sRGB.
+fn encoded(value: f32) -> u8 {
+    let v = value.clamp(0.0, 1.0);
+    let srgb = if v <= 0.003_130_8 {
+        12.92 * v
+    } else {
+        1.055 * v.powf(1.0 / 2.4) - 0.055
+    };
+    (srgb * 255.0 + 0.5) as u8
+}

@@ -1,0 +1,245 @@
+//! What there is to see of a change of a mesh: one set of triangles with normals, curvature and distances, of bounded size.
+//!
+//! The HTML report and the picture are both made of it.
+
+mod shading;
+mod thin;
+
+use glam::{DVec3, Vec3};
+
+use crate::mesh::{Mesh, welded};
+use crate::spatial::Bvh;
+use rayon::prelude::*;
+use shading::Shading;
+
+/// A mesh before and after, and what of it is the same.
+pub struct Change<'a> {
+    /// The mesh before.
+    pub before: &'a Mesh,
+    /// The mesh after.
+    pub after: &'a Mesh,
+    /// The first so many faces of `after` are faces of `before` too; the others are new.
+    pub kept: usize,
+    /// For each face of `before` whether it is not in `after`.
+    pub gone: Vec<bool>,
+    /// How many of the new faces belong to each region, in order.
+    pub patches: Vec<usize>,
+    /// The closed rims of the holes.
+    pub rims: Vec<Vec<DVec3>>,
+}
+
+/// What is drawn. Lengths are in the mesh's units, relative to [`Scene::origin`].
+pub struct Scene {
+    /// The point that positions are relative to.
+    pub origin: DVec3,
+    /// Largest distance of a vertex from it.
+    pub radius: f64,
+    /// Vertices.
+    pub positions: Vec<Vec3>,
+    /// Unit normals of the vertices.
+    pub normals: Vec<Vec3>,
+    /// Sum of the principal curvatures at the vertices, averaged over their neighbourhood; positive on a sphere.
+    pub curvature: Vec<f32>,
+    /// Distance of the vertices from the other of the two meshes.
+    pub distance: Vec<f32>,
+    /// Faces: those of both meshes, then those only after, then those only before.
+    pub faces: Vec<[u32; 3]>,
+    /// Number of faces of both meshes.
+    pub kept: usize,
+    /// For each face only after its region, from 1; 0 where it is of none.
+    pub regions: Vec<u32>,
+    /// The closed rims of the holes.
+    pub rims: Vec<Vec<Vec3>>,
+    /// Faces that the two meshes have between them.
+    pub all_faces: usize,
+}
+
+/// Which of the two meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The mesh before.
+    Before,
+    /// The mesh after.
+    After,
+}
+
+impl Scene {
+    /// The scene of a change, with no more faces than the limit: where there are more, those far from all patches and rims
+    /// are made coarser, and only if that does not do, those near them.
+    pub fn new(change: &Change, limit: usize) -> Self {
+        let (before, _) = welded(change.before);
+        let (after, _) = welded(change.after);
+        let kept = change.kept.min(after.faces.len());
+        let mut parts = Parts::new(&after, Shading::new(&after));
+        parts.measure(&after.faces[kept..], &before);
+        parts.add_gone(&before, &change.gone, &after);
+        let all_faces = parts.faces.len();
+        let rims: Vec<DVec3> = change.rims.iter().flatten().copied().collect();
+        let mut regions: Vec<u32> = vec![0; after.faces.len() - kept];
+        let mut at = 0;
+        for (region, &count) in (1..).zip(&change.patches) {
+            let end = regions.len().min(at + count);
+            regions[at..end].fill(region);
+            at = end;
+        }
+        let classes = [kept, after.faces.len()];
+        let vertices = (&parts.positions[..], &parts.shading.normals[..]);
+        let faces = thin::thinned(vertices, &parts.faces, classes, &rims, limit);
+        parts.into_scene(faces, &regions, classes, change, all_faces)
+    }
+
+    /// The numbers of the faces of one side.
+    pub fn side(&self, side: Side) -> impl Iterator<Item = u32> + use<> {
+        let new = self.kept + self.regions.len();
+        let own = match side {
+            Side::After => self.kept..new,
+            Side::Before => new..self.faces.len(),
+        };
+        (0..self.kept as u32).chain(own.start as u32..own.end as u32)
+    }
+
+    /// The region of a face: none where it is not new.
+    pub fn region(&self, face: u32) -> Option<u32> {
+        let new = (face as usize).checked_sub(self.kept)?;
+        self.regions.get(new).copied()
+    }
+
+    /// Whether it pays to give the new faces a colour of their own: they are not all there is.
+    pub fn marks_new(&self) -> bool {
+        self.kept > 0 && !self.regions.is_empty()
+    }
+
+    /// The axis that is likely to point up: the longer one of y and z.
+    pub fn up(&self) -> Vec3 {
+        let start = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let (low, high) = self
+            .positions
+            .iter()
+            .fold(start, |(l, h), &p| (l.min(p), h.max(p)));
+        let size = high - low;
+        if size.y > size.z { Vec3::Y } else { Vec3::Z }
+    }
+}
+
+/// Vertices and faces of both meshes while a scene is put together.
+struct Parts {
+    positions: Vec<DVec3>,
+    shading: Shading,
+    distance: Vec<f32>,
+    faces: Vec<[u32; 3]>,
+}
+
+impl Parts {
+    fn new(after: &Mesh, shading: Shading) -> Self {
+        Self {
+            positions: after.positions.clone(),
+            shading,
+            distance: vec![0.0; after.positions.len()],
+            faces: after.faces.clone(),
+        }
+    }
+
+    /// Sets the distance of the corners of some faces from a mesh.
+    fn measure(&mut self, faces: &[[u32; 3]], other: &Mesh) {
+        let mut corners: Vec<u32> = faces.iter().flatten().copied().collect();
+        corners.sort_unstable();
+        corners.dedup();
+        if corners.is_empty() {
+            return;
+        }
+        let bvh = Bvh::new(other, 0..other.faces.len() as u32);
+        let positions = &self.positions;
+        let distances: Vec<f32> = corners
+            .par_iter()
+            .map(|&v| {
+                let found = bvh.closest(positions[v as usize], f64::INFINITY);
+                found.map_or(0.0, |c| c.distance as f32)
+            })
+            .collect();
+        for (v, d) in corners.into_iter().zip(distances) {
+            self.distance[v as usize] = d;
+        }
+    }
+
+    /// Adds the faces that are only before, on vertices of their own.
+    fn add_gone(&mut self, before: &Mesh, gone: &[bool], after: &Mesh) {
+        if !gone.contains(&true) {
+            return;
+        }
+        let shading = Shading::new(before);
+        let mut number = vec![u32::MAX; before.positions.len()];
+        let first = self.faces.len();
+        for (face, _) in before.faces.iter().zip(gone).filter(|(_, gone)| **gone) {
+            self.faces.push(face.map(|v| {
+                let slot = &mut number[v as usize];
+                if *slot == u32::MAX {
+                    *slot = self.positions.len() as u32;
+                    self.positions.push(before.positions[v as usize]);
+                    self.distance.push(0.0);
+                    self.shading.push(&shading, v);
+                }
+                *slot
+            }));
+        }
+        let faces = self.faces[first..].to_vec();
+        self.measure(&faces, after);
+    }
+
+    /// Takes what the chosen faces, each with its number, use.
+    fn into_scene(
+        self,
+        faces: Vec<(u32, [u32; 3])>,
+        regions: &[u32],
+        [kept, after]: [usize; 2],
+        change: &Change,
+        all_faces: usize,
+    ) -> Scene {
+        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        for &v in faces.iter().flat_map(|(_, f)| f) {
+            low = low.min(self.positions[v as usize]);
+            high = high.max(self.positions[v as usize]);
+        }
+        let origin = if faces.is_empty() {
+            DVec3::ZERO
+        } else {
+            0.5 * (low + high)
+        };
+        let mut scene = Scene {
+            origin,
+            radius: 0.0,
+            positions: Vec::new(),
+            normals: Vec::new(),
+            curvature: Vec::new(),
+            distance: Vec::new(),
+            faces: Vec::with_capacity(faces.len()),
+            kept: faces.iter().filter(|(f, _)| (*f as usize) < kept).count(),
+            regions: faces
+                .iter()
+                .filter(|(f, _)| (kept..after).contains(&(*f as usize)))
+                .map(|(f, _)| regions[*f as usize - kept])
+                .collect(),
+            rims: Vec::new(),
+            all_faces,
+        };
+        let relative = |p: DVec3| (p - origin).as_vec3();
+        let closed = |rim: &Vec<DVec3>| rim.iter().map(|&p| relative(p)).collect();
+        scene.rims = change.rims.iter().map(closed).collect();
+        let mut number = vec![u32::MAX; self.positions.len()];
+        for (_, face) in faces {
+            let face = face.map(|v| {
+                let (slot, v) = (&mut number[v as usize], v as usize);
+                if *slot == u32::MAX {
+                    *slot = scene.positions.len() as u32;
+                    scene.positions.push(relative(self.positions[v]));
+                    scene.normals.push(self.shading.normals[v]);
+                    scene.curvature.push(self.shading.curvature[v]);
+                    scene.distance.push(self.distance[v]);
+                    scene.radius = scene.radius.max(self.positions[v].distance(origin));
+                }
+                *slot
+            });
+            scene.faces.push(face);
+        }
+        scene
+    }
+}

@@ -1,0 +1,386 @@
+//! The page of `--report` and the picture of `--picture`: whole, harmless, bounded, the same at any number of threads.
+
+mod shapes;
+
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use assert_cmd::Command;
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use glam::DVec3;
+use isomend::io::{Format, Precision, WriteOptions, to_bytes};
+use isomend::report::picture::picture;
+use isomend::report::view::{Change, Scene, Side};
+use isomend::{FillParams, Mesh, fill};
+use serde_json::Value;
+use tempfile::TempDir;
+
+use shapes::{cut, polar, sphere};
+
+/// A sphere with a wide hole, number 1, and a narrow one.
+fn ball() -> Mesh {
+    cut(&sphere(12), |c| polar(c) < 40.0 || polar(c) > 160.0)
+}
+
+/// A folder with the ball under a name.
+struct Desk {
+    folder: TempDir,
+    name: &'static str,
+}
+
+impl Desk {
+    fn new(name: &'static str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let options = WriteOptions {
+            precision: Precision::F32,
+            ascii: false,
+        };
+        let bytes = to_bytes(&ball(), Format::Ply, &options).unwrap().bytes;
+        fs::write(folder.path().join(name), bytes).unwrap();
+        Self { folder, name }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn run(&self, command: &str, more: &[&str]) -> Output {
+        let mut isomend = Command::cargo_bin("isomend").unwrap();
+        isomend.current_dir(self.folder.path());
+        isomend.args([command, self.name, "-o", "out.ply", "-q"]);
+        isomend.args(more).output().unwrap()
+    }
+
+    fn done(&self, command: &str, more: &[&str]) {
+        let output = self.run(command, more);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+    }
+
+    fn page(&self, command: &str, more: &[&str]) -> String {
+        self.done(command, &[&["--report", "out.html"], more].concat());
+        fs::read_to_string(self.path("out.html")).unwrap()
+    }
+}
+
+/// The text of a script element of a page.
+fn script<'a>(page: &'a str, id: &str) -> &'a str {
+    let start = page.find(&format!("id=\"{id}\">")).unwrap();
+    let text = &page[start..];
+    let start = text.find('>').unwrap() + 1;
+    &text[start..text.find("</script>").unwrap()]
+}
+
+fn data(page: &str) -> Value {
+    serde_json::from_str(script(page, "data")).unwrap()
+}
+
+/// The arrays that the page's script unpacks.
+fn arrays(page: &str) -> Vec<Vec<i64>> {
+    let packed = STANDARD.decode(script(page, "geometry").trim()).unwrap();
+    let mut bytes = Vec::new();
+    flate2::read::ZlibDecoder::new(&packed[..])
+        .read_to_end(&mut bytes)
+        .unwrap();
+    let mut bytes = bytes.into_iter().peekable();
+    let mut arrays = Vec::new();
+    while bytes.peek().is_some() {
+        let mut whole = || {
+            let (mut value, mut shift) = (0u64, 0);
+            loop {
+                let byte = bytes.next().unwrap();
+                value |= u64::from(byte & 127) << shift;
+                shift += 7;
+                if byte < 128 {
+                    return value as i64;
+                }
+            }
+        };
+        let (length, stride) = (whole() as usize, whole() as usize);
+        let mut values: Vec<i64> = Vec::with_capacity(length);
+        for i in 0..length {
+            let zigzag = whole();
+            let difference = (zigzag >> 1) ^ -(zigzag & 1);
+            values.push(difference + if i >= stride { values[i - stride] } else { 0 });
+        }
+        arrays.push(values);
+    }
+    arrays
+}
+
+struct Picture {
+    width: usize,
+    pixels: Vec<u8>,
+}
+
+impl Picture {
+    fn new(bytes: &[u8]) -> Self {
+        let decoder = png::Decoder::new(std::io::Cursor::new(bytes));
+        let mut reader = decoder.read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        Self {
+            width: info.width as usize,
+            pixels,
+        }
+    }
+
+    fn read(path: &Path) -> Self {
+        Self::new(&fs::read(path).unwrap())
+    }
+
+    /// Pixels of the left and of the right half that are orange.
+    fn orange(&self) -> [usize; 2] {
+        let mut counts = [0; 2];
+        for (i, rgb) in self.pixels.chunks(3).enumerate() {
+            let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(i32::from);
+            if r - b > 70 && r - g > 40 {
+                counts[usize::from(i % self.width > self.width / 2)] += 1;
+            }
+        }
+        counts
+    }
+}
+
+#[test]
+fn the_page_needs_nothing_else() {
+    let page = Desk::new("ball.ply").page("fill", &[]);
+    for outside in [
+        "http:",
+        "https:",
+        "src=",
+        "@import",
+        "url(",
+        "<link rel=\"style",
+        "fetch(",
+    ] {
+        assert!(!page.contains(outside), "{outside}");
+    }
+    assert!(page.contains("default-src 'none'"));
+    assert!(page.contains("isomend fill ball.ply -o out.ply -q --report out.html"));
+    assert!(page.contains(concat!("version ", env!("CARGO_PKG_VERSION"))));
+    assert_eq!(page.matches("<polyline class=\"line\"").count() % 2, 0);
+    assert!(page.contains("Energy before each step") && page.contains("Residual"));
+}
+
+#[test]
+fn the_page_holds_both_meshes() {
+    let desk = Desk::new("ball.ply");
+    let page = desk.page("fill", &[]);
+    let (data, arrays) = (data(&page), arrays(&page));
+    let scene = &data["scene"];
+    let (kept, new) = (
+        scene["kept"].as_u64().unwrap(),
+        scene["new"].as_u64().unwrap(),
+    );
+    assert_eq!(kept as usize, ball().faces.len());
+    assert!(new > 20);
+    assert_eq!(arrays.len(), 8);
+    assert_eq!(arrays[4].len() as u64, 3 * (kept + new));
+    assert_eq!(arrays[5].len() as u64, new);
+    let step = scene["step"].as_f64().unwrap();
+    let radius = scene["radius"].as_f64().unwrap();
+    for corner in arrays[0].chunks(3) {
+        // The origin is the middle of the bounding box, near enough to the centre.
+        let p =
+            DVec3::from_slice(&[corner[0], corner[1], corner[2]].map(|x| x as f64 * step - radius));
+        assert!((p.length() - 1.0).abs() < 0.03, "{p}");
+    }
+    let holes = data["holes"].as_array().unwrap();
+    assert_eq!(holes.len(), 2);
+    for hole in holes {
+        assert_eq!(hole["open"], false);
+        assert!(page.contains(&format!("data-hole=\"{}\"", hole["id"])));
+        let region = hole["region"].as_i64().unwrap();
+        assert!(arrays[5].contains(&region));
+    }
+    assert_eq!(arrays[7].len(), 2);
+}
+
+#[test]
+fn the_page_of_a_restoration_holds_what_was_cut_out() {
+    let desk = Desk::new("ball.ply");
+    let page = desk.page("restore", &["--ball", "1,0,0,0.4", "--picture", "out.png"]);
+    let (data, arrays) = (data(&page), arrays(&page));
+    let scene = &data["scene"];
+    let shared = scene["kept"].as_u64().unwrap() + scene["new"].as_u64().unwrap();
+    let gone = arrays[4].len() as u64 / 3 - shared;
+    assert!(gone > 10);
+    assert_eq!(
+        scene["kept"].as_u64().unwrap() + gone,
+        ball().faces.len() as u64
+    );
+    assert!(page.contains("faces cut out"));
+    let [left, right] = Picture::read(&desk.path("out.png")).orange();
+    assert!(left == 0 && right > 2000, "{left} {right}");
+}
+
+#[test]
+fn a_whole_level_set_is_drawn_too() {
+    let desk = Desk::new("ball.ply");
+    let page = desk.page("fill", &["--surface", "whole", "--picture", "out.png"]);
+    let data = data(&page);
+    assert_eq!(data["scene"]["kept"], 0);
+    assert_eq!(data["scene"]["marks"], false);
+    assert_eq!(Picture::read(&desk.path("out.png")).orange(), [0, 0]);
+}
+
+#[cfg(unix)]
+#[test]
+fn no_name_breaks_the_page() {
+    let name = "<img onerror='x' \"a\">{{data}} & <!-- .ply";
+    let desk = Desk::new(name);
+    let page = desk.page("fill", &[]);
+    assert!(!page.contains("<img") && !page.contains("<!--"));
+    assert!(
+        page.contains("&lt;img onerror=&#39;x&#39; &quot;a&quot;&gt;{{data}} &amp; &lt;!-- .ply")
+    );
+    assert_eq!(page.matches("<script").count(), 3);
+    assert_eq!(page.matches("</script").count(), 3);
+    data(&page);
+}
+
+#[test]
+fn threads_change_neither_page_nor_picture() {
+    let desk = Desk::new("ball.ply");
+    let mut seen = Vec::new();
+    for threads in ["1", "3"] {
+        let more = ["--threads", threads, "--picture", "out.png"];
+        let page = desk.page("fill", &more);
+        let parts = [script(&page, "data"), script(&page, "geometry")].map(str::to_owned);
+        let plots: String = page.lines().filter(|l| l.contains("<svg")).collect();
+        seen.push((parts, plots, fs::read(desk.path("out.png")).unwrap()));
+    }
+    assert!(seen[0] == seen[1]);
+}
+
+#[test]
+fn the_picture_shows_patches_on_the_right() {
+    let desk = Desk::new("ball.ply");
+    desk.done("fill", &["--picture", "out.png"]);
+    let picture = Picture::read(&desk.path("out.png"));
+    let [left, right] = picture.orange();
+    let pixels = picture.pixels.len() / 3;
+    assert_eq!(left, 0);
+    assert!(right > pixels / 20, "{right} of {pixels}");
+}
+
+#[test]
+fn names_are_checked_before_the_work() {
+    let desk = Desk::new("ball.ply");
+    let cases: [(&[&str], &str); 7] = [
+        (&["--report", "no/out.html"], "no folder"),
+        (&["--picture", "no/out.png"], "no folder"),
+        (&["--report", "out.txt"], ".html"),
+        (&["--picture", "out.jpg"], ".png"),
+        (&["--report", "-"], ".html"),
+        (&["--report", "a.html", "--json", "a.html"], "--json too"),
+        (&["--picture", "b.png", "--json", "./b.png"], "--json too"),
+    ];
+    for (more, message) in cases {
+        let output = desk.run("fill", more);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{more:?}");
+        assert!(said.contains(message), "{more:?}: {said}");
+        assert!(!desk.path("out.ply").exists(), "{more:?}");
+    }
+}
+
+#[test]
+fn an_output_is_not_written_twice() {
+    let desk = Desk::new("ball.ply");
+    let mut isomend = Command::cargo_bin("isomend").unwrap();
+    isomend.current_dir(desk.folder.path());
+    let arguments = [
+        "fill",
+        "ball.ply",
+        "-o",
+        "a.png",
+        "--to",
+        "ply",
+        "--picture",
+        "a.png",
+    ];
+    let output = isomend.args(arguments).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("is the mesh too"));
+    assert!(!desk.path("a.png").exists());
+}
+
+fn scene_of(mesh: &Mesh, limit: usize) -> (Scene, usize) {
+    let filled = fill(mesh, &FillParams::default()).unwrap();
+    let rims = filled.report.holes.iter().map(|h| {
+        let rim = h.hole.rim.iter();
+        rim.map(|&v| mesh.positions[v as usize]).collect()
+    });
+    let change = Change {
+        before: mesh,
+        after: &filled.mesh,
+        kept: mesh.faces.len(),
+        gone: vec![false; mesh.faces.len()],
+        patches: filled.report.regions.iter().map(|r| r.new_faces).collect(),
+        rims: rims.collect(),
+    };
+    let new = filled.mesh.faces.len() - mesh.faces.len();
+    (Scene::new(&change, limit), new)
+}
+
+#[test]
+fn large_meshes_are_drawn_coarser_far_from_the_patches() {
+    let mesh = cut(&sphere(60), |c| polar(c) < 7.0);
+    let (scene, new) = scene_of(&mesh, 12_000);
+    assert!(scene.all_faces > 60_000);
+    assert!(scene.faces.len() <= 12_000 && scene.faces.len() > 4000);
+    assert_eq!(scene.regions.len(), new);
+    let (tiny, _) = scene_of(&mesh, 40);
+    assert!(tiny.faces.len() <= 40);
+    Picture::new(&picture(&tiny).unwrap());
+}
+
+#[test]
+fn curvature_and_distance_are_those_of_the_surface() {
+    let (scene, _) = scene_of(&ball(), usize::MAX);
+    let inner = scene
+        .side(Side::After)
+        .flat_map(|f| scene.faces[f as usize]);
+    for v in inner {
+        let h = scene.curvature[v as usize];
+        assert!(
+            (h - 2.0).abs() < 0.25,
+            "{h} at {}",
+            scene.positions[v as usize]
+        );
+        assert!(scene.normals[v as usize].dot(scene.positions[v as usize]) > 0.9);
+    }
+    let far = scene.distance.iter().copied().fold(0.0, f32::max);
+    // The middle of the wide patch, 40 degrees from its rim.
+    assert!((far - 2.0 * 20f32.to_radians().sin()).abs() < 0.1, "{far}");
+}
+
+#[test]
+fn nothing_to_see_is_no_failure() {
+    let empty = Mesh::default();
+    let change = Change {
+        before: &empty,
+        after: &empty,
+        kept: 0,
+        gone: Vec::new(),
+        patches: vec![3],
+        rims: vec![Vec::new()],
+    };
+    let scene = Scene::new(&change, 10);
+    Picture::new(&picture(&scene).unwrap());
+    let flat = Mesh::new(vec![DVec3::splat(1e300); 3], vec![[0, 1, 2]]);
+    let change = Change {
+        before: &flat,
+        after: &flat,
+        kept: 1,
+        gone: vec![false],
+        patches: Vec::new(),
+        rims: Vec::new(),
+    };
+    Picture::new(&picture(&Scene::new(&change, 10)).unwrap());
+}
