@@ -21,3 +21,4 @@ fi
 "$python" scripts/crosscheck.py
 "$python" -W ignore scripts/crosscheck_attributes.py
 "$python" scripts/crosscheck_volumes.py
+"$python" scripts/crosscheck_libigl.py
