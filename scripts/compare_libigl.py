@@ -30,6 +30,7 @@ score."""
 
 import argparse
 import json
+import re
 import subprocess
 import sys
 import tempfile
@@ -129,13 +130,14 @@ class Triangles:
 class Case:
     """An input with a hole, the truth, points spread on what is missing, and the removed triangles."""
 
-    def __init__(self, name, v, f, gone, truth, turned=True, noise=0.0, seed=0):
+    def __init__(self, name, v, f, gone, truth, turned=True, noise=0.0, bridge=False):
         self.name = name
+        self.bridge = bridge
         v = v @ data.TURN.T if turned else v
         kept = v
         if noise:
             edge = np.linalg.norm(v[f] - v[np.roll(f, 1, axis=1)], axis=2).mean()
-            rng = np.random.default_rng(seed)
+            rng = np.random.default_rng(0)
             kept = v + truth.nearest(v)[1] * rng.normal(scale=noise * edge, size=(len(v), 1))
         kept = kept.astype(np.float32).astype(float)
         self.v, self.f = data.cut(kept, f, gone)
@@ -210,7 +212,7 @@ BUNNY = {  # where, as parts of the bounding box; radius over the diagonal
 
 
 def cases(pattern=""):
-    """Makes the cases whose names contain the pattern, one after the other."""
+    """Makes the cases whose names match the regular expression, one after the other."""
     spheres = {}
 
     def sphere(count):
@@ -229,7 +231,7 @@ def cases(pattern=""):
 
     def catenoid(name, spacing):
         v, f = dumb_bell(spacing)
-        return Case(name, v, f, np.abs(v[f].mean(axis=1)[:, 2]) < NECK, Exact(on_catenoid))
+        return Case(name, v, f, np.abs(v[f].mean(axis=1)[:, 2]) < NECK, Exact(on_catenoid), bridge=True)
 
     def ellipsoid(name, count):
         v, f = sphere(count)
@@ -265,7 +267,7 @@ def cases(pattern=""):
         **{f"bunny, {place}": real for place in BUNNY},
     }
     for name, make in makers.items():
-        if pattern in name:
+        if re.search(pattern, name):
             yield make(name)
 
 
@@ -307,25 +309,24 @@ def triangulate(case, longest, smooth):
     """MeshLib's filling: vertices and faces of the mesh, which of the faces are new, seconds."""
     mesh = mrmeshnumpy.meshFromFacesVerts(case.f.astype(np.int32), case.v.astype(np.float32))
     start = time.perf_counter()
-    edges = mesh.topology.findHoleRepresentiveEdges()
-    settings = mrmeshpy.StitchHolesNicelySettings() if len(edges) == 2 else mrmeshpy.FillHoleNicelySettings()
+    rims = list(mesh.topology.findHoleRepresentiveEdges())
+    settings = mrmeshpy.StitchHolesNicelySettings() if case.bridge else mrmeshpy.FillHoleNicelySettings()
     settings.triangulateOnly = False
     settings.smoothCurvature = smooth
-    target = settings.subdivideSettings
-    target.maxEdgeLen = longest
-    target.maxEdgeSplits = 200_000
-    if len(edges) == 2:
-        settings.triangulateParams.metric = mrmeshpy.getUniversalMetric(mesh)
-        new = mrmeshpy.stitchHolesNicely(mesh, edges[0], edges[1], settings)
+    settings.subdivideSettings.maxEdgeLen = longest
+    settings.subdivideSettings.maxEdgeSplits = 200_000
+    settings.triangulateParams.metric = mrmeshpy.getUniversalMetric(mesh)
+    if case.bridge:
+        new = [mrmeshpy.stitchHolesNicely(mesh, rims[0], rims[1], settings)]
     else:
-        settings.triangulateParams.metric = mrmeshpy.getUniversalMetric(mesh)
-        new = mrmeshpy.fillHoleNicely(mesh, edges[0], settings)
+        new = [mrmeshpy.fillHoleNicely(mesh, rim, settings) for rim in rims]
     seconds = time.perf_counter() - start
     v, f = mrmeshnumpy.getNumpyVerts(mesh).astype(float), mrmeshnumpy.getNumpyFaces(mesh.topology).astype(np.int64)
     v[: len(case.v)] = case.v
     patch = np.zeros(len(f), bool)
-    marks = mrmeshnumpy.getNumpyBitSet(new)
-    patch[: len(marks)] = marks[: len(f)]
+    for faces in new:
+        marks = mrmeshnumpy.getNumpyBitSet(faces)[: len(f)]
+        patch[: len(marks)] |= marks
     return v, f, patch, seconds
 
 
@@ -498,15 +499,15 @@ def panel(case, v, f, patch, plain):
     plotter = pv.Plotter(off_screen=True, window_size=(400, 340))
     plotter.set_background("white")
     mesh = pv.PolyData.from_regular_faces(v, f[~patch])
-    plotter.add_mesh(mesh, color="#cfcdc9", ambient=0.12, diffuse=0.8, backface_params={"color": "#a09a90"})
+    plotter.add_mesh(mesh, color="#dcdad6", ambient=0.2, diffuse=0.85, backface_params={"color": "#a09a90"})
     mesh = pv.PolyData.from_regular_faces(v, f[patch]).clean(tolerance=0)
     if plain:
-        plotter.add_mesh(mesh, color="#a9bdd3", ambient=0.12, diffuse=0.8)
+        plotter.add_mesh(mesh, color="#b4c8de", ambient=0.2, diffuse=0.85)
     else:
         points = np.array(mesh.points, float)
         error = 1e3 * np.linalg.norm(points - case.truth.nearest(points)[0], axis=1) / case.diameter
         mesh["error"] = np.log10(np.clip(error, LOWEST, HIGHEST))
-        plotter.add_mesh(mesh, scalars="error", cmap="turbo", clim=np.log10([LOWEST, HIGHEST]), show_scalar_bar=False, ambient=0.45, diffuse=0.5)
+        plotter.add_mesh(mesh, scalars="error", cmap="turbo", clim=np.log10([LOWEST, HIGHEST]), show_scalar_bar=False, ambient=0.55, diffuse=0.5)
     rim = mesh.extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False)
     plotter.add_mesh(rim, color="black", line_width=1.5, lighting=False)
     middle = case.points.mean(axis=0)
@@ -539,7 +540,8 @@ def draw(chosen, target):
             if name in meshes:
                 at.imshow(panel(case, *meshes[name], name == "truth"), interpolation="lanczos")
             if name in scores:
-                at.text(0.98, 0.03, f"{scores[name]['rms']:.2f} ‰", transform=at.transAxes, ha="right", fontsize=9)
+                at.text(0.98, 0.03, f"{scores[name]['rms']:.2f} ‰", transform=at.transAxes, ha="right", fontsize=9,
+                        bbox=dict(facecolor="white", alpha=0.75, edgecolor="none", pad=1.2))
             if number == 0:
                 at.set_title(METHODS.get(name, name), fontsize=11)
         row[0].set_ylabel(case.name, fontsize=9.5)
@@ -558,7 +560,7 @@ def draw(chosen, target):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
-    parser.add_argument("--cases", default="", help="only those whose names contain this")
+    parser.add_argument("--cases", default="", help="regular expression: only those whose names match")
     parser.add_argument("--json", help="write all figures here")
     parser.add_argument("--markdown", help="write all figures as a table here")
     parser.add_argument("--picture", help="draw the picture here")

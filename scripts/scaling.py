@@ -9,17 +9,15 @@
     python3 scripts/scaling.py --large 10000000 10 OUT.ply    # only make a mesh of that many triangles with holes
 
 The meshes are tori with round holes, made here. Every run is a process of its own, timed from outside; peak memory is
-that of the process. An exponent is the slope of log time against log size, over all sizes and over the largest two; what
-is there at every size, such as the start of the process, makes the first one smaller."""
+that of the process. An exponent is the slope of log CPU time against log size, over all sizes and over the largest two; what
+is there at every size, such as the start of the process, makes the first one smaller. CPU time is taken because it
+depends less on what else the machine does."""
 
 import argparse
 import json
-import os
-import re
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
@@ -64,13 +62,13 @@ def read_ply(path):
     return vertices.astype(float), rows["v"].astype(np.int64)
 
 
-def torus(triangles):
+def torus(triangles, ring=RING):
     """A torus of about so many triangles of nearly equal size at the middle of the tube."""
-    across = max(8, 2 * round((triangles / (2 * RING / TUBE * np.sqrt(4 / 3))) ** 0.5 / 2 * np.sqrt(4 / 3)))
+    across = max(8, 2 * round((triangles * TUBE / ring / 3**0.5) ** 0.5 / 2))
     around = max(8, round(triangles / 2 / across))
     i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
     u, w = 2 * np.pi * (i + 0.5 * (j % 2)) / around, 2 * np.pi * j / across
-    reach = RING + TUBE * np.cos(w)
+    reach = ring + TUBE * np.cos(w)
     vertices = np.stack([reach * np.cos(u), reach * np.sin(u), TUBE * np.sin(w)], axis=-1).reshape(-1, 3)
 
     def at(a, b):
@@ -122,21 +120,21 @@ def cut_balls(vertices, faces, centres, radius, want=None, apart=3.0):
     return vertices[used], (np.cumsum(used) - 1)[faces]
 
 
-def places(count):
+def places(count, ring=RING):
     """Points spread evenly on the torus: the middles of holes."""
-    across = max(1, round((count / (RING / TUBE)) ** 0.5))
+    across = max(1, round((count * TUBE / ring) ** 0.5))
     k = np.arange(count)
     u, w = 2 * np.pi * (k // across) / -(-count // across), 2 * np.pi * (k % across + 0.5) / across
     w = w + 0.5 if count > 1 else 0 * w
-    reach = RING + TUBE * np.cos(w)
+    reach = ring + TUBE * np.cos(w)
     return np.stack([reach * np.cos(u), reach * np.sin(u), TUBE * np.sin(w)], axis=1)
 
 
-def made(triangles, holes, edges_wide):
+def made(triangles, holes, edges_wide, ring=RING):
     """A torus with holes, each about so many edges wide."""
-    vertices, faces = torus(triangles)
-    edge = 2 * np.pi * TUBE * (4 / 3) ** 0.5 * (2 * RING / TUBE / triangles) ** 0.5
-    return cut_balls(vertices, faces, places(holes), edges_wide * edge / 2)
+    vertices, faces = torus(triangles, ring)
+    edge = 2 * np.pi * TUBE * (ring / TUBE * 4 / 3**0.5 / triangles) ** 0.5
+    return cut_balls(vertices, faces, places(holes, ring), edges_wide * edge / 2)
 
 
 def cut_holes(source, holes, part):
@@ -151,29 +149,30 @@ def cut_holes(source, holes, part):
 
 
 def run(program, source, folder, *options):
-    """One fill in a process of its own: wall seconds, peak memory in MB, its report."""
+    """One fill in a process of its own: wall and CPU seconds, peak memory in MB, its report."""
     report = Path(folder) / "report.json"
     command = [program, "fill", source, "-o", Path(folder) / "out.ply", "--json", report, "-q", *options]
-    start = time.perf_counter()
-    process = subprocess.Popen([str(part) for part in command], stderr=subprocess.PIPE)
-    message = process.stderr.read()
-    _, status, usage = os.wait4(process.pid, 0)
-    seconds = time.perf_counter() - start
-    code = os.waitstatus_to_exitcode(status)
-    process.returncode = code
-    if code not in (0, 3):
-        raise RuntimeError(f"exit {code}: {message.decode()[-300:]}")
-    return seconds, usage.ru_maxrss / 1024, json.loads(report.read_text())
+    command = [sys.executable, "-S", ROOT / "scripts/timed.py", *command]
+    done = subprocess.run([str(part) for part in command], capture_output=True, text=True)
+    figures = json.loads(done.stderr.splitlines()[-1])
+    if not figures["ok"]:
+        raise RuntimeError(f"exit {figures['code']}: {done.stderr[-500:]}")
+    return figures, json.loads(report.read_text())
 
 
 def median_run(program, source, folder, times, *options):
-    runs = [run(program, source, folder, *options) for _ in range(times)]
-    report = runs[0][2]
+    runs = []
+    # What takes minutes is not repeated.
+    while len(runs) < times and sum(figures["wall"] for figures, _ in runs) < 60:
+        runs.append(run(program, source, folder, *options))
+    report = runs[0][1]
     outcomes = [hole["outcome"] for hole in report["holes"]]
+    median = {key: float(np.median([figures[key] for figures, _ in runs])) for key in ("wall", "cpu", "mb")}
     return {
-        "seconds": float(np.median([r[0] for r in runs])),
-        "library_seconds": float(np.median([r[2]["seconds"] for r in runs])),
-        "mb": float(np.median([r[1] for r in runs])),
+        "seconds": median["wall"],
+        "cpu_seconds": median["cpu"],
+        "mb": median["mb"],
+        "library_seconds": float(np.median([own["seconds"] for _, own in runs])),
         "triangles": report["faces"],
         "holes": len(outcomes),
         "filled": outcomes.count("filled"),
@@ -188,7 +187,7 @@ def slope(sizes, values):
 def exponents(name, rows, key):
     sizes = [row[key] for row in rows]
     result = {}
-    for value in ("seconds", "mb"):
+    for value in ("seconds", "cpu_seconds", "mb"):
         values = [row[value] for row in rows]
         result[value] = {"all": slope(sizes, values), "last": slope(sizes[-2:], values[-2:])}
     return {"study": name, "size": key, "rows": rows, "exponents": result}
@@ -197,7 +196,7 @@ def exponents(name, rows, key):
 def study_grid(program, folder, times, quick):
     source = folder / "grid.ply"
     write_ply(source, *made(20_000, 1, 24))
-    diameter = run(program, source, folder)[2]["regions"][0]["diameter"]
+    diameter = run(program, source, folder)[1]["regions"][0]["diameter"]
     rows = []
     for cells in (16, 32, 64) if quick else (16, 32, 64, 128, 256):
         row, report = median_run(program, source, folder, times, "--voxel", diameter / cells)
@@ -211,18 +210,20 @@ def study_triangles(program, folder, times, quick):
     rows = []
     for count in (10**4, 10**5) if quick else (10**4, 10**5, 10**6, 10**7):
         source = folder / "triangles.ply"
-        write_ply(source, *made(count, 1, 20))
+        # A longer tube, not a finer one: the hole and what is round it stay alike.
+        write_ply(source, *made(count, 1, 20, RING * count / 10**4))
         rows.append(median_run(program, source, folder, times)[0] | {"size": count})
     return exponents("triangles outside one hole", rows, "size")
 
 
 def study_holes(program, folder, times, quick):
-    rows = []
+    rows, voxel = [], None
     for count in (1, 10) if quick else (1, 10, 100, 1000):
         source = folder / "holes.ply"
         write_ply(source, *made(1_000_000, count, 16))
-        rows.append(median_run(program, source, folder, times)[0] | {"size": count})
-    return exponents("holes in a mesh of 10⁶ triangles", rows, "size")
+        voxel = voxel or run(program, source, folder)[1]["regions"][0]["diameter"] / 16
+        rows.append(median_run(program, source, folder, times, "--voxel", voxel)[0] | {"size": count})
+    return exponents("holes in a mesh of 10⁶ triangles, D/h = 16", rows, "size")
 
 
 def study_threads(program, folder, times, quick):
@@ -233,7 +234,7 @@ def study_threads(program, folder, times, quick):
     rows = []
     for name, path, options in (("16 holes", source, ()), ("1 hole, D/h = 96", one, ("--voxel", None))):
         if options:
-            diameter = run(program, one, folder)[2]["regions"][0]["diameter"]
+            diameter = run(program, one, folder)[1]["regions"][0]["diameter"]
             options = ("--voxel", diameter / 96)
         for threads in (1, 2):
             row = median_run(program, path, folder, times, "--threads", threads, *options)[0]
@@ -244,10 +245,15 @@ def study_threads(program, folder, times, quick):
 STUDIES = {"grid": study_grid, "triangles": study_triangles, "holes": study_holes, "threads": study_threads}
 
 
+def grouped(number):
+    """With a narrow space between thousands."""
+    return f"{number:,}".replace(",", "\u202f")
+
+
 def table(studies):
     lines = [
-        "| against | size | seconds | MB | exponent of time: all, last two | of memory: all, last two |",
-        "|---|---|---|---|---|---|",
+        "| against | size | seconds | CPU seconds | MB | exponent of CPU time: all, last two | of memory: all, last two |",
+        "|---|---|---|---|---|---|---|",
     ]
 
     def several(values, form):
@@ -261,14 +267,15 @@ def table(studies):
                 faster = own[0]["seconds"] / own[-1]["seconds"]
                 lines.append(
                     f"| threads, {case} | {several([r['size'] for r in own], '{}')} | {several([r['seconds'] for r in own], '{:.2f}')} "
+                    f"| {several([r['cpu_seconds'] for r in own], '{:.2f}')} "
                     f"| {several([r['mb'] for r in own], '{:.0f}')} | {faster:.2f} times as fast | |"
                 )
             continue
         slopes = study["exponents"]
-        time_slopes, memory = slopes["seconds"], slopes["mb"]
+        time_slopes, memory = slopes["cpu_seconds"], slopes["mb"]
         lines.append(
-            f"| {study['study']} | {several([r['size'] for r in rows], '{:,}').replace(',', ' ').replace('  ', ', ')} "
-            f"| {several([r['seconds'] for r in rows], '{:.2f}')} | {several([r['mb'] for r in rows], '{:.0f}')} "
+            f"| {study['study']} | {several([grouped(r['size']) for r in rows], '{}')} "
+            f"| {several([r['seconds'] for r in rows], '{:.2f}')} | {several([r['cpu_seconds'] for r in rows], '{:.2f}')} | {several([r['mb'] for r in rows], '{:.0f}')} "
             f"| {time_slopes['all']:.2f}, {time_slopes['last']:.2f} | {memory['all']:.2f}, {memory['last']:.2f} |"
         )
     return "\n".join(lines)
