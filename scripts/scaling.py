@@ -220,7 +220,7 @@ def study_holes(program, folder, times, quick):
     rows, voxel = [], None
     for count in (1, 10) if quick else (1, 10, 100, 1000):
         source = folder / "holes.ply"
-        write_ply(source, *made(1_000_000, count, 16))
+        write_ply(source, *made(1_000_000, count, 10))
         voxel = voxel or run(program, source, folder)[1]["regions"][0]["diameter"] / 16
         rows.append(median_run(program, source, folder, times, "--voxel", voxel)[0] | {"size": count})
     return exponents("holes in a mesh of 10⁶ triangles, D/h = 16", rows, "size")
