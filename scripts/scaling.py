@@ -163,7 +163,7 @@ def run(program, source, folder, *options):
 def median_run(program, source, folder, times, *options):
     runs = []
     # What takes minutes is not repeated.
-    while len(runs) < times and sum(figures["wall"] for figures, _ in runs) < 60:
+    while len(runs) < times and sum(figures["cpu"] for figures, _ in runs) < 60:
         runs.append(run(program, source, folder, *options))
     report = runs[0][1]
     outcomes = [hole["outcome"] for hole in report["holes"]]
@@ -236,8 +236,13 @@ def study_threads(program, folder, times, quick):
         if options:
             diameter = run(program, one, folder)[1]["regions"][0]["diameter"]
             options = ("--voxel", diameter / 96)
-        for threads in (1, 2):
-            row = median_run(program, path, folder, times, "--threads", threads, *options)[0]
+        # The two take turns, so that both see the same load.
+        runs = {1: [], 2: []}
+        for _ in range(times):
+            for threads in runs:
+                runs[threads].append(median_run(program, path, folder, 1, "--threads", threads, *options)[0])
+        for threads, own in runs.items():
+            row = own[0] | {key: float(np.median([r[key] for r in own])) for key in ("seconds", "cpu_seconds", "mb")}
             rows.append(row | {"case": name, "size": threads})
     return {"study": "threads", "size": "size", "rows": rows}
 
@@ -294,7 +299,8 @@ def main():
     parser.add_argument("--json", help="write the figures here")
     parser.add_argument("--markdown", help="write the table here")
     parser.add_argument("--readme", action="store_true", help="put the table into README.md")
-    parser.add_argument("--only", choices=STUDIES, nargs="+", default=list(STUDIES))
+    parser.add_argument("--json-in", help="take the studies that are not run from this file of an earlier --json")
+    parser.add_argument("--only", choices=STUDIES, nargs="+", default=list(STUDIES), help="these studies alone")
     parser.add_argument("--times", type=int, default=3, help="runs of each, of which the median counts")
     parser.add_argument("--quick", action="store_true", help="the small sizes only")
     parser.add_argument("--cut", nargs=3, metavar=("HOLES", "IN", "OUT"), help="cut holes into a mesh and stop")
@@ -308,7 +314,7 @@ def main():
         triangles, holes = int(arguments.large[0]), int(arguments.large[1])
         write_ply(arguments.large[2], *made(triangles, holes, 32))
         return
-    studies = {}
+    studies = json.loads(Path(arguments.json_in).read_text()) if arguments.json_in else {}
     with tempfile.TemporaryDirectory() as folder:
         for name in arguments.only:
             studies[name] = STUDIES[name](arguments.isomend, Path(folder), arguments.times, arguments.quick)
