@@ -23,3 +23,4 @@ fi
 "$python" -W ignore scripts/crosscheck_attributes.py
 "$python" scripts/crosscheck_volumes.py
 "$python" scripts/browser_test.py || [ $? -eq 77 ]
+"$python" scripts/crosscheck_libigl.py

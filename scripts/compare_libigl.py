@@ -1,0 +1,593 @@
+# /// script
+# requires-python = ">=3.11"
+# dependencies = [
+#   "libigl==2.6.3", "matplotlib==3.11.2", "meshlib==3.1.4.297", "numpy==2.4.6", "pillow==13.0.0",
+#   "pymeshlab==2025.7.post1", "pyvista==0.49.1",
+# ]
+# ///
+"""Fill the same holes with isomend and with libigl's k-harmonic fairing, and measure both against the truth.
+
+    cargo build --release && uv run scripts/compare_libigl.py [--json FILE] [--markdown FILE] [--picture FILE] [--readme]
+
+(or in any virtual environment with the packages of the first lines). The holes are cut, always alike, out of analytic
+surfaces, whose distance is exact, and out of the Stanford bunny that the package pymeshlab holds.
+
+libigl has no hole filling of its own. Its users triangulate and refine the hole with another program and then move
+the new vertices: `igl.harmonic(V, F, b, bc, k)` with cotangent Laplacian and Voronoi areas, all vertices of the input in b,
+k = 2 (continues position and normal) and k = 3 (curvature too). Here MeshLib triangulates (`fillHoleNicely`, for two rims
+`stitchHolesNicely`), its longest edge chosen such that the mean edge is that of isomend's patch. The Laplacian is that
+of the triangulation, so this is done from two starts, with and without MeshLib's own smoothing, and the one nearer to the
+truth counts: a choice that only who knows the truth has. 'x 10': solved ten times more, each time with the Laplacian of
+the last positions.
+
+Distances are root mean squares (rms) and maxima over points spread evenly, in 1/1000 of the hole's diameter, the larger of
+patch to truth and truth to mesh; for noisy meshes the truth is the surface without noise. 'normal': mean angle at the
+new vertices between the mesh's normal and the truth's; 'seam': mean angle between the faces on both sides of the rim;
+'quality': mean of twice inradius over circumradius. Seconds are those of the fill without reading and writing; for libigl
+those of MeshLib's triangulation and of the solves on a crop of six rings, which gives what the whole mesh does.
+The least of three runs. 'floor' is what the removed triangles
+score."""
+
+import argparse
+import json
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import igl
+import numpy as np
+from meshlib import mrmeshnumpy, mrmeshpy
+
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "scripts"))
+import make_data as data  # noqa: E402
+
+NECK = 0.55
+ELLIPSOID = np.array([1.0, 0.7, 0.5])
+METHODS = {
+    "k2": "libigl k = 2",
+    "k2x10": "libigl k = 2 × 10",
+    "k3": "libigl k = 3",
+    "k3x10": "libigl k = 3 × 10",
+    "isomend": "isomend",
+    "variation": "isomend, curvature-variation",
+}
+TIMES = 3
+
+
+# --- exact surfaces: nearest points and unit normals ----------------------------------------------------------------
+
+
+def unit(v):
+    return v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-300)
+
+
+def on_sphere(p):
+    return unit(p), unit(p)
+
+
+def on_torus(p):
+    ring = unit(p * [1, 1, 0]) * data.BIG
+    return ring + unit(p - ring), unit(p - ring)
+
+
+def on_ellipsoid(p):
+    squares = ELLIPSOID**2
+    low = np.full(len(p), -squares.min() * (1 - 1e-9))
+    high = np.linalg.norm(p, axis=1) + 1e-9
+    for _ in range(80):
+        middle = (low + high) / 2
+        outside = (squares * p * p / (middle[:, None] + squares) ** 2).sum(axis=1) > 1
+        low, high = np.where(outside, middle, low), np.where(outside, high, middle)
+    q = squares * p / (low[:, None] + squares)
+    return q, unit(q / squares)
+
+
+def on_catenoid(p):
+    r, z = np.hypot(p[:, 0], p[:, 1]), p[:, 2]
+    t = np.clip(z, -1.2, 1.2)
+    for _ in range(80):
+        c, s = np.cosh(t), np.sinh(t)
+        t = t - np.clip(((c - r) * s + t - z) / np.maximum(s * s + 1 + (c - r) * c, 0.1), -0.2, 0.2)
+    out = unit(p * [1, 1, 0])
+    q = out * np.cosh(t)[:, None] + np.outer(t, [0, 0, 1])
+    return q, unit(out - np.outer(np.sinh(t), [0, 0, 1]))
+
+
+class Exact:
+    """A surface turned against the axes."""
+
+    def __init__(self, project):
+        self.project = project
+
+    def nearest(self, p):
+        q, n = self.project(p @ data.TURN)
+        return q @ data.TURN.T, n @ data.TURN.T
+
+
+class Triangles:
+    """A mesh as the truth."""
+
+    def __init__(self, v, f):
+        self.v, self.f = v, f
+        self.normals = unit(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]))
+        self.smooth = vertex_normals(v, f)
+
+    def nearest(self, p):
+        _, face, q = igl.point_mesh_squared_distance(np.ascontiguousarray(p), self.v, self.f)
+        a, b, c = (self.v[self.f[face, k]] for k in range(3))
+        total = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        weights = [np.linalg.norm(np.cross(y - q, z - q), axis=1) / total for y, z in ((b, c), (c, a), (a, b))]
+        return q, unit(sum(w[:, None] * self.smooth[self.f[face, k]] for k, w in enumerate(weights)))
+
+
+# --- cases ----------------------------------------------------------------------------------------------------------
+
+
+class Case:
+    """An input with a hole, the truth, points spread on what is missing, and the removed triangles."""
+
+    def __init__(self, name, v, f, gone, truth, turned=True, noise=0.0, bridge=False):
+        self.name = name
+        self.bridge = bridge
+        v = v @ data.TURN.T if turned else v
+        kept = v
+        if noise:
+            edge = np.linalg.norm(v[f] - v[np.roll(f, 1, axis=1)], axis=2).mean()
+            rng = np.random.default_rng(0)
+            kept = v + truth.nearest(v)[1] * rng.normal(scale=noise * edge, size=(len(v), 1))
+        kept = kept.astype(np.float32).astype(float)
+        self.v, self.f = data.cut(kept, f, gone)
+        self.truth = truth
+        self.whole = (kept, f, gone)
+        missing = data.cut(v, f, ~gone)
+        self.points = truth.nearest(spread(*missing, 20_000, np.random.default_rng(1)))[0]
+        rim = self.v[np.unique(boundary(self.f))]
+        self.diameter = max(np.linalg.norm(rim - p, axis=1).max() for p in rim)
+
+
+def boundary(f):
+    half = np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]])
+    keys = np.sort(half, axis=1)
+    _, number, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    return half[count[number.reshape(-1)] == 1]
+
+
+def spread(v, f, count, rng):
+    """Points on the faces, evenly by area."""
+    area = np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1)
+    pick = rng.choice(len(f), count, p=area / area.sum())
+    a, b = np.sqrt(rng.random(count)), rng.random(count)
+    return np.einsum("nk,nkd->nd", np.stack([1 - a, a * (1 - b), a * b], axis=1), v[f[pick]])
+
+
+def cap(v, f, degrees):
+    centre = unit(v[f].mean(axis=1))
+    return np.degrees(np.arccos(centre[:, 2])) < degrees
+
+
+def closed_torus(around, across):
+    """data.torus without its holes."""
+    held, data.cut = data.cut, lambda v, f, removed: (v, f)
+    try:
+        return data.torus(around, across)
+    finally:
+        data.cut = held
+
+
+def dumb_bell(spacing):
+    """Two balls joined by a catenoid, all of it."""
+    ball = np.cosh(data.JOIN) ** 2
+    centre = data.JOIN + np.cosh(data.JOIN) * np.sinh(data.JOIN)
+    start = np.arccos(-np.tanh(data.JOIN))
+    arc = np.linspace(start, 0, round(ball * start / (0.87 * spacing)) + 1)[1:]
+    half = np.arcsinh(np.linspace(0, np.sinh(data.JOIN), round(np.sinh(data.JOIN) / (0.87 * spacing)) + 1))
+    neck = np.concatenate([-half[:0:-1], half])
+    profile = [(ball * np.sin(a), -centre - ball * np.cos(a)) for a in arc[::-1]] + [(np.cosh(z), z) for z in neck]
+    profile += [(ball * np.sin(a), centre + ball * np.cos(a)) for a in arc]
+    return data.revolve(profile, spacing)
+
+
+def bunny():
+    import pymeshlab
+
+    path = Path(pymeshlab.__file__).parent / "tests/sample_meshes/bunny.obj"
+    rows = {"v": [], "f": []}
+    for line in path.read_text().splitlines():
+        words = line.split()
+        if words and words[0] in rows:
+            rows[words[0]].append([word.split("/")[0] for word in words[1:4]])
+    return np.array(rows["v"], float), np.array(rows["f"], int) - 1
+
+
+BUNNY = {  # where, as parts of the bounding box; radius over the diagonal
+    "back": ((0.72, 0.62, 0.30), 0.06),
+    "haunch": ((0.80, 0.25, 0.75), 0.06),
+    "chest": ((0.12, 0.35, 0.55), 0.05),
+    "ear": ((0.45, 0.95, 0.40), 0.035),
+}
+
+
+def cases(pattern=""):
+    """Makes the cases whose names match the regular expression, one after the other."""
+    spheres = {}
+
+    def sphere(count):
+        if count not in spheres:
+            spheres[count] = data.sphere_mesh(count, 21)
+        return spheres[count]
+
+    def capped(name, count, degrees, noise=0.0):
+        v, f = sphere(count)
+        return Case(name, v, f, cap(v, f, degrees), Exact(on_sphere), noise=noise)
+
+    def torus(name, size, outer):
+        v, f = closed_torus(*size)
+        middle, radius = ([data.BIG + 1, 0, 0], 0.8) if outer else ([1 - data.BIG, 0, 0], 0.35)
+        return Case(name, v, f, np.linalg.norm(v[f].mean(axis=1) - middle, axis=1) < radius, Exact(on_torus))
+
+    def catenoid(name, spacing):
+        v, f = dumb_bell(spacing)
+        return Case(name, v, f, np.abs(v[f].mean(axis=1)[:, 2]) < NECK, Exact(on_catenoid), bridge=True)
+
+    def ellipsoid(name, count):
+        v, f = sphere(count)
+        v = v * ELLIPSOID
+        gone = np.linalg.norm(v[f].mean(axis=1) - [0, ELLIPSOID[1], 0], axis=1) < 0.4
+        return Case(name, v, f, gone, Exact(on_ellipsoid))
+
+    def real(name):
+        v, f = bunny()
+        at, radius = BUNNY[name.split(", ")[1]]
+        size = np.ptp(v, axis=0)
+        target = v[np.argmin(np.linalg.norm(v - (v.min(axis=0) + np.array(at) * size), axis=1))]
+        gone = np.linalg.norm(v[f].mean(axis=1) - target, axis=1) < radius * np.linalg.norm(size)
+        piece = data.pieces(f[gone])
+        number = np.bincount(piece).argmax()
+        gone[np.flatnonzero(gone)[piece != number]] = False
+        return Case(name, v, f, gone, Triangles(v, f), turned=False)
+
+    makers = {
+        "sphere 30°": lambda n: capped(n, 2000, 30),
+        "sphere 60°": lambda n: capped(n, 2000, 60),
+        "sphere 60°, fine": lambda n: capped(n, 8000, 60),
+        "sphere 90°": lambda n: capped(n, 2000, 90),
+        "sphere 60°, noise 3 %": lambda n: capped(n, 2000, 60, 0.03),
+        "sphere 60°, noise 10 %": lambda n: capped(n, 2000, 60, 0.10),
+        "torus, outer": lambda n: torus(n, (64, 46), True),
+        "torus, outer, fine": lambda n: torus(n, (128, 92), True),
+        "torus, inner": lambda n: torus(n, (128, 92), False),
+        "catenoid neck": lambda n: catenoid(n, 0.13),
+        "catenoid neck, fine": lambda n: catenoid(n, 0.065),
+        "ellipsoid": lambda n: ellipsoid(n, 2000),
+        "ellipsoid, fine": lambda n: ellipsoid(n, 8000),
+        **{f"bunny, {place}": real for place in BUNNY},
+    }
+    for name, make in makers.items():
+        if re.search(pattern, name):
+            yield make(name)
+
+
+# --- fills ----------------------------------------------------------------------------------------------------------
+
+
+def vertex_normals(v, f):
+    normals = np.zeros_like(v)
+    area = np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]])
+    for k in range(3):
+        np.add.at(normals, f[:, k], area)
+    return unit(normals)
+
+
+def quickest(run, at):
+    """The quickest of several runs, which all give the same; `at`: where their seconds are."""
+    return min((run() for _ in range(TIMES)), key=lambda result: result[at])
+
+
+def fill_isomend(program, case, options=()):
+    """Vertices and faces, those of the input first; seconds of the fill."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = Path(folder) / "in.ply", Path(folder) / "out.obj"
+        data.write_ply(source, case.v, case.f)
+        command = [program, "fill", source, "-o", target, "--json", "-", "-q", *options]
+        report = json.loads(subprocess.run([str(c) for c in command], check=True, capture_output=True, text=True).stdout)
+        rows = {"v": [], "f": []}
+        for line in target.read_text().splitlines():
+            words = line.split()
+            if words and words[0] in rows:
+                rows[words[0]].append([word.split("/")[0] for word in words[1:4]])
+    v, f = np.array(rows["v"], float), np.array(rows["f"], int) - 1
+    v[: len(case.v)] = case.v
+    outcomes = {hole["outcome"] for hole in report["holes"]}
+    return v, f, report["seconds"], ", ".join(sorted(outcomes - {"filled"}))
+
+
+def triangulate(case, longest, smooth):
+    """MeshLib's filling: vertices and faces of the mesh, which of the faces are new, seconds."""
+    mesh = mrmeshnumpy.meshFromFacesVerts(case.f.astype(np.int32), case.v.astype(np.float32))
+    start = time.perf_counter()
+    rims = list(mesh.topology.findHoleRepresentiveEdges())
+    settings = mrmeshpy.StitchHolesNicelySettings() if case.bridge else mrmeshpy.FillHoleNicelySettings()
+    settings.triangulateOnly = False
+    settings.smoothCurvature = smooth
+    settings.subdivideSettings.maxEdgeLen = longest
+    settings.subdivideSettings.maxEdgeSplits = 200_000
+    settings.triangulateParams.metric = mrmeshpy.getUniversalMetric(mesh)
+    if case.bridge:
+        new = [mrmeshpy.stitchHolesNicely(mesh, rims[0], rims[1], settings)]
+    else:
+        new = [mrmeshpy.fillHoleNicely(mesh, rim, settings) for rim in rims]
+    seconds = time.perf_counter() - start
+    v, f = mrmeshnumpy.getNumpyVerts(mesh).astype(float), mrmeshnumpy.getNumpyFaces(mesh.topology).astype(np.int64)
+    v[: len(case.v)] = case.v
+    patch = np.zeros(len(f), bool)
+    for faces in new:
+        marks = mrmeshnumpy.getNumpyBitSet(faces)[: len(f)]
+        patch[: len(marks)] |= marks
+    return v, f, patch, seconds
+
+
+def mean_edge(v, f):
+    return np.linalg.norm(v[f] - v[np.roll(f, 1, axis=1)], axis=2).mean()
+
+
+def fair(case, v, f, k, solves):
+    """k-harmonic positions of the new vertices, all others fixed; seconds."""
+    start = time.perf_counter()
+    v = v.copy()
+    known = len(case.v)
+    near = np.zeros(len(v), bool)
+    near[known:] = True
+    for _ in range(6):
+        near[f[near[f].any(axis=1)]] = True
+    crop = np.ascontiguousarray(f[near[f].any(axis=1)])
+    used, local = np.unique(crop, return_inverse=True)
+    crop = local.reshape(-1, 3).astype(np.int64)
+    fixed = np.flatnonzero(used < known).astype(np.int64)
+    p = v[used]
+    for _ in range(solves):
+        p = igl.harmonic(np.ascontiguousarray(p), crop, fixed, np.ascontiguousarray(p[fixed]), k)
+        if not np.isfinite(p).all():
+            return None, time.perf_counter() - start
+    v[used[used >= known]] = p[used >= known]
+    return v, time.perf_counter() - start
+
+
+# --- scores ---------------------------------------------------------------------------------------------------------
+
+
+def score(case, v, f, patch):
+    rng = np.random.default_rng(2)
+    own = f[patch]
+    samples = spread(v, own, 20_000, rng)
+    there = np.linalg.norm(samples - case.truth.nearest(samples)[0], axis=1)
+    back = np.sqrt(igl.point_mesh_squared_distance(case.points, np.ascontiguousarray(v), np.ascontiguousarray(f, np.int64))[0])
+    new = np.setdiff1d(np.unique(own), np.unique(f[~patch]))
+    angle = 0.0
+    if len(new):
+        cosine = (vertex_normals(v, f)[new] * case.truth.nearest(v[new])[1]).sum(axis=1)
+        angle = np.degrees(np.arccos(np.clip(cosine, -1, 1))).mean()
+    normals = unit(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]))
+    half = np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]])
+    face = np.tile(np.arange(len(f)), 3)
+    order = np.lexsort(np.sort(half, axis=1).T)
+    keys, face = np.sort(half, axis=1)[order], face[order]
+    pair = np.flatnonzero((keys[1:] == keys[:-1]).all(axis=1))
+    a, b = face[pair], face[pair + 1]
+    across = patch[a] != patch[b]
+    seam = np.degrees(np.arccos(np.clip((normals[a[across]] * normals[b[across]]).sum(axis=1), -1, 1)))
+    sides = np.linalg.norm(v[own] - v[np.roll(own, 1, axis=1)], axis=2)
+    area = np.linalg.norm(np.cross(v[own[:, 1]] - v[own[:, 0]], v[own[:, 2]] - v[own[:, 0]]), axis=1) / 2
+    quality = 16 * area**2 / np.maximum(sides.prod(axis=1) * sides.sum(axis=1), 1e-300)
+    rms = [float(np.sqrt((d**2).mean()) / case.diameter * 1e3) for d in (there, back)]
+    most = [float(d.max() / case.diameter * 1e3) for d in (there, back)]
+    return {
+        "rms": max(rms),
+        "rms_patch_to_truth": rms[0],
+        "rms_truth_to_mesh": rms[1],
+        "max": max(most),
+        "normal": float(angle),
+        "seam": float(seam.mean()),
+        "quality": float(quality.mean()),
+        "edge": float(sides.mean()),
+        "faces": int(patch.sum()),
+    }
+
+
+def compare(program, case):
+    """The scores of all methods on a case, and the meshes."""
+    meshes = {"truth": case.whole}
+    scores = {"floor": score(case, *case.whole)}
+    v, f, seconds, failed = quickest(lambda: fill_isomend(program, case), 2)
+    patch = np.arange(len(f)) >= len(case.f)
+    scores["isomend"] = score(case, v, f, patch) | {"seconds": seconds, "failed": failed}
+    meshes["isomend"] = v, f, patch
+    v, f, seconds, failed = fill_isomend(program, case, ("--energy", "curvature-variation", "--edge-ratio", 0.8))
+    patch = np.arange(len(f)) >= len(case.f)
+    scores["variation"] = score(case, v, f, patch) | {"seconds": seconds, "failed": failed}
+    aim, longest = scores["isomend"]["edge"], scores["isomend"]["edge"] / 0.75
+    for _ in range(4):
+        v, f, patch, _ = triangulate(case, longest, True)
+        longest *= aim / mean_edge(v, f[patch])
+    for smooth in (False, True):
+        v, f, patch, seconds = quickest(lambda: triangulate(case, longest, smooth), 3)  # noqa: B023
+        for name in ("k2", "k2x10", "k3", "k3x10"):
+            solves = 11 if "x" in name else 1
+            moved, more = quickest(lambda: fair(case, v, f, int(name[1]), solves), 1)  # noqa: B023
+            if moved is None:
+                continue
+            row = score(case, moved, f, patch) | {"seconds": seconds + more, "start": "smoothed" if smooth else "flat"}
+            if name not in scores or row["rms"] < scores[name]["rms"]:
+                scores[name] = row
+                meshes[name] = moved, f, patch
+    result = {"case": case.name, "diameter": case.diameter, "input_faces": len(case.f), "scores": scores}
+    return result, meshes
+
+
+# --- table and picture ----------------------------------------------------------------------------------------------
+
+
+def table(rows):
+    names = list(METHODS.values())
+    lines = [
+        "| hole | floor | " + " | ".join(names) + " | seconds: k = 3 × 10, isomend |",
+        "|---|---:|" + "---:|" * len(names) + "---|",
+    ]
+    for row in rows:
+        scores = row["scores"]
+        best = min(scores[name]["rms"] for name in METHODS if name in scores)
+        cells = []
+        for name in METHODS:
+            text = f"{scores[name]['rms']:.2f}" if name in scores else "failed"
+            cells.append(f"**{text}**" if name in scores and scores[name]["rms"] == best else text)
+        times = ", ".join(f"{scores[name]['seconds']:.2f}" if name in scores else "failed" for name in ("k3x10", "isomend"))
+        lines.append(f"| {row['case']} | {scores['floor']['rms']:.2f} | {' | '.join(cells)} | {times} |")
+    return "\n".join(lines)
+
+
+def detailed(rows):
+    """All figures, one line a method."""
+    lines = [
+        "| hole | method | rms ‰ | largest ‰ | normal | seam | quality | edge | faces | seconds | start |",
+        "|---|---|---:|---:|---:|---:|---:|---:|---:|---:|---|",
+    ]
+    for row in rows:
+        for name in ("floor", *METHODS):
+            if name not in row["scores"]:
+                lines.append(f"| {row['case']} | {METHODS[name]} | failed |" + " |" * 8)
+                continue
+            s = row["scores"][name]
+            lines.append(
+                f"| {row['case']} | {METHODS.get(name, name)} | {s['rms']:.3f} | {s['max']:.2f} | {s['normal']:.2f}° "
+                f"| {s['seam']:.1f}° | {s['quality']:.3f} | {s['edge']:.4g} | {s['faces']} "
+                f"| {s['seconds'] if 'seconds' in s else float('nan'):.3f} | {s.get('start', '')} |"
+            )
+    return "\n".join(lines)
+
+
+def summary(rows):
+    """In how many cases which is nearest."""
+    wins = {}
+    for row in rows:
+        best = min((name for name in METHODS if name in row["scores"]), key=lambda name: row["scores"][name]["rms"])
+        wins[METHODS[best]] = wins.get(METHODS[best], 0) + 1
+    return wins
+
+
+PICTURE = ["sphere 60°, fine", "sphere 60°, noise 3 %", "torus, outer, fine", "catenoid neck", "bunny, haunch"]
+COLUMNS = ["truth", "k2", "k3", "k3x10", "isomend"]
+LOWEST, HIGHEST = 0.1, 100.0
+
+
+def towards(case):
+    """Where to look from, and what is up."""
+    facing = case.truth.nearest(case.points)[1].mean(axis=0)
+    axis = data.TURN @ [0, 0, 1]
+    if np.linalg.norm(facing) < 0.3:
+        return unit(np.cross(axis, [[0.2, 0.3, 1.0]]))[0], axis
+    facing /= np.linalg.norm(facing)
+    return facing + 0.55 * np.cross(facing, [0.3, 1, 0.2]), facing
+
+
+def panel(case, v, f, patch, plain):
+    """A picture of one mesh, its patch coloured by the distance from the truth."""
+    import pyvista as pv
+
+    plotter = pv.Plotter(off_screen=True, window_size=(400, 340))
+    plotter.set_background("white")
+    mesh = pv.PolyData.from_regular_faces(v, f[~patch])
+    plotter.add_mesh(mesh, color="#dcdad6", ambient=0.2, diffuse=0.85, backface_params={"color": "#a09a90"})
+    mesh = pv.PolyData.from_regular_faces(v, f[patch]).clean(tolerance=0)
+    if plain:
+        plotter.add_mesh(mesh, color="#b4c8de", ambient=0.2, diffuse=0.85)
+    else:
+        points = np.array(mesh.points, float)
+        error = 1e3 * np.linalg.norm(points - case.truth.nearest(points)[0], axis=1) / case.diameter
+        mesh["error"] = np.log10(np.clip(error, LOWEST, HIGHEST))
+        plotter.add_mesh(mesh, scalars="error", cmap="turbo", clim=np.log10([LOWEST, HIGHEST]), show_scalar_bar=False, ambient=0.55, diffuse=0.5)
+    rim = mesh.extract_feature_edges(boundary_edges=True, feature_edges=False, manifold_edges=False, non_manifold_edges=False)
+    plotter.add_mesh(rim, color="black", line_width=1.5, lighting=False)
+    middle = case.points.mean(axis=0)
+    view, up = towards(case)
+    plotter.camera.focal_point = middle
+    plotter.camera.position = middle + 6 * case.diameter * view / np.linalg.norm(view)
+    plotter.camera.up = up
+    plotter.camera.parallel_projection = True
+    plotter.camera.parallel_scale = 0.6 * case.diameter
+    plotter.enable_anti_aliasing("ssaa")
+    return plotter.screenshot(return_img=True)
+
+
+def draw(chosen, target):
+    """Rows are cases, columns methods."""
+    import matplotlib
+
+    matplotlib.use("agg")
+    import matplotlib.pyplot as plt
+    from matplotlib.colors import LogNorm
+    from PIL import Image
+
+    figure, axes = plt.subplots(len(chosen), len(COLUMNS), figsize=(11.2, 2.02 * len(chosen) + 0.9), squeeze=False)
+    for number, (row, (case, meshes, scores)) in enumerate(zip(axes, chosen)):
+        for at, name in zip(row, COLUMNS):
+            at.set_xticks([])
+            at.set_yticks([])
+            for spine in at.spines.values():
+                spine.set_color("#cccccc")
+            if name in meshes:
+                at.imshow(panel(case, *meshes[name], name == "truth"), interpolation="lanczos")
+            if name in scores:
+                at.text(0.98, 0.03, f"{scores[name]['rms']:.2f} ‰", transform=at.transAxes, ha="right", fontsize=9,
+                        bbox=dict(facecolor="white", alpha=0.75, edgecolor="none", pad=1.2))
+            if number == 0:
+                at.set_title(METHODS.get(name, name), fontsize=11)
+        row[0].set_ylabel(case.name, fontsize=9.5)
+    figure.subplots_adjust(left=0.03, right=0.995, top=0.965, bottom=0.075, wspace=0.02, hspace=0.03)
+    bar = figure.add_axes((0.3, 0.042, 0.4, 0.012))
+    shades = matplotlib.cm.ScalarMappable(LogNorm(LOWEST, HIGHEST), "turbo")
+    figure.colorbar(shades, cax=bar, orientation="horizontal")
+    bar.set_title("distance from the truth, 1/1000 of the hole's diameter", fontsize=8, pad=3)
+    bar.tick_params(labelsize=8)
+    figure.savefig(target, dpi=100)
+    image = Image.open(target).convert("RGB").quantize(160, dither=Image.Dither.NONE)
+    image.save(target, optimize=True)
+    print(f"{target}: {Path(target).stat().st_size / 1000:.0f} kB")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
+    parser.add_argument("--cases", default="", help="regular expression: only those whose names match")
+    parser.add_argument("--json", help="write all figures here")
+    parser.add_argument("--markdown", help="write all figures as a table here")
+    parser.add_argument("--picture", help="draw the picture here")
+    parser.add_argument("--readme", action="store_true", help="put the table into README.md and draw data/libigl.png")
+    arguments = parser.parse_args()
+    rows, chosen = [], []
+    for case in cases(arguments.cases):
+        row, meshes = compare(arguments.isomend, case)
+        rows.append(row)
+        if case.name in PICTURE:
+            chosen.append((case, meshes, row["scores"]))
+        print(detailed([row]).split("\n", 2)[2], flush=True)
+    print("\n" + table(rows))
+    print("nearest to the truth:", summary(rows))
+    if arguments.json:
+        Path(arguments.json).write_text(json.dumps(rows, indent=1) + "\n")
+    if arguments.markdown:
+        Path(arguments.markdown).write_text(detailed(rows) + "\n")
+    picture = arguments.picture or (ROOT / "data/libigl.png" if arguments.readme else None)
+    if picture:
+        draw(sorted(chosen, key=lambda entry: PICTURE.index(entry[0].name)), picture)
+    if arguments.readme:
+        readme = ROOT / "README.md"
+        start, end = "<!-- libigl: scripts/compare_libigl.py -->", "<!-- end -->"
+        before, rest = readme.read_text().split(start, 1)
+        readme.write_text(f"{before}{start}\n{table(rows)}\n{end}{rest.split(end, 1)[1]}")
+
+
+if __name__ == "__main__":
+    main()
