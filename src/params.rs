@@ -5,7 +5,7 @@ use crate::flow::{Energy, Variant};
 /// The voxel size of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum VoxelSize {
-    /// 32 voxels across the hole, more where its rim is finer or a region holds a small loop, at most 160; twice as many,
+    /// 32 voxels across the hole, more where its rim is finer or a region holds a small loop, at most 160; 2.5 times as many,
     /// to 128, with the variation of curvature.
     Auto,
     /// A length in the mesh's units.

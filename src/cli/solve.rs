@@ -22,7 +22,7 @@ const FINE_EDGE_RATIO: f64 = 0.65;
 pub struct SolveArgs {
     /// Voxel size in the mesh's units.
     ///
-    /// `auto` takes 32 voxels across the hole, more where its rim is finer, at most 160; with curvature-variation 64.
+    /// `auto` takes 32 voxels across the hole, more where its rim is finer, at most 160; with curvature-variation 80.
     #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
     voxel: VoxelSize,
 
@@ -81,7 +81,7 @@ pub struct EnergyArg {
     ///
     /// The default continues spheres, minimal surfaces and tori and is the most robust, on rough scans above all. Take the
     /// other where the surroundings are smooth and like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot
-    /// continue exactly; it takes a few times as long, on voxels half as large and with finer triangles unless told otherwise.
+    /// continue exactly; it takes a few times as long, on voxels 0.4 times as large and with finer triangles unless told otherwise.
     #[arg(
         long,
         value_enum,

@@ -13,7 +13,8 @@ const CRUMB_PART: usize = 10;
 ///
 /// Where the faces that stay would meet in a vertex alone, the smaller fan goes too; so do crumbs: pieces of few faces that
 /// would be left inside, and degenerate faces that would hang on nothing. `mesh` is welded, `topology` its own.
-pub fn settled(mesh: &Mesh, topology: &Topology, marked: &[bool]) -> Vec<bool> {
+/// `small_parts` says whether small parts that are left, but for those of a face or two, are crumbs too.
+pub fn settled(mesh: &Mesh, topology: &Topology, marked: &[bool], small_parts: bool) -> Vec<bool> {
     let around = VertexFaces::new(mesh);
     let mut removed = marked.to_vec();
     let corners = |faces: &[u32]| -> BTreeSet<u32> {
@@ -27,7 +28,7 @@ pub fn settled(mesh: &Mesh, topology: &Topology, marked: &[bool]) -> Vec<bool> {
             more.iter().for_each(|&f| removed[f as usize] = true);
             queue.extend(corners(&more));
         }
-        let more = crumbs(topology, &removed);
+        let more = crumbs(topology, &removed, small_parts);
         if more.is_empty() {
             break;
         }
@@ -90,7 +91,7 @@ fn relabel(labels: &mut [usize], i: usize, j: usize) {
 }
 
 /// Small parts of pieces that lost faces; the largest part of each is none.
-fn crumbs(topology: &Topology, removed: &[bool]) -> Vec<u32> {
+fn crumbs(topology: &Topology, removed: &[bool], small_parts: bool) -> Vec<u32> {
     let mut lost = vec![0usize; topology.piece_faces.len()];
     for (&piece, _) in topology.piece.iter().zip(removed).filter(|(_, r)| **r) {
         if piece != NONE {
@@ -124,7 +125,10 @@ fn crumbs(topology: &Topology, removed: &[bool]) -> Vec<u32> {
         *most = part.len().max(*most);
     }
     parts.retain(|(piece, part)| {
-        let most = CRUMB_FACES.max(lost[*piece as usize] / CRUMB_PART);
+        let most = match small_parts {
+            true => CRUMB_FACES.max(lost[*piece as usize] / CRUMB_PART),
+            false => CRUMB_FACES,
+        };
         part.len() <= most && part.len() < largest[*piece as usize]
     });
     parts.into_iter().flat_map(|(_, part)| part).collect()
@@ -215,7 +219,7 @@ mod tests {
         let centre =
             |f: &[u32; 3]| f.map(|v| mesh.positions[v as usize]).iter().sum::<DVec3>() / 3.0;
         let marks: Vec<bool> = mesh.faces.iter().map(|f| marked(centre(f))).collect();
-        settled(&mesh, &topology, &marks)
+        settled(&mesh, &topology, &marks, true)
     }
 
     #[test]

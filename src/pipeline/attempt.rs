@@ -25,8 +25,9 @@ use crate::stitch::{
 
 /// Loops of at most this many edges are solved once only.
 const SMALL_EDGES: usize = 16;
-/// The voxel is halved for the variation of curvature up to so many across.
-const MOST_HALVED: f64 = 128.0;
+/// The voxel for the variation of curvature over the usual one, up to so many across.
+const FINER: f64 = 0.4;
+const MOST_FINER: f64 = 128.0;
 /// Most tries at a region.
 const MOST_TRIES: usize = 6;
 
@@ -112,7 +113,7 @@ pub(super) fn first_region(found: &Inspection, params: &FillParams, group: &[usi
 }
 
 /// The lattice of a try; `damaged` is the surface that it starts from, if any. Where the voxel may be chosen the variation of
-/// curvature gets half of it: its surface is closer to smooth data than the band's width of the usual voxel lets it come out.
+/// curvature gets 0.4 of it: its surface is closer to smooth data than the band's width of the usual voxel lets it come out.
 fn region(
     found: &Inspection,
     params: &FillParams,
@@ -127,8 +128,8 @@ fn region(
     if params.energy == Energy::Willmore || params.voxel != VoxelSize::Auto {
         return region;
     }
-    let half = (0.5 * region.voxel).max(region.diameter / MOST_HALVED);
-    of(VoxelSize::Length(half.min(region.voxel)))
+    let finer = (FINER * region.voxel).max(region.diameter / MOST_FINER);
+    of(VoxelSize::Length(finer.min(region.voxel)))
 }
 
 impl Work<'_> {

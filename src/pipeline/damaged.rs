@@ -5,25 +5,33 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::opening::Opening;
+use crate::mesh::{Mesh, Topology};
 use crate::region::{KeptShape, TimeSpan};
 use crate::sdf::{RimSet, Sampler};
+use crate::stitch::triangulate_loop;
 
 /// What is kept of the surface before the cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Keeping {
+enum Keeping<'a> {
     /// This part of its shape, from 0 to 1, by a pull.
     Part(f64),
-    /// What is left of it after it has evolved for so long.
-    Time(TimeSpan),
+    /// What is left of it after these of its faces have evolved for so long.
+    Time(TimeSpan, &'a [bool]),
+}
+
+/// A surface without holes.
+pub(super) struct Closed {
+    mesh: Mesh,
+    topology: Topology,
+    /// Which of its faces evolve.
+    evolving: Vec<bool>,
 }
 
 /// The surface before the cut.
 pub(super) struct Damaged<'a> {
     sampler: Sampler<'a>,
     rims: RimSet,
-    keeping: Keeping,
-    /// Which of its faces were cut out.
-    removed: &'a [bool],
+    keeping: Keeping<'a>,
     /// For each hole the bounding box of what was cut out there.
     extents: Vec<Option<(DVec3, DVec3)>>,
 }
@@ -33,20 +41,23 @@ impl Damaged<'_> {
     pub(super) fn kept(&self, diameter: f64, voxel: f64) -> KeptShape<'_> {
         let weight = match self.keeping {
             Keeping::Part(part) => (TAU / (diameter * (1.0 - part) / part).max(voxel)).powi(4),
-            Keeping::Time(_) => 0.0,
+            Keeping::Time(..) => 0.0,
         };
         KeptShape {
             sampler: &self.sampler,
             rims: &self.rims,
             weight,
-            evolving: self.time().map(|_| self.removed),
+            evolving: match self.keeping {
+                Keeping::Time(_, evolving) => Some(evolving),
+                Keeping::Part(_) => None,
+            },
         }
     }
 
     /// How long it evolves.
     pub(super) fn time(&self) -> Option<TimeSpan> {
         match self.keeping {
-            Keeping::Time(span) => Some(span),
+            Keeping::Time(span, _) => Some(span),
             Keeping::Part(_) => None,
         }
     }
@@ -59,15 +70,42 @@ impl Damaged<'_> {
 }
 
 impl Opening {
-    /// The surface before the cut, of which something is kept.
-    pub(super) fn damaged(&self, keeping: Keeping) -> Damaged<'_> {
+    /// The surface before the cut, of which part of the shape is kept.
+    pub(super) fn damaged(&self, part: f64) -> Damaged<'_> {
         let before = &self.before;
         let closed = !before.holes.iter().any(|h| h.outer_border);
         Damaged {
             sampler: Sampler::new(&before.mesh, &before.topology),
             rims: RimSet::new(before.holes.iter(), closed),
-            keeping,
-            removed: &self.removed,
+            keeping: Keeping::Part(part),
+            extents: self.extents(),
+        }
+    }
+
+    /// The surface before the cut with its holes closed, so that it has an inside everywhere.
+    pub(super) fn closed(&self) -> Closed {
+        let mut mesh = self.before.mesh.clone();
+        for hole in &self.before.holes {
+            if let Ok(faces) = triangulate_loop(&self.before.mesh, &hole.rim) {
+                mesh.faces.extend(faces);
+            }
+        }
+        let mut evolving = self.removed.clone();
+        evolving.resize(mesh.faces.len(), false);
+        let topology = Topology::new(&mut mesh);
+        Closed {
+            mesh,
+            topology,
+            evolving,
+        }
+    }
+
+    /// The surface before the cut, which evolves.
+    pub(super) fn evolving<'a>(&self, closed: &'a Closed, span: TimeSpan) -> Damaged<'a> {
+        Damaged {
+            sampler: Sampler::new(&closed.mesh, &closed.topology),
+            rims: RimSet::new(std::iter::empty(), true),
+            keeping: Keeping::Time(span, &closed.evolving),
             extents: self.extents(),
         }
     }

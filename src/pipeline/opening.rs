@@ -35,14 +35,15 @@ pub(super) struct Opening {
 }
 
 impl Opening {
-    /// Cuts the marked faces out.
+    /// Cuts the marked faces out, and small parts left inside too if asked.
     pub(super) fn new(
         mesh: &Mesh,
         marked: &[bool],
         keep_vertices: bool,
+        small_parts: bool,
     ) -> Result<Self, RestoreError> {
         let before = inspect(mesh)?;
-        let removed = settled(&before.mesh, &before.topology, marked);
+        let removed = settled(&before.mesh, &before.topology, marked, small_parts);
         refuse_whole_pieces(&before, &removed)?;
         let kept = Remainder::new(mesh, &removed, keep_vertices);
         let found = inspect(&kept.mesh)?;

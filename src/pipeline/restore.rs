@@ -5,7 +5,7 @@ use std::time::Instant;
 use serde::Serialize;
 use thiserror::Error;
 
-use super::damaged::{Damaged, Keeping};
+use super::damaged::Damaged;
 use super::opening::Opening;
 use super::plan::plan_found;
 use super::{FillError, Filled, Progress, check_params, fill_found};
@@ -160,9 +160,8 @@ pub fn restore_with_progress(
 ) -> Result<Restored, RestoreError> {
     let clock = Instant::now();
     check(mesh, marked, params)?;
-    let opening = Opening::new(mesh, marked, params.keep_vertices)?;
-    let damaged =
-        (params.keep_shape > 0.0).then(|| opening.damaged(Keeping::Part(params.keep_shape)));
+    let opening = Opening::new(mesh, marked, params.keep_vertices, true)?;
+    let damaged = (params.keep_shape > 0.0).then(|| opening.damaged(params.keep_shape));
     let filled = fill_opening(mesh, &opening, &params.fill, damaged.as_ref(), progress)?;
     let mut fill = filled.report;
     fill.seconds = clock.elapsed().as_secs_f64();
@@ -189,7 +188,7 @@ pub fn plan_restore(
     params: &RestoreParams,
 ) -> Result<RestorePlan, RestoreError> {
     check(mesh, marked, params)?;
-    let opening = Opening::new(mesh, marked, params.keep_vertices)?;
+    let opening = Opening::new(mesh, marked, params.keep_vertices, true)?;
     let fill = plan_opening(mesh, &opening, &params.fill)?;
     Ok(RestorePlan {
         marked_faces: count(marked),

@@ -248,7 +248,7 @@ pub fn plan_fair(
             (out.marked_faces, out.removed_faces) = (mesh.faces.len(), mesh.faces.len());
         }
         Target::Part(marked, left) => {
-            let opening = Opening::new(mesh, &marked, params.keep_vertices)?;
+            let opening = Opening::new(mesh, &marked, params.keep_vertices, false)?;
             out.pieces_left = left;
             (out.marked_faces, out.removed_faces) = (count(&marked), count(&opening.removed));
         }

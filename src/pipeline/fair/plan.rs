@@ -6,7 +6,6 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::super::attempt::extract;
-use super::super::damaged::Keeping;
 use super::super::opening::Opening;
 use super::super::restore::{count, fill_opening};
 use super::super::{FillError, Inspection, Progress};
@@ -118,8 +117,9 @@ impl Plan {
         params: &FairParams,
         progress: &Progress,
     ) -> Result<Faired, FairError> {
-        let opening = Opening::new(mesh, marked, params.keep_vertices)?;
-        let damaged = opening.damaged(Keeping::Time(self.span));
+        let opening = Opening::new(mesh, marked, params.keep_vertices, false)?;
+        let closed = opening.closed();
+        let damaged = opening.evolving(&closed, self.span);
         let fill = self.fill_params(params);
         let filled = fill_opening(mesh, &opening, &fill, Some(&damaged), progress)?;
         Ok(Faired {

@@ -28,7 +28,12 @@ impl Default for PatchesSettings {
         Self {
             shapes: ExactShape::all(),
             refinements: vec![0, 1, 2, 3],
-            flow: FlowSettings::default(),
+            // Errors are those of the discrete surface, not of where the flow is left.
+            flow: FlowSettings {
+                tolerance: 1e-4,
+                max_steps: 40,
+                ..FlowSettings::default()
+            },
         }
     }
 }

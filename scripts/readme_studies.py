@@ -1,0 +1,108 @@
+"""Renews the README's tables and figures of `isomend study` from the reports of a folder: `scripts/readme_studies.py DIR`.
+
+`scripts/study.sh DIR` makes the reports and calls this. Tables whose report is not in the folder stay as they are.
+"""
+
+import json
+import math
+import pathlib
+import shutil
+import sys
+
+ROOT = pathlib.Path(__file__).parent.parent
+README = ROOT / "README.md"
+END = "<!-- end -->\n"
+FIGURE = ROOT / "data" / "surfaces.svg"
+ORDER = ["cap", "table1", "circle", "graph", "merge", "orthogonal", "surfaces", "patches", "patches-curvature-variation"]
+
+
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
+    return lines + ["| " + " | ".join(cells) + " |" for cells in rows]
+
+
+def columns(study_table):
+    return {name: i for i, name in enumerate(study_table["columns"])}
+
+
+def title(study_table):
+    return study_table["title"].split(",")[0] if "not critical" in study_table["title"] else study_table["title"]
+
+
+def errors(studies):
+    """Errors of the fills of exact surfaces, by size."""
+    tables = [t for t in studies["tables"] if "D / h" in t["columns"]]
+    sizes = [r[0] for r in tables[0]["rows"]]
+    head = ["surface", f"D/h = {sizes[0]}", *map(str, sizes[1:]), "order 32 → 64", f"normal at {sizes[-1]}"]
+    lines = []
+    for t in tables:
+        at, rows = columns(t), t["rows"]
+        cells = [title(t)]
+        for r in rows:
+            star = "" if r[at["steady"]] == "yes" else "\\*"
+            cells.append(f"{r[at['largest / D']]:.1e}{star}")
+        exact = rows[-1][at["largest / D"]] < 1e-12 or "not critical" in t["title"]
+        order = math.log2(rows[1][at["rms / D"]] / rows[2][at["rms / D"]]) if len(rows) > 2 else math.nan
+        cells.append("" if exact else f"{order:.1f}")
+        cells.append(f"{rows[-1][at['normal, degrees']]:.2g}°")
+        lines.append(cells)
+    return table(head, lines)
+
+
+def schemes(study):
+    """The comparison of the schemes: the last table of `surfaces`."""
+    found = study["tables"][-1]
+    head = [c for c in found["columns"] if c != "s"]
+    at = columns(found)
+
+    def shown(value):
+        return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+    return [f"{found['title'][0].upper()}{found['title'][1:]}:", ""] + table(
+        head, [[shown(r[at[c]]) for c in head] for r in found["rows"]]
+    )
+
+
+def claims(folder):
+    """What was stated beside what was got, for every experiment."""
+    lines = []
+    for name in ORDER:
+        path = folder / f"{name}.json"
+        if not path.exists():
+            raise SystemExit(f"{path} is missing; the table of all claims needs every report")
+        for claim in json.loads(path.read_text())["claims"]:
+            if claim["what"] == "time":
+                continue
+            got = claim["got"] if claim["holds"] else f"**{claim['got']}**"
+            lines.append([f"`{name.replace('patches-', 'patches --energy ')}`", claim["what"], claim["stated"], got])
+    head = "| experiment | what | stated | got |\n|---|---|---|---|".split("\n")
+    return head + ["| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |" for cells in lines]
+
+
+def renewed(text, name, lines):
+    begin = f"<!-- {name}: scripts/readme_studies.py -->\n"
+    before, rest = text.split(begin, 1)
+    after = rest.split(END, 1)[1]
+    return before + begin + "\n".join(lines) + "\n" + END + after
+
+
+def main():
+    folder = pathlib.Path(sys.argv[1])
+    text = README.read_text()
+    for name, make in [
+        ("patches", errors),
+        ("patches-curvature-variation", errors),
+        ("surfaces", schemes),
+    ]:
+        path = folder / f"{name}.json"
+        if path.exists():
+            text = renewed(text, name, make(json.loads(path.read_text())))
+    if (folder / "surfaces.svg").exists():
+        shutil.copyfile(folder / "surfaces.svg", FIGURE)
+    if all((folder / f"{name}.json").exists() for name in ORDER):
+        text = renewed(text, "claims", claims(folder))
+    README.write_text(text)
+
+
+if __name__ == "__main__":
+    main()
