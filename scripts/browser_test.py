@@ -6,9 +6,9 @@
 
     cargo build --release && python3 scripts/browser_test.py [--isomend PROGRAM] [--keep FOLDER]
 
-For a fill and a restore: the page must become ready, draw something, show another view once a hole is clicked and once each
-option is switched, list every hole, ask for nothing from outside, and leave no error in the console. `--keep` leaves the
-pages and screenshots in a folder. Exits with 1 if anything is wrong, and with 77 where there is no Chromium."""
+For a fill, a restoration and a fairing: the page must become ready, draw something, show another view once a hole is clicked
+and once each option is switched, list every hole, ask for nothing from outside, and leave no error in the console. `--keep`
+leaves the pages and screenshots in a folder. Exits with 1 if anything is wrong, and with 77 where there is no Chromium."""
 
 import argparse
 import base64
@@ -220,13 +220,14 @@ def check(browser, page, keep):
 
 
 def make_pages(program, folder):
-    """Pages of a fill and of a restore, of files whose names are meant to break them."""
+    """Pages of each command, one of a file whose name is meant to break it."""
     scan = folder / "a <b>'\"</script>& scan.ply"
     scan.parent.mkdir()
     shutil.copy(ROOT / "data/scan.ply", scan)
     runs = {
         "fill": ["fill", scan, "-o", folder / "mended.ply"],
         "restore": ["restore", ROOT / "data/sphere.ply", "-o", folder / "restored.ply", "--ball", "0,0,-1,0.4"],
+        "fair": ["fair", ROOT / "data/sphere.ply", "-o", folder / "faired.ply", "--ball", "0,0,-1,0.5"],
         "whole": ["fill", ROOT / "data/sphere.ply", "-o", folder / "whole.ply", "--surface", "whole"],
     }
     for name, arguments in runs.items():
