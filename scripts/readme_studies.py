@@ -13,7 +13,6 @@ ROOT = pathlib.Path(__file__).parent.parent
 README = ROOT / "README.md"
 END = "<!-- end -->\n"
 FIGURE = ROOT / "data" / "surfaces.svg"
-ORDER = ["cap", "table1", "circle", "graph", "merge", "orthogonal", "surfaces", "patches", "patches-curvature-variation"]
 
 
 def table(head, rows):
@@ -63,22 +62,6 @@ def schemes(study):
     )
 
 
-def claims(folder):
-    """What was stated beside what was got, for every experiment."""
-    lines = []
-    for name in ORDER:
-        path = folder / f"{name}.json"
-        if not path.exists():
-            raise SystemExit(f"{path} is missing; the table of all claims needs every report")
-        for claim in json.loads(path.read_text())["claims"]:
-            if claim["what"] == "time":
-                continue
-            got = claim["got"] if claim["holds"] else f"**{claim['got']}**"
-            lines.append([f"`{name.replace('patches-', 'patches --energy ')}`", claim["what"], claim["stated"], got])
-    head = "| experiment | what | stated | got |\n|---|---|---|---|".split("\n")
-    return head + ["| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |" for cells in lines]
-
-
 def renewed(text, name, lines):
     begin = f"<!-- {name}: scripts/readme_studies.py -->\n"
     before, rest = text.split(begin, 1)
@@ -99,8 +82,6 @@ def main():
             text = renewed(text, name, make(json.loads(path.read_text())))
     if (folder / "surfaces.svg").exists():
         shutil.copyfile(folder / "surfaces.svg", FIGURE)
-    if all((folder / f"{name}.json").exists() for name in ORDER):
-        text = renewed(text, "claims", claims(folder))
     README.write_text(text)
 
 
