@@ -1,4 +1,4 @@
-"""Renews the README's tables and figures of `isomend study` from the reports of a folder: `scripts/readme_studies.py DIR`.
+"""Renews the README's tables of `isomend study` from the reports of a folder: `scripts/readme_studies.py DIR`.
 
 `scripts/study.sh DIR` makes the reports and calls this. Tables whose report is not in the folder stay as they are.
 """
@@ -6,13 +6,11 @@
 import json
 import math
 import pathlib
-import shutil
 import sys
 
 ROOT = pathlib.Path(__file__).parent.parent
 README = ROOT / "README.md"
 END = "<!-- end -->\n"
-FIGURE = ROOT / "data" / "surfaces.svg"
 
 
 def table(head, rows):
@@ -80,8 +78,6 @@ def main():
         path = folder / f"{name}.json"
         if path.exists():
             text = renewed(text, name, make(json.loads(path.read_text())))
-    if (folder / "surfaces.svg").exists():
-        shutil.copyfile(folder / "surfaces.svg", FIGURE)
     README.write_text(text)
 
 

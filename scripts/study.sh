@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs all experiments of the paper; tables, reports, plots and fields go to a folder, and the README's tables and figures
-# of them are renewed. About half an hour on two cores.
+# Runs all experiments of the paper; tables, reports, plots and fields go to a folder, and the README's tables of them are
+# renewed. About half an hour on two cores.
 set -euo pipefail
 folder=${1:?usage: scripts/study.sh DIR [NAME...]}
 shift
