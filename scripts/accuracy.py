@@ -23,6 +23,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 from make_data import SHAPES, exact_distance  # noqa: E402
+from readme import renew  # noqa: E402
 
 TITLES = {
     "sphere": "sphere, cap of 60° removed",
@@ -110,10 +111,7 @@ def main():
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(rows, indent=1) + "\n")
     if arguments.readme:
-        readme = ROOT / "README.md"
-        start, end = "<!-- accuracy: scripts/accuracy.py -->", "<!-- end -->"
-        before, rest = readme.read_text().split(start, 1)
-        readme.write_text(f"{before}{start}\n{table(rows)}\n{end}{rest.split(end, 1)[1]}")
+        renew("accuracy", "accuracy.py", table(rows))
 
 
 if __name__ == "__main__":

@@ -36,6 +36,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
+from readme import renew  # noqa: E402
 
 CASES = ["sphere 60°", "sphere 60°, fine", "sphere 60°, ragged", "sphere 60°, noise 3 %", "torus, outer, fine", "bunny, back"]
 TOOLS = {
@@ -420,10 +421,7 @@ def main():
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(result, indent=1) + "\n")
     if arguments.readme:
-        readme = ROOT / "README.md"
-        start, end = "<!-- peers: scripts/bench_peers.py -->", "<!-- end -->"
-        before, rest = readme.read_text().split(start, 1)
-        readme.write_text(f"{before}{start}\n{text}\n{end}{rest.split(end, 1)[1]}")
+        renew("peers", "bench_peers.py", text)
 
 
 if __name__ == "__main__":

@@ -44,6 +44,7 @@ from meshlib import mrmeshnumpy, mrmeshpy
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 import make_data as data  # noqa: E402
+from readme import renew  # noqa: E402
 
 NECK = 0.55
 ELLIPSOID = np.array([1.0, 0.7, 0.5])
@@ -583,10 +584,7 @@ def main():
     if picture:
         draw(sorted(chosen, key=lambda entry: PICTURE.index(entry[0].name)), picture)
     if arguments.readme:
-        readme = ROOT / "README.md"
-        start, end = "<!-- libigl: scripts/compare_libigl.py -->", "<!-- end -->"
-        before, rest = readme.read_text().split(start, 1)
-        readme.write_text(f"{before}{start}\n{table(rows)}\n{end}{rest.split(end, 1)[1]}")
+        renew("libigl", "compare_libigl.py", table(rows))
 
 
 if __name__ == "__main__":

@@ -34,21 +34,11 @@ except ImportError as error:
     print(f"MeshLab's checks are LEFT OUT: pymeshlab cannot be loaded ({error}); on Debian, apt install libgl1 libopengl0")
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "scripts"))
+from make_data import write_ply  # noqa: E402
+
 DATA = ["sphere.ply", "island.ply", "torus.ply", "catenoid.ply", "slab.ply", "scan.ply", "sheet.obj"]
 DISTANCE, MARGIN = 1e-5, 0.05
-
-
-def write_ply(path, v, f):
-    """With 64-bit coordinates."""
-    with open(path, "wb") as out:
-        out.write(
-            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(v)}\nproperty double x\nproperty double y\n"
-            f"property double z\nelement face {len(f)}\nproperty list uchar int vertex_indices\nend_header\n".encode()
-        )
-        out.write(v.astype("<f8").tobytes())
-        rows = np.zeros(len(f), dtype=[("n", "u1"), ("v", "<i4", 3)])
-        rows["n"], rows["v"] = 3, f
-        out.write(rows.tobytes())
 
 
 def read(path):
@@ -73,7 +63,7 @@ def made(folder):
     for name, (points, faces) in meshes.items():
         path = folder / f"{name}.ply"
         faces = np.ascontiguousarray(faces)
-        write_ply(path, points, faces)
+        write_ply(path, points, faces, double=True)
         yield path, points, faces
 
 

@@ -408,13 +408,15 @@ def exact_distance(name, points):
     return np.abs(SHAPES[name][1](points @ TURN))
 
 
-def write_ply(path, v, f):
+def write_ply(path, v, f, double=False):
+    """A binary PLY, with 32-bit coordinates or, if asked, 64-bit ones."""
+    kind, code = ("double", "<f8") if double else ("float", "<f4")
     with open(path, "wb") as out:
         out.write(
-            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(v)}\nproperty float x\nproperty float y\n"
-            f"property float z\nelement face {len(f)}\nproperty list uchar int vertex_indices\nend_header\n".encode()
+            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(v)}\nproperty {kind} x\nproperty {kind} y\n"
+            f"property {kind} z\nelement face {len(f)}\nproperty list uchar int vertex_indices\nend_header\n".encode()
         )
-        out.write(v.astype("<f4").tobytes())
+        out.write(np.ascontiguousarray(v, code).tobytes())
         rows = np.zeros(len(f), dtype=[("n", "u1"), ("v", "<i4", 3)])
         rows["n"], rows["v"] = 3, f
         out.write(rows.tobytes())

@@ -8,9 +8,7 @@ import math
 import pathlib
 import sys
 
-ROOT = pathlib.Path(__file__).parent.parent
-README = ROOT / "README.md"
-END = "<!-- end -->\n"
+from readme import renew
 
 
 def table(head, rows):
@@ -60,16 +58,8 @@ def schemes(study):
     )
 
 
-def renewed(text, name, lines):
-    begin = f"<!-- {name}: scripts/readme_studies.py -->\n"
-    before, rest = text.split(begin, 1)
-    after = rest.split(END, 1)[1]
-    return before + begin + "\n".join(lines) + "\n" + END + after
-
-
 def main():
     folder = pathlib.Path(sys.argv[1])
-    text = README.read_text()
     for name, make in [
         ("patches", errors),
         ("patches-curvature-variation", errors),
@@ -77,8 +67,7 @@ def main():
     ]:
         path = folder / f"{name}.json"
         if path.exists():
-            text = renewed(text, name, make(json.loads(path.read_text())))
-    README.write_text(text)
+            renew(name, "readme_studies.py", "\n".join(make(json.loads(path.read_text()))))
 
 
 if __name__ == "__main__":

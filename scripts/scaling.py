@@ -23,22 +23,14 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "scripts"))
+from make_data import write_ply  # noqa: E402
+from readme import renew  # noqa: E402
+
 RING, TUBE = 3.0, 1.0
 
 
 # --- meshes ---------------------------------------------------------------------------------------------------------
-
-
-def write_ply(path, vertices, faces):
-    with open(path, "wb") as out:
-        out.write(
-            f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\nproperty float y\n"
-            f"property float z\nelement face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n".encode()
-        )
-        out.write(np.ascontiguousarray(vertices, "<f4").tobytes())
-        rows = np.empty(len(faces), dtype=[("n", "u1"), ("v", "<i4", 3)])
-        rows["n"], rows["v"] = 3, faces
-        out.write(rows.tobytes())
 
 
 def read_ply(path):
@@ -286,13 +278,6 @@ def table(studies):
     return "\n".join(lines)
 
 
-def put_into_readme(text):
-    readme = ROOT / "README.md"
-    start, end = "<!-- scaling: scripts/scaling.py -->", "<!-- end -->"
-    before, rest = readme.read_text().split(start, 1)
-    readme.write_text(f"{before}{start}\n{text}\n{end}{rest.split(end, 1)[1]}")
-
-
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
@@ -326,7 +311,7 @@ def main():
     if arguments.markdown:
         Path(arguments.markdown).write_text(text + "\n")
     if arguments.readme:
-        put_into_readme(text)
+        renew("scaling", "scaling.py", text)
 
 
 if __name__ == "__main__":
