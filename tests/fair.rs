@@ -5,7 +5,7 @@ mod shapes;
 use std::process::Output;
 
 use assert_cmd::Command;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use isomend::io::{WriteOptions, read_path, write_path};
 use isomend::mesh::Attributes;
 use isomend::mesh::mask::{Mask, Selector};
@@ -191,6 +191,28 @@ fn an_open_mesh_keeps_its_borders() {
     assert!(faired.report.volume_drift().is_none());
     let distance = |p: DVec3| if p.z > -0.3 { p.length() - 1.0 } else { 0.0 };
     assert!(rms(&faired.mesh, distance) < 0.5 * rms(&mesh, distance));
+}
+
+#[test]
+fn a_thin_part_over_a_border_evolves_too() {
+    // Over the strip round its hole the lens is nearer to that strip than to where it begins to evolve.
+    let mut lens = shapes::sphere(20);
+    lens.positions.iter_mut().for_each(|p| p.z *= 0.25);
+    let mesh = shapes::cut(&lens, |p| p.z < 0.0 && DVec2::new(p.x, p.y).length() < 0.25);
+    let faired = fair(&mesh, None, &strength(0.5)).expect("a faired mesh");
+    assert_sound(&faired.report);
+    let found = inspect(&faired.mesh).expect("a sound mesh");
+    assert_eq!(
+        (found.holes.len(), found.topology.piece_faces.len()),
+        (1, 1)
+    );
+    assert!(
+        faired.report.moved_max < 0.05,
+        "{}",
+        faired.report.moved_max
+    );
+    let kept = faired.kept.expect("what is kept");
+    assert!(kept.mesh.positions.iter().all(|p| p.z < 0.0));
 }
 
 #[test]

@@ -127,6 +127,14 @@ impl MeshData<'_> {
         })
     }
 
+    /// Whether a point belongs to what evolves, where there was a surface that does.
+    fn evolves(&self, x: DVec3) -> Option<bool> {
+        let kept = self.kept.as_ref()?;
+        let evolving = kept.evolving?;
+        let closest = kept.sampler.bvh().closest(x, f64::INFINITY)?;
+        Some(evolving[closest.face as usize])
+    }
+
     fn node(&self, x: DVec3, limit: f64, rough: bool) -> NodeData {
         if let Some(data) = self.evolving(x, limit) {
             return data;
@@ -202,10 +210,15 @@ impl Surface for LevelSurface<'_> {
     }
 
     fn depth(&self, p: DVec3) -> f64 {
-        match self.data.sampler.closest_of_all(&self.data.rims, p) {
-            Some((closest, true)) => closest.distance,
-            Some((closest, false)) => -closest.distance,
-            None => -f64::MAX,
+        let Some((closest, on_rim)) = self.data.sampler.closest_of_all(&self.data.rims, p) else {
+            return -f64::MAX;
+        };
+        // In thin parts what evolves may be nearer to the opposite wall than to its rim.
+        let inside = self.data.evolves(p).unwrap_or(on_rim);
+        if inside {
+            closest.distance
+        } else {
+            -closest.distance
         }
     }
 }
