@@ -265,7 +265,6 @@ impl<'a> InspectDocument<'a> {
 /// Smallest and largest coordinates of the vertices that faces use.
 pub fn bounds(mesh: &Mesh) -> [DVec3; 2] {
     let used = mesh.faces.iter().flatten();
-    let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-    used.map(|&v| mesh.positions[v as usize])
-        .fold(start, |[low, high], p| [low.min(p), high.max(p)])
+    let (low, high) = isomend::mesh::bounds(used.map(|&v| mesh.positions[v as usize]));
+    [low, high]
 }

@@ -45,7 +45,7 @@ pub struct SolveArgs {
     #[arg(long, value_name = "T", value_parser = arguments::positive)]
     time_step: Option<f64>,
 
-    /// Most steps of the flow on each grid [default: 30, with I and II 200].
+    /// Most steps of the flow on each grid [default: 20, with I and II 200].
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     steps: Option<usize>,
 

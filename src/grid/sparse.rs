@@ -41,6 +41,18 @@ impl Lattice {
     pub fn to_lattice(&self, p: DVec3) -> DVec3 {
         (p - self.origin) / self.voxel
     }
+
+    /// The lattice round a box with `margin` on all sides, and its size in nodes: whole blocks.
+    pub fn around(low: DVec3, high: DVec3, margin: DVec3, voxel: f64) -> (Self, NodeIndex) {
+        let nodes = ((high - low + 2.0 * margin) / voxel).ceil() + 1.0;
+        let blocks = (nodes / f64::from(BLOCK)).ceil().as_ivec3();
+        let dims = (BLOCK * blocks).to_array();
+        let size = DVec3::from_array(dims.map(|d| f64::from(d - 1))) * voxel;
+        // An irrational offset keeps nodes off the symmetry planes and vertices of regular meshes.
+        let offset = voxel * DVec3::new(0.0137, -0.0251, 0.0319);
+        let origin = 0.5 * (low + high) - 0.5 * size + offset;
+        (Self { origin, voxel }, dims)
+    }
 }
 
 /// The stored nodes of a box of `dims` nodes, in blocks of 4 × 4 × 4, in lexicographic order of the blocks.

@@ -39,4 +39,20 @@ impl Mesh {
     pub fn new(positions: Vec<DVec3>, faces: Vec<[u32; 3]>) -> Self {
         Self { positions, faces }
     }
+
+    /// The corners of a face.
+    ///
+    /// # Panics
+    /// When there is no such face, or it uses a vertex that there is not.
+    pub fn corners(&self, face: u32) -> [DVec3; 3] {
+        self.faces[face as usize].map(|v| self.positions[v as usize])
+    }
+}
+
+/// The smallest and the largest coordinates of points; infinite, the wrong way round, where there are none.
+pub fn bounds(points: impl IntoIterator<Item = DVec3>) -> (DVec3, DVec3) {
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    points
+        .into_iter()
+        .fold(start, |(low, high), p| (low.min(p), high.max(p)))
 }

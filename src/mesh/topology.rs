@@ -77,6 +77,11 @@ impl Topology {
         topology
     }
 
+    /// The faces that belong to a piece: all but degenerate ones.
+    pub fn faces(&self) -> impl Iterator<Item = u32> {
+        (0..self.piece.len() as u32).filter(|f| self.piece[*f as usize] != NONE)
+    }
+
     fn pair(&mut self, mesh: &Mesh, edges: &[(u64, u32)], defects: &mut Defects) {
         let mut i = 0;
         while i < edges.len() {

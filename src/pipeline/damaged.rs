@@ -69,10 +69,10 @@ impl Damaged<'_> {
     }
 }
 
-impl Opening {
+impl Opening<'_> {
     /// The surface before the cut, of which part of the shape is kept.
     pub(super) fn damaged(&self, part: f64) -> Damaged<'_> {
-        let before = &self.before;
+        let before = self.before;
         let closed = !before.holes.iter().any(|h| h.outer_border);
         Damaged {
             sampler: Sampler::new(&before.mesh, &before.topology),

@@ -17,9 +17,9 @@ const CRUMB_FACES: usize = 2;
 type Edge = (u32, u32);
 
 /// A cut, and what it left.
-pub(super) struct Opening {
+pub(super) struct Opening<'a> {
     /// The mesh before the cut.
-    pub(super) before: Inspection,
+    pub(super) before: &'a Inspection,
     /// Which faces were taken out: the marked ones, and those without which there would be no clean rim.
     pub(super) removed: Vec<bool>,
     /// The mesh after it.
@@ -34,17 +34,17 @@ pub(super) struct Opening {
     bounds: Vec<(DVec3, DVec3)>,
 }
 
-impl Opening {
-    /// Cuts the marked faces out, and small parts left inside too if asked.
+impl<'a> Opening<'a> {
+    /// Cuts the marked faces out of a mesh that was inspected, and small parts left inside too if asked.
     pub(super) fn new(
         mesh: &Mesh,
+        before: &'a Inspection,
         marked: &[bool],
         keep_vertices: bool,
         small_parts: bool,
     ) -> Result<Self, RestoreError> {
-        let before = inspect(mesh)?;
         let removed = settled(&before.mesh, &before.topology, marked, small_parts);
-        refuse_whole_pieces(&before, &removed)?;
+        refuse_whole_pieces(before, &removed)?;
         let kept = Remainder::new(mesh, &removed, keep_vertices);
         let found = inspect(&kept.mesh)?;
         let weld = weld_map(mesh);
@@ -53,8 +53,8 @@ impl Opening {
             .map(|v| weld[v])
             .collect();
         let rims: Vec<Vec<Edge>> = found.holes.iter().map(|h| edges(&h.rim, &origin)).collect();
-        let made = made(mesh, &before, &found, &rims)?;
-        let (of_edge, bounds) = parts(&before, &removed);
+        let made = made(mesh, before, &found, &rims)?;
+        let (of_edge, bounds) = parts(before, &removed);
         let part = rims
             .iter()
             .map(|rim| rim.iter().find_map(|e| of_edge.get(e).copied()))

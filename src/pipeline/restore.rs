@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::damaged::Damaged;
 use super::opening::Opening;
 use super::plan::plan_found;
-use super::{FillError, Filled, Progress, check_params, fill_found};
+use super::{FillError, Filled, Progress, check_params, fill_found, inspect};
 use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
 use crate::params::FillParams;
@@ -160,7 +160,8 @@ pub fn restore_with_progress(
 ) -> Result<Restored, RestoreError> {
     let clock = Instant::now();
     check(mesh, marked, params)?;
-    let opening = Opening::new(mesh, marked, params.keep_vertices, true)?;
+    let before = inspect(mesh)?;
+    let opening = Opening::new(mesh, &before, marked, params.keep_vertices, true)?;
     let damaged = (params.keep_shape > 0.0).then(|| opening.damaged(params.keep_shape));
     let filled = fill_opening(mesh, &opening, &params.fill, damaged.as_ref(), progress)?;
     let mut fill = filled.report;
@@ -188,7 +189,8 @@ pub fn plan_restore(
     params: &RestoreParams,
 ) -> Result<RestorePlan, RestoreError> {
     check(mesh, marked, params)?;
-    let opening = Opening::new(mesh, marked, params.keep_vertices, true)?;
+    let before = inspect(mesh)?;
+    let opening = Opening::new(mesh, &before, marked, params.keep_vertices, true)?;
     let fill = plan_opening(mesh, &opening, &params.fill)?;
     Ok(RestorePlan {
         marked_faces: count(marked),

@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use super::{FillError, validate};
 use crate::grid::Volume;
-use crate::mesh::{Mesh, Topology, welded};
+use crate::mesh::{Mesh, Topology, bounds, welded};
 use crate::params::VoxelSize;
 use crate::spatial::{Bvh, WindingTree};
 
@@ -82,16 +82,13 @@ pub fn signed_distance_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Volu
     validate(mesh)?;
     let (mut mesh, _) = welded(mesh);
     let topology = Topology::new(&mut mesh);
-    let faces: Vec<u32> = (0..mesh.faces.len() as u32)
-        .filter(|f| topology.piece[*f as usize] != crate::mesh::topology::NONE)
-        .collect();
-    if faces.is_empty() {
+    if topology.faces().next().is_none() {
         return Err(VolumeError::NoSurface);
     }
-    let (low, high) = bounds(&mesh, &faces);
+    let (low, high) = bounds(topology.faces().flat_map(|f| mesh.corners(f)));
     let (voxel, dims) = lattice(high - low, params)?;
     let origin = low - MARGIN * voxel;
-    let bvh = Bvh::new(&mesh, faces.into_iter());
+    let bvh = Bvh::new(&mesh, topology.faces());
     let rims = Rims::new(&mesh, &topology);
     let field = Field {
         winding: WindingTree::new(&bvh),
@@ -115,14 +112,6 @@ pub fn signed_distance_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Volu
         spacing: DVec3::splat(voxel),
         values,
     })
-}
-
-fn bounds(mesh: &Mesh, faces: &[u32]) -> (DVec3, DVec3) {
-    let corners = faces.iter().flat_map(|f| mesh.faces[*f as usize]);
-    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    corners
-        .map(|v| mesh.positions[v as usize])
-        .fold(start, |(low, high), p| (low.min(p), high.max(p)))
 }
 
 /// The voxel size and the number of nodes.

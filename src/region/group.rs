@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use crate::grid::{BLOCK, Lattice, NodeIndex};
-use crate::mesh::{Hole, Mesh};
+use crate::grid::{Lattice, NodeIndex};
+use crate::mesh::{Hole, Mesh, bounds};
 use crate::params::VoxelSize;
 
 /// Rims that face each other are one opening up to this gap, in diameters of the larger one.
@@ -134,8 +134,7 @@ impl RimSamples {
                 (0.5 * (a + b), hole.conormals[i])
             })
             .collect();
-        let low = points.iter().fold(DVec3::INFINITY, |m, p| m.min(p.0));
-        let high = points.iter().fold(DVec3::NEG_INFINITY, |m, p| m.max(p.0));
+        let (low, high) = bounds(points.iter().map(|p| p.0));
         Self {
             points,
             low,
@@ -219,45 +218,22 @@ impl Region {
         let coarsest = COARSEST * narrow.max(refine.min(2.0));
         let refinements = (across / coarsest).log2().floor().max(0.0) as usize;
         let coarse = voxel * f64::from(1u32 << refinements.min(16));
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for v in chosen().flat_map(|h| &h.rim) {
-            low = low.min(mesh.positions[*v as usize]);
-            high = high.max(mesh.positions[*v as usize]);
-        }
-        if let Some(part) = part {
-            (low, high) = (low.min(part.0), high.max(part.1));
-        }
+        let rims = chosen().flat_map(|h| &h.rim);
+        let part = part.iter().flat_map(|p| [p.0, p.1]);
+        let (low, high) = bounds(rims.map(|v| mesh.positions[*v as usize]).chain(part));
         let widest = chosen().map(|h| h.width).fold(0.25 * diameter, f64::max);
         // Along a rim that is wide already the surface bulges less far beyond it.
         let bulge = (MARGIN_PART * widest - MARGIN_TAKEN * (high - low))
             .max(DVec3::splat(LEAST_MARGIN * widest));
         let margin = growth * bulge + MARGIN_NODES * coarse;
-        let nodes = ((high - low + 2.0 * margin) / coarse).ceil() + 1.0;
-        let dims = [nodes.x, nodes.y, nodes.z].map(|n| (n as i32).div_ceil_block());
-        let size = DVec3::from_array(dims.map(|d| f64::from(d - 1))) * coarse;
-        // An irrational offset keeps nodes off the symmetry planes and vertices of regular meshes.
-        let origin = 0.5 * (low + high) - 0.5 * size + coarse * DVec3::new(0.0137, -0.0251, 0.0319);
+        let (lattice, dims) = Lattice::around(low, high, margin, coarse);
         Self {
             holes: group.to_vec(),
             diameter,
             voxel,
             refinements,
-            lattice: Lattice {
-                origin,
-                voxel: coarse,
-            },
+            lattice,
             dims,
         }
-    }
-}
-
-trait DivCeilBlock {
-    fn div_ceil_block(self) -> Self;
-}
-
-impl DivCeilBlock for i32 {
-    /// The next multiple of the block's edge.
-    fn div_ceil_block(self) -> Self {
-        (self + BLOCK - 1) / BLOCK * BLOCK
     }
 }

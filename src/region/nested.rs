@@ -137,8 +137,8 @@ fn evolve_nested(
     keep_going: &dyn Fn() -> bool,
 ) -> Solved {
     let clock = Instant::now();
+    // Where the data evolve they are their own guess; what is prolonged from a coarser lattice is not exact.
     let mut level = Level::coarsest(settings.lattice, settings.dims, data);
-    level.start_from_guess(data);
     for _ in 0..settings.refinements {
         level = level.refined(data);
         level.start_from_guess(data);

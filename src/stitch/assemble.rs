@@ -12,6 +12,7 @@ use super::half_edge::PatchMesh;
 use super::matching;
 use super::rim::Rims;
 use super::{Patch, StitchError, StitchInput, StitchReport};
+use crate::mesh::bounds;
 
 /// A patch under work, with what it is joined to.
 pub(super) struct Assembled {
@@ -81,8 +82,7 @@ fn centre(input: &StitchInput, rims: &Rims) -> DVec3 {
 
 /// The middle of the bounding box.
 fn middle<'a>(points: impl Iterator<Item = &'a DVec3>) -> DVec3 {
-    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    let (low, high) = points.fold(start, |(low, high), p| (low.min(*p), high.max(*p)));
+    let (low, high) = bounds(points.copied());
     (low + high) / 2.0
 }
 

@@ -15,7 +15,6 @@ use super::{FillError, Inspection, Progress, RestoreError, check_params, inspect
 use crate::flow::Variant;
 use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
-use crate::mesh::topology::NONE;
 use crate::params::{FillParams, VoxelSize};
 use crate::report::FillReport;
 use crate::spatial::Bvh;
@@ -207,7 +206,7 @@ pub fn fair_with_progress(
     let mut faired = match target {
         Target::Whole => plan.whole(mesh, &found, params, progress)?,
         Target::Part(marked, left) => {
-            let mut faired = plan.part(mesh, &marked, params, progress)?;
+            let mut faired = plan.part(mesh, &found, &marked, params, progress)?;
             faired.report.pieces_left = left;
             faired
         }
@@ -250,7 +249,7 @@ pub fn plan_fair(
     marked: Option<&[bool]>,
     params: &FairParams,
 ) -> Result<FairPlan, FairError> {
-    let (_, plan, target) = prepare(mesh, marked, params)?;
+    let (found, plan, target) = prepare(mesh, marked, params)?;
     let mut out = FairPlan {
         strength: plan.strength,
         time: plan.span.time,
@@ -263,7 +262,7 @@ pub fn plan_fair(
             (out.marked_faces, out.removed_faces) = (mesh.faces.len(), mesh.faces.len());
         }
         Target::Part(marked, left) => {
-            let opening = Opening::new(mesh, &marked, params.keep_vertices, false)?;
+            let opening = Opening::new(mesh, &found, &marked, params.keep_vertices, false)?;
             out.pieces_left = left;
             (out.marked_faces, out.removed_faces) = (count(&marked), count(&opening.removed));
         }
@@ -317,9 +316,7 @@ fn volume(found: &Inspection) -> Option<f64> {
 
 /// Largest and root mean square distance of points from a mesh.
 fn moved(found: &Inspection, points: &[DVec3]) -> (f64, f64) {
-    let faces =
-        (0..found.mesh.faces.len() as u32).filter(|f| found.topology.piece[*f as usize] != NONE);
-    let bvh = Bvh::new(&found.mesh, faces);
+    let bvh = Bvh::new(&found.mesh, found.topology.faces());
     let distances: Vec<f64> = points
         .par_iter()
         .map(|&p| bvh.closest(p, f64::INFINITY).map_or(0.0, |c| c.distance))

@@ -11,13 +11,13 @@ use super::super::restore::{count, fill_opening};
 use super::super::{FillError, Inspection, Progress};
 use super::{FairError, FairExtent, FairParams, FairReport, Faired};
 use crate::flow::FlowSettings;
-use crate::grid::{BLOCK, Lattice, NodeIndex};
-use crate::mesh::Mesh;
+use crate::grid::Lattice;
 use crate::mesh::mask::shrunk_from_borders;
 use crate::mesh::topology::NONE;
+use crate::mesh::{Mesh, bounds};
 use crate::params::{FillParams, VoxelSize};
 use crate::region::{
-    DistanceData, Level, NestedSettings, NodeData, Solved, Start, TimeSpan, solve_nested,
+    KeptShape, Level, MeshData, NestedSettings, Solved, Start, TimeSpan, solve_nested,
 };
 use crate::report::{FillReport, HoleOutcome, RegionReport};
 use crate::sdf::{RimSet, Sampler};
@@ -113,11 +113,12 @@ impl Plan {
     pub(super) fn part(
         &self,
         mesh: &Mesh,
+        found: &Inspection,
         marked: &[bool],
         params: &FairParams,
         progress: &Progress,
     ) -> Result<Faired, FairError> {
-        let opening = Opening::new(mesh, marked, params.keep_vertices, false)?;
+        let opening = Opening::new(mesh, found, marked, params.keep_vertices, false)?;
         let closed = opening.closed();
         let damaged = opening.evolving(&closed, self.span);
         let fill = self.fill_params(params);
@@ -151,10 +152,14 @@ impl Plan {
         progress: &Progress,
     ) -> Result<Faired, FairError> {
         let clock = Instant::now();
-        let data = Whole {
-            sampler: Sampler::new(&found.mesh, &found.topology),
-            rims: RimSet::new(std::iter::empty(), true),
+        let sampler = Sampler::new(&found.mesh, &found.topology);
+        let kept = KeptShape {
+            sampler: &sampler,
+            rims: &RimSet::new(std::iter::empty(), true),
+            weight: 0.0,
+            evolving: Some(&vec![true; found.mesh.faces.len()]),
         };
+        let data = MeshData::new(&sampler, &found.mesh, &[], true).keeping(Some(kept));
         let settings = self.nested(found, params);
         let solved = solve_nested(&data, &settings, &|| progress(0, 1));
         if !progress(1, 1) {
@@ -212,27 +217,15 @@ impl Plan {
 
     /// The lattices round a whole model.
     fn nested(&self, found: &Inspection, params: &FairParams) -> NestedSettings {
-        let faces = (0..found.mesh.faces.len()).filter(|f| found.topology.piece[*f] != NONE);
-        let corners = faces.flat_map(|f| found.mesh.faces[f]);
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = corners
-            .map(|v| found.mesh.positions[v as usize])
-            .fold(start, |(low, high), p| (low.min(p), high.max(p)));
+        let corners = found.topology.faces().flat_map(|f| found.mesh.corners(f));
+        let (low, high) = bounds(corners);
         let longest = (high - low).max_element();
         let refinements = (longest / (self.voxel * COARSEST)).log2().ceil().max(0.0) as usize;
         let coarse = self.voxel * f64::from(1u32 << refinements.min(16));
-        let nodes = (high - low) / coarse + 2.0 * MARGIN + 1.0;
-        let dims: NodeIndex = nodes
-            .to_array()
-            .map(|n| (n.ceil() as i32 + BLOCK - 1) / BLOCK * BLOCK);
-        let size = DVec3::from_array(dims.map(|d| f64::from(d - 1))) * coarse;
-        // An irrational offset keeps nodes off the symmetry planes and vertices of regular meshes.
-        let offset = coarse * DVec3::new(0.0137, -0.0251, 0.0319);
+        let margin = DVec3::splat(MARGIN * coarse);
+        let (lattice, dims) = Lattice::around(low, high, margin, coarse);
         NestedSettings {
-            lattice: Lattice {
-                origin: 0.5 * (low + high) - 0.5 * size + offset,
-                voxel: coarse,
-            },
+            lattice,
             dims,
             refinements,
             stop_when_lost: false,
@@ -272,32 +265,6 @@ impl Plan {
     }
 }
 
-/// A whole closed surface: all nodes are free and start from it.
-struct Whole<'a> {
-    sampler: Sampler<'a>,
-    rims: RimSet,
-}
-
-impl DistanceData for Whole<'_> {
-    fn sample(&self, x: DVec3, limit: f64) -> NodeData {
-        let sample = |limit| self.sampler.sample(&self.rims, x, limit, false);
-        let found = sample(limit).or_else(|| sample(f64::INFINITY));
-        NodeData {
-            signed: found.map_or(f64::MAX, |s| s.signed),
-            distance: found.map_or(f64::MAX, |s| s.distance),
-            free: true,
-        }
-    }
-
-    fn near_hole(&self, _: DVec3) -> bool {
-        false
-    }
-
-    fn guess(&self, x: DVec3) -> Option<f64> {
-        Some(self.sample(x, f64::INFINITY).signed)
-    }
-}
-
 /// The zero set of a level alone.
 struct LevelSet<'a>(&'a Level);
 
@@ -314,11 +281,9 @@ impl Surface for LevelSet<'_> {
 /// Mean edge and area of the faces that are to be faired.
 fn sizes(found: &Inspection, marked: Option<&[bool]>) -> Option<(f64, f64)> {
     let (mut edges, mut count, mut area) = (0.0, 0.0, 0.0);
-    for (f, face) in found.mesh.faces.iter().enumerate() {
-        if found.topology.piece[f] == NONE || marked.is_some_and(|m| !m[f]) {
-            continue;
-        }
-        let [a, b, c] = face.map(|v| found.mesh.positions[v as usize]);
+    let wanted = |f: &u32| marked.is_none_or(|m| m[*f as usize]);
+    for f in found.topology.faces().filter(wanted) {
+        let [a, b, c] = found.mesh.corners(f);
         edges += a.distance(b) + b.distance(c) + c.distance(a);
         count += 3.0;
         area += 0.5 * (b - a).cross(c - a).length();

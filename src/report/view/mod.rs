@@ -7,7 +7,7 @@ mod thin;
 
 use glam::{DVec3, Vec3};
 
-use crate::mesh::{Mesh, welded};
+use crate::mesh::{Mesh, bounds, welded};
 use crate::spatial::Bvh;
 use rayon::prelude::*;
 use shading::Shading;
@@ -194,11 +194,8 @@ impl Parts {
         change: &Change,
         all_faces: usize,
     ) -> Scene {
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for &v in faces.iter().flat_map(|(_, f)| f) {
-            low = low.min(self.positions[v as usize]);
-            high = high.max(self.positions[v as usize]);
-        }
+        let corners = faces.iter().flat_map(|(_, f)| f);
+        let (low, high) = bounds(corners.map(|&v| self.positions[v as usize]));
         let origin = if faces.is_empty() {
             DVec3::ZERO
         } else {

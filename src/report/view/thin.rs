@@ -4,6 +4,8 @@ use std::collections::{HashMap, HashSet};
 
 use glam::{DVec3, Vec3};
 
+use crate::mesh::bounds;
+
 /// So many rings of vertices round patches and rims stay as they are, where the limit allows it.
 const RINGS: usize = 16;
 /// Cells along the diagonal to begin with.
@@ -28,11 +30,7 @@ pub fn thinned(
         return whole().collect();
     }
     let rings = rings(positions, faces, classes[0], rims);
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    for &v in faces.iter().flatten() {
-        low = low.min(positions[v as usize]);
-        high = high.max(positions[v as usize]);
-    }
+    let (low, high) = bounds(faces.iter().flatten().map(|&v| positions[v as usize]));
     let diagonal = low.distance(high);
     for attempt in 0.. {
         let cell = diagonal / CELLS * GROWTH.powi(attempt);

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::{line, variant_name};
 use crate::flow::{Evolution, FlowSettings, Pause, Variant};
 use crate::grid::{Lattice, SparseGrid, Volume, as_point};
+use crate::mesh::bounds;
 use crate::sdf::project_on_zero_set;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::report::{Cell, Chart, Panel, StudyReport, Table};
@@ -462,11 +463,7 @@ fn form(surface: Closed, grid: &SparseGrid, phi: &[f64], lattice: &Lattice) -> F
         };
     }
     // The middle of the extremes, which does not depend on how the feet are spread.
-    let (low, high) = feet
-        .iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| {
-            (l.min(*p), h.max(*p))
-        });
+    let (low, high) = bounds(feet.iter().copied());
     let middle = 0.5 * (low + high);
     let (low, high) = extremes(&|p| p.distance(middle));
     Form {
