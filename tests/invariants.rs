@@ -212,3 +212,32 @@ fn one_and_two_threads_give_the_same_bytes() {
     };
     assert!(bytes(1) == bytes(2));
 }
+
+/// Mean angle across the edges of a mesh, in degrees.
+fn mean_angle(mesh: &Mesh) -> f64 {
+    let normal = |f: usize| {
+        let [a, b, c] = mesh.faces[f].map(|v| mesh.positions[v as usize]);
+        (b - a).cross(c - a)
+    };
+    let found = inspect(mesh).unwrap();
+    let beside = |h: usize| found.topology.opposite[h] as usize / 3;
+    let inner = (0..3 * mesh.faces.len()).filter(|&h| !found.topology.boundary[h]);
+    let angles: Vec<f64> = inner
+        .map(|h| normal(h / 3).angle_between(normal(beside(h))).to_degrees())
+        .collect();
+    angles.iter().sum::<f64>() / angles.len() as f64
+}
+
+#[test]
+fn the_seam_of_a_bumpy_sphere_is_no_sharper_than_its_bumps() {
+    let mut mesh = shapes::sphere(24);
+    for p in &mut mesh.positions {
+        let [x, y, z] = (16.0 * *p + DVec3::new(1.0, 2.0, 0.5)).to_array();
+        *p *= 1.0 + 0.02 * x.sin() * y.sin() * z.sin();
+    }
+    let mesh = cut(&mesh, |p| p.z > 0.82);
+    let filled = fill_all(&mesh, 2);
+    let (seam, around) = (filled.report.regions[0].seam_angle_mean, mean_angle(&mesh));
+    println!("{seam:.2} degrees, {around:.2} between the faces of the mesh");
+    assert!(seam < 1.1 * around, "{seam} against {around}");
+}

@@ -210,11 +210,11 @@ impl Assembled {
                     .next()
                     .filter(|&h| mesh.twin(h).is_none())?;
                 let key = (mesh.origin[v as usize], mesh.origin[mesh.to(h) as usize]);
-                let beyond = self.rims.face_normal.get(&key)?;
+                let beyond = self.rims.beyond.get(&key)?.normal;
                 let normal = mesh
                     .area_vector(mesh.faces[h as usize / 3])
                     .normalize_or_zero();
-                Some(normal.dot(*beyond).clamp(-1.0, 1.0).acos().to_degrees())
+                Some(normal.dot(beyond).clamp(-1.0, 1.0).acos().to_degrees())
             })
             .collect();
         self.report.seam_angle_mean = angles.iter().sum::<f64>() / angles.len().max(1) as f64;

@@ -139,7 +139,11 @@ fn direct(
     let origin = |i: usize| mesh.origin[rim[i % n] as usize];
     let position: Vec<DVec3> = rim.iter().map(|&v| mesh.position[v as usize]).collect();
     let beyond: Vec<_> = (0..n)
-        .map(|i| rims.face_normal.get(&(origin(i), origin(i + 1))).copied())
+        .map(|i| {
+            rims.beyond
+                .get(&(origin(i), origin(i + 1)))
+                .map(|f| f.normal)
+        })
         .collect();
     let blocked =
         |i: usize, j: usize| origin(i) == origin(j) || rims.has_edge(origin(i), origin(j));

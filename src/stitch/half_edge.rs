@@ -152,6 +152,14 @@ impl PatchMesh {
         self.position[self.from(h) as usize].distance(self.position[self.to(h) as usize])
     }
 
+    /// Mean length of the edges out of `v`.
+    pub(super) fn mean_length(&self, v: u32) -> f64 {
+        let (sum, count) = self.outgoing(v).fold((0.0, 0.0), |(sum, count), h| {
+            (sum + self.length(h), count + 1.0)
+        });
+        sum / count
+    }
+
     /// Round an edge a → b and its twin: the corners a, b, c (of the face of `h`), d, and the half-edges on the other side of
     /// bc, ca, ad, db.
     fn diamond(&self, h: u32, t: u32) -> ([u32; 4], [u32; 4]) {

@@ -7,6 +7,15 @@ use glam::DVec3;
 
 use super::{StitchError, StitchInput};
 
+/// A face of the mesh beyond a rim edge.
+#[derive(Clone, Copy)]
+pub(super) struct Beyond {
+    /// Its unit normal.
+    pub(super) normal: DVec3,
+    /// The vertex of it that is not on the edge.
+    pub(super) apex: DVec3,
+}
+
 /// The rim loops of a region, and what the mesh looks like there.
 #[derive(Default)]
 pub(super) struct Rims {
@@ -20,8 +29,10 @@ pub(super) struct Rims {
     pub(super) normal: HashMap<u32, DVec3>,
     /// Mean length of the mesh's edges at each rim vertex.
     pub(super) length: HashMap<u32, f64>,
-    /// Unit normal of the mesh face beside each directed rim edge.
-    pub(super) face_normal: HashMap<(u32, u32), DVec3>,
+    /// The mesh face beside each directed rim edge.
+    pub(super) beyond: HashMap<(u32, u32), Beyond>,
+    /// Mean angle across the mesh's edges at the rim vertices, in radians; none where there are no such edges.
+    pub(super) angle_around: Option<f64>,
 }
 
 impl Rims {
@@ -94,7 +105,9 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
     let on_rim: HashSet<u32> = input.loops.iter().flatten().copied().collect();
     let at = |v: u32| input.mesh.positions[v as usize];
     let mut edges = HashSet::new();
-    let mut face_normal = HashMap::new();
+    let mut beyond = HashMap::new();
+    let mut beside: HashMap<(u32, u32), DVec3> = HashMap::new();
+    let mut angles = Vec::new();
     let mut length: HashMap<u32, (f64, f64)> = HashMap::new();
     let mut sum: HashMap<u32, DVec3> = HashMap::new();
     for f in input
@@ -106,6 +119,15 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
         let n = (at(f[1]) - at(f[0])).cross(at(f[2]) - at(f[0]));
         for k in 0..3 {
             let (a, b) = (f[k], f[(k + 1) % 3]);
+            if on_rim.contains(&a) || on_rim.contains(&b) {
+                match beside.remove(&(b, a)) {
+                    Some(other) if n.length() * other.length() > 0.0 => {
+                        angles.push(n.angle_between(other));
+                    }
+                    Some(_) => {}
+                    None => _ = beside.insert((a, b), n),
+                }
+            }
             for v in [a, b].into_iter().filter(|v| on_rim.contains(v)) {
                 let l = length.entry(v).or_default();
                 *l = (l.0 + at(a).distance(at(b)), l.1 + 1.0);
@@ -115,7 +137,8 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
             }
             if on_rim.contains(&a) && on_rim.contains(&b) {
                 edges.insert((a.min(b), a.max(b)));
-                face_normal.insert((b, a), n.normalize_or_zero());
+                let (normal, apex) = (n.normalize_or_zero(), at(f[(k + 2) % 3]));
+                beyond.insert((b, a), Beyond { normal, apex });
             }
         }
     }
@@ -138,7 +161,9 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
             .into_iter()
             .map(|(v, (sum, n))| (v, sum / n))
             .collect(),
-        face_normal,
+        beyond,
+        angle_around: (!angles.is_empty())
+            .then(|| angles.iter().sum::<f64>() / angles.len() as f64),
     })
 }
 
@@ -151,8 +176,8 @@ fn directed_edges(
     for (rim, lp) in input.loops.iter().enumerate() {
         for (i, &from) in lp.iter().enumerate() {
             let to = lp[(i + 1) % lp.len()];
-            let open = rims.face_normal.contains_key(&(from, to))
-                && !rims.face_normal.contains_key(&(to, from));
+            let open =
+                rims.beyond.contains_key(&(from, to)) && !rims.beyond.contains_key(&(to, from));
             if from == to || !open || edges.insert((from, to), rim).is_some() {
                 return Err(StitchError::NotOnBorder { rim, from, to });
             }

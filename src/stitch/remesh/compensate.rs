@@ -22,17 +22,25 @@ impl Remesher<'_> {
             .par_iter()
             .map(|&f| this.facet_offset(f))
             .collect();
-        let ring = self.rings();
-        let moves: Vec<(u32, f64)> = self
+        let ring = self.rings(FADE);
+        let moves: Vec<(u32, f64, f64)> = self
             .free_vertices()
-            .map(|v| (v, part * self.displacement(v, &offset, ring[v as usize])))
+            .map(|v| {
+                let by = self.displacement(v, &offset, ring[v as usize]);
+                (v, part * by, part * MOST * self.mesh.mean_length(v))
+            })
             .collect();
-        for (v, by) in moves {
-            let p = self.mesh.position[v as usize];
-            let moved = p + by * self.mesh.normal[v as usize];
-            if self.around(v, moved).0 >= LEAN.min(self.around(v, p).0) {
-                self.mesh.position[v as usize] = moved;
-            }
+        for (v, by, most) in moves {
+            self.displace(v, by, most);
+        }
+    }
+
+    /// Moves a vertex along its normal, by `most` at most, if no face round it comes to lean by that.
+    pub(super) fn displace(&mut self, v: u32, by: f64, most: f64) {
+        let p = self.mesh.position[v as usize];
+        let moved = p + by.clamp(-most, most) * self.mesh.normal[v as usize];
+        if self.around(v, moved).0 >= LEAN.min(self.around(v, p).0) {
+            self.mesh.position[v as usize] = moved;
         }
     }
 
@@ -56,7 +64,7 @@ impl Remesher<'_> {
     }
 
     fn displacement(&self, v: u32, offset: &[f64], ring: u32) -> f64 {
-        let (mut sum, mut weight, mut length, mut count) = (0.0, 0.0, 0.0, 0.0);
+        let (mut sum, mut weight) = (0.0, 0.0);
         for h in self.mesh.outgoing(v) {
             let area = self
                 .mesh
@@ -64,23 +72,20 @@ impl Remesher<'_> {
                 .length();
             sum += area * offset[h as usize / 3];
             weight += area;
-            length += self.mesh.length(h);
-            count += 1.0;
         }
         let fade = f64::from(ring.min(FADE + 1)) / f64::from(FADE + 1);
-        let most = MOST * length / count;
         if weight > 0.0 {
-            (-fade * sum / weight).clamp(-most, most)
+            -fade * sum / weight
         } else {
             0.0
         }
     }
 
-    /// Number of edges from the rim to each vertex, as far as it matters.
-    fn rings(&self) -> Vec<u32> {
-        let mut ring = vec![FADE + 1; self.mesh.position.len()];
+    /// Number of edges from the rim to each vertex, counted up to `most`.
+    pub(super) fn rings(&self, most: u32) -> Vec<u32> {
+        let mut ring = vec![most + 1; self.mesh.position.len()];
         ring[..self.mesh.rim_len()].fill(0);
-        for step in 0..FADE {
+        for step in 0..most {
             for v in 0..ring.len() as u32 {
                 if ring[v as usize] > step && self.mesh.is_used(v) {
                     let near = self.mesh.neighbours(v).any(|w| ring[w as usize] == step);

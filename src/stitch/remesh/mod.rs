@@ -2,6 +2,7 @@
 
 mod compensate;
 mod edges;
+mod relax;
 mod repair;
 mod size;
 mod smooth;
@@ -42,6 +43,7 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) {
     if input.params.facet_compensation != 0.0 {
         work.compensate(input.params.facet_compensation);
     }
+    work.relax_seam();
     patch.mesh.compact();
 }
 
