@@ -100,10 +100,11 @@ impl<'a> MeshData<'a> {
 
     fn cap(&self) -> Option<&Cap> {
         let make = || {
-            let mesh = self.sampler.mesh();
-            let mut cap = Mesh::new(mesh.positions.clone(), Vec::new());
+            let part = self.sampler.part_round(&self.loops);
+            let mut cap = Mesh::new(part.mesh.positions.clone(), Vec::new());
             for rim in &self.loops {
-                cap.faces.extend(triangulate_loop(mesh, rim).ok()?);
+                let rim: Vec<u32> = rim.iter().map(|&v| part.local(v)).collect();
+                cap.faces.extend(triangulate_loop(&part.mesh, &rim).ok()?);
             }
             let faces = Bvh::new(&cap, 0..cap.faces.len() as u32);
             let winding = WindingTree::new(&faces);

@@ -5,7 +5,9 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::jets::{Jet, fit_jet};
-use crate::mesh::{Hole, Mesh, Topology, VertexFaces, face_normal, topology::NONE, vertex_normal};
+use crate::mesh::{
+    Hole, Mesh, Part, Topology, VertexFaces, face_normal, topology::NONE, vertex_normal,
+};
 use crate::spatial::{Bvh, Closest, WindingTree};
 
 /// What the mesh says about one point.
@@ -41,10 +43,12 @@ pub struct Sampler<'a> {
     winding: WindingTree,
 }
 
-/// The smooth surface through the vertices, fitted where it is asked for.
+/// What all samplers of a mesh share: the smooth surface through the vertices, fitted where it is asked for.
 struct Smooth {
     around: VertexFaces,
     jets: Vec<OnceLock<Option<Box<Jet>>>>,
+    /// Faces that are in no hierarchy.
+    degenerate: Vec<u32>,
 }
 
 impl<'a> Sampler<'a> {
@@ -53,6 +57,9 @@ impl<'a> Sampler<'a> {
         let smooth = Smooth {
             around: VertexFaces::new(mesh),
             jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
+            degenerate: (0..mesh.faces.len() as u32)
+                .filter(|&f| topology.piece[f as usize] == NONE)
+                .collect(),
         };
         Self::over(mesh, topology, Arc::new(smooth), &|_| true)
     }
@@ -92,6 +99,27 @@ impl<'a> Sampler<'a> {
     /// The hierarchy over the mesh's faces.
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
+    }
+
+    /// The part of the mesh that meets the box from `low` to `high`, crumbs and degenerate faces included, with the given
+    /// vertices.
+    pub fn part(&self, low: DVec3, high: DVec3, vertices: impl Iterator<Item = u32>) -> Part {
+        let mut faces = self.smooth.degenerate.clone();
+        for tree in [&self.bvh, &self.crumbs] {
+            tree.for_each_in_box(low, high, |f| faces.push(f));
+        }
+        faces.sort_unstable();
+        Part::new(self.mesh, &faces, vertices)
+    }
+
+    /// The part of the mesh round some rims.
+    pub fn part_round(&self, rims: &[Vec<u32>]) -> Part {
+        let vertices = || rims.iter().flatten().copied();
+        let at = |v: u32| self.mesh.positions[v as usize];
+        let low = vertices().fold(DVec3::INFINITY, |m, v| m.min(at(v)));
+        let high = vertices().fold(DVec3::NEG_INFINITY, |m, v| m.max(at(v)));
+        let margin = DVec3::splat(0.01 * (high - low).max_element());
+        self.part(low - margin, high + margin, vertices())
     }
 
     /// The mesh.
@@ -205,7 +233,7 @@ impl<'a> Sampler<'a> {
     }
 
     fn jet(&self, vertex: u32) -> Option<&Jet> {
-        let Smooth { around, jets } = &*self.smooth;
+        let Smooth { around, jets, .. } = &*self.smooth;
         jets[vertex as usize]
             .get_or_init(|| fit_jet(self.mesh, around, vertex).map(Box::new))
             .as_deref()
