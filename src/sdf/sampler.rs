@@ -19,6 +19,8 @@ pub struct DistanceSample {
     pub distance: f64,
     /// The face that is closest, or one of them.
     pub face: u32,
+    /// The closest point of the triangles.
+    pub closest: DVec3,
     /// Whether the closest point lies on the rim of one of the region's holes: then the surface that is to be found may
     /// be closer, and `signed` is only a guess.
     pub on_rim: bool,
@@ -40,7 +42,8 @@ pub struct Sampler<'a> {
     bvh: Bvh,
     /// Crumbs: no data, but the patch must be cut round them.
     crumbs: Bvh,
-    winding: WindingTree,
+    /// Gathered when it is first asked for.
+    winding: OnceLock<WindingTree>,
 }
 
 /// What all samplers of a mesh share: the smooth surface through the vertices, fitted where it is asked for.
@@ -85,14 +88,13 @@ impl<'a> Sampler<'a> {
         };
         let bvh = Bvh::new(mesh, faces(false));
         let crumbs = Bvh::new(mesh, faces(true));
-        let winding = WindingTree::new(&bvh);
         Self {
             mesh,
             topology,
             smooth,
             bvh,
             crumbs,
-            winding,
+            winding: OnceLock::new(),
         }
     }
 
@@ -160,9 +162,21 @@ impl<'a> Sampler<'a> {
         limit: f64,
         rough: bool,
     ) -> Option<DistanceSample> {
+        self.sample_within(rims, x, limit, rough, f64::INFINITY)
+    }
+
+    /// The same, with the distance to the triangles instead of that to the smooth surface beyond `reach`.
+    pub fn sample_within(
+        &self,
+        rims: &RimSet,
+        x: DVec3,
+        limit: f64,
+        rough: bool,
+        reach: f64,
+    ) -> Option<DistanceSample> {
         let (closest, on_rim) = self.closest(rims, x, limit)?;
         let sign = if on_rim && rims.closed && !rough {
-            if self.winding.winding_number(&self.bvh, x) > 0.5 {
+            if self.winding_number(x) > 0.5 {
                 -1.0
             } else {
                 1.0
@@ -171,7 +185,7 @@ impl<'a> Sampler<'a> {
             self.sign(&closest, x)
         };
         let raw = sign * closest.distance;
-        let signed = if on_rim {
+        let signed = if on_rim || closest.distance > reach {
             raw
         } else {
             self.smooth(&closest, x, raw)
@@ -180,13 +194,15 @@ impl<'a> Sampler<'a> {
             signed,
             distance: closest.distance,
             face: closest.face,
+            closest: closest.point,
             on_rim,
         })
     }
 
     /// The winding number at a point.
     pub fn winding_number(&self, x: DVec3) -> f64 {
-        self.winding.winding_number(&self.bvh, x)
+        let tree = self.winding.get_or_init(|| WindingTree::new(&self.bvh));
+        tree.winding_number(&self.bvh, x)
     }
 
     fn feature(&self, closest: &Closest) -> Feature {
@@ -225,7 +241,7 @@ impl<'a> Sampler<'a> {
         if side.abs() > 1e-3 * closest.distance * normal.length() || closest.distance == 0.0 {
             return if side < 0.0 { -1.0 } else { 1.0 };
         }
-        if self.winding.winding_number(&self.bvh, x) > 0.5 {
+        if self.winding_number(x) > 0.5 {
             -1.0
         } else {
             1.0
