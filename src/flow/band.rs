@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::layout::Layout;
-use crate::grid::{NodeIndex, SparseGrid, add};
+use crate::grid::{ABSENT, BLOCK_NODES, NodeIndex, SparseGrid, add};
 
 /// Half width of the weight χ, in voxels.
 pub const WIDTH: f64 = 2.5;
@@ -35,29 +35,18 @@ pub struct Band {
     pub unknowns: usize,
 }
 
-fn offset(i: usize) -> NodeIndex {
-    [
-        (i / 9) as i32 - 1,
-        ((i / 3) % 3) as i32 - 1,
-        (i % 3) as i32 - 1,
-    ]
-}
-
 fn corner(a: usize) -> NodeIndex {
     [((a >> 2) & 1) as i32, ((a >> 1) & 1) as i32, (a & 1) as i32]
 }
 
 /// Marks the nodes within one step (26 neighbours) of a marked one.
 pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
+    let round = grid.summed_round(|s| u8::from(marked[s]));
+    let is_marked = |&s: &u32| s != ABSENT && marked[s as usize];
     (0..grid.len())
         .into_par_iter()
-        .map(|s| {
-            marked[s]
-                || (0..27).any(|i| {
-                    grid.slot(add(grid.node(s), offset(i)))
-                        .is_some_and(|t| marked[t])
-                })
-        })
+        .with_min_len(BLOCK_NODES)
+        .map(|s| marked[s] || round[s / BLOCK_NODES] != 0 && grid.around(s).iter().any(is_marked))
         .collect()
 }
 
@@ -97,7 +86,14 @@ impl Band {
         let unknown: Vec<bool> = slots.iter().map(|&s| mask[s as usize]).collect();
         let residual: Vec<bool> = slots.iter().map(|&s| residual[s as usize]).collect();
         let near: Vec<bool> = slots.iter().map(|&s| near[s as usize]).collect();
-        let around = |i: usize| std::array::from_fn(|k| lookup(add(nodes[i], offset(k))));
+        let numbered = |s: u32| {
+            if s == ABSENT {
+                NONE
+            } else {
+                number[s as usize]
+            }
+        };
+        let around = |i: usize| grid.around(slots[i] as usize).map(numbered);
         let layout = Layout::new(&nodes, |i| unknown[i] || residual[i], around);
         Self {
             residual,
@@ -114,8 +110,7 @@ impl Band {
 
     /// Whether all 26 neighbours are stored.
     fn whole(grid: &SparseGrid, slot: usize) -> bool {
-        let n = grid.node(slot);
-        (0..27).all(|i| grid.slot(add(n, offset(i))).is_some())
+        grid.around(slot).iter().all(|&s| s != ABSENT)
     }
 
     /// The values of a field at the band's nodes.

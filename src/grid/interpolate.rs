@@ -29,28 +29,39 @@ pub struct Tricubic {
     values: [f64; 64],
 }
 
+impl Default for Tricubic {
+    /// Values round no cell.
+    fn default() -> Self {
+        Self {
+            base: [i32::MIN; 3],
+            values: [0.0; 64],
+        }
+    }
+}
+
 impl Tricubic {
-    /// Gathers the values round the cell that holds `p` (lattice coordinates); none where a node is not stored.
-    pub fn around(grid: &SparseGrid, field: &[f64], p: DVec3) -> Option<Self> {
+    /// Gathers the values round the cell that holds `p` (lattice coordinates), unless it has them; false where a node is not
+    /// stored.
+    pub fn gather(&mut self, grid: &SparseGrid, field: &[f64], p: DVec3) -> bool {
         if !p.is_finite() {
-            return None;
+            return false;
         }
         let mut base = [0; 3];
         for a in 0..3 {
             let top = grid.dims()[a] - 3;
             if top < 1 {
-                return None;
+                return false;
             }
-            base[a] = (p[a].floor() as i32).clamp(1, top);
+            base[a] = floor(p[a]).clamp(1, top);
         }
-        let slots = grid.cube(base.map(|b| b - 1))?;
-        let values = slots.map(|s| field[s as usize]);
-        Some(Self { base, values })
-    }
-
-    /// True where `p` is in the same cell.
-    pub fn holds(&self, p: DVec3) -> bool {
-        (0..3).all(|a| p[a].floor() as i32 == self.base[a])
+        base == self.base || {
+            self.base = base;
+            let whole = grid.gather_cube(base.map(|b| b - 1), field, &mut self.values);
+            if !whole {
+                *self = Self::default();
+            }
+            whole
+        }
     }
 
     /// Value and gradient at `p`, in lattice units.
@@ -58,25 +69,39 @@ impl Tricubic {
         let (wx, dx) = lagrange(p.x - f64::from(self.base[0]));
         let (wy, dy) = lagrange(p.y - f64::from(self.base[1]));
         let (wz, dz) = lagrange(p.z - f64::from(self.base[2]));
-        let (mut f, mut g) = (0.0, DVec3::ZERO);
-        for i in 0..4 {
-            for j in 0..4 {
-                let row = &self.values[i * 16 + j * 4..i * 16 + j * 4 + 4];
-                let s = row[0] * wz[0] + row[1] * wz[1] + row[2] * wz[2] + row[3] * wz[3];
-                let d = row[0] * dz[0] + row[1] * dz[1] + row[2] * dz[2] + row[3] * dz[3];
-                f += wx[i] * wy[j] * s;
-                g.x += dx[i] * wy[j] * s;
-                g.y += wx[i] * dy[j] * s;
-                g.z += wx[i] * wy[j] * d;
+        // Sums along x, y, z in turn; the lanes are the nodes of a plane, then of a line.
+        let (mut plane, mut slope) = ([0.0; 16], [0.0; 16]);
+        for (i, layer) in self.values.chunks_exact(16).enumerate() {
+            for k in 0..16 {
+                plane[k] += wx[i] * layer[k];
+                slope[k] += dx[i] * layer[k];
             }
         }
-        (f, g)
+        let (mut f, mut fx, mut fy) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+        for j in 0..4 {
+            for k in 0..4 {
+                f[k] += wy[j] * plane[4 * j + k];
+                fx[k] += wy[j] * slope[4 * j + k];
+                fy[k] += dy[j] * plane[4 * j + k];
+            }
+        }
+        let dot =
+            |a: &[f64; 4], w: &[f64; 4]| a[0] * w[0] + a[1] * w[1] + a[2] * w[2] + a[3] * w[3];
+        let gradient = DVec3::new(dot(&fx, &wz), dot(&fy, &wz), dot(&f, &dz));
+        (dot(&f, &wz), gradient)
     }
+}
+
+/// The largest integer below, without a call of the library.
+fn floor(x: f64) -> i32 {
+    let i = x as i32;
+    i - i32::from(f64::from(i) > x)
 }
 
 /// Tricubic value and gradient of a field at `p` (lattice coordinates); none where a node is not stored.
 pub fn value_and_gradient(grid: &SparseGrid, field: &[f64], p: DVec3) -> Option<(f64, DVec3)> {
-    Tricubic::around(grid, field, p).map(|t| t.evaluate(p))
+    let mut patch = Tricubic::default();
+    patch.gather(grid, field, p).then(|| patch.evaluate(p))
 }
 
 /// Trilinear value of a field at `p` (lattice coordinates), over the stored corners only.

@@ -5,6 +5,6 @@ mod sparse;
 mod volume;
 
 pub use interpolate::{Tricubic, linear, value_and_gradient};
+pub(crate) use sparse::{ABSENT, BLOCK_NODES, add, as_point};
 pub use sparse::{BLOCK, Lattice, NodeIndex, SparseGrid};
-pub(crate) use sparse::{add, as_point};
 pub use volume::Volume;

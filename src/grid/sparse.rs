@@ -4,8 +4,10 @@ use glam::DVec3;
 
 /// Nodes along the edge of a block.
 pub const BLOCK: i32 = 4;
-const BLOCK_NODES: usize = (BLOCK * BLOCK * BLOCK) as usize;
-const ABSENT: u32 = u32::MAX;
+/// Nodes of a block.
+pub(crate) const BLOCK_NODES: usize = (BLOCK * BLOCK * BLOCK) as usize;
+/// Where no node is stored.
+pub(crate) const ABSENT: u32 = u32::MAX;
 
 /// Integer coordinates of a node.
 pub type NodeIndex = [i32; 3];
@@ -128,10 +130,15 @@ impl SparseGrid {
         Some(block as usize * BLOCK_NODES + local as usize)
     }
 
-    /// The slots of the 4 × 4 × 4 nodes from `corner` on, in lexicographic order; none where one is not stored. The nodes
-    /// must lie in the box.
+    /// The values of a field at the 4 × 4 × 4 nodes from `corner` on, in lexicographic order; false where one is not stored.
+    /// The nodes must lie in the box.
     #[inline]
-    pub(crate) fn cube(&self, corner: NodeIndex) -> Option<[u32; 64]> {
+    pub(crate) fn gather_cube(
+        &self,
+        corner: NodeIndex,
+        field: &[f64],
+        values: &mut [f64; 64],
+    ) -> bool {
         // At most two blocks along each axis.
         let first = corner.map(|c| c >> 2);
         let mut blocks = [0; 8];
@@ -143,21 +150,82 @@ impl SparseGrid {
             let at = (b[0] * self.block_dims[1] + b[1]) * self.block_dims[2] + b[2];
             *block = self.map[at as usize];
             if *block == ABSENT {
-                return None;
+                return false;
             }
         }
-        let along = |d: usize, shift: u32| -> [(usize, u32); 4] {
+        let along = |d: usize, shift: u32| -> [(usize, usize); 4] {
             std::array::from_fn(|i| {
                 let local = (corner[d] & 3) as usize + i;
-                (local >> 2, ((local & 3) as u32) << shift)
+                (local >> 2, (local & 3) << shift)
             })
         };
         let (x, y, z) = (along(0, 4), along(1, 2), along(2, 0));
-        Some(std::array::from_fn(|i| {
-            let (x, y, z) = (x[i >> 4], y[(i >> 2) & 3], z[i & 3]);
+        for (row, values) in values.chunks_exact_mut(4).enumerate() {
+            let (x, y) = (x[row >> 2], y[row & 3]);
+            for (value, z) in values.iter_mut().zip(z) {
+                let block = blocks[4 * x.0 + 2 * y.0 + z.0] as usize;
+                *value = field[block * BLOCK_NODES + x.1 + y.1 + z.1];
+            }
+        }
+        true
+    }
+
+    /// The slots of the 3 × 3 × 3 nodes round the one at `slot`, in lexicographic order; `ABSENT` where one is not stored.
+    #[inline]
+    pub(crate) fn around(&self, slot: usize) -> [u32; 27] {
+        let local = slot % BLOCK_NODES;
+        let local = [local >> 4, (local >> 2) & 3, local & 3];
+        let own = self.blocks[slot / BLOCK_NODES].map(|c| c >> 2);
+        // At most one other block along each axis.
+        let side = local.map(|l| i32::from(l == 3) - i32::from(l == 0));
+        let blocks: [u32; 8] = std::array::from_fn(|i| {
+            let b: NodeIndex = std::array::from_fn(|d| {
+                let other = (i >> (2 - d)) & 1 == 1;
+                own[d] + if other { side[d] } else { 0 }
+            });
+            let inside = (0..3).all(|d| b[d] >= 0 && b[d] < self.block_dims[d]);
+            let at = (b[0] * self.block_dims[1] + b[1]) * self.block_dims[2] + b[2];
+            if inside {
+                self.map[at as usize]
+            } else {
+                ABSENT
+            }
+        });
+        let along: [[(usize, u32); 3]; 3] = std::array::from_fn(|d| {
+            std::array::from_fn(|i| {
+                // One more, to stay above zero.
+                let next = local[d] + i + 3;
+                (usize::from(!(4..8).contains(&next)), (next & 3) as u32)
+            })
+        });
+        std::array::from_fn(|i| {
+            let (x, y, z) = (along[0][i / 9], along[1][i / 3 % 3], along[2][i % 3]);
             let block = blocks[4 * x.0 + 2 * y.0 + z.0];
-            block * BLOCK_NODES as u32 + x.1 + y.1 + z.1
-        }))
+            if block == ABSENT {
+                ABSENT
+            } else {
+                block * BLOCK_NODES as u32 + 16 * x.1 + 4 * y.1 + z.1
+            }
+        })
+    }
+
+    /// For each stored block what `of` says of its slots, joined by `|` with what it says of the blocks round it.
+    pub(crate) fn summed_round(&self, of: impl Fn(usize) -> u8) -> Vec<u8> {
+        let range = |b: usize| b * BLOCK_NODES..(b + 1) * BLOCK_NODES;
+        let own: Vec<u8> = (0..self.blocks.len())
+            .map(|b| range(b).fold(0, |sum, s| sum | of(s)))
+            .collect();
+        let near = |corner: NodeIndex, i: i32| {
+            let o = [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1].map(|o| o * BLOCK);
+            self.slot(add(corner, o))
+        };
+        self.blocks
+            .iter()
+            .map(|&corner| {
+                let round = (0..27).filter_map(|i| near(corner, i));
+                round.fold(0, |sum, s| sum | own[s / BLOCK_NODES])
+            })
+            .collect()
     }
 
     /// The node stored at a slot.
@@ -188,6 +256,14 @@ mod tests {
         assert_eq!(grid.dims(), [12, 8, 16]);
         for slot in 0..grid.len() {
             assert_eq!(grid.slot(grid.node(slot)), Some(slot));
+        }
+        for slot in 0..grid.len() {
+            let around = std::array::from_fn(|i| {
+                let i = i as i32;
+                let near = add(grid.node(slot), [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1]);
+                grid.slot(near).map_or(ABSENT, |s| s as u32)
+            });
+            assert_eq!(grid.around(slot), around);
         }
         assert_eq!(grid.slot([4, 0, 0]), None);
         assert_eq!(grid.slot([-1, 0, 0]), None);

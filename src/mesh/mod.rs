@@ -6,6 +6,7 @@ pub mod cut;
 pub mod holes;
 pub mod mask;
 pub mod measures;
+mod part;
 pub(crate) mod polygon;
 #[cfg(test)]
 pub(crate) mod shapes;
@@ -19,6 +20,7 @@ use glam::DVec3;
 pub use adjacency::{VertexFaces, face_normal, vertex_normal};
 pub use attributes::Attributes;
 pub use holes::{Hole, find_holes};
+pub use part::Part;
 pub use topology::{Defects, Topology};
 pub(crate) use weld::Welder;
 pub use weld::{weld_map, welded};

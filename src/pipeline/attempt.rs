@@ -18,10 +18,7 @@ use crate::region::{
 };
 use crate::report::{HoleOutcome, RegionReport};
 use crate::sdf::Sampler;
-use crate::stitch::{
-    Patch, StitchError, StitchInput, StitchParams, close_seam, count_intersecting, stitch,
-    triangulate_loop,
-};
+use crate::stitch::{Patch, StitchError, close_seam};
 
 /// Loops of at most this many edges are solved once only.
 const SMALL_EDGES: usize = 16;
@@ -335,30 +332,6 @@ impl Work<'_> {
         }
     }
 
-    fn stitch(
-        &self,
-        group: &[usize],
-        region: &Region,
-        surface: &LevelSurface,
-        extracted: &Mesh,
-    ) -> Result<Patch, StitchError> {
-        let loops: Vec<Vec<u32>> = group
-            .iter()
-            .map(|&h| self.found.holes[h].rim.clone())
-            .collect();
-        stitch(&StitchInput {
-            mesh: &self.found.mesh,
-            loops: &loops,
-            surface,
-            extracted,
-            voxel: region.voxel,
-            params: StitchParams {
-                edge_factor: self.params.edge_ratio,
-                ..StitchParams::default()
-            },
-        })
-    }
-
     fn accept(&self, group: &[usize], patch: Patch, mut report: RegionReport) -> RegionPatch {
         report.seam_angle_mean = patch.report.seam_angle_mean;
         report.seam_angle_max = patch.report.seam_angle_max;
@@ -401,32 +374,6 @@ impl Work<'_> {
         let why = "it is one side of a seam, which was closed with thin triangles".to_owned();
         let patch = Mesh::new(Vec::new(), faces);
         Some(self.all(group, patch, report, HoleOutcome::Triangulated(why)))
-    }
-
-    /// Triangulates each loop on its own.
-    fn triangulate(&self, group: &[usize], why: &str, mut report: RegionReport) -> RegionPatch {
-        let mut patch = Mesh::default();
-        let mut outcomes = Vec::new();
-        for &h in group {
-            let hole = &self.found.holes[h];
-            report.diameter = report.diameter.max(hole.diameter);
-            let outcome = match triangulate_loop(&self.found.mesh, &hole.rim) {
-                Ok(faces) => {
-                    patch.faces.extend(faces);
-                    HoleOutcome::Triangulated(why.to_owned())
-                }
-                Err(e) => HoleOutcome::Failed(format!("{why}; {e}")),
-            };
-            outcomes.push((h, outcome));
-        }
-        report.new_faces = patch.faces.len();
-        report.intersecting_faces = count_intersecting(&self.found.mesh, &[], &patch.faces);
-        report.components = outcomes.len();
-        RegionPatch {
-            patch,
-            report,
-            outcomes,
-        }
     }
 }
 

@@ -3,6 +3,7 @@
 mod attempt;
 mod damaged;
 mod fair;
+mod join;
 mod opening;
 mod plan;
 mod restore;

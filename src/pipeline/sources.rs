@@ -61,6 +61,12 @@ impl<'a> Sources<'a> {
         }
     }
 
+    /// The whole mesh.
+    pub(super) fn all(&self) -> &Sampler<'a> {
+        &self.all
+    }
+
+    /// What a group knows.
     pub(super) fn of(&self, group: usize) -> &Sampler<'a> {
         self.of_group[group].map_or(&self.all, |at| &self.restricted[at])
     }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use super::level::{DistanceData, Level, NodeData};
+use super::level::{DistanceData, Level, NodeData, Wanted};
 use crate::mesh::{Hole, Mesh};
 use crate::sdf::{RimSet, Sampler};
 use crate::spatial::{Bvh, WindingTree};
@@ -100,10 +100,11 @@ impl<'a> MeshData<'a> {
 
     fn cap(&self) -> Option<&Cap> {
         let make = || {
-            let mesh = self.sampler.mesh();
-            let mut cap = Mesh::new(mesh.positions.clone(), Vec::new());
+            let part = self.sampler.part_round(&self.loops);
+            let mut cap = Mesh::new(part.mesh.positions.clone(), Vec::new());
             for rim in &self.loops {
-                cap.faces.extend(triangulate_loop(mesh, rim).ok()?);
+                let rim: Vec<u32> = rim.iter().map(|&v| part.local(v)).collect();
+                cap.faces.extend(triangulate_loop(&part.mesh, &rim).ok()?);
             }
             let faces = Bvh::new(&cap, 0..cap.faces.len() as u32);
             let winding = WindingTree::new(&faces);
@@ -115,16 +116,17 @@ impl<'a> MeshData<'a> {
 
 impl MeshData<'_> {
     /// What the surface that evolves says of a point.
-    fn evolving(&self, x: DVec3, limit: f64) -> Option<NodeData> {
+    fn evolving(&self, x: DVec3, limit: f64) -> Option<(NodeData, Option<DVec3>)> {
         let kept = self.kept.as_ref()?;
         let evolving = kept.evolving?;
         let sample = |limit| kept.sampler.sample(kept.rims, x, limit, false);
         let s = sample(limit).or_else(|| sample(f64::INFINITY))?;
-        Some(NodeData {
+        let data = NodeData {
             signed: s.signed,
             distance: s.distance,
             free: evolving[s.face as usize],
-        })
+        };
+        Some((data, Some(s.closest)))
     }
 
     /// Whether a point belongs to what evolves, where there was a surface that does.
@@ -134,34 +136,44 @@ impl MeshData<'_> {
         let closest = kept.sampler.bvh().closest(x, f64::INFINITY)?;
         Some(evolving[closest.face as usize])
     }
-
-    fn node(&self, x: DVec3, limit: f64, rough: bool) -> NodeData {
-        if let Some(data) = self.evolving(x, limit) {
-            return data;
-        }
-        let sample = |limit| self.sampler.sample(&self.rims, x, limit, rough);
-        match sample(limit).or_else(|| sample(f64::INFINITY)) {
-            Some(s) => NodeData {
-                signed: s.signed,
-                distance: s.distance,
-                free: s.on_rim,
-            },
-            None => NodeData {
-                signed: f64::MAX,
-                distance: f64::MAX,
-                free: false,
-            },
-        }
-    }
 }
 
 impl DistanceData for MeshData<'_> {
     fn sample(&self, x: DVec3, limit: f64) -> NodeData {
-        self.node(x, limit, false)
+        let wanted = Wanted {
+            rough: false,
+            reach: f64::INFINITY,
+        };
+        self.sample_for(x, limit, &wanted).0
     }
 
-    fn sample_roughly(&self, x: DVec3, limit: f64) -> NodeData {
-        self.node(x, limit, true)
+    fn sample_for(&self, x: DVec3, limit: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
+        if let Some(known) = self.evolving(x, limit) {
+            return known;
+        }
+        let Wanted { rough, reach } = *wanted;
+        let sample = |limit| {
+            self.sampler
+                .sample_within(&self.rims, x, limit, rough, reach)
+        };
+        match sample(limit).or_else(|| sample(f64::INFINITY)) {
+            Some(s) => {
+                let data = NodeData {
+                    signed: s.signed,
+                    distance: s.distance,
+                    free: s.on_rim,
+                };
+                (data, Some(s.closest))
+            }
+            None => {
+                let data = NodeData {
+                    signed: f64::MAX,
+                    distance: f64::MAX,
+                    free: false,
+                };
+                (data, None)
+            }
+        }
     }
 
     fn pull(&self) -> f64 {

@@ -17,6 +17,8 @@ const BORDER: i32 = 3;
 /// Blocks farther than this from the coarse surface, in voxels of the finer grid, are not stored.
 const STORED: f64 = 8.0;
 
+/// Nodes farther than this from the known surface, in voxels, take the distance to its triangles: no band comes there.
+const SMOOTH: f64 = 9.0;
 /// Nodes farther than this from the surface at the start, in voxels, are not pulled.
 const PULLED: f64 = 8.0;
 
@@ -31,13 +33,23 @@ pub struct NodeData {
     pub free: bool,
 }
 
+/// What of a sample is wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// The sign at a free point may be wrong: the start of the flow gives it another value.
+    pub rough: bool,
+    /// Beyond this the distance need not be that to the smooth surface.
+    pub reach: f64,
+}
+
 /// A signed distance with a hole in it.
 pub trait DistanceData: Sync {
     /// The data at `x`; `limit` is an upper bound of the distance, infinite where none is known.
     fn sample(&self, x: DVec3, limit: f64) -> NodeData;
-    /// The same, but the sign at a free point may be wrong: the start of the flow gives it another value.
-    fn sample_roughly(&self, x: DVec3, limit: f64) -> NodeData {
-        self.sample(x, limit)
+    /// The same as far as it is wanted, and the closest point of the known surface where there is one to tell.
+    fn sample_for(&self, x: DVec3, limit: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
+        let _ = wanted;
+        (self.sample(x, limit), None)
     }
     /// Whether `x` is close enough to a hole for the rule of thin parts.
     fn near_hole(&self, x: DVec3) -> bool;
@@ -262,7 +274,7 @@ fn fill(
         .into_par_iter()
         .map(|b| {
             // Walks the block so that each node bounds the distance of the next.
-            let mut last: Option<(DVec3, f64)> = None;
+            let mut last: Option<(DVec3, NodeData, Option<DVec3>)> = None;
             (0..per_block)
                 .map(|i| {
                     let n = grid.node(b * per_block + i);
@@ -270,16 +282,17 @@ fn fill(
                         return (v, grid.is_interior(n, BORDER));
                     }
                     let x = lattice.to_world(as_point(n));
-                    let limit = last.map_or(f64::INFINITY, |(y, d)| {
-                        (d + x.distance(y)) * (1.0 + 1e-9) + 1e-9 * lattice.voxel
+                    let limit = last.map_or(f64::INFINITY, |(y, s, closest)| {
+                        let bound = closest.map_or(s.distance + x.distance(y), |p| p.distance(x));
+                        bound * (1.0 + 1e-9) + 1e-9 * lattice.voxel
                     });
                     let interior = grid.is_interior(n, BORDER);
-                    let s = if rough && interior {
-                        data.sample_roughly(x, limit)
-                    } else {
-                        data.sample(x, limit)
+                    let wanted = Wanted {
+                        rough: rough && interior,
+                        reach: SMOOTH * lattice.voxel,
                     };
-                    last = Some((x, s.distance));
+                    let (s, closest) = data.sample_for(x, limit, &wanted);
+                    last = Some((x, s, closest));
                     let deep = s.distance > DEEP * lattice.voxel && data.near_hole(x);
                     let free = (s.free || deep) && interior;
                     (s.signed / lattice.voxel, free)

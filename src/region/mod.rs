@@ -9,5 +9,5 @@ mod tests;
 
 pub use data::{KeptShape, LevelSurface, MeshData};
 pub use group::{Region, group_holes};
-pub use level::{DistanceData, Level, NodeData};
+pub use level::{DistanceData, Level, NodeData, Wanted};
 pub use nested::{LevelReport, NestedSettings, Solved, Start, TimeSpan, solve_nested};

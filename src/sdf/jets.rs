@@ -16,6 +16,8 @@ const MAX_TERMS: usize = terms(MAX_DEGREE);
 /// Neighbours wanted for a fit.
 const WANTED: usize = 19;
 const MAX_RINGS: usize = 5;
+/// Newton's method for a foot ends with a step this short, in radii of the neighbourhood; the distance is flat there.
+const SETTLED: f64 = 1e-8;
 /// Neighbours whose normals lean farther than this cosine belong to another side of a crease.
 const SAME_SIDE: f64 = 0.35;
 
@@ -117,7 +119,7 @@ impl Jet {
         let (mut u, mut v) = (p[0], p[1]);
         let limit = 1.3;
         let clamp = |u: &mut f64, v: &mut f64| {
-            let r = u.hypot(*v);
+            let r = (*u * *u + *v * *v).sqrt();
             if r > limit {
                 *u *= limit / r;
                 *v *= limit / r;
@@ -145,11 +147,11 @@ impl Jet {
             v += dv;
             clamp(&mut u, &mut v);
             g = self.graph(u, v);
-            if du * du + dv * dv < 1e-20 {
+            if du * du + dv * dv < SETTLED * SETTLED {
                 break;
             }
         }
-        if u.hypot(v) >= limit * 0.999 {
+        if (u * u + v * v).sqrt() >= limit * 0.999 {
             return None;
         }
         let e = p[2] - g.w;

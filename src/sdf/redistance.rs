@@ -7,17 +7,29 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::grid::{NodeIndex, SparseGrid, Tricubic, add, as_point, value_and_gradient};
+use crate::grid::{
+    ABSENT, BLOCK_NODES, NodeIndex, SparseGrid, Tricubic, add, as_point, value_and_gradient,
+};
 
 const ITERATIONS: usize = 30;
-/// A projection ends with a step shorter than this, in voxels: well below the interpolant's own error.
+/// A projection ends when it is this near to the zero set, in voxels: well below the interpolant's own error.
 const SETTLED: f64 = 1e-7;
+/// And when its foot is this near along the zero set: the distance changes with the square of that.
+const ASIDE: f64 = 2e-4;
 
-/// Offsets to the 26 neighbours.
-fn neighbours() -> impl Iterator<Item = NodeIndex> {
+/// What a block holds.
+const POSITIVE: u8 = 1;
+const NEGATIVE: u8 = 2;
+const FREE: u8 = 4;
+
+/// The slots of the 26 neighbours.
+fn neighbours(grid: &SparseGrid, slot: usize) -> impl Iterator<Item = usize> {
+    let around = grid.around(slot);
     (0..27)
         .filter(|&i| i != 13)
-        .map(|i| [i / 9 - 1, (i / 3) % 3 - 1, i % 3 - 1])
+        .map(move |i| around[i])
+        .filter(|&s| s != ABSENT)
+        .map(|s| s as usize)
 }
 
 /// The point of the zero set of the tricubic interpolant closest to `x`, from the start `p` (lattice coordinates):
@@ -28,10 +40,10 @@ pub fn project_on_zero_set(
     x: DVec3,
     mut p: DVec3,
 ) -> Option<DVec3> {
-    let mut patch = Tricubic::around(grid, phi, p)?;
+    let mut patch = Tricubic::default();
     for _ in 0..ITERATIONS {
-        if !patch.holds(p) {
-            patch = Tricubic::around(grid, phi, p)?;
+        if !patch.gather(grid, phi, p) {
+            return None;
         }
         let (f, g) = patch.evaluate(p);
         let gg = g.length_squared();
@@ -40,21 +52,23 @@ pub fn project_on_zero_set(
         }
         let away = x - p;
         let tangential = away - g * (away.dot(g) / gg);
-        let slide = if tangential.length() > 0.5 {
-            0.4 / tangential.length()
+        let aside = tangential.length_squared();
+        let slide = if aside > 0.25 {
+            0.4 / aside.sqrt()
         } else {
             0.8
         };
         let reach = f.abs() / gg.sqrt();
         let damping = if reach > 0.7 { 0.7 / reach } else { 1.0 };
-        let step = g * (-f / gg * damping) + tangential * slide;
-        p += step;
-        if step.length_squared() < SETTLED * SETTLED {
+        p += g * (-f / gg * damping) + tangential * slide;
+        if reach < SETTLED && aside < ASIDE * ASIDE {
             break;
         }
     }
-    let (f, _) = value_and_gradient(grid, phi, p)?;
-    (f.abs() < 1e-3).then_some(p)
+    if !patch.gather(grid, phi, p) {
+        return None;
+    }
+    (patch.evaluate(p).0.abs() < 1e-3).then_some(p)
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -106,15 +120,25 @@ pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> 
 impl Front<'_> {
     /// Closest points of the nodes beside the zero set, and of fixed nodes beside the mask.
     fn seed(&mut self, reach: f64) -> Vec<usize> {
+        let round = self.grid.summed_round(|s| {
+            let sign = if self.phi[s] > 0.0 {
+                POSITIVE
+            } else {
+                NEGATIVE
+            };
+            sign | if self.mask[s] { FREE } else { 0 }
+        });
+        let both = |flags: u8| flags & (POSITIVE | NEGATIVE) == POSITIVE | NEGATIVE;
         let found: Vec<(usize, DVec3)> = (0..self.grid.len())
             .into_par_iter()
             .filter_map(|slot| {
+                let round = round[slot / BLOCK_NODES];
                 let foot = if self.mask[slot] {
-                    self.free_seed(slot)
+                    both(round).then(|| self.free_seed(slot))
                 } else {
-                    self.fixed_seed(slot, reach)
+                    (round & FREE != 0).then(|| self.fixed_seed(slot, reach))
                 };
-                foot.map(|p| (slot, p))
+                foot.flatten().map(|p| (slot, p))
             })
             .collect();
         for &(slot, p) in &found {
@@ -131,12 +155,7 @@ impl Front<'_> {
     fn free_seed(&self, slot: usize) -> Option<DVec3> {
         let n = self.grid.node(slot);
         let positive = self.phi[slot] > 0.0;
-        let beside = neighbours().any(|o| {
-            self.grid
-                .slot(add(n, o))
-                .is_some_and(|s| (self.phi[s] > 0.0) != positive)
-        });
-        if !beside {
+        if !neighbours(self.grid, slot).any(|s| (self.phi[s] > 0.0) != positive) {
             return None;
         }
         let x = as_point(n);
@@ -155,8 +174,7 @@ impl Front<'_> {
             return None;
         }
         let n = self.grid.node(slot);
-        let free = |o: NodeIndex| self.grid.slot(add(n, o)).is_some_and(|s| self.mask[s]);
-        if !neighbours().any(free) {
+        if !neighbours(self.grid, slot).any(|s| self.mask[s]) {
             return None;
         }
         let g = self.one_sided_gradient(n, value);
@@ -212,13 +230,9 @@ impl Front<'_> {
 
     /// The nearest foot among the neighbours that have one, and the sign there.
     fn best_neighbour(&self, slot: usize) -> Option<(f64, DVec3, f64)> {
-        let n = self.grid.node(slot);
-        let x = as_point(n);
+        let x = as_point(self.grid.node(slot));
         let mut best: Option<(f64, DVec3, f64)> = None;
-        for o in neighbours() {
-            let Some(s) = self.grid.slot(add(n, o)) else {
-                continue;
-            };
+        for s in neighbours(self.grid, slot) {
             if self.state[s] == State::Done {
                 let d = x.distance_squared(self.foot[s]);
                 if best.is_none_or(|b| d < b.0) {
@@ -242,10 +256,7 @@ impl Front<'_> {
         let grid = self.grid;
         let mut targets: Vec<usize> = layer
             .iter()
-            .flat_map(|&slot| {
-                let n = grid.node(slot);
-                neighbours().filter_map(move |o| grid.slot(add(n, o)))
-            })
+            .flat_map(|&slot| neighbours(grid, slot))
             .filter(|&s| self.mask[s] && self.state[s] == State::Far)
             .collect();
         targets.sort_unstable();

@@ -5,7 +5,9 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::jets::{Jet, fit_jet};
-use crate::mesh::{Hole, Mesh, Topology, VertexFaces, face_normal, topology::NONE, vertex_normal};
+use crate::mesh::{
+    Hole, Mesh, Part, Topology, VertexFaces, face_normal, topology::NONE, vertex_normal,
+};
 use crate::spatial::{Bvh, Closest, WindingTree};
 
 /// What the mesh says about one point.
@@ -17,6 +19,8 @@ pub struct DistanceSample {
     pub distance: f64,
     /// The face that is closest, or one of them.
     pub face: u32,
+    /// The closest point of the triangles.
+    pub closest: DVec3,
     /// Whether the closest point lies on the rim of one of the region's holes: then the surface that is to be found may
     /// be closer, and `signed` is only a guess.
     pub on_rim: bool,
@@ -38,13 +42,16 @@ pub struct Sampler<'a> {
     bvh: Bvh,
     /// Crumbs: no data, but the patch must be cut round them.
     crumbs: Bvh,
-    winding: WindingTree,
+    /// Gathered when it is first asked for.
+    winding: OnceLock<WindingTree>,
 }
 
-/// The smooth surface through the vertices, fitted where it is asked for.
+/// What all samplers of a mesh share: the smooth surface through the vertices, fitted where it is asked for.
 struct Smooth {
     around: VertexFaces,
     jets: Vec<OnceLock<Option<Box<Jet>>>>,
+    /// Faces that are in no hierarchy.
+    degenerate: Vec<u32>,
 }
 
 impl<'a> Sampler<'a> {
@@ -53,6 +60,9 @@ impl<'a> Sampler<'a> {
         let smooth = Smooth {
             around: VertexFaces::new(mesh),
             jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
+            degenerate: (0..mesh.faces.len() as u32)
+                .filter(|&f| topology.piece[f as usize] == NONE)
+                .collect(),
         };
         Self::over(mesh, topology, Arc::new(smooth), &|_| true)
     }
@@ -78,20 +88,40 @@ impl<'a> Sampler<'a> {
         };
         let bvh = Bvh::new(mesh, faces(false));
         let crumbs = Bvh::new(mesh, faces(true));
-        let winding = WindingTree::new(&bvh);
         Self {
             mesh,
             topology,
             smooth,
             bvh,
             crumbs,
-            winding,
+            winding: OnceLock::new(),
         }
     }
 
     /// The hierarchy over the mesh's faces.
     pub fn bvh(&self) -> &Bvh {
         &self.bvh
+    }
+
+    /// The part of the mesh that meets the box from `low` to `high`, crumbs and degenerate faces included, with the given
+    /// vertices.
+    pub fn part(&self, low: DVec3, high: DVec3, vertices: impl Iterator<Item = u32>) -> Part {
+        let mut faces = self.smooth.degenerate.clone();
+        for tree in [&self.bvh, &self.crumbs] {
+            tree.for_each_in_box(low, high, |f| faces.push(f));
+        }
+        faces.sort_unstable();
+        Part::new(self.mesh, &faces, vertices)
+    }
+
+    /// The part of the mesh round some rims.
+    pub fn part_round(&self, rims: &[Vec<u32>]) -> Part {
+        let vertices = || rims.iter().flatten().copied();
+        let at = |v: u32| self.mesh.positions[v as usize];
+        let low = vertices().fold(DVec3::INFINITY, |m, v| m.min(at(v)));
+        let high = vertices().fold(DVec3::NEG_INFINITY, |m, v| m.max(at(v)));
+        let margin = DVec3::splat(0.01 * (high - low).max_element());
+        self.part(low - margin, high + margin, vertices())
     }
 
     /// The mesh.
@@ -132,9 +162,21 @@ impl<'a> Sampler<'a> {
         limit: f64,
         rough: bool,
     ) -> Option<DistanceSample> {
+        self.sample_within(rims, x, limit, rough, f64::INFINITY)
+    }
+
+    /// The same, with the distance to the triangles instead of that to the smooth surface beyond `reach`.
+    pub fn sample_within(
+        &self,
+        rims: &RimSet,
+        x: DVec3,
+        limit: f64,
+        rough: bool,
+        reach: f64,
+    ) -> Option<DistanceSample> {
         let (closest, on_rim) = self.closest(rims, x, limit)?;
         let sign = if on_rim && rims.closed && !rough {
-            if self.winding.winding_number(&self.bvh, x) > 0.5 {
+            if self.winding_number(x) > 0.5 {
                 -1.0
             } else {
                 1.0
@@ -143,7 +185,7 @@ impl<'a> Sampler<'a> {
             self.sign(&closest, x)
         };
         let raw = sign * closest.distance;
-        let signed = if on_rim {
+        let signed = if on_rim || closest.distance > reach {
             raw
         } else {
             self.smooth(&closest, x, raw)
@@ -152,13 +194,15 @@ impl<'a> Sampler<'a> {
             signed,
             distance: closest.distance,
             face: closest.face,
+            closest: closest.point,
             on_rim,
         })
     }
 
     /// The winding number at a point.
     pub fn winding_number(&self, x: DVec3) -> f64 {
-        self.winding.winding_number(&self.bvh, x)
+        let tree = self.winding.get_or_init(|| WindingTree::new(&self.bvh));
+        tree.winding_number(&self.bvh, x)
     }
 
     fn feature(&self, closest: &Closest) -> Feature {
@@ -197,7 +241,7 @@ impl<'a> Sampler<'a> {
         if side.abs() > 1e-3 * closest.distance * normal.length() || closest.distance == 0.0 {
             return if side < 0.0 { -1.0 } else { 1.0 };
         }
-        if self.winding.winding_number(&self.bvh, x) > 0.5 {
+        if self.winding_number(x) > 0.5 {
             -1.0
         } else {
             1.0
@@ -205,7 +249,7 @@ impl<'a> Sampler<'a> {
     }
 
     fn jet(&self, vertex: u32) -> Option<&Jet> {
-        let Smooth { around, jets } = &*self.smooth;
+        let Smooth { around, jets, .. } = &*self.smooth;
         jets[vertex as usize]
             .get_or_init(|| fit_jet(self.mesh, around, vertex).map(Box::new))
             .as_deref()

@@ -104,6 +104,7 @@ impl Bvh {
             BvhBuildParams::fast_build(),
             &mut Duration::default(),
         );
+        drop(boxes);
         let nodes = built
             .nodes
             .iter()
@@ -136,13 +137,13 @@ impl Bvh {
         let q = p - self.centre;
         let mut best = limit * limit;
         let mut found: Option<(u32, Barycentric, DVec3)> = None;
-        let mut stack: Vec<(f64, u32)> = Vec::with_capacity(64);
-        stack.push((self.nodes[0].distance_squared(q), 0));
+        let mut stack = Stack::new();
+        stack.push(self.nodes[0].distance_squared(q), 0);
         while let Some((lower, index)) = stack.pop() {
             if lower > best {
                 continue;
             }
-            let node = self.nodes[index as usize];
+            let node = &self.nodes[index as usize];
             if node.count > 0 {
                 for i in node.first..node.first + node.count {
                     let [a, b, c] = self.corners[i as usize];
@@ -155,14 +156,16 @@ impl Bvh {
                 }
                 continue;
             }
-            let left = self.nodes[node.first as usize].distance_squared(q);
-            let right = self.nodes[node.first as usize + 1].distance_squared(q);
-            if left <= right {
-                stack.push((right, node.first + 1));
-                stack.push((left, node.first));
-            } else {
-                stack.push((left, node.first));
-                stack.push((right, node.first + 1));
+            let children = &self.nodes[node.first as usize..node.first as usize + 2];
+            let mut near = (children[0].distance_squared(q), node.first);
+            let mut far = (children[1].distance_squared(q), node.first + 1);
+            if near.0 > far.0 {
+                std::mem::swap(&mut near, &mut far);
+            }
+            for (lower, child) in [far, near] {
+                if lower <= best {
+                    stack.push(lower, child);
+                }
             }
         }
         found.map(|(face, barycentric, x)| Closest {
@@ -206,14 +209,58 @@ impl Bvh {
 impl Node {
     #[inline]
     fn distance_squared(&self, p: DVec3) -> f64 {
-        let mut sum = 0.0;
-        for k in 0..3 {
-            let d = (f64::from(self.min[k]) - p[k])
-                .max(p[k] - f64::from(self.max[k]))
-                .max(0.0);
-            sum += d * d;
+        let along = |k: usize| {
+            let below = f64::from(self.min[k]) - p[k];
+            let above = p[k] - f64::from(self.max[k]);
+            // Without the care for NaN that `f64::max` takes.
+            let d = if below > above { below } else { above };
+            if d > 0.0 { d * d } else { 0.0 }
+        };
+        along(0) + along(1) + along(2)
+    }
+}
+
+/// How many nodes wait without an allocation.
+const WAITING: usize = 48;
+
+/// The nodes that a query has still to look at, with the squared distances of their boxes.
+struct Stack {
+    few: [(f64, u32); WAITING],
+    len: usize,
+    /// Those beyond the first few.
+    more: Vec<(f64, u32)>,
+}
+
+impl Stack {
+    #[inline]
+    fn new() -> Self {
+        Self {
+            few: [(0.0, 0); WAITING],
+            len: 0,
+            more: Vec::new(),
         }
-        sum
+    }
+
+    #[inline]
+    fn push(&mut self, lower: f64, node: u32) {
+        match self.few.get_mut(self.len) {
+            Some(slot) => {
+                *slot = (lower, node);
+                self.len += 1;
+            }
+            None => self.more.push((lower, node)),
+        }
+    }
+
+    #[inline]
+    fn pop(&mut self) -> Option<(f64, u32)> {
+        if self.len == WAITING
+            && let Some(last) = self.more.pop()
+        {
+            return Some(last);
+        }
+        self.len = self.len.checked_sub(1)?;
+        Some(self.few[self.len])
     }
 }
 

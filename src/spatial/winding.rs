@@ -13,9 +13,9 @@ use super::bvh::Bvh;
 /// A cluster counts as far beyond this many of its radii.
 const FAR: f64 = 2.3;
 
-#[derive(Clone, Copy)]
-struct Cluster {
-    /// Area-weighted mean of the triangles' centroids.
+/// The sums over a cluster of triangles.
+struct Moments {
+    /// Area-weighted mean of the triangles' centroids, in single precision so that it can be stored.
     centre: DVec3,
     /// Largest distance of a corner from `centre`.
     radius: f64,
@@ -28,6 +28,18 @@ struct Cluster {
     area: f64,
 }
 
+/// The same as it is stored: single precision, which costs 1e-7 of each cluster's share.
+#[derive(Clone, Copy, Default)]
+struct Cluster {
+    centre: [f32; 3],
+    radius: f32,
+    dipole: [f32; 3],
+    area: f32,
+    quadrupole: [f32; 9],
+    /// Upper triangles: xx, xy, xz, yy, yz, zz.
+    octupole: [[f32; 6]; 3],
+}
+
 /// Sums for the winding number over the nodes of a [`Bvh`].
 pub struct WindingTree {
     clusters: Vec<Cluster>,
@@ -36,25 +48,18 @@ pub struct WindingTree {
 impl WindingTree {
     /// Gathers the sums, bottom-up.
     pub fn new(bvh: &Bvh) -> Self {
-        let empty = Cluster {
-            centre: DVec3::ZERO,
-            radius: 0.0,
-            dipole: DVec3::ZERO,
-            quadrupole: DMat3::ZERO,
-            octupole: [DMat3::ZERO; 3],
-            area: 0.0,
-        };
-        let mut clusters = vec![empty; bvh.nodes.len()];
+        let mut clusters = vec![Cluster::default(); bvh.nodes.len()];
         let mut stack = vec![(0u32, false)];
         while let Some((index, ready)) = stack.pop() {
             let Some(node) = bvh.nodes.get(index as usize) else {
                 break;
             };
             if node.count > 0 {
-                clusters[index as usize] = Cluster::of_leaf(bvh, node.first, node.count);
+                clusters[index as usize] = Moments::of_leaf(bvh, node.first, node.count).stored();
             } else if ready {
                 let (a, b) = (node.first as usize, node.first as usize + 1);
-                clusters[index as usize] = Cluster::joined(&clusters[a], &clusters[b]);
+                let [a, b] = [a, b].map(|i| clusters[i].moments());
+                clusters[index as usize] = Moments::joined(&a, &b).stored();
             } else {
                 stack.push((index, true));
                 stack.push((node.first, false));
@@ -75,8 +80,9 @@ impl WindingTree {
         while let Some(index) = stack.pop() {
             let node = bvh.nodes[index as usize];
             let cluster = &self.clusters[index as usize];
-            if (cluster.centre - q).length_squared() > (FAR * cluster.radius).powi(2) {
-                sum += cluster.far_field(q);
+            let reach = FAR * f64::from(cluster.radius);
+            if (vector(cluster.centre) - q).length_squared() > reach * reach {
+                sum += cluster.moments().far_field(q);
             } else if node.count == 0 {
                 stack.push(node.first);
                 stack.push(node.first + 1);
@@ -91,6 +97,48 @@ impl WindingTree {
 }
 
 impl Cluster {
+    #[inline]
+    fn moments(&self) -> Moments {
+        let q = self.quadrupole.map(f64::from);
+        Moments {
+            centre: vector(self.centre),
+            radius: self.radius.into(),
+            dipole: vector(self.dipole),
+            quadrupole: DMat3::from_cols_array(&q),
+            octupole: self.octupole.map(|o| {
+                let [xx, xy, xz, yy, yz, zz] = o.map(f64::from);
+                DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz])
+            }),
+            area: self.area.into(),
+        }
+    }
+}
+
+#[inline]
+fn vector(v: [f32; 3]) -> DVec3 {
+    DVec3::from_array(v.map(f64::from))
+}
+
+/// The nearest point in single precision.
+fn storable(p: DVec3) -> DVec3 {
+    vector(p.as_vec3().to_array())
+}
+
+impl Moments {
+    fn stored(&self) -> Cluster {
+        Cluster {
+            centre: self.centre.as_vec3().to_array(),
+            radius: self.radius as f32,
+            dipole: self.dipole.as_vec3().to_array(),
+            area: self.area as f32,
+            quadrupole: self.quadrupole.to_cols_array().map(|v| v as f32),
+            octupole: self.octupole.map(|o| {
+                let m = o.to_cols_array();
+                [m[0], m[1], m[2], m[4], m[5], m[8]].map(|v| v as f32)
+            }),
+        }
+    }
+
     fn of_leaf(bvh: &Bvh, first: u32, count: u32) -> Self {
         let corners = &bvh.corners[first as usize..(first + count) as usize];
         let parts: Vec<(DVec3, DVec3, f64)> = corners
@@ -106,6 +154,7 @@ impl Cluster {
         } else {
             corners[0][0]
         };
+        let centre = storable(centre);
         let mut octupole = [DMat3::ZERO; 3];
         for (c, part) in corners.iter().zip(&parts) {
             // Second moment of a triangle about a point: mean of those of its edge midpoints.
@@ -141,6 +190,7 @@ impl Cluster {
         } else {
             a.centre
         };
+        let centre = storable(centre);
         let mut octupole = [DMat3::ZERO; 3];
         for c in [a, b] {
             let s = c.centre - centre;

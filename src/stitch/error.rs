@@ -77,6 +77,18 @@ pub enum StitchError {
 }
 
 impl StitchError {
+    /// The same error with its vertices renumbered.
+    pub(crate) fn renumbered(self, number: impl Fn(u32) -> u32) -> Self {
+        match self {
+            Self::NotOnBorder { rim, from, to } => Self::NotOnBorder {
+                rim,
+                from: number(from),
+                to: number(to),
+            },
+            other => other,
+        }
+    }
+
     /// The same error with its place moved by `by`.
     pub(super) fn moved(self, by: DVec3) -> Self {
         match self {
