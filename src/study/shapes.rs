@@ -128,10 +128,13 @@ impl DistanceData for ExactShape {
     }
 }
 
-/// From the world to a frame turned against every lattice: x, y tangential, z outward.
+/// From the world to a frame turned against every lattice, the one in which the reference values were found: x, y
+/// tangential, z outward.
 fn turned(x: DVec3) -> DVec3 {
-    let z = DVec3::new(0.3, -0.5, 0.8).normalize();
-    let u = z.any_orthonormal_vector();
+    let z = DVec3::new(0.711_652, 0.674_309, 0.197_125).normalize();
+    let u = DVec3::new(-0.692_111, 0.721_080, 0.032_017)
+        .reject_from_normalized(z)
+        .normalize();
     DVec3::new(x.dot(u), x.dot(z.cross(u)), x.dot(z))
 }
 

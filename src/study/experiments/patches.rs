@@ -28,16 +28,13 @@ impl Default for PatchesSettings {
         Self {
             shapes: ExactShape::all(),
             refinements: vec![0, 1, 2, 3],
-            // Errors are those of the discrete surface, not of where the flow is left.
-            flow: FlowSettings {
-                tolerance: 1e-4,
-                max_steps: 40,
-                ..FlowSettings::default()
-            },
+            flow: FlowSettings::default(),
         }
     }
 }
 
+/// The weight κ grows with the voxels across from here on: up to 32 voxels it is that of the reference values, 1.
+const KAPPA_ACROSS: f64 = 32.0;
 /// Nodes round the unknown ball on the coarsest grid, and its voxels across the ball.
 const MARGIN: i32 = 9;
 const COARSEST: i32 = 16;
@@ -92,8 +89,9 @@ pub fn fill_shape(
 ) -> Solved {
     let voxel = 2.0 * UNKNOWN_RADIUS / f64::from(COARSEST);
     let nodes = COARSEST + 2 * MARGIN + 1;
-    // The lattice is not centred on the ball.
-    let shift = voxel * DVec3::new(0.137, -0.251, 0.319);
+    let finer = 0.5f64.powi(refinements as i32);
+    // The lattice is not centred on the ball, by the same part of the finest voxel at each resolution.
+    let shift = finer * voxel * DVec3::new(0.137, -0.251, 0.319);
     let settings = NestedSettings {
         lattice: Lattice {
             origin: -DVec3::splat(0.5 * f64::from(nodes - 1) * voxel) - shift,
@@ -104,7 +102,10 @@ pub fn fill_shape(
         stop_when_lost: false,
         start: Start::Biharmonic,
         time: None,
-        flow: flow.across(f64::from(COARSEST) * f64::from(1u32 << refinements.min(16))),
+        flow: FlowSettings {
+            kappa: flow.kappa * (f64::from(COARSEST) / finer / KAPPA_ACROSS).max(1.0),
+            ..flow
+        },
     };
     solve_nested(shape, &settings, keep_going)
 }
