@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::layout::Layout;
-use crate::grid::{ABSENT, BLOCK_NODES, NodeIndex, SparseGrid, add};
+use crate::grid::{ABSENT, NodeIndex, SparseGrid, add, dilate};
 
 /// Half width of the weight χ, in voxels.
 pub const WIDTH: f64 = 2.5;
@@ -37,17 +37,6 @@ pub struct Band {
 
 fn corner(a: usize) -> NodeIndex {
     [((a >> 2) & 1) as i32, ((a >> 1) & 1) as i32, (a & 1) as i32]
-}
-
-/// Marks the nodes within one step (26 neighbours) of a marked one.
-pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
-    let round = grid.summed_round(|s| u8::from(marked[s]));
-    let is_marked = |&s: &u32| s != ABSENT && marked[s as usize];
-    (0..grid.len())
-        .into_par_iter()
-        .with_min_len(BLOCK_NODES)
-        .map(|s| marked[s] || round[s / BLOCK_NODES] != 0 && grid.around(s).iter().any(is_marked))
-        .collect()
 }
 
 impl Band {

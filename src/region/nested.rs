@@ -137,8 +137,9 @@ fn evolve_nested(
     keep_going: &dyn Fn() -> bool,
 ) -> Solved {
     let clock = Instant::now();
-    // Where the data evolve they are their own guess; what is prolonged from a coarser lattice is not exact.
+    // Inside what is free a level's own values are prolonged from a coarser lattice: they are not exact.
     let mut level = Level::coarsest(settings.lattice, settings.dims, data);
+    level.start_from_guess(data);
     for _ in 0..settings.refinements {
         level = level.refined(data);
         level.start_from_guess(data);
