@@ -7,11 +7,17 @@ use super::pull::{BandPull, Pull};
 use super::steady::{FlowSettings, StepRecord};
 use crate::grid::SparseGrid;
 use crate::linalg::{
-    Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
+    Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient, solve_spd,
 };
 
 /// Redistancing may multiply the energy by no more than this.
 const LEAP: f64 = 4.0;
+
+/// Steps that the next is combined with: those that moved no node near the surface by more than this many voxels, each
+/// by less than this part of the movement before.
+const MEMORY: usize = 2;
+const CALM: f64 = 0.3;
+const SHRINKING: f64 = 0.9;
 
 /// The coarse levels are made again when the time step has changed by more than this, in powers of two.
 const STALE: f64 = 2.5;
@@ -38,6 +44,9 @@ pub(super) struct BandState<E> {
     pub values: Vec<f64>,
     /// How far each node has moved since the band was made.
     moved: Vec<f64>,
+    /// The last values with the steps found there, the oldest first, and how far the last of them moved.
+    history: Vec<(Vec<f64>, Vec<f64>)>,
+    last_movement: f64,
     /// The pull to a given surface, if any.
     pull: Option<BandPull>,
     /// The evaluation at `values`, where it is known.
@@ -59,6 +68,8 @@ impl<E: BandEnergy> BandState<E> {
             pull,
             values,
             moved,
+            history: Vec::new(),
+            last_movement: f64::INFINITY,
             at: None,
             coarse: None,
             coarse_step: f64::INFINITY,
@@ -157,7 +168,11 @@ impl<E: BandEnergy> BandState<E> {
     ) -> (StepRecord, f64) {
         let (direction, at) = self.direction(grid, mask, settings);
         let (energy, surface) = (at.energy, at.surface);
-        let fraction = self.search(&direction.d, at, direction.slope);
+        let combined = self.combined(&direction);
+        let fraction = match self.try_whole(combined.as_deref(), at) {
+            Ok(()) => 1.0,
+            Err(at) => self.search(&direction.d, at, direction.slope),
+        };
         let record = StepRecord {
             energy,
             movement: direction.movement,
@@ -168,21 +183,84 @@ impl<E: BandEnergy> BandState<E> {
         (record, surface)
     }
 
-    /// Takes a whole step if the energy falls by it; hands the evaluation back, and says whether it did.
+    /// Takes a whole step if the energy falls by it, and says whether it did.
     pub(super) fn advance(&mut self, direction: &Direction, at: Evaluation) -> bool {
-        let moved = self.values.iter().zip(&direction.d).map(|(v, d)| v + d);
+        let refused = self.try_whole(Some(&direction.d), at).err();
+        let taken = refused.is_none();
+        if !taken {
+            self.at = refused;
+        }
+        taken
+    }
+
+    /// The step combined with those before it so that, were the map from values to steps linear, what is left of it would be
+    /// least (Anderson, "Iterative procedures for nonlinear integral equations", 1965). Steps of Gauss-Newton type shrink by
+    /// a constant factor; this takes it away.
+    fn combined(&mut self, direction: &Direction) -> Option<Vec<f64>> {
+        let d = &direction.d;
+        let shrinks = direction.movement < SHRINKING * self.last_movement;
+        self.last_movement = direction.movement;
+        if direction.movement > CALM || !shrinks {
+            self.history.clear();
+        }
+        let product = |a: &[f64], b: &[f64]| -> f64 {
+            let terms = a.iter().zip(b).zip(&self.values);
+            let inside = terms.filter(|(_, v)| v.abs() < WIDTH);
+            inside.map(|((a, b), _)| a * b).sum()
+        };
+        let change = |now: &[f64], then: &[f64]| -> Vec<f64> {
+            now.iter().zip(then).map(|(a, b)| a - b).collect()
+        };
+        let changes: Vec<(Vec<f64>, Vec<f64>)> = self
+            .history
+            .iter()
+            .map(|(values, steps)| (change(&self.values, values), change(d, steps)))
+            .collect();
+        let count = changes.len();
+        let mut matrix = vec![0.0; count * count];
+        let mut weights = vec![0.0; count];
+        for (i, (_, a)) in changes.iter().enumerate() {
+            for (j, (_, b)) in changes.iter().enumerate() {
+                matrix[i * count + j] = product(a, b);
+            }
+            weights[i] = product(a, d);
+        }
+        self.history.push((self.values.clone(), d.clone()));
+        if self.history.len() > MEMORY {
+            self.history.remove(0);
+        }
+        if count == 0 || !solve_spd(&mut matrix, &mut weights) {
+            return None;
+        }
+        let mut combined = d.clone();
+        for ((values, steps), w) in changes.iter().zip(&weights) {
+            for ((c, v), s) in combined.iter_mut().zip(values).zip(steps) {
+                *c -= w * (v + s);
+            }
+        }
+        combined.iter_mut().for_each(|c| *c = c.clamp(-1.0, 1.0));
+        Some(combined)
+    }
+
+    /// Takes a whole step if the energy falls by it, or hands the evaluation back.
+    fn try_whole(&mut self, d: Option<&[f64]>, at: Evaluation) -> Result<(), Evaluation> {
+        let Some(d) = d else {
+            return Err(at);
+        };
+        let moved = self.values.iter().zip(d).map(|(v, d)| v + d);
         let trial: Vec<f64> = moved.collect();
         let there = self.evaluate(&trial);
         // Not a number is no fall either.
         let falls = there.energy <= at.energy;
-        if falls {
-            for (m, d) in self.moved.iter_mut().zip(&direction.d) {
-                *m += d;
-            }
-            self.values = trial;
+        if !falls {
+            return Err(at);
         }
-        self.at = Some(if falls { there } else { at });
-        falls
+        for (m, d) in self.moved.iter_mut().zip(d) {
+            *m += d;
+        }
+        self.values = trial;
+        self.at = Some(there);
+        Ok(())
     }
 
     /// Whether the surface has moved so far that the band no longer lies round it.

@@ -202,7 +202,7 @@ fn relax_nested(
         let coarser = (settings.refinements - refinement) as i32;
         let flow_settings = FlowSettings {
             kappa: (settings.flow.kappa * 0.5f64.powi(coarser)).max(settings.flow.kappa.min(1.0)),
-            tolerance: settings.flow.tolerance * if last { 1.0 } else { 10.0 },
+            tolerance: settings.flow.tolerance * if last { 1.0 } else { 14.0 },
             max_steps: if last {
                 settings.flow.max_steps
             } else if settings.flow.time_step.is_finite() {
