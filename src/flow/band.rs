@@ -1,5 +1,7 @@
 //! The nodes and cells the energy lives on.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::layout::Layout;
@@ -20,7 +22,7 @@ pub struct Band {
     /// The nodes' coordinates.
     pub nodes: Vec<NodeIndex>,
     /// Where vectors keep the nodes.
-    pub layout: Layout,
+    pub layout: Arc<Layout>,
     /// Corner nodes of each cell.
     pub cells: Vec<[u32; 8]>,
     /// For each node the cell of which it is corner `a`, or `u32::MAX`.
@@ -83,7 +85,7 @@ impl Band {
             }
         };
         let around = |i: usize| grid.around(slots[i] as usize).map(numbered);
-        let layout = Layout::new(&nodes, |i| unknown[i] || residual[i], around);
+        let layout = Arc::new(Layout::new(&nodes, |i| unknown[i] || residual[i], around));
         Self {
             residual,
             near,

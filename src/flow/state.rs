@@ -5,6 +5,7 @@ use super::coarse::hierarchy;
 use super::energy::{BandEnergy, Evaluation};
 use super::pull::{BandPull, Pull};
 use super::steady::{FlowSettings, StepRecord};
+use super::system::System;
 use crate::grid::SparseGrid;
 use crate::linalg::{
     Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient, solve_spd,
@@ -12,6 +13,9 @@ use crate::linalg::{
 
 /// Redistancing may multiply the energy by no more than this.
 const LEAP: f64 = 4.0;
+
+/// The matrix of a step serves the next ones until nodes near the surface may have moved by this many voxels.
+const DRIFT: f64 = 0.1;
 
 /// Steps that the next is combined with: those that moved no node near the surface by more than this many voxels, each
 /// by less than this part of the movement before.
@@ -51,6 +55,9 @@ pub(super) struct BandState<E> {
     pull: Option<BandPull>,
     /// The evaluation at `values`, where it is known.
     pub at: Option<Evaluation>,
+    /// The matrix of a step, and how far the nodes near the surface may have moved since.
+    system: Option<System>,
+    drift: f64,
     /// Coarse levels, made for the first step in this band; none where they could not be made.
     coarse: Option<Option<Multigrid>>,
     /// The time step for which they were made.
@@ -71,6 +78,8 @@ impl<E: BandEnergy> BandState<E> {
             history: Vec::new(),
             last_movement: f64::INFINITY,
             at: None,
+            system: None,
+            drift: 0.0,
             coarse: None,
             coarse_step: f64::INFINITY,
         };
@@ -104,14 +113,19 @@ impl<E: BandEnergy> BandState<E> {
             .at
             .take()
             .unwrap_or_else(|| self.evaluate(&self.values));
-        let mut system =
-            self.energy
-                .system(&self.values, &at, settings.variant, settings.time_step);
+        let in_time = settings.time_step.is_finite();
+        let system = match self.system.take() {
+            Some(system) if !in_time && self.drift < DRIFT => system,
+            _ => self.assembled(&at, settings),
+        };
+        let mut gradient = self.energy.gradient(&self.values, &at);
         if let Some(pull) = &self.pull {
-            system.add(pull, &self.values);
+            for (i, g) in gradient.iter_mut().enumerate() {
+                *g += pull.gradient(i, &self.values);
+            }
         }
         let layout = system.layout();
-        let mut rhs = layout.spread(&system.gradient);
+        let mut rhs = layout.spread(&gradient);
         rhs.iter_mut().for_each(|g| *g = -*g);
         let mut d = vec![0.0; rhs.len()];
         let band = self.energy.band();
@@ -139,8 +153,7 @@ impl<E: BandEnergy> BandState<E> {
         };
         let mut d = layout.gathered(&d);
         let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);
-        let slope_of =
-            |d: &[f64]| -> f64 { system.gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
+        let slope_of = |d: &[f64]| -> f64 { gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
         let clipped: Vec<f64> = d.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
         if slope_of(&clipped) < 0.0 {
             d = clipped;
@@ -149,6 +162,8 @@ impl<E: BandEnergy> BandState<E> {
             d.iter_mut().for_each(|x| *x /= top);
         }
         let slope = slope_of(&d);
+        self.drift += movement;
+        self.system = Some(system);
         let direction = Direction {
             d,
             slope,
@@ -157,6 +172,17 @@ impl<E: BandEnergy> BandState<E> {
             iterations: solved.iterations,
         };
         (direction, at)
+    }
+
+    /// The matrix at the values.
+    fn assembled(&mut self, at: &Evaluation, settings: &FlowSettings) -> System {
+        self.drift = 0.0;
+        let (variant, time_step) = (settings.variant, settings.time_step);
+        let mut system = self.energy.system(&self.values, at, variant, time_step);
+        if let Some(pull) = &self.pull {
+            system.add(pull);
+        }
+        system
     }
 
     /// One step towards the steady state: what was done, and the surface's energy before it.

@@ -4,7 +4,7 @@
 //! the vectors: constants are annihilated, so the smooth functions, whose eigenvalues are of the order (h/D)⁴, come out
 //! right too.
 
-use std::sync::{LazyLock, Mutex};
+use std::sync::{Arc, LazyLock, Mutex};
 
 use rayon::prelude::*;
 
@@ -86,49 +86,38 @@ struct Scratch {
 }
 
 /// The linear system of one step. Its vectors run over the positions of the band's layout.
-pub struct System<'a> {
-    layout: &'a Layout,
+pub struct System {
+    layout: Arc<Layout>,
     factors: Factors,
     weights: Vec<RowWeights>,
     jacobi: Vec<f64>,
     scratch: Mutex<Scratch>,
-    /// The gradient of the energy at the band's nodes: zero off the unknowns.
-    pub gradient: Vec<f64>,
 }
 
-impl<'a> System<'a> {
+impl System {
     /// A system from its stencils and one weight for each row of the band's layout.
-    pub(super) fn new(
-        band: &'a Band,
-        factors: Factors,
-        weights: Vec<RowWeights>,
-        gradient: Vec<f64>,
-    ) -> Self {
+    pub(super) fn new(band: &Band, factors: Factors, weights: Vec<RowWeights>) -> Self {
         let mut system = Self {
-            layout: &band.layout,
+            layout: band.layout.clone(),
             factors,
             weights,
             jacobi: Vec::new(),
             scratch: Mutex::default(),
-            gradient,
         };
         system.jacobi = system.inverse_diagonal();
         system
     }
 
-    /// Adds a pull at the band's values `phi` to the matrix and the gradient.
-    pub(super) fn add(&mut self, pull: &BandPull, phi: &[f64]) {
+    /// Adds a pull to the matrix.
+    pub(super) fn add(&mut self, pull: &BandPull) {
         for (weights, &i) in self.weights.iter_mut().zip(&self.layout.rows) {
             weights.inertia += pull.diagonal(i as usize);
-        }
-        for (i, g) in self.gradient.iter_mut().enumerate() {
-            *g += pull.gradient(i, phi);
         }
         self.jacobi = self.inverse_diagonal();
     }
 
     fn inverse_diagonal(&self) -> Vec<f64> {
-        let layout = self.layout;
+        let layout = &*self.layout;
         let mut weight = vec![0.0; layout.len];
         for (r, w) in self.weights.iter().enumerate() {
             weight[layout.position_of(r)] = w.residual;
@@ -175,12 +164,12 @@ impl<'a> System<'a> {
 
     /// The positions of the system's vectors.
     pub fn layout(&self) -> &Layout {
-        self.layout
+        &self.layout
     }
 
     /// `Pᵀ A P` for a prolongation `P` whose rows run over the positions.
     pub fn galerkin(&self, p: &Csr) -> Csr {
-        let layout = self.layout;
+        let layout = &*self.layout;
         let rows = layout.rows.len();
         let spread = |stencils: &[Stencil], wanted: &(dyn Fn(&RowWeights) -> bool + Sync)| {
             Csr::from_rows(rows, p.columns, |r, sink| {
@@ -237,7 +226,7 @@ impl<'a> System<'a> {
 
     /// `y = (BPᵀ diag(χ/M) BP + S + M/τ) x`, or with K in place of the weights.
     fn product<T: Real>(&self, x: &[T], y: &mut [T], [t, between]: &mut [Vec<T>; 2]) {
-        let layout = self.layout;
+        let layout = &*self.layout;
         t.resize(layout.len, T::ZERO);
         let inner = self
             .factors
@@ -325,7 +314,7 @@ fn each_chunk<T: Real>(vector: &mut [T], run: impl Fn((usize, &mut [T])) + Sync 
     }
 }
 
-impl LinearOperator for System<'_> {
+impl LinearOperator for System {
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         let mut t = self.take(|s| &mut s.double);
         self.product(x, y, &mut t);
@@ -343,7 +332,7 @@ impl LinearOperator for System<'_> {
     }
 }
 
-impl System<'_> {
+impl System {
     /// Takes the scratch vectors out, so that no lock is held during a product.
     fn take<T>(&self, which: impl Fn(&mut Scratch) -> &mut [Vec<T>; 2]) -> [Vec<T>; 2] {
         let scratch = self.scratch.lock();
