@@ -244,26 +244,49 @@ fn add_products(
     }
 }
 
-/// The stencils of a band's rows from one matrix of each cell.
-pub fn stencils<C: Sync>(
+/// Rows that are assembled at a time: so many that the cells of one slab of the band are few beside them.
+const SLAB: usize = 32_768;
+
+/// The stencils of a band's rows, one list for each of the cells' matrices that are asked for; `make` gives what a cell has.
+/// Cells are kept for the rows of a slab only.
+pub fn stencils<C: Send + Sync>(
     band: &Band,
-    cells: &[C],
-    which: impl Fn(&C) -> &Packed + Sync,
-) -> Vec<Stencil> {
-    let row = |&i: &u32| {
-        let mut row = [0.0; 27];
-        for (a, &c) in band.node_cells[i as usize].iter().enumerate() {
-            if c == NONE {
-                continue;
-            }
-            let matrix = which(&cells[c as usize]);
-            for b in 0..8 {
-                row[ENTRY[8 * a + b] as usize] += f64::from(matrix[PLACE[8 * a + b] as usize]);
-            }
+    make: impl Fn(usize) -> C + Sync,
+    which: &[fn(&C) -> &Packed],
+) -> Vec<Vec<Stencil>> {
+    let rows = &band.layout.rows;
+    let mut lists: Vec<Vec<Stencil>> = which.iter().map(|_| Vec::new()).collect();
+    lists.iter_mut().for_each(|l| l.reserve_exact(rows.len()));
+    for slab in rows.chunks(SLAB) {
+        let cells_of = |i: &u32| band.node_cells[*i as usize].iter().filter(|&&c| c != NONE);
+        let (first, last) = slab
+            .iter()
+            .flat_map(cells_of)
+            .fold((NONE, 0), |(low, high), &c| (low.min(c), high.max(c)));
+        let first = first as usize;
+        let cells: Vec<C> = (first..last as usize + 1)
+            .into_par_iter()
+            .map(&make)
+            .collect();
+        for (list, which) in lists.iter_mut().zip(which) {
+            let row = |&i: &u32| {
+                let mut row = [0.0; 27];
+                for (a, &c) in band.node_cells[i as usize].iter().enumerate() {
+                    if c == NONE {
+                        continue;
+                    }
+                    let matrix = which(&cells[c as usize - first]);
+                    for b in 0..8 {
+                        row[ENTRY[8 * a + b] as usize] +=
+                            f64::from(matrix[PLACE[8 * a + b] as usize]);
+                    }
+                }
+                Stencil::new(&row)
+            };
+            list.par_extend(slab.par_iter().map(row));
         }
-        Stencil::new(&row)
-    };
-    band.layout.rows.par_iter().map(row).collect()
+    }
+    lists
 }
 
 /// What the cells round a node add up to there.

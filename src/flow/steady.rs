@@ -64,7 +64,7 @@ impl Default for FlowSettings {
             time_step: f64::INFINITY,
             max_steps: 20,
             tolerance: 7e-4,
-            solver_tolerance: 1e-2,
+            solver_tolerance: 2e-2,
             kappa: 1.0,
         }
     }

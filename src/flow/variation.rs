@@ -89,7 +89,6 @@ impl BandEnergy for VariationBand {
     /// The matrix is `BPᵀ K BP + κ L[n⊗n]` whatever the variant.
     fn system(&self, phi: &[f64], at: &Evaluation, _: Variant, time_step: f64) -> System {
         let band = &self.band;
-        let variation = self.variation(phi, at);
         let zeros = vec![0.0; phi.len()];
         let fields = Fields {
             phi,
@@ -97,11 +96,17 @@ impl BandEnergy for VariationBand {
             force: &zeros,
             kappa: self.kappa,
         };
-        let cells: Vec<CellMatrices> = band
-            .cells
-            .par_iter()
-            .map(|cell| CellMatrices::new(cell, &fields, Variant::GaussNewton))
-            .collect();
+        let make = |c: usize| {
+            let matrices = CellMatrices::new(&band.cells[c], &fields, Variant::GaussNewton);
+            (matrices, self.variation_of(c, phi, at).stiffness)
+        };
+        let mut lists = stencils(
+            band,
+            make,
+            &[|c| &c.0.second, |c| &c.0.tangential, |c| &c.1],
+        )
+        .into_iter();
+        let mut next = || lists.next();
         let weights = band.layout.rows.iter().map(|&i| RowWeights {
             residual: f64::from(u8::from(band.residual[i as usize])),
             inertia: if time_step.is_finite() {
@@ -112,10 +117,10 @@ impl BandEnergy for VariationBand {
             unknown: band.unknown[i as usize],
         });
         let factors = Factors {
-            curvature: stencils(band, &cells, |c| &c.tangential),
+            second: next().unwrap_or_default(),
+            curvature: next().unwrap_or_default(),
+            middle: next(),
             inner: None,
-            middle: Some(stencils(band, &variation, |c| &c.stiffness)),
-            second: stencils(band, &cells, |c| &c.second),
         };
         System::new(band, factors, weights.collect())
     }
@@ -123,16 +128,17 @@ impl BandEnergy for VariationBand {
 
 impl VariationBand {
     fn variation(&self, phi: &[f64], at: &Evaluation) -> Vec<VariationCell> {
-        let cells = self.band.cells.par_iter().zip(&self.counted);
-        cells
-            .map(|(cell, &counted)| {
-                if counted {
-                    VariationCell::new(&corners(cell, phi), &corners(cell, &at.r))
-                } else {
-                    VariationCell::default()
-                }
-            })
-            .collect()
+        let cells = (0..self.band.cells.len()).into_par_iter();
+        cells.map(|c| self.variation_of(c, phi, at)).collect()
+    }
+
+    fn variation_of(&self, c: usize, phi: &[f64], at: &Evaluation) -> VariationCell {
+        let cell = &self.band.cells[c];
+        if self.counted[c] {
+            VariationCell::new(&corners(cell, phi), &corners(cell, &at.r))
+        } else {
+            VariationCell::default()
+        }
     }
 }
 

@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::cells::{
-    CellMatrices, Fields, chi, chi_derivative, chunked_sum, eikonal, gathered, nodal, stencils,
+    CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, eikonal, gathered, nodal,
+    stencils,
 };
 use super::energy::{BandEnergy, Evaluation};
 use super::steady::Variant;
@@ -73,24 +74,23 @@ impl BandEnergy for WillmoreBand {
 
     fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System {
         let band = &self.band;
-        let cells: Vec<CellMatrices> = self.with_fields(phi, at, |fields| {
-            let cells = band.cells.par_iter();
-            cells
-                .map(|cell| CellMatrices::new(cell, fields, variant))
-                .collect()
-        });
-        let tangential = || stencils(band, &cells, |c: &CellMatrices| &c.tangential);
-        let full = || stencils(band, &cells, |c: &CellMatrices| &c.full);
-        let (curvature, inner) = match variant {
-            Variant::GaussNewton => (tangential(), None),
-            Variant::I => (tangential(), Some(full())),
-            Variant::II => (full(), None),
+        let which: &[fn(&CellMatrices) -> &Packed] = match variant {
+            Variant::GaussNewton => &[|c| &c.second, |c| &c.tangential],
+            Variant::I => &[|c| &c.second, |c| &c.tangential, |c| &c.full],
+            Variant::II => &[|c| &c.second, |c| &c.full],
         };
+        let mut lists = self
+            .with_fields(phi, at, |fields| {
+                let make = |c: usize| CellMatrices::new(&band.cells[c], fields, variant);
+                stencils(band, make, which)
+            })
+            .into_iter();
+        let mut next = || lists.next();
         let factors = Factors {
-            curvature,
-            inner,
+            second: next().unwrap_or_default(),
+            curvature: next().unwrap_or_default(),
+            inner: next(),
             middle: None,
-            second: stencils(band, &cells, |c| &c.second),
         };
         System::new(band, factors, self.weights(phi, &at.mass, time_step))
     }
