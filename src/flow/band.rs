@@ -1,9 +1,11 @@
 //! The nodes and cells the energy lives on.
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
 use super::layout::Layout;
-use crate::grid::{ABSENT, BLOCK_NODES, NodeIndex, SparseGrid, add};
+use crate::grid::{ABSENT, NodeIndex, SparseGrid, add, dilate};
 
 /// Half width of the weight χ, in voxels.
 pub const WIDTH: f64 = 2.5;
@@ -20,7 +22,7 @@ pub struct Band {
     /// The nodes' coordinates.
     pub nodes: Vec<NodeIndex>,
     /// Where vectors keep the nodes.
-    pub layout: Layout,
+    pub layout: Arc<Layout>,
     /// Corner nodes of each cell.
     pub cells: Vec<[u32; 8]>,
     /// For each node the cell of which it is corner `a`, or `u32::MAX`.
@@ -37,17 +39,6 @@ pub struct Band {
 
 fn corner(a: usize) -> NodeIndex {
     [((a >> 2) & 1) as i32, ((a >> 1) & 1) as i32, (a & 1) as i32]
-}
-
-/// Marks the nodes within one step (26 neighbours) of a marked one.
-pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
-    let round = grid.summed_round(|s| u8::from(marked[s]));
-    let is_marked = |&s: &u32| s != ABSENT && marked[s as usize];
-    (0..grid.len())
-        .into_par_iter()
-        .with_min_len(BLOCK_NODES)
-        .map(|s| marked[s] || round[s / BLOCK_NODES] != 0 && grid.around(s).iter().any(is_marked))
-        .collect()
 }
 
 impl Band {
@@ -94,7 +85,7 @@ impl Band {
             }
         };
         let around = |i: usize| grid.around(slots[i] as usize).map(numbered);
-        let layout = Layout::new(&nodes, |i| unknown[i] || residual[i], around);
+        let layout = Arc::new(Layout::new(&nodes, |i| unknown[i] || residual[i], around));
         Self {
             residual,
             near,

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use rayon::prelude::*;
 
 use super::band::{Band, NONE, WIDTH};
-use super::element::{ELEMENT, dot, gradient};
+use super::element::{ELEMENT, Gradients, dot, gradient};
 use super::steady::Variant;
 use super::system::Stencil;
 
@@ -140,7 +140,7 @@ pub fn packed(matrix: &[f32; 64]) -> Packed {
     out
 }
 
-/// What a cell adds to the stencils and to the gradient at its corners.
+/// What a cell adds to the stencils.
 pub struct CellMatrices {
     /// L[P/|∇φ|].
     pub tangential: Packed,
@@ -148,8 +148,6 @@ pub struct CellMatrices {
     pub full: Packed,
     /// ½ L1 + κ L[n⊗n].
     pub second: Packed,
-    /// `BPᵀ(χw) + ½ L1 φ + κ ∂Eik`.
-    pub load: [f64; 8],
 }
 
 impl CellMatrices {
@@ -157,44 +155,27 @@ impl CellMatrices {
     pub fn new(cell: &[u32; 8], fields: &Fields, variant: Variant) -> Self {
         let e = &*ELEMENT;
         let v = corners(cell, fields.phi);
-        let force = corners(cell, fields.force);
         let kappa = (0.125 * fields.kappa) as f32;
         let (mut tangential, mut full, mut second) = ([0.0; 64], [0.0; 64], [0.0; 64]);
-        let mut load = [0.0; 8];
         for (q, shape) in e.gauss.iter().enumerate() {
             let g = gradient(shape, &v);
             let l = norm(g);
             let n = g.map(|x| x / l);
-            let scale = 0.125 / l;
-            let f = gradient(shape, &force);
-            let along = dot(f, n);
-            let p: [f64; 3] = std::array::from_fn(|d| scale * (f[d] - along * n[d]));
-            let mut normal = [0.0f32; 8];
-            for a in 0..8 {
-                load[a] += p[0] * shape[0][a] + p[1] * shape[1][a] + p[2] * shape[2][a];
-                normal[a] = (n[0] * shape[0][a] + n[1] * shape[1][a] + n[2] * shape[2][a]) as f32;
-            }
+            let scale = (0.125 / l) as f32;
+            let normal: [f32; 8] = std::array::from_fn(|a| dot(n, at_corner(shape, a)) as f32);
             add_products(
                 (&mut tangential, &mut second),
                 &normal,
                 &e.gauss_products[q],
-                (scale as f32, kappa),
+                (scale, kappa),
             );
             if variant != Variant::GaussNewton {
                 for (f, p) in full.iter_mut().zip(&e.gauss_products[q]) {
-                    *f += scale as f32 * p;
+                    *f += scale * p;
                 }
             }
         }
-        let g = gradient(&e.centre, &v);
-        let l = norm(g);
-        let mean = 0.125 * corners(cell, fields.weighted).iter().sum::<f64>();
-        let l1 = 0.5 * mean / (l * l * l);
-        let pull = l1 + fields.kappa * (1.0 - 1.0 / l);
-        for a in 0..8 {
-            let shape = &e.centre;
-            load[a] += pull * (g[0] * shape[0][a] + g[1] * shape[1][a] + g[2] * shape[2][a]);
-        }
+        let l1 = fields.first_order(cell, norm(gradient(&e.centre, &v)));
         for (s, p) in second.iter_mut().zip(&e.centre_products) {
             *s += l1 as f32 * p;
         }
@@ -202,9 +183,48 @@ impl CellMatrices {
             tangential: packed(&tangential),
             full: packed(&full),
             second: packed(&second),
-            load,
         }
     }
+}
+
+impl Fields<'_> {
+    /// The weight of ½ L1 in a cell with the gradient's length at its centre.
+    fn first_order(&self, cell: &[u32; 8], length: f64) -> f64 {
+        let mean = 0.125 * corners(cell, self.weighted).iter().sum::<f64>();
+        0.5 * mean / (length * length * length)
+    }
+
+    /// What a cell adds to the gradient at its corners: `BPᵀ(χw) + ½ L1 φ + κ ∂Eik`.
+    pub fn load(&self, cell: &[u32; 8]) -> [f64; 8] {
+        let e = &*ELEMENT;
+        let v = corners(cell, self.phi);
+        let force = corners(cell, self.force);
+        let mut load = [0.0; 8];
+        for shape in &e.gauss {
+            let g = gradient(shape, &v);
+            let l = norm(g);
+            let n = g.map(|x| x / l);
+            let f = gradient(shape, &force);
+            let along = dot(f, n);
+            let p = std::array::from_fn(|d| 0.125 / l * (f[d] - along * n[d]));
+            for (a, load) in load.iter_mut().enumerate() {
+                *load += dot(p, at_corner(shape, a));
+            }
+        }
+        let g = gradient(&e.centre, &v);
+        let l = norm(g);
+        let pull = self.first_order(cell, l) + self.kappa * (1.0 - 1.0 / l);
+        for (a, load) in load.iter_mut().enumerate() {
+            *load += pull * dot(g, at_corner(&e.centre, a));
+        }
+        load
+    }
+}
+
+/// The gradient of one shape function.
+#[inline]
+fn at_corner(shape: &Gradients, a: usize) -> [f64; 3] {
+    [shape[0][a], shape[1][a], shape[2][a]]
 }
 
 /// Adds `scale (∇N·∇N − n·∇N n·∇N)` to the first matrix and `kappa n·∇N n·∇N` to the second.
@@ -224,26 +244,49 @@ fn add_products(
     }
 }
 
-/// The stencils of a band's rows from one matrix of each cell.
-pub fn stencils<C: Sync>(
+/// Rows that are assembled at a time: so many that the cells of one slab of the band are few beside them.
+const SLAB: usize = 32_768;
+
+/// The stencils of a band's rows, one list for each of the cells' matrices that are asked for; `make` gives what a cell has.
+/// Cells are kept for the rows of a slab only.
+pub fn stencils<C: Send + Sync>(
     band: &Band,
-    cells: &[C],
-    which: impl Fn(&C) -> &Packed + Sync,
-) -> Vec<Stencil> {
-    let row = |&i: &u32| {
-        let mut row = [0.0; 27];
-        for (a, &c) in band.node_cells[i as usize].iter().enumerate() {
-            if c == NONE {
-                continue;
-            }
-            let matrix = which(&cells[c as usize]);
-            for b in 0..8 {
-                row[ENTRY[8 * a + b] as usize] += f64::from(matrix[PLACE[8 * a + b] as usize]);
-            }
+    make: impl Fn(usize) -> C + Sync,
+    which: &[fn(&C) -> &Packed],
+) -> Vec<Vec<Stencil>> {
+    let rows = &band.layout.rows;
+    let mut lists: Vec<Vec<Stencil>> = which.iter().map(|_| Vec::new()).collect();
+    lists.iter_mut().for_each(|l| l.reserve_exact(rows.len()));
+    for slab in rows.chunks(SLAB) {
+        let cells_of = |i: &u32| band.node_cells[*i as usize].iter().filter(|&&c| c != NONE);
+        let (first, last) = slab
+            .iter()
+            .flat_map(cells_of)
+            .fold((NONE, 0), |(low, high), &c| (low.min(c), high.max(c)));
+        let first = first as usize;
+        let cells: Vec<C> = (first..last as usize + 1)
+            .into_par_iter()
+            .map(&make)
+            .collect();
+        for (list, which) in lists.iter_mut().zip(which) {
+            let row = |&i: &u32| {
+                let mut row = [0.0; 27];
+                for (a, &c) in band.node_cells[i as usize].iter().enumerate() {
+                    if c == NONE {
+                        continue;
+                    }
+                    let matrix = which(&cells[c as usize - first]);
+                    for b in 0..8 {
+                        row[ENTRY[8 * a + b] as usize] +=
+                            f64::from(matrix[PLACE[8 * a + b] as usize]);
+                    }
+                }
+                Stencil::new(&row)
+            };
+            list.par_extend(slab.par_iter().map(row));
         }
-        Stencil::new(&row)
-    };
-    band.layout.rows.par_iter().map(row).collect()
+    }
+    lists
 }
 
 /// What the cells round a node add up to there.

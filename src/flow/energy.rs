@@ -32,8 +32,11 @@ pub trait BandEnergy: Sized {
     /// The energy of `phi`.
     fn evaluate(&self, phi: &[f64]) -> Evaluation;
 
-    /// Gradient and matrix of a step at `phi`, which `at` is the evaluation of; `time_step` is infinite for the steady state.
-    fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System<'_>;
+    /// The gradient of the energy at `phi`, which `at` is the evaluation of: zero off the unknowns.
+    fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64>;
+
+    /// The matrix of a step there; `time_step` is infinite for the steady state.
+    fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System;
 }
 
 /// Energy and the nodal quantities it is made of.

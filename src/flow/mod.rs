@@ -20,7 +20,7 @@ mod tests;
 mod variation;
 mod willmore;
 
-pub use band::{Band, dilate};
+pub use band::Band;
 pub use energy::{BandEnergy, Energy, Evaluation};
 pub use evolve::{Evolution, EvolutionStep, Pause};
 pub use pull::Pull;

@@ -1,5 +1,7 @@
 //! The start of the flow: a biharmonic fill of the unknown nodes.
 
+use std::sync::Mutex;
+
 use rayon::prelude::*;
 
 use crate::grid::{NodeIndex, SparseGrid};
@@ -15,56 +17,44 @@ const NEIGHBOURS: [NodeIndex; 6] = [
     [1, 0, 0],
 ];
 
-/// `Kᵀ K` of the seven-point Laplacian with rows on the mask and its neighbours.
+/// `Kᵀ K` of the seven-point Laplacian with rows on the mask and its neighbours. The last entry of its vectors is zero; it
+/// stands for the nodes that are not there.
 struct Bilaplacian {
-    /// Six neighbours of each node; the number of nodes where there is none.
+    /// Six neighbours of each node.
     near: Vec<[u32; 6]>,
     row: Vec<bool>,
     free: Vec<bool>,
     jacobi: Vec<f64>,
+    /// The Laplacian, kept from one product to the next.
+    laplacian: Mutex<Vec<f64>>,
 }
 
 impl Bilaplacian {
-    fn laplacian(&self, x: &[f64]) -> Vec<f64> {
-        let mut out = vec![0.0; x.len() + 1];
-        let padded = padded(x);
-        out[..x.len()]
-            .par_chunks_mut(CHUNK)
-            .enumerate()
-            .for_each(|(c, out)| {
-                for (i, o) in (c * CHUNK..).zip(out.iter_mut()) {
-                    if self.row[i] {
-                        *o = self.sum(i, &padded) - 6.0 * x[i];
-                    }
-                }
-            });
-        out
-    }
-
-    fn sum(&self, i: usize, x: &[f64]) -> f64 {
-        self.near[i].iter().map(|&j| x[j as usize]).sum()
-    }
-}
-
-fn padded(x: &[f64]) -> Vec<f64> {
-    let mut p = Vec::with_capacity(x.len() + 1);
-    p.extend_from_slice(x);
-    p.push(0.0);
-    p
-}
-
-impl LinearOperator for Bilaplacian {
-    fn apply(&self, x: &[f64], y: &mut [f64]) {
-        let t = self.laplacian(x);
+    /// The Laplacian of `x` at the nodes that `wanted` marks, zero elsewhere.
+    fn laplacian(&self, x: &[f64], wanted: &[bool], y: &mut [f64]) {
         y.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
             for (i, o) in (c * CHUNK..).zip(out.iter_mut()) {
-                *o = if self.free[i] {
-                    self.sum(i, &t) - 6.0 * t[i]
+                *o = if wanted[i] {
+                    let sum: f64 = self.near[i].iter().map(|&j| x[j as usize]).sum();
+                    sum - 6.0 * x[i]
                 } else {
                     0.0
                 };
             }
         });
+    }
+}
+
+impl LinearOperator for Bilaplacian {
+    fn apply(&self, x: &[f64], y: &mut [f64]) {
+        let kept = self.laplacian.lock();
+        let mut t = kept.map_or_else(|_| Vec::new(), |mut kept| std::mem::take(&mut *kept));
+        t.resize(x.len(), 0.0);
+        self.laplacian(x, &self.row, &mut t);
+        self.laplacian(&t, &self.free, y);
+        if let Ok(mut kept) = self.laplacian.lock() {
+            *kept = t;
+        }
     }
 
     fn jacobi(&self) -> &[f64] {
@@ -93,26 +83,29 @@ pub fn biharmonic_fill(
     for (i, &s) in slots.iter().enumerate() {
         number[s] = i as u32;
     }
-    let near: Vec<[u32; 6]> = slots
-        .iter()
-        .map(|&s| NEIGHBOURS.map(|o| at(grid.node(s), o).map_or(slots.len() as u32, |t| number[t])))
-        .collect();
-    let free: Vec<bool> = slots.iter().map(|&s| mask[s]).collect();
+    let nowhere = slots.len() as u32;
+    let near_of =
+        |&s: &usize| NEIGHBOURS.map(|o| at(grid.node(s), o).map_or(nowhere, |t| number[t]));
+    let near: Vec<[u32; 6]> = slots.iter().map(near_of).chain([[nowhere; 6]]).collect();
+    let free: Vec<bool> = slots.iter().map(|&s| mask[s]).chain([false]).collect();
+    let has_row = |(&s, near): (&usize, &[u32; 6])| one[s] && near.iter().all(|&j| j < nowhere);
     let operator = Bilaplacian {
         row: slots
             .iter()
             .zip(&near)
-            .map(|(&s, near)| one[s] && near.iter().all(|&j| (j as usize) < slots.len()))
+            .map(has_row)
+            .chain([false])
             .collect(),
         jacobi: free.iter().map(|&f| f64::from(u8::from(f))).collect(),
         near,
         free,
+        laplacian: Mutex::default(),
     };
-    let known: Vec<f64> = slots.iter().map(|&s| phi[s]).collect();
-    let mut b = vec![0.0; slots.len()];
+    let known: Vec<f64> = slots.iter().map(|&s| phi[s]).chain([0.0]).collect();
+    let mut b = vec![0.0; known.len()];
     operator.apply(&known, &mut b);
     b.iter_mut().for_each(|v| *v = -*v);
-    let mut x = vec![0.0; slots.len()];
+    let mut x = vec![0.0; known.len()];
     let outcome = conjugate_gradient(
         &operator,
         &Jacobi(&operator.jacobi),
@@ -121,8 +114,8 @@ pub fn biharmonic_fill(
         tolerance,
         2000,
     );
-    for (i, &s) in slots.iter().enumerate() {
-        phi[s] += x[i];
+    for (&s, x) in slots.iter().zip(&x) {
+        phi[s] += x;
     }
     outcome
 }

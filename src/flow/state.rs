@@ -5,13 +5,23 @@ use super::coarse::hierarchy;
 use super::energy::{BandEnergy, Evaluation};
 use super::pull::{BandPull, Pull};
 use super::steady::{FlowSettings, StepRecord};
+use super::system::System;
 use crate::grid::SparseGrid;
 use crate::linalg::{
-    Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
+    Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient, solve_spd,
 };
 
 /// Redistancing may multiply the energy by no more than this.
 const LEAP: f64 = 4.0;
+
+/// The matrix of a step serves the next ones until nodes near the surface may have moved by this many voxels.
+const DRIFT: f64 = 0.1;
+
+/// Steps that the next is combined with: those that moved no node near the surface by more than this many voxels, each
+/// by less than this part of the movement before.
+const MEMORY: usize = 2;
+const CALM: f64 = 0.3;
+const SHRINKING: f64 = 0.9;
 
 /// The coarse levels are made again when the time step has changed by more than this, in powers of two.
 const STALE: f64 = 2.5;
@@ -38,10 +48,16 @@ pub(super) struct BandState<E> {
     pub values: Vec<f64>,
     /// How far each node has moved since the band was made.
     moved: Vec<f64>,
+    /// The last values with the steps found there, the oldest first, and how far the last of them moved.
+    history: Vec<(Vec<f64>, Vec<f64>)>,
+    last_movement: f64,
     /// The pull to a given surface, if any.
     pull: Option<BandPull>,
     /// The evaluation at `values`, where it is known.
     pub at: Option<Evaluation>,
+    /// The matrix of a step, and how far the nodes near the surface may have moved since.
+    system: Option<System>,
+    drift: f64,
     /// Coarse levels, made for the first step in this band; none where they could not be made.
     coarse: Option<Option<Multigrid>>,
     /// The time step for which they were made.
@@ -59,7 +75,11 @@ impl<E: BandEnergy> BandState<E> {
             pull,
             values,
             moved,
+            history: Vec::new(),
+            last_movement: f64::INFINITY,
             at: None,
+            system: None,
+            drift: 0.0,
             coarse: None,
             coarse_step: f64::INFINITY,
         };
@@ -93,14 +113,19 @@ impl<E: BandEnergy> BandState<E> {
             .at
             .take()
             .unwrap_or_else(|| self.evaluate(&self.values));
-        let mut system =
-            self.energy
-                .system(&self.values, &at, settings.variant, settings.time_step);
+        let in_time = settings.time_step.is_finite();
+        let system = match self.system.take() {
+            Some(system) if !in_time && self.drift < DRIFT => system,
+            _ => self.assembled(&at, settings),
+        };
+        let mut gradient = self.energy.gradient(&self.values, &at);
         if let Some(pull) = &self.pull {
-            system.add(pull, &self.values);
+            for (i, g) in gradient.iter_mut().enumerate() {
+                *g += pull.gradient(i, &self.values);
+            }
         }
         let layout = system.layout();
-        let mut rhs = layout.spread(&system.gradient);
+        let mut rhs = layout.spread(&gradient);
         rhs.iter_mut().for_each(|g| *g = -*g);
         let mut d = vec![0.0; rhs.len()];
         let band = self.energy.band();
@@ -128,8 +153,7 @@ impl<E: BandEnergy> BandState<E> {
         };
         let mut d = layout.gathered(&d);
         let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);
-        let slope_of =
-            |d: &[f64]| -> f64 { system.gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
+        let slope_of = |d: &[f64]| -> f64 { gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
         let clipped: Vec<f64> = d.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
         if slope_of(&clipped) < 0.0 {
             d = clipped;
@@ -138,6 +162,8 @@ impl<E: BandEnergy> BandState<E> {
             d.iter_mut().for_each(|x| *x /= top);
         }
         let slope = slope_of(&d);
+        self.drift += movement;
+        self.system = Some(system);
         let direction = Direction {
             d,
             slope,
@@ -146,6 +172,17 @@ impl<E: BandEnergy> BandState<E> {
             iterations: solved.iterations,
         };
         (direction, at)
+    }
+
+    /// The matrix at the values.
+    fn assembled(&mut self, at: &Evaluation, settings: &FlowSettings) -> System {
+        self.drift = 0.0;
+        let (variant, time_step) = (settings.variant, settings.time_step);
+        let mut system = self.energy.system(&self.values, at, variant, time_step);
+        if let Some(pull) = &self.pull {
+            system.add(pull);
+        }
+        system
     }
 
     /// One step towards the steady state: what was done, and the surface's energy before it.
@@ -157,7 +194,11 @@ impl<E: BandEnergy> BandState<E> {
     ) -> (StepRecord, f64) {
         let (direction, at) = self.direction(grid, mask, settings);
         let (energy, surface) = (at.energy, at.surface);
-        let fraction = self.search(&direction.d, at, direction.slope);
+        let combined = self.combined(&direction);
+        let fraction = match self.try_whole(combined.as_deref(), at) {
+            Ok(()) => 1.0,
+            Err(at) => self.search(&direction.d, at, direction.slope),
+        };
         let record = StepRecord {
             energy,
             movement: direction.movement,
@@ -168,21 +209,84 @@ impl<E: BandEnergy> BandState<E> {
         (record, surface)
     }
 
-    /// Takes a whole step if the energy falls by it; hands the evaluation back, and says whether it did.
+    /// Takes a whole step if the energy falls by it, and says whether it did.
     pub(super) fn advance(&mut self, direction: &Direction, at: Evaluation) -> bool {
-        let moved = self.values.iter().zip(&direction.d).map(|(v, d)| v + d);
+        let refused = self.try_whole(Some(&direction.d), at).err();
+        let taken = refused.is_none();
+        if !taken {
+            self.at = refused;
+        }
+        taken
+    }
+
+    /// The step combined with those before it so that, were the map from values to steps linear, what is left of it would be
+    /// least (Anderson, "Iterative procedures for nonlinear integral equations", 1965). Steps of Gauss-Newton type shrink by
+    /// a constant factor; this takes it away.
+    fn combined(&mut self, direction: &Direction) -> Option<Vec<f64>> {
+        let d = &direction.d;
+        let shrinks = direction.movement < SHRINKING * self.last_movement;
+        self.last_movement = direction.movement;
+        if direction.movement > CALM || !shrinks {
+            self.history.clear();
+        }
+        let product = |a: &[f64], b: &[f64]| -> f64 {
+            let terms = a.iter().zip(b).zip(&self.values);
+            let inside = terms.filter(|(_, v)| v.abs() < WIDTH);
+            inside.map(|((a, b), _)| a * b).sum()
+        };
+        let change = |now: &[f64], then: &[f64]| -> Vec<f64> {
+            now.iter().zip(then).map(|(a, b)| a - b).collect()
+        };
+        let changes: Vec<(Vec<f64>, Vec<f64>)> = self
+            .history
+            .iter()
+            .map(|(values, steps)| (change(&self.values, values), change(d, steps)))
+            .collect();
+        let count = changes.len();
+        let mut matrix = vec![0.0; count * count];
+        let mut weights = vec![0.0; count];
+        for (i, (_, a)) in changes.iter().enumerate() {
+            for (j, (_, b)) in changes.iter().enumerate() {
+                matrix[i * count + j] = product(a, b);
+            }
+            weights[i] = product(a, d);
+        }
+        self.history.push((self.values.clone(), d.clone()));
+        if self.history.len() > MEMORY {
+            self.history.remove(0);
+        }
+        if count == 0 || !solve_spd(&mut matrix, &mut weights) {
+            return None;
+        }
+        let mut combined = d.clone();
+        for ((values, steps), w) in changes.iter().zip(&weights) {
+            for ((c, v), s) in combined.iter_mut().zip(values).zip(steps) {
+                *c -= w * (v + s);
+            }
+        }
+        combined.iter_mut().for_each(|c| *c = c.clamp(-1.0, 1.0));
+        Some(combined)
+    }
+
+    /// Takes a whole step if the energy falls by it, or hands the evaluation back.
+    fn try_whole(&mut self, d: Option<&[f64]>, at: Evaluation) -> Result<(), Evaluation> {
+        let Some(d) = d else {
+            return Err(at);
+        };
+        let moved = self.values.iter().zip(d).map(|(v, d)| v + d);
         let trial: Vec<f64> = moved.collect();
         let there = self.evaluate(&trial);
         // Not a number is no fall either.
         let falls = there.energy <= at.energy;
-        if falls {
-            for (m, d) in self.moved.iter_mut().zip(&direction.d) {
-                *m += d;
-            }
-            self.values = trial;
+        if !falls {
+            return Err(at);
         }
-        self.at = Some(if falls { there } else { at });
-        falls
+        for (m, d) in self.moved.iter_mut().zip(d) {
+            *m += d;
+        }
+        self.values = trial;
+        self.at = Some(there);
+        Ok(())
     }
 
     /// Whether the surface has moved so far that the band no longer lies round it.

@@ -4,7 +4,8 @@
 //! the vectors: constants are annihilated, so the smooth functions, whose eigenvalues are of the order (h/D)⁴, come out
 //! right too.
 
-use std::sync::{LazyLock, Mutex};
+use std::ops::Range;
+use std::sync::{Arc, LazyLock, Mutex};
 
 use rayon::prelude::*;
 
@@ -55,6 +56,9 @@ impl Stencil {
     }
 }
 
+/// Rows that are multiplied with a prolongation at a time.
+const SLAB: usize = 32_768;
+
 /// What one row holds beside its stencils.
 #[derive(Clone, Copy, Default)]
 pub struct RowWeights {
@@ -86,49 +90,38 @@ struct Scratch {
 }
 
 /// The linear system of one step. Its vectors run over the positions of the band's layout.
-pub struct System<'a> {
-    layout: &'a Layout,
+pub struct System {
+    layout: Arc<Layout>,
     factors: Factors,
     weights: Vec<RowWeights>,
     jacobi: Vec<f64>,
     scratch: Mutex<Scratch>,
-    /// The gradient of the energy at the band's nodes: zero off the unknowns.
-    pub gradient: Vec<f64>,
 }
 
-impl<'a> System<'a> {
+impl System {
     /// A system from its stencils and one weight for each row of the band's layout.
-    pub(super) fn new(
-        band: &'a Band,
-        factors: Factors,
-        weights: Vec<RowWeights>,
-        gradient: Vec<f64>,
-    ) -> Self {
+    pub(super) fn new(band: &Band, factors: Factors, weights: Vec<RowWeights>) -> Self {
         let mut system = Self {
-            layout: &band.layout,
+            layout: band.layout.clone(),
             factors,
             weights,
             jacobi: Vec::new(),
             scratch: Mutex::default(),
-            gradient,
         };
         system.jacobi = system.inverse_diagonal();
         system
     }
 
-    /// Adds a pull at the band's values `phi` to the matrix and the gradient.
-    pub(super) fn add(&mut self, pull: &BandPull, phi: &[f64]) {
+    /// Adds a pull to the matrix.
+    pub(super) fn add(&mut self, pull: &BandPull) {
         for (weights, &i) in self.weights.iter_mut().zip(&self.layout.rows) {
             weights.inertia += pull.diagonal(i as usize);
-        }
-        for (i, g) in self.gradient.iter_mut().enumerate() {
-            *g += pull.gradient(i, phi);
         }
         self.jacobi = self.inverse_diagonal();
     }
 
     fn inverse_diagonal(&self) -> Vec<f64> {
-        let layout = self.layout;
+        let layout = &*self.layout;
         let mut weight = vec![0.0; layout.len];
         for (r, w) in self.weights.iter().enumerate() {
             weight[layout.position_of(r)] = w.residual;
@@ -175,61 +168,94 @@ impl<'a> System<'a> {
 
     /// The positions of the system's vectors.
     pub fn layout(&self) -> &Layout {
-        self.layout
+        &self.layout
     }
 
-    /// `Pᵀ A P` for a prolongation `P` whose rows run over the positions.
+    /// `Pᵀ A P` for a prolongation `P` whose rows run over the positions, summed over slabs of rows.
     pub fn galerkin(&self, p: &Csr) -> Csr {
-        let layout = self.layout;
-        let rows = layout.rows.len();
-        let spread = |stencils: &[Stencil], wanted: &(dyn Fn(&RowWeights) -> bool + Sync)| {
-            Csr::from_rows(rows, p.columns, |r, sink| {
-                if wanted(&self.weights[r]) {
-                    for k in 0..27 {
-                        let entry = stencils[r].entry(k);
-                        if entry != 0.0 {
-                            let at = layout.starts[r][k / 3] as usize + k % 3;
-                            p.row(at).for_each(|(c, v)| sink(c, entry * v));
-                        }
-                    }
+        let rows = self.layout.rows.len();
+        let slabs = (0..rows).step_by(SLAB);
+        slabs
+            .map(|first| self.galerkin_of(p, first..rows.min(first + SLAB)))
+            .reduce(|sum, part| sum.plus(&part))
+            .unwrap_or_default()
+    }
+
+    /// What some rows contribute to `Pᵀ A P`: with Q = BP·P, `Qᵀ diag(χ/M) Q + Pᵀ S P + Pᵀ M/τ P`.
+    fn galerkin_of(&self, p: &Csr, range: Range<usize>) -> Csr {
+        let layout = &*self.layout;
+        let (first, count) = (range.start, range.len());
+        let times = |stencil: &Stencil, r: usize, sink: &mut dyn FnMut(u32, f64)| {
+            for k in 0..27 {
+                let entry = stencil.entry(k);
+                if entry != 0.0 {
+                    let at = layout.starts[r][k / 3] as usize + k % 3;
+                    p.row(at).for_each(|(c, v)| sink(c, entry * v));
                 }
-            })
-        };
-        let q = spread(&self.factors.curvature, &|w| w.residual != 0.0);
-        let s = spread(&self.factors.second, &|w| w.unknown);
-        let own = Csr::from_rows(rows, p.columns, |r, sink| {
-            p.row(layout.position_of(r)).for_each(|(c, v)| sink(c, v));
-        });
-        // K between the two factors: its rows of Q.
-        let enclosed = self.factors.middle.as_ref().map(|middle| {
-            let mut row_at = vec![NONE; layout.len];
-            for r in 0..rows {
-                row_at[layout.position_of(r)] = r as u32;
             }
-            Csr::from_rows(rows, p.columns, |r, sink| {
-                if self.weights[r].residual != 0.0 {
-                    for k in 0..27 {
-                        let entry = middle[r].entry(k);
-                        let at = row_at[layout.starts[r][k / 3] as usize + k % 3];
-                        if entry != 0.0 && at != NONE {
-                            q.row(at as usize).for_each(|(c, v)| sink(c, entry * v));
-                        }
-                    }
-                }
-            })
+        };
+        let q = Csr::from_rows(count, p.columns, |i, sink| {
+            let r = first + i;
+            if self.weights[r].residual != 0.0 {
+                times(&self.factors.curvature[r], r, sink);
+            }
         });
+        let s = Csr::from_rows(count, p.columns, |i, sink| {
+            let r = first + i;
+            if self.weights[r].unknown {
+                times(&self.factors.second[r], r, sink);
+            }
+        });
+        let own = Csr::from_rows(count, p.columns, |i, sink| {
+            let row = p.row(layout.position_of(first + i));
+            row.for_each(|(c, v)| sink(c, v));
+        });
+        let enclosed = self
+            .factors
+            .middle
+            .as_ref()
+            .map(|middle| self.enclosed(p, middle, range));
         let right = enclosed.as_ref().unwrap_or(&q);
         let (qt, pt) = (q.transposed(), own.transposed());
         Csr::from_rows(p.columns, p.columns, |c, sink| {
-            for (r, v) in qt.row(c) {
-                let w = v * self.weights[r as usize].residual;
-                right.row(r as usize).for_each(|(j, x)| sink(j, w * x));
+            for (i, v) in qt.row(c) {
+                let w = v * self.weights[first + i as usize].residual;
+                right.row(i as usize).for_each(|(j, x)| sink(j, w * x));
             }
-            for (r, v) in pt.row(c) {
-                s.row(r as usize).for_each(|(j, x)| sink(j, v * x));
-                let d = v * self.weights[r as usize].inertia;
+            for (i, v) in pt.row(c) {
+                s.row(i as usize).for_each(|(j, x)| sink(j, v * x));
+                let d = v * self.weights[first + i as usize].inertia;
                 if d != 0.0 {
-                    own.row(r as usize).for_each(|(j, x)| sink(j, d * x));
+                    own.row(i as usize).for_each(|(j, x)| sink(j, d * x));
+                }
+            }
+        })
+    }
+
+    /// Rows of K Q.
+    fn enclosed(&self, p: &Csr, middle: &[Stencil], range: Range<usize>) -> Csr {
+        let layout = &*self.layout;
+        let mut row_at = vec![NONE; layout.len];
+        for (r, w) in self.weights.iter().enumerate() {
+            if w.residual != 0.0 {
+                row_at[layout.position_of(r)] = r as u32;
+            }
+        }
+        let places = |r: usize| (0..27).map(move |k| (k, layout.starts[r][k / 3] as usize + k % 3));
+        Csr::from_rows(range.len(), p.columns, |i, sink| {
+            let r = range.start + i;
+            if self.weights[r].residual == 0.0 {
+                return;
+            }
+            for (k, at) in places(r) {
+                let (entry, near) = (middle[r].entry(k), row_at[at]);
+                if entry == 0.0 || near == NONE {
+                    continue;
+                }
+                let curvature = &self.factors.curvature[near as usize];
+                for (k, at) in places(near as usize) {
+                    let both = entry * curvature.entry(k);
+                    p.row(at).for_each(|(c, v)| sink(c, both * v));
                 }
             }
         })
@@ -237,7 +263,7 @@ impl<'a> System<'a> {
 
     /// `y = (BPᵀ diag(χ/M) BP + S + M/τ) x`, or with K in place of the weights.
     fn product<T: Real>(&self, x: &[T], y: &mut [T], [t, between]: &mut [Vec<T>; 2]) {
-        let layout = self.layout;
+        let layout = &*self.layout;
         t.resize(layout.len, T::ZERO);
         let inner = self
             .factors
@@ -325,7 +351,7 @@ fn each_chunk<T: Real>(vector: &mut [T], run: impl Fn((usize, &mut [T])) + Sync 
     }
 }
 
-impl LinearOperator for System<'_> {
+impl LinearOperator for System {
     fn apply(&self, x: &[f64], y: &mut [f64]) {
         let mut t = self.take(|s| &mut s.double);
         self.product(x, y, &mut t);
@@ -343,7 +369,7 @@ impl LinearOperator for System<'_> {
     }
 }
 
-impl System<'_> {
+impl System {
     /// Takes the scratch vectors out, so that no lock is held during a product.
     fn take<T>(&self, which: impl Fn(&mut Scratch) -> &mut [Vec<T>; 2]) -> [Vec<T>; 2] {
         let scratch = self.scratch.lock();

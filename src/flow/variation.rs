@@ -61,21 +61,9 @@ impl BandEnergy for VariationBand {
         }
     }
 
-    /// The matrix is `BPᵀ K BP + κ L[n⊗n]` whatever the variant.
-    fn system(&self, phi: &[f64], at: &Evaluation, _: Variant, time_step: f64) -> System<'_> {
+    fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64> {
         let band = &self.band;
-        let variation: Vec<VariationCell> = band
-            .cells
-            .par_iter()
-            .zip(&self.counted)
-            .map(|(cell, &counted)| {
-                if counted {
-                    VariationCell::new(&corners(cell, phi), &corners(cell, &at.r))
-                } else {
-                    VariationCell::default()
-                }
-            })
-            .collect();
+        let variation = self.variation(phi, at);
         let force: Vec<f64> = (0..phi.len())
             .into_par_iter()
             .map(|i| gathered(band, i, |c, a| variation[c].by_curvature[a]))
@@ -86,21 +74,39 @@ impl BandEnergy for VariationBand {
             force: &force,
             kappa: self.kappa,
         };
-        let cells: Vec<CellMatrices> = band
-            .cells
-            .par_iter()
-            .map(|cell| CellMatrices::new(cell, &fields, Variant::GaussNewton))
-            .collect();
-        let gradient = (0..phi.len())
-            .into_par_iter()
-            .map(|i| {
-                if band.unknown[i] {
-                    gathered(band, i, |c, a| cells[c].load[a] + variation[c].by_level[a])
-                } else {
-                    0.0
-                }
-            })
-            .collect();
+        let cells = band.cells.par_iter();
+        let loads: Vec<[f64; 8]> = cells.map(|cell| fields.load(cell)).collect();
+        let entry = |i: usize| {
+            if band.unknown[i] {
+                gathered(band, i, |c, a| loads[c][a] + variation[c].by_level[a])
+            } else {
+                0.0
+            }
+        };
+        (0..phi.len()).into_par_iter().map(entry).collect()
+    }
+
+    /// The matrix is `BPᵀ K BP + κ L[n⊗n]` whatever the variant.
+    fn system(&self, phi: &[f64], at: &Evaluation, _: Variant, time_step: f64) -> System {
+        let band = &self.band;
+        let zeros = vec![0.0; phi.len()];
+        let fields = Fields {
+            phi,
+            weighted: &zeros,
+            force: &zeros,
+            kappa: self.kappa,
+        };
+        let make = |c: usize| {
+            let matrices = CellMatrices::new(&band.cells[c], &fields, Variant::GaussNewton);
+            (matrices, self.variation_of(c, phi, at).stiffness)
+        };
+        let mut lists = stencils(
+            band,
+            make,
+            &[|c| &c.0.second, |c| &c.0.tangential, |c| &c.1],
+        )
+        .into_iter();
+        let mut next = || lists.next();
         let weights = band.layout.rows.iter().map(|&i| RowWeights {
             residual: f64::from(u8::from(band.residual[i as usize])),
             inertia: if time_step.is_finite() {
@@ -111,12 +117,28 @@ impl BandEnergy for VariationBand {
             unknown: band.unknown[i as usize],
         });
         let factors = Factors {
-            curvature: stencils(band, &cells, |c| &c.tangential),
+            second: next().unwrap_or_default(),
+            curvature: next().unwrap_or_default(),
+            middle: next(),
             inner: None,
-            middle: Some(stencils(band, &variation, |c| &c.stiffness)),
-            second: stencils(band, &cells, |c| &c.second),
         };
-        System::new(band, factors, weights.collect(), gradient)
+        System::new(band, factors, weights.collect())
+    }
+}
+
+impl VariationBand {
+    fn variation(&self, phi: &[f64], at: &Evaluation) -> Vec<VariationCell> {
+        let cells = (0..self.band.cells.len()).into_par_iter();
+        cells.map(|c| self.variation_of(c, phi, at)).collect()
+    }
+
+    fn variation_of(&self, c: usize, phi: &[f64], at: &Evaluation) -> VariationCell {
+        let cell = &self.band.cells[c];
+        if self.counted[c] {
+            VariationCell::new(&corners(cell, phi), &corners(cell, &at.r))
+        } else {
+            VariationCell::default()
+        }
     }
 }
 

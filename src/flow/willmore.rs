@@ -9,7 +9,8 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::cells::{
-    CellMatrices, Fields, chi, chi_derivative, chunked_sum, eikonal, gathered, nodal, stencils,
+    CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, eikonal, gathered, nodal,
+    stencils,
 };
 use super::energy::{BandEnergy, Evaluation};
 use super::steady::Variant;
@@ -51,51 +52,75 @@ impl BandEnergy for WillmoreBand {
         }
     }
 
-    fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System<'_> {
+    /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; all but the third come from the cells.
+    fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64> {
         let band = &self.band;
-        let n = band.slots.len();
-        let w: Vec<f64> = (0..n)
-            .map(|i| {
-                if band.residual[i] {
-                    at.r[i] / at.mass[i]
-                } else {
-                    0.0
-                }
+        let loads: Vec<[f64; 8]> = self.with_fields(phi, at, |fields| {
+            let cells = band.cells.par_iter();
+            cells.map(|cell| fields.load(cell)).collect()
+        });
+        let entry = |i: usize| {
+            if !band.unknown[i] {
+                return 0.0;
+            }
+            let mut sum = gathered(band, i, |c, a| loads[c][a]);
+            if band.residual[i] {
+                sum += 0.5 * chi_derivative(phi[i]) * at.r[i] * at.r[i] / at.mass[i];
+            }
+            sum
+        };
+        (0..phi.len()).into_par_iter().map(entry).collect()
+    }
+
+    fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System {
+        let band = &self.band;
+        let which: &[fn(&CellMatrices) -> &Packed] = match variant {
+            Variant::GaussNewton => &[|c| &c.second, |c| &c.tangential],
+            Variant::I => &[|c| &c.second, |c| &c.tangential, |c| &c.full],
+            Variant::II => &[|c| &c.second, |c| &c.full],
+        };
+        let mut lists = self
+            .with_fields(phi, at, |fields| {
+                let make = |c: usize| CellMatrices::new(&band.cells[c], fields, variant);
+                stencils(band, make, which)
             })
-            .collect();
-        let weighted: Vec<f64> = (0..n).map(|i| chi(phi[i]) * w[i] * w[i]).collect();
-        let force: Vec<f64> = (0..n).map(|i| chi(phi[i]) * w[i]).collect();
-        let fields = Fields {
-            phi,
-            weighted: &weighted,
-            force: &force,
-            kappa: self.kappa,
-        };
-        let cells: Vec<CellMatrices> = band
-            .cells
-            .par_iter()
-            .map(|cell| CellMatrices::new(cell, &fields, variant))
-            .collect();
-        let tangential = || stencils(band, &cells, |c: &CellMatrices| &c.tangential);
-        let full = || stencils(band, &cells, |c: &CellMatrices| &c.full);
-        let (curvature, inner) = match variant {
-            Variant::GaussNewton => (tangential(), None),
-            Variant::I => (tangential(), Some(full())),
-            Variant::II => (full(), None),
-        };
+            .into_iter();
+        let mut next = || lists.next();
         let factors = Factors {
-            curvature,
-            inner,
+            second: next().unwrap_or_default(),
+            curvature: next().unwrap_or_default(),
+            inner: next(),
             middle: None,
-            second: stencils(band, &cells, |c| &c.second),
         };
-        let weights = self.weights(phi, &at.mass, time_step);
-        let gradient = self.gradient(phi, &cells, &w, &at.mass);
-        System::new(band, factors, weights, gradient)
+        System::new(band, factors, self.weights(phi, &at.mass, time_step))
     }
 }
 
 impl WillmoreBand {
+    /// Calls `run` with what the cells' matrices are made of.
+    fn with_fields<T>(&self, phi: &[f64], at: &Evaluation, run: impl FnOnce(&Fields) -> T) -> T {
+        let curvature = |i: usize| {
+            if self.band.residual[i] {
+                at.r[i] / at.mass[i]
+            } else {
+                0.0
+            }
+        };
+        let (force, weighted): (Vec<f64>, Vec<f64>) = (0..phi.len())
+            .map(|i| {
+                let w = curvature(i);
+                let force = chi(phi[i]) * w;
+                (force, force * w)
+            })
+            .unzip();
+        run(&Fields {
+            phi,
+            weighted: &weighted,
+            force: &force,
+            kappa: self.kappa,
+        })
+    }
+
     fn weights(&self, phi: &[f64], mass: &[f64], time_step: f64) -> Vec<RowWeights> {
         let band = &self.band;
         band.layout
@@ -116,24 +141,6 @@ impl WillmoreBand {
                     },
                     unknown: band.unknown[i],
                 }
-            })
-            .collect()
-    }
-
-    /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; all but the third come from the cells.
-    fn gradient(&self, phi: &[f64], cells: &[CellMatrices], w: &[f64], mass: &[f64]) -> Vec<f64> {
-        let band = &self.band;
-        (0..phi.len())
-            .into_par_iter()
-            .map(|i| {
-                if !band.unknown[i] {
-                    return 0.0;
-                }
-                let mut sum = gathered(band, i, |c, a| cells[c].load[a]);
-                if band.residual[i] {
-                    sum += 0.5 * chi_derivative(phi[i]) * w[i] * w[i] * mass[i];
-                }
-                sum
             })
             .collect()
     }

@@ -145,6 +145,14 @@ impl Csr {
         })
     }
 
+    /// `self + other`, of the same shape.
+    pub fn plus(&self, other: &Self) -> Self {
+        Self::from_rows(self.rows(), self.columns, |i, sink| {
+            let both = self.row(i).chain(other.row(i));
+            both.for_each(|(c, v)| sink(c, v));
+        })
+    }
+
     /// The matrix in single precision.
     pub fn single(&self) -> Csr<f32> {
         Csr {

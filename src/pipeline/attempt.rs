@@ -9,8 +9,8 @@ use super::damaged::Damaged;
 use super::sources::Sources;
 use super::{Inspection, TRIVIAL_EDGES};
 use crate::extract::marching_cubes;
-use crate::flow::{Energy, FlowSettings, Variant, dilate};
-use crate::grid::NodeIndex;
+use crate::flow::{Energy, FlowSettings, Variant};
+use crate::grid::{NodeIndex, dilate};
 use crate::mesh::{Hole, Mesh};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::{

@@ -3,22 +3,16 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::sampling::{Coarser, Known, Sampling};
 use crate::flow::Pull;
 use crate::grid::{
-    BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, linear, value_and_gradient,
+    BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, dilate, value_and_gradient,
 };
 use crate::sdf::project_on_zero_set;
 
-/// Where the distance to the known surface is larger than this many voxels, the nodes round a hole are free: in thin parts
-/// they may be nearer to the opposite wall than to the surface that is missing.
-const DEEP: f64 = 5.5;
-/// Nodes at the faces of the box that are never free.
-const BORDER: i32 = 3;
 /// Blocks farther than this from the coarse surface, in voxels of the finer grid, are not stored.
 const STORED: f64 = 8.0;
 
-/// Nodes farther than this from the known surface, in voxels, take the distance to its triangles: no band comes there.
-const SMOOTH: f64 = 9.0;
 /// Nodes farther than this from the surface at the start, in voxels, are not pulled.
 const PULLED: f64 = 8.0;
 
@@ -86,7 +80,13 @@ impl Level {
     /// The coarsest level: every node of a box of `dims` nodes.
     pub fn coarsest(lattice: Lattice, dims: NodeIndex, data: &dyn DistanceData) -> Self {
         let grid = SparseGrid::new(dims, |_| true);
-        let (phi, mask) = fill(&lattice, &grid, data, true, &|_| None);
+        let (phi, mask) = Sampling {
+            lattice: &lattice,
+            grid: &grid,
+            data,
+            voxel: lattice.voxel,
+        }
+        .of_box();
         Self {
             lattice,
             grid,
@@ -144,20 +144,14 @@ impl Level {
         let near = near_mask(self);
         let dims = self.grid.dims().map(|d| 2 * d - 1);
         let grid = SparseGrid::new(dims, |corner| self.wants(corner, &near));
-        let deep = eroded(self);
-        let known_free = |n: NodeIndex| {
-            let c = n.map(|i| (i + 1) / 2);
-            let value = self.prolong(n)?;
-            self.grid.slot(c).is_some_and(|s| deep[s]).then_some(value)
-        };
-        let (mut phi, mask) = fill(&lattice, &grid, data, false, &known_free);
-        for s in 0..grid.len() {
-            if mask[s]
-                && let Some(v) = self.prolong(grid.node(s))
-            {
-                phi[s] = v;
-            }
+        let coarser = Coarser::new(&self.grid, &self.phi, &self.mask);
+        let (phi, mask) = Sampling {
+            lattice: &lattice,
+            grid: &grid,
+            data,
+            voxel: lattice.voxel,
         }
+        .refining(&coarser);
         Self {
             lattice,
             grid,
@@ -187,8 +181,17 @@ impl Level {
             return None;
         }
         let old = |n: NodeIndex| self.grid.slot(n).filter(|&s| self.mask[s]);
-        let known = |n: NodeIndex| old(n).map(|s| self.phi[s]);
-        let (mut phi, mask) = fill(&self.lattice, &grid, data, false, &known);
+        let known = |n: NodeIndex| match old(n) {
+            Some(s) => Known::Node(self.phi[s], true),
+            None => Known::nothing(false),
+        };
+        let (mut phi, mask) = Sampling {
+            lattice: &self.lattice,
+            grid: &grid,
+            data,
+            voxel: self.lattice.voxel,
+        }
+        .except(&known);
         let open = (0..grid.len()).filter(|&s| mask[s] && old(grid.node(s)).is_none());
         take_signs(&grid, &mut phi, open.collect());
         Some(Self {
@@ -205,15 +208,6 @@ impl Level {
         let foot = project_on_zero_set(&self.grid, &self.phi, x, x)?;
         let (_, g) = value_and_gradient(&self.grid, &self.phi, foot)?;
         Some((self.lattice.to_world(foot), g.normalize_or_zero()))
-    }
-
-    /// φ of this level at a node of the next finer one, in its voxels.
-    fn prolong(&self, fine: NodeIndex) -> Option<f64> {
-        let p = 0.5 * as_point(fine);
-        value_and_gradient(&self.grid, &self.phi, p)
-            .map(|v| v.0)
-            .or_else(|| linear(&self.grid, &self.phi, p))
-            .map(|v| 2.0 * v)
     }
 
     /// Whether a block of the next finer level is near both the surface and the mask.
@@ -260,63 +254,11 @@ fn take_signs(grid: &SparseGrid, phi: &mut [f64], mut open: Vec<usize>) {
     }
 }
 
-/// φ and mask of a grid; `known_free` gives the value of nodes that need no query, `rough` allows the sign of free nodes to
-/// be wrong.
-fn fill(
-    lattice: &Lattice,
-    grid: &SparseGrid,
-    data: &dyn DistanceData,
-    rough: bool,
-    known_free: &(dyn Fn(NodeIndex) -> Option<f64> + Sync),
-) -> (Vec<f64>, Vec<bool>) {
-    let per_block = (BLOCK * BLOCK * BLOCK) as usize;
-    let samples: Vec<Vec<(f64, bool)>> = (0..grid.blocks().len())
-        .into_par_iter()
-        .map(|b| {
-            // Walks the block so that each node bounds the distance of the next.
-            let mut last: Option<(DVec3, NodeData, Option<DVec3>)> = None;
-            (0..per_block)
-                .map(|i| {
-                    let n = grid.node(b * per_block + i);
-                    if let Some(v) = known_free(n) {
-                        return (v, grid.is_interior(n, BORDER));
-                    }
-                    let x = lattice.to_world(as_point(n));
-                    let limit = last.map_or(f64::INFINITY, |(y, s, closest)| {
-                        let bound = closest.map_or(s.distance + x.distance(y), |p| p.distance(x));
-                        bound * (1.0 + 1e-9) + 1e-9 * lattice.voxel
-                    });
-                    let interior = grid.is_interior(n, BORDER);
-                    let wanted = Wanted {
-                        rough: rough && interior,
-                        reach: SMOOTH * lattice.voxel,
-                    };
-                    let (s, closest) = data.sample_for(x, limit, &wanted);
-                    last = Some((x, s, closest));
-                    let deep = s.distance > DEEP * lattice.voxel && data.near_hole(x);
-                    let free = (s.free || deep) && interior;
-                    (s.signed / lattice.voxel, free)
-                })
-                .collect()
-        })
-        .collect();
-    samples.into_iter().flatten().unzip()
-}
-
 /// Nodes within three steps of the mask.
 fn near_mask(level: &Level) -> Vec<bool> {
     let mut near = level.mask.clone();
     for _ in 0..3 {
-        near = crate::flow::dilate(&level.grid, &near);
+        near = dilate(&level.grid, &near);
     }
     near
-}
-
-/// Nodes all of whose neighbours are in the mask.
-fn eroded(level: &Level) -> Vec<bool> {
-    let outside: Vec<bool> = level.mask.iter().map(|m| !m).collect();
-    crate::flow::dilate(&level.grid, &outside)
-        .into_iter()
-        .map(|o| !o)
-        .collect()
 }

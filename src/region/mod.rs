@@ -4,6 +4,7 @@ mod data;
 mod group;
 mod level;
 mod nested;
+mod sampling;
 #[cfg(test)]
 mod tests;
 

@@ -137,8 +137,9 @@ fn evolve_nested(
     keep_going: &dyn Fn() -> bool,
 ) -> Solved {
     let clock = Instant::now();
-    // Where the data evolve they are their own guess; what is prolonged from a coarser lattice is not exact.
+    // Inside what is free a level's own values are prolonged from a coarser lattice: they are not exact.
     let mut level = Level::coarsest(settings.lattice, settings.dims, data);
+    level.start_from_guess(data);
     for _ in 0..settings.refinements {
         level = level.refined(data);
         level.start_from_guess(data);
@@ -201,7 +202,7 @@ fn relax_nested(
         let coarser = (settings.refinements - refinement) as i32;
         let flow_settings = FlowSettings {
             kappa: (settings.flow.kappa * 0.5f64.powi(coarser)).max(settings.flow.kappa.min(1.0)),
-            tolerance: settings.flow.tolerance * if last { 1.0 } else { 10.0 },
+            tolerance: settings.flow.tolerance * if last { 1.0 } else { 14.0 },
             max_steps: if last {
                 settings.flow.max_steps
             } else if settings.flow.time_step.is_finite() {

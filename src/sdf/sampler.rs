@@ -175,14 +175,10 @@ impl<'a> Sampler<'a> {
         reach: f64,
     ) -> Option<DistanceSample> {
         let (closest, on_rim) = self.closest(rims, x, limit)?;
-        let sign = if on_rim && rims.closed && !rough {
-            if self.winding_number(x) > 0.5 {
-                -1.0
-            } else {
-                1.0
-            }
-        } else {
-            self.sign(&closest, x)
+        let sign = match (on_rim, rough) {
+            (true, true) => self.side(&closest, x),
+            (true, false) if rims.closed => self.sign_by_winding(x),
+            _ => self.sign(&closest, x),
         };
         let raw = sign * closest.distance;
         let signed = if on_rim || closest.distance > reach {
@@ -241,11 +237,21 @@ impl<'a> Sampler<'a> {
         if side.abs() > 1e-3 * closest.distance * normal.length() || closest.distance == 0.0 {
             return if side < 0.0 { -1.0 } else { 1.0 };
         }
+        self.sign_by_winding(x)
+    }
+
+    fn sign_by_winding(&self, x: DVec3) -> f64 {
         if self.winding_number(x) > 0.5 {
             -1.0
         } else {
             1.0
         }
+    }
+
+    /// The side of the closest face on which a point lies.
+    fn side(&self, closest: &Closest, x: DVec3) -> f64 {
+        let along = face_normal(self.mesh, closest.face).dot(x - closest.point);
+        if along < 0.0 { -1.0 } else { 1.0 }
     }
 
     fn jet(&self, vertex: u32) -> Option<&Jet> {

@@ -1,0 +1,230 @@
+//! The data at the nodes of a lattice, asked for only where they matter.
+//!
+//! A distance query costs far more than anything else that is done for a node. Nodes that a lattice of twice the voxel shows
+//! to lie well inside what is free, or well outside of it, take its values.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::level::{DistanceData, NodeData, Wanted};
+use crate::grid::{
+    BLOCK_NODES, Lattice, NodeIndex, SparseGrid, as_point, dilate, linear, value_and_gradient,
+};
+
+/// Where the distance to the known surface is larger than this many voxels, the nodes round a hole are free: in thin parts
+/// they may be nearer to the opposite wall than to the surface that is missing.
+const DEEP: f64 = 5.5;
+/// Nodes at the faces of the box that are never free.
+const BORDER: i32 = 3;
+/// Nodes farther than this from the known surface, in voxels, take the distance to its triangles: no band comes there.
+const SMOOTH: f64 = 9.0;
+/// Nodes farther than this from the known surface, in voxels, do not matter to the band: only the start knows of them.
+const FAR: f64 = 8.0;
+/// No node is farther than this from the coarser one beside it, in voxels, with some room for the difference between the
+/// triangles and the smooth surface.
+const SPACING: f64 = 2.0;
+
+/// What is known of a node before the data are asked.
+pub enum Known {
+    /// φ in voxels, and whether the node is free unless it lies at the side of the box.
+    Node(f64, bool),
+    /// Nothing; `rough` allows the sign to be wrong if the node turns out to be free.
+    Nothing {
+        /// See there.
+        rough: bool,
+        /// An upper bound of the distance to the known surface, in voxels, that may fail; infinite where there is none.
+        within: f64,
+    },
+}
+
+impl Known {
+    /// Nothing at all.
+    pub fn nothing(rough: bool) -> Self {
+        Self::Nothing {
+            rough,
+            within: f64::INFINITY,
+        }
+    }
+}
+
+/// The values on a lattice of twice the voxel.
+pub struct Coarser<'a> {
+    grid: &'a SparseGrid,
+    phi: &'a [f64],
+    free: &'a [bool],
+    /// Nodes all of whose neighbours are free.
+    inner: Vec<bool>,
+    /// Nodes within one step of a free one, and within two.
+    near: [Vec<bool>; 2],
+}
+
+impl<'a> Coarser<'a> {
+    /// From φ in its own voxels and the free nodes.
+    pub fn new(grid: &'a SparseGrid, phi: &'a [f64], free: &'a [bool]) -> Self {
+        let fixed: Vec<bool> = free.iter().map(|f| !f).collect();
+        let inner = dilate(grid, &fixed).into_iter().map(|f| !f).collect();
+        let near = dilate(grid, free);
+        let wide = dilate(grid, &near);
+        Self {
+            grid,
+            phi,
+            free,
+            inner,
+            near: [near, wide],
+        }
+    }
+
+    /// The slot of the node beside one of the finer lattice.
+    fn beside(&self, fine: NodeIndex) -> Option<usize> {
+        self.grid.slot(fine.map(|i| (i + 1) / 2))
+    }
+
+    /// φ at a node of the finer lattice, in its voxels.
+    fn prolonged(&self, fine: NodeIndex) -> Option<f64> {
+        let p = 0.5 * as_point(fine);
+        value_and_gradient(self.grid, self.phi, p)
+            .map(|v| v.0)
+            .or_else(|| linear(self.grid, self.phi, p))
+            .map(|v| 2.0 * v)
+    }
+
+    /// Whether a node of the finer lattice is free unless it lies at the side of the box; none where that has to be asked.
+    fn tells(&self, fine: NodeIndex) -> Option<bool> {
+        let slot = self.beside(fine)?;
+        if self.inner[slot] {
+            return Some(true);
+        }
+        (!self.near[1][slot]).then_some(false)
+    }
+
+    /// The same where the values are those of the known surface alone: far from it only the border of what is free has to
+    /// be asked.
+    fn tells_of_known(&self, fine: NodeIndex) -> Option<bool> {
+        let slot = self.beside(fine)?;
+        if 2.0 * self.phi[slot].abs() < FAR {
+            return self.tells(fine);
+        }
+        let is_free = |a: i32| {
+            let corner = [a >> 2, a >> 1, a].map(|bit| bit & 1);
+            let corner = std::array::from_fn(|d| (fine[d] + corner[d]) / 2);
+            self.grid.slot(corner).is_some_and(|s| self.free[s])
+        };
+        if (0..8).all(is_free) {
+            return Some(true);
+        }
+        (!self.near[0][slot]).then_some(false)
+    }
+
+    /// A bound of the distance from a node of the finer lattice to the known surface, in its voxels, if all is well.
+    fn within(&self, fine: NodeIndex) -> f64 {
+        let slot = self.beside(fine).filter(|&s| !self.free[s]);
+        slot.map_or(f64::INFINITY, |s| 2.0 * self.phi[s].abs() + SPACING)
+    }
+}
+
+/// The sampling of the data at the nodes of a grid.
+pub struct Sampling<'a> {
+    /// Where its nodes are.
+    pub lattice: &'a Lattice,
+    /// Its nodes.
+    pub grid: &'a SparseGrid,
+    /// What is asked.
+    pub data: &'a dyn DistanceData,
+    /// The voxel that distances are compared with.
+    pub voxel: f64,
+}
+
+impl Sampling<'_> {
+    /// φ in voxels and the mask of all nodes but those that are known.
+    pub fn except(&self, known: &(dyn Fn(NodeIndex) -> Known + Sync)) -> (Vec<f64>, Vec<bool>) {
+        let (phi, free) = self.ask(known);
+        let inside = |s: usize| self.grid.is_interior(self.grid.node(s), BORDER);
+        let mask = free.into_iter().enumerate();
+        (phi, mask.map(|(s, free)| free && inside(s)).collect())
+    }
+
+    /// φ and mask of a lattice that halves the voxel of another: φ is prolonged where it is free.
+    pub fn refining(&self, coarser: &Coarser) -> (Vec<f64>, Vec<bool>) {
+        let known = |n: NodeIndex| {
+            let node = || Some(Known::Node(coarser.prolonged(n)?, coarser.tells(n)?));
+            node().unwrap_or_else(|| Known::Nothing {
+                rough: self.grid.is_interior(n, BORDER),
+                within: coarser.within(n),
+            })
+        };
+        let (mut phi, mask) = self.except(&known);
+        phi.par_iter_mut().enumerate().for_each(|(s, v)| {
+            let n = self.grid.node(s);
+            if mask[s]
+                && coarser.tells(n).is_none()
+                && let Some(prolonged) = coarser.prolonged(n)
+            {
+                *v = prolonged;
+            }
+        });
+        (phi, mask)
+    }
+
+    /// φ and mask of a whole box, after a look at every other node. The values of free nodes mean little.
+    pub fn of_box(&self) -> (Vec<f64>, Vec<bool>) {
+        let lattice = Lattice {
+            origin: self.lattice.origin,
+            voxel: 2.0 * self.lattice.voxel,
+        };
+        let grid = SparseGrid::new(self.grid.dims().map(|d| d / 2), |_| true);
+        let (phi, free) = Sampling {
+            lattice: &lattice,
+            grid: &grid,
+            data: self.data,
+            voxel: self.voxel,
+        }
+        .ask(&|_| Known::nothing(true));
+        let coarser = Coarser::new(&grid, &phi, &free);
+        self.except(&|n| {
+            let rough = self.grid.is_interior(n, BORDER);
+            // At the side of the box nodes are fixed whatever they are nearest to, but nobody looks at the outermost.
+            let matters = !rough && self.grid.is_interior(n, 1);
+            let told = coarser.tells_of_known(n).filter(|&free| !(free && matters));
+            let value = || linear(&grid, &phi, 0.5 * as_point(n));
+            let node = || Some(Known::Node(2.0 * value()?, told?));
+            node().unwrap_or_else(|| Known::Nothing {
+                rough,
+                within: coarser.within(n),
+            })
+        })
+    }
+
+    /// φ in voxels, and whether a node is free unless it lies at the side of the box.
+    fn ask(&self, known: &(dyn Fn(NodeIndex) -> Known + Sync)) -> (Vec<f64>, Vec<bool>) {
+        let mut samples = vec![(0.0, false); self.grid.len()];
+        let blocks = samples.par_chunks_mut(BLOCK_NODES).enumerate();
+        blocks.for_each(|(b, samples)| {
+            // Walks the block so that each node bounds the distance of the next.
+            let mut last: Option<(DVec3, NodeData, Option<DVec3>)> = None;
+            for (i, sample) in samples.iter_mut().enumerate() {
+                let n = self.grid.node(b * BLOCK_NODES + i);
+                let (rough, within) = match known(n) {
+                    Known::Node(value, free) => {
+                        *sample = (value, free);
+                        continue;
+                    }
+                    Known::Nothing { rough, within } => (rough, within * self.lattice.voxel),
+                };
+                let x = self.lattice.to_world(as_point(n));
+                let limit = last.map_or(within, |(y, s, closest)| {
+                    let bound = closest.map_or(s.distance + x.distance(y), |p| p.distance(x));
+                    bound * (1.0 + 1e-9) + 1e-9 * self.voxel
+                });
+                let wanted = Wanted {
+                    rough,
+                    reach: SMOOTH * self.voxel,
+                };
+                let (s, closest) = self.data.sample_for(x, limit, &wanted);
+                last = Some((x, s, closest));
+                let free = s.free || s.distance > DEEP * self.voxel && self.data.near_hole(x);
+                *sample = (s.signed / self.lattice.voxel, free);
+            }
+        });
+        samples.into_iter().unzip()
+    }
+}
