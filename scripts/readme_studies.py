@@ -10,6 +10,8 @@ import sys
 
 from readme import renew
 
+EXPERIMENTS = ["cap", "table1", "circle", "graph", "merge", "orthogonal", "surfaces"]
+
 
 def table(head, rows):
     lines = ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 1)]
@@ -58,8 +60,24 @@ def schemes(study):
     )
 
 
+def claims(studies):
+    """What was stated of the experiments beside what was got."""
+    rows = []
+    for study in studies:
+        for claim in study["claims"]:
+            held = "" if claim["holds"] else " (not met)"
+            rows.append([f"`{study['name']}`", claim["what"], claim["stated"], claim["got"] + held])
+    return ["| experiment | what | stated | got |", "|---|---|---|---|"] + [
+        "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows
+    ]
+
+
 def main():
     folder = pathlib.Path(sys.argv[1])
+    paths = [folder / f"{name}.json" for name in EXPERIMENTS]
+    if all(path.exists() for path in paths):
+        studies = [json.loads(path.read_text()) for path in paths]
+        renew("experiments", "readme_studies.py", "\n".join(claims(studies)))
     for name, make in [
         ("patches", errors),
         ("patches-curvature-variation", errors),
