@@ -15,7 +15,7 @@ use super::report::{Before, Drawn};
 use super::{End, arguments, progress};
 
 /// Edge ratio for the variation of curvature: longer chords are farther from its surface than that is from smooth data.
-const FINE_EDGE_RATIO: f64 = 0.65;
+const FINE_EDGE_RATIO: f64 = 0.45;
 
 /// Options of the solve and of what is written.
 #[derive(Debug, Args)]
@@ -49,7 +49,7 @@ pub struct SolveArgs {
     #[arg(long, value_name = "N", value_parser = arguments::count)]
     steps: Option<usize>,
 
-    /// Length of the patch's edges over that of the edges round the hole [default: 0.8, with curvature-variation 0.65].
+    /// Length of the patch's edges over that of the edges round the hole [default: 0.8, with curvature-variation 0.45].
     #[arg(long, value_name = "RATIO", value_parser = arguments::edge_ratio)]
     edge_ratio: Option<f64>,
 }

@@ -10,6 +10,9 @@ use crate::grid::{Lattice, NodeIndex};
 
 /// Most steps on a coarser level.
 const COARSE_STEPS: usize = 14;
+/// The tolerance for the variation of curvature over that for the Willmore energy: the surface comes to rest in many small
+/// steps, and the last of them says little of how far it still has to go.
+const CALMER: f64 = 0.05;
 /// A level is lost when its last step still moved the surface by more than this, in voxels, and beyond hope when its last
 /// three did by more than that.
 const LOST: f64 = 0.1;
@@ -217,6 +220,11 @@ fn relax_nested(
         for &energy in stages(settings.flow.energy, refinement) {
             let flow_settings = FlowSettings {
                 energy,
+                tolerance: flow_settings.tolerance
+                    * match energy {
+                        Energy::Willmore => 1.0,
+                        Energy::CurvatureVariation => CALMER,
+                    },
                 ..flow_settings
             };
             let flow = relax(
