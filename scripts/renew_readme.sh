@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# Renews all tables and pictures of the README: scripts/renew_readme.sh DIR
+#
+# DIR takes a Python environment with what the scripts name in their first lines, and the reports, plots and fields of the
+# experiments. An hour or two on two cores; leave the machine alone meanwhile, since many of the figures are times. For the
+# tables beside CGAL its headers are needed (Debian: libcgal-dev), for the picture of a report Chromium.
+set -euo pipefail
+folder=${1:?usage: scripts/renew_readme.sh DIR}
+mkdir -p "$folder"
+folder=$(cd "$folder" && pwd)
+cd "$(dirname "$0")/.."
+
+scripts=(accuracy compare_libigl bench_peers scaling readme_picture readme_report)
+python=$folder/venv/bin/python
+[ -x "$python" ] || python3 -m venv "$folder/venv"
+needed() {
+    python3 - "$@" << 'EOF'
+import re, sys, tomllib
+needed = set()
+for name in sys.argv[1:]:
+    head = re.search(r"^# /// script\n(.*?)^# ///$", open(f"scripts/{name}.py").read(), re.M | re.S)
+    needed.update(tomllib.loads(re.sub("^# ?", "", head[1], flags=re.M))["dependencies"])
+print("\n".join(sorted(needed)))
+EOF
+}
+needed "${scripts[@]}" > "$folder/requirements.txt"
+"$python" -m pip install --quiet --disable-pip-version-check -r "$folder/requirements.txt"
+
+cargo build --release
+scripts/study.sh "$folder"
+for name in accuracy compare_libigl bench_peers scaling; do
+    "$python" "scripts/$name.py" --readme
+done
+"$python" scripts/readme_picture.py
+"$python" scripts/readme_report.py
