@@ -170,10 +170,12 @@ impl Work<'_> {
         });
         let mut best: Option<(Patch, RegionReport)> = None;
         let mut last = RegionReport::default();
+        let mut finest = 1.0;
         while let Some(now) = next.take() {
             if !(self.keep_going)() || tries.len() >= MOST_TRIES {
                 break;
             }
+            finest = now.refine.max(finest);
             let begun = Instant::now();
             let (solved, region, data) = self.solve(group, sampler, &now);
             self.log_try(group, &now, &region, &solved, begun);
@@ -212,7 +214,7 @@ impl Work<'_> {
                     }
                     if crossing > 0 {
                         tries.push(format!("{crossing} faces of the patch intersected others"));
-                        next = now.finer(self.params);
+                        next = now.finer(self.params).filter(|n| n.refine > finest);
                     }
                 }
                 Err(e) => {
