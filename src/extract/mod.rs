@@ -7,6 +7,7 @@
 //! Sources: Lorensen and Cline, "Marching cubes", 1987; Nielson and Hamann, "The asymptotic decider", 1991, for faces
 //! whose corners alternate in sign.
 
+mod dense;
 mod polygon;
 mod table;
 mod volume;
@@ -52,7 +53,7 @@ pub struct IsoSurface {
 /// alternate in sign is decided by its bilinear saddle, from the four values alone, so that neighbouring cells agree.
 /// Vertices and faces come in the order of `cells`, which must not repeat.
 pub fn marching_cubes(cells: &[[i32; 3]], value: impl Fn([i32; 3]) -> f64) -> IsoSurface {
-    let mut builder = Builder::default();
+    let mut builder = Builder::<EdgeMap>::default();
     let mut corner = [0.0; 8];
     let mut last = None;
     for &cell in cells {
@@ -75,23 +76,37 @@ pub fn marching_cubes(cells: &[[i32; 3]], value: impl Fn([i32; 3]) -> f64) -> Is
     builder.surface
 }
 
-#[derive(Default)]
-struct Builder {
-    surface: IsoSurface,
-    by_edge: HashMap<EdgeKey, u32, BuildHasherDefault<EdgeHasher>>,
+/// The numbers of the vertices on lattice edges.
+trait EdgeNumbers {
+    /// The number of the vertex on an edge of a cell: `fresh`, if it has none.
+    fn number(&mut self, cell: [i32; 3], edge: usize, fresh: u32) -> u32;
 }
 
-impl Builder {
+/// Numbers for cells in any order.
+#[derive(Default)]
+struct EdgeMap(HashMap<EdgeKey, u32, BuildHasherDefault<EdgeHasher>>);
+
+impl EdgeNumbers for EdgeMap {
+    fn number(&mut self, cell: [i32; 3], edge: usize, fresh: u32) -> u32 {
+        let node = add(cell, CORNER[EDGE_NODE[edge] as usize]);
+        let key = EdgeKey(node, EDGE_AXIS[edge]);
+        *self.0.entry(key).or_insert(fresh)
+    }
+}
+
+#[derive(Default)]
+struct Builder<N> {
+    surface: IsoSurface,
+    numbers: N,
+}
+
+impl<N: EdgeNumbers> Builder<N> {
     fn cell(&mut self, cell: [i32; 3], corner: &[f64; 8], case: u8) {
-        let mut vertex = [u32::MAX; 12];
         for lp in table().loops(case, corner) {
             let mut polygon = Polygon::default();
             for &e in lp {
-                let slot = &mut vertex[e as usize];
-                if *slot == u32::MAX {
-                    *slot = self.vertex(cell, e as usize, corner);
-                }
-                polygon.push(e, *slot, self.surface.positions[*slot as usize]);
+                let vertex = self.vertex(cell, e as usize, corner);
+                polygon.push(e, vertex, self.surface.positions[vertex as usize]);
             }
             if !polygon.triangulate(&mut self.surface.faces) {
                 self.fan(cell, &polygon);
@@ -100,11 +115,13 @@ impl Builder {
     }
 
     fn vertex(&mut self, cell: [i32; 3], edge: usize, corner: &[f64; 8]) -> u32 {
-        let axis = EDGE_AXIS[edge];
-        let low = EDGE_NODE[edge] as usize;
-        let node = add(cell, CORNER[low]);
         let surface = &mut self.surface;
-        *self.by_edge.entry(EdgeKey(node, axis)).or_insert_with(|| {
+        let fresh = surface.positions.len() as u32;
+        let number = self.numbers.number(cell, edge, fresh);
+        if number == fresh {
+            let axis = EDGE_AXIS[edge];
+            let low = EDGE_NODE[edge] as usize;
+            let node = add(cell, CORNER[low]);
             let (a, b) = (corner[low], corner[low | 1 << axis]);
             let t = a / (a - b);
             let t = if t.is_finite() {
@@ -116,8 +133,8 @@ impl Builder {
             p[axis as usize] += t;
             surface.positions.push(p);
             surface.edges.push((node, axis));
-            surface.positions.len() as u32 - 1
-        })
+        }
+        number
     }
 
     /// A fan about the polygon's centroid, for a polygon that has no triangulation of its own.

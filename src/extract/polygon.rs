@@ -59,7 +59,7 @@ impl Polygon {
     fn triangulate_long(&self, faces: &mut Vec<[u32; 3]>) -> bool {
         let n = self.len;
         let mut cost = [[0.0; MOST]; MOST];
-        let mut apex = [[0usize; MOST]; MOST];
+        let mut apex = [[0u8; MOST]; MOST];
         for span in 2..n {
             for i in 0..n - span {
                 let j = i + span;
@@ -71,18 +71,24 @@ impl Polygon {
                     }
                 }
                 cost[i][j] = best.0 + self.diagonal(i, j);
-                apex[i][j] = best.1;
+                apex[i][j] = best.1 as u8;
             }
         }
         if !cost[0][n - 1].is_finite() {
             return false;
         }
-        let mut stack = vec![(0, n - 1)];
-        while let Some((i, j)) = stack.pop() {
+        let mut stack = [(0, 0); 2 * MOST];
+        stack[0] = (0, n - 1);
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let (i, j) = stack[waiting];
             if j - i > 1 {
-                let m = apex[i][j];
+                let m = usize::from(apex[i][j]);
                 faces.push([self.vertex[i], self.vertex[m], self.vertex[j]]);
-                stack.extend([(i, m), (m, j)]);
+                stack[waiting] = (i, m);
+                stack[waiting + 1] = (m, j);
+                waiting += 2;
             }
         }
         true

@@ -154,3 +154,41 @@ fn values_that_are_not_numbers_do_not_panic() {
     let s = marching_cubes(&cells(4), |p| if p == [2, 2, 2] { -1.0 } else { f64::NAN });
     assert!(s.positions.iter().all(|p| p.is_finite()));
 }
+
+#[test]
+fn slabs_make_what_single_cells_make() {
+    let mut noise = Noise(11);
+    // Zeros, whole numbers and plain noise; thin boxes, and more layers than a slab has.
+    for (dims, round) in [
+        ([9, 7, 21], 0.0),
+        ([6, 11, 18], 1.0),
+        ([2, 5, 9], 1.0),
+        ([5, 2, 2], 0.0),
+    ] {
+        let [nx, ny, nz] = dims;
+        let values: Vec<f64> = (0..nx * ny * nz)
+            .map(|_| 6.0 * noise.next() - 3.0)
+            .map(|v| if round > 0.0 { v.round() } else { v })
+            .collect();
+        let plane = |k: usize, out: &mut [f64]| {
+            out.copy_from_slice(&values[k * nx * ny..][..nx * ny]);
+            true
+        };
+        let nodes = dense::Nodes {
+            dims,
+            shift: -1,
+            plane: &plane,
+        };
+        let (positions, faces) = dense::surface(&nodes).unwrap();
+        let cells: Vec<[i32; 3]> = (0..nz - 1)
+            .flat_map(|k| (0..ny - 1).flat_map(move |j| (0..nx - 1).map(move |i| [i, j, k])))
+            .map(|cell| cell.map(|n| n as i32 - 1))
+            .collect();
+        let single = marching_cubes(&cells, |n| {
+            let [i, j, k] = n.map(|n| (n + 1) as usize);
+            values[(k * ny + j) * nx + i]
+        });
+        assert!(!faces.is_empty());
+        assert_eq!((positions, faces), (single.positions, single.faces));
+    }
+}

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::marching_cubes;
+use super::dense::{self, Nodes};
 use crate::grid::Volume;
 use crate::mesh::Mesh;
 
@@ -50,50 +50,59 @@ pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, V
     if dims.iter().any(|n| *n < 2 || *n > i32::MAX as usize - 2) {
         return Err(VolumeSurfaceError::Dims(dims));
     }
-    if let Some(at) = volume.values.iter().position(|v| !v.is_finite()) {
-        let node = [at % dims[0], at / dims[0] % dims[1], at / dims[0] / dims[1]];
-        let value = volume.values[at];
-        return Err(VolumeSurfaceError::NotFinite { node, value });
-    }
-    let [low, high] = volume.range();
+    let [low, high] = match close {
+        true => volume.range(),
+        false => [0.0; 2],
+    };
     // Far above all values, so that caps lie at the outermost nodes.
     let beyond = ((high - level).abs().max((low - level).abs())).max(f64::MIN_POSITIVE) * 1e9;
-    let value = |node: [i32; 3]| {
-        let inside = (0..3).all(|a| node[a] >= 0 && (node[a] as usize) < dims[a]);
-        match inside {
-            true => volume.at(node.map(|n| n as usize)) - level,
-            false => beyond,
+    let margin = usize::from(close);
+    let [nx, ny, nz] = dims.map(|n| n + 2 * margin);
+    let plane = |k: usize, out: &mut [f64]| {
+        if close {
+            out.fill(beyond);
         }
+        if k < margin || k >= nz - margin {
+            return true;
+        }
+        let mut sound = true;
+        let inner = &volume.values[(k - margin) * dims[0] * dims[1]..][..dims[0] * dims[1]];
+        let rows = out.chunks_exact_mut(nx);
+        for (out, row) in rows.skip(margin).zip(inner.chunks_exact(dims[0])) {
+            for (out, value) in out[margin..].iter_mut().zip(row) {
+                *out = value - level;
+                sound &= value.is_finite();
+            }
+        }
+        sound
     };
-    let margin = i32::from(close);
-    let [nx, ny, nz] = dims.map(|n| n as i32 - 1 + margin);
-    let cells: Vec<[i32; 3]> = (-margin..nz)
-        .into_par_iter()
-        .flat_map_iter(|k| {
-            let rows = (-margin..ny).flat_map(move |j| (-margin..nx).map(move |i| [i, j, k]));
-            rows.filter(|cell| straddles(*cell, &value))
-        })
-        .collect();
-    if cells.is_empty() {
+    let nodes = Nodes {
+        dims: [nx, ny, nz],
+        shift: -(margin as i32),
+        plane: &plane,
+    };
+    let Some((mut positions, faces)) = dense::surface(&nodes) else {
+        return Err(not_finite(volume));
+    };
+    if faces.is_empty() {
+        let [low, high] = volume.range();
         return Err(VolumeSurfaceError::NoSurface { level, low, high });
     }
-    let surface = marching_cubes(&cells, value);
     let last = DVec3::from_array(dims.map(|n| (n - 1) as f64));
-    let positions = surface
-        .positions
-        .iter()
-        .map(|p| volume.position(p.clamp(DVec3::ZERO, last)))
-        .collect();
-    Ok(Mesh::new(positions, surface.faces))
+    positions
+        .par_iter_mut()
+        .for_each(|p| *p = volume.position(p.clamp(DVec3::ZERO, last)));
+    Ok(Mesh::new(positions, faces))
 }
 
-fn straddles(cell: [i32; 3], value: &impl Fn([i32; 3]) -> f64) -> bool {
-    let below = |corner: i32| {
-        let offset = [corner & 1, corner >> 1 & 1, corner >> 2];
-        value([0, 1, 2].map(|a| cell[a] + offset[a])) < 0.0
-    };
-    let first = below(0);
-    (1..8).any(|corner| below(corner) != first)
+/// Says which value it is.
+fn not_finite(volume: &Volume) -> VolumeSurfaceError {
+    let dims = volume.dims;
+    let wrong = volume.values.iter().position(|v| !v.is_finite());
+    let at = wrong.unwrap_or_default();
+    let node = [at % dims[0], at / dims[0] % dims[1], at / dims[0] / dims[1]];
+    let value = volume.values[at];
+    VolumeSurfaceError::NotFinite { node, value }
 }
 
 #[cfg(test)]
