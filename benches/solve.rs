@@ -2,6 +2,9 @@
 //!
 //! `cargo bench --bench solve -- 32 64 128` prints seconds, unknowns, steps and iterations for the catenoid's neck and a
 //! spherical cap of 60 degrees.
+//!
+//! On two cores (November 2026), in seconds: catenoid 0.155, 0.65, 3.9 and 22 at 32, 64, 128 and 256 voxels across, cap
+//! 0.148, 0.52, 2.7 and 20; 5 to 8 iterations a step; 953 MB at 256, 1.7 kB an unknown.
 
 use std::time::Instant;
 
