@@ -7,7 +7,7 @@ use super::energy::BandEnergy;
 use super::state::BandState;
 use super::steady::{FlowOutcome, FlowSettings, REACH, StepRecord};
 use super::willmore::WillmoreBand;
-use crate::grid::{SparseGrid, add};
+use crate::grid::{SparseGrid, add, offset};
 use crate::sdf::redistance;
 
 /// No node within one voxel of the surface moves by more than this in a step, in voxels.
@@ -232,8 +232,7 @@ fn leaves(grid: &SparseGrid, band: &Band, phi: &[f64]) -> bool {
     let lacks = |i: usize| {
         let n = band.nodes[i];
         (0..27).any(|k| {
-            let o = [k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1];
-            let near = add(n, o);
+            let near = add(n, offset(k));
             grid.slot(near).is_none() && (0..3).all(|d| near[d] >= 0 && near[d] < grid.dims()[d])
         })
     };

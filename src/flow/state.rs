@@ -195,7 +195,11 @@ impl<E: BandEnergy> BandState<E> {
         let (direction, at) = self.direction(grid, mask, settings);
         let (energy, surface) = (at.energy, at.surface);
         let combined = self.combined(&direction);
-        let fraction = match self.try_whole(combined.as_deref(), at) {
+        let tried = match combined {
+            Some(d) => self.try_whole(&d, at),
+            None => Err(at),
+        };
+        let fraction = match tried {
             Ok(()) => 1.0,
             Err(at) => self.search(&direction.d, at, direction.slope),
         };
@@ -211,7 +215,7 @@ impl<E: BandEnergy> BandState<E> {
 
     /// Takes a whole step if the energy falls by it, and says whether it did.
     pub(super) fn advance(&mut self, direction: &Direction, at: Evaluation) -> bool {
-        let refused = self.try_whole(Some(&direction.d), at).err();
+        let refused = self.try_whole(&direction.d, at).err();
         let taken = refused.is_none();
         if !taken {
             self.at = refused;
@@ -269,10 +273,7 @@ impl<E: BandEnergy> BandState<E> {
     }
 
     /// Takes a whole step if the energy falls by it, or hands the evaluation back.
-    fn try_whole(&mut self, d: Option<&[f64]>, at: Evaluation) -> Result<(), Evaluation> {
-        let Some(d) = d else {
-            return Err(at);
-        };
+    fn try_whole(&mut self, d: &[f64], at: Evaluation) -> Result<(), Evaluation> {
         let moved = self.values.iter().zip(d).map(|(v, d)| v + d);
         let trial: Vec<f64> = moved.collect();
         let there = self.evaluate(&trial);

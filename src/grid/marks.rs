@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::sparse::{BLOCK, BLOCK_NODES, SparseGrid, add};
+use super::sparse::{BLOCK_NODES, SparseGrid, offset};
 
 /// For each axis how far apart its neighbours are in a word, and the nodes of a block at its low and high end.
 const AXES: [(u32, u64, u64); 3] = [
@@ -21,11 +21,9 @@ pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
     let mut out = vec![false; marked.len()];
     let blocks = out.par_chunks_exact_mut(BLOCK_NODES).enumerate();
     blocks.with_min_len(64).for_each(|(b, out)| {
-        let corner = grid.blocks()[b];
-        let reached = (0..27).fold(0, |reached, i| {
-            let offset = [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1];
-            let slot = grid.slot(add(corner, offset.map(|o| o * BLOCK)));
-            reached | slot.map_or(0, |s| reach(words[s / BLOCK_NODES], offset))
+        let reached = (0..27).map(offset).fold(0, |reached, o| {
+            let beside = grid.block_beside(b, o);
+            reached | beside.map_or(0, |b| reach(words[b], o))
         });
         for (i, o) in out.iter_mut().enumerate() {
             *o = (reached >> i) & 1 == 1;
@@ -50,6 +48,7 @@ fn reach(marked: u64, offset: [i32; 3]) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::add;
 
     #[test]
     fn the_26_neighbours_are_reached_across_blocks_that_are_not_stored() {

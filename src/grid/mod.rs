@@ -7,6 +7,6 @@ mod volume;
 
 pub use interpolate::{Tricubic, linear, value_and_gradient};
 pub use marks::dilate;
-pub(crate) use sparse::{ABSENT, BLOCK_NODES, add, as_point};
+pub(crate) use sparse::{ABSENT, BLOCK_NODES, add, as_point, offset};
 pub use sparse::{BLOCK, Lattice, NodeIndex, SparseGrid};
 pub use volume::Volume;

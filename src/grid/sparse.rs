@@ -18,6 +18,12 @@ pub(crate) fn add(n: NodeIndex, o: NodeIndex) -> NodeIndex {
     [n[0] + o[0], n[1] + o[1], n[2] + o[2]]
 }
 
+/// The offset to the i-th of the 3 × 3 × 3 nodes round a node, in lexicographic order.
+#[inline]
+pub(crate) fn offset(i: i32) -> NodeIndex {
+    [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1]
+}
+
 /// A node in lattice coordinates.
 #[inline]
 pub(crate) fn as_point(n: NodeIndex) -> DVec3 {
@@ -215,17 +221,18 @@ impl SparseGrid {
         let own: Vec<u8> = (0..self.blocks.len())
             .map(|b| range(b).fold(0, |sum, s| sum | of(s)))
             .collect();
-        let near = |corner: NodeIndex, i: i32| {
-            let o = [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1].map(|o| o * BLOCK);
-            self.slot(add(corner, o))
-        };
-        self.blocks
-            .iter()
-            .map(|&corner| {
-                let round = (0..27).filter_map(|i| near(corner, i));
-                round.fold(0, |sum, s| sum | own[s / BLOCK_NODES])
+        (0..self.blocks.len())
+            .map(|b| {
+                let round = (0..27).filter_map(|i| self.block_beside(b, offset(i)));
+                round.fold(0, |sum, b| sum | own[b])
             })
             .collect()
+    }
+
+    /// The stored block at an offset from another, in blocks.
+    pub(crate) fn block_beside(&self, block: usize, offset: NodeIndex) -> Option<usize> {
+        let slot = self.slot(add(self.blocks[block], offset.map(|o| o * BLOCK)))?;
+        Some(slot / BLOCK_NODES)
     }
 
     /// The node stored at a slot.

@@ -10,7 +10,7 @@ use super::sources::Sources;
 use super::{Inspection, TRIVIAL_EDGES};
 use crate::extract::marching_cubes;
 use crate::flow::{Energy, FlowSettings, Variant};
-use crate::grid::{NodeIndex, dilate};
+use crate::grid::{NodeIndex, dilate, offset};
 use crate::mesh::{Hole, Mesh};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::{
@@ -387,7 +387,7 @@ fn touches_box(level: &Level) -> bool {
         level.mask[s]
             && level.phi[s].abs() < 1.0
             && (0..27).any(|i: i32| {
-                let o = [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1];
+                let o = offset(i);
                 let far = [n[0] + 5 * o[0], n[1] + 5 * o[1], n[2] + 5 * o[2]];
                 let near = [n[0] + 2 * o[0], n[1] + 2 * o[1], n[2] + 2 * o[2]];
                 grid.slot(near).is_none() || !grid.is_interior(far, 0)

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::attempt::{RegionPatch, Work};
-use crate::mesh::{Mesh, Part};
+use crate::mesh::{Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
 use crate::report::{HoleOutcome, RegionReport};
 use crate::stitch::{
@@ -53,8 +53,7 @@ impl Work<'_> {
         let points = rim()
             .map(|v| mesh.positions[v as usize])
             .chain(extracted.positions.iter().copied());
-        let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (low, high) = points.fold(start, |(low, high), p| (low.min(p), high.max(p)));
+        let (low, high) = bounds(points);
         let margin = DVec3::splat(MARGIN * (high - low).max_element() + 2.0 * voxel);
         self.sources.all().part(low - margin, high + margin, rim())
     }

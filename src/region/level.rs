@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::sampling::{Coarser, Known, Sampling};
 use crate::flow::Pull;
 use crate::grid::{
-    BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, dilate, value_and_gradient,
+    BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, dilate, offset, value_and_gradient,
 };
 use crate::sdf::project_on_zero_set;
 
@@ -141,10 +141,10 @@ impl Level {
             origin: self.lattice.origin,
             voxel: 0.5 * self.lattice.voxel,
         };
-        let near = near_mask(self);
+        let coarser = Coarser::new(&self.grid, &self.phi, &self.mask);
+        let near = dilate(&self.grid, coarser.near_free());
         let dims = self.grid.dims().map(|d| 2 * d - 1);
         let grid = SparseGrid::new(dims, |corner| self.wants(corner, &near));
-        let coarser = Coarser::new(&self.grid, &self.phi, &self.mask);
         let (phi, mask) = Sampling {
             lattice: &lattice,
             grid: &grid,
@@ -168,7 +168,7 @@ impl Level {
         for s in (0..self.grid.len()).filter(|&s| self.mask[s] && self.phi[s].abs() < STORED) {
             let block = self.grid.node(s).map(|i| i / BLOCK);
             for k in 0..27 {
-                let near = add(block, [k / 9 - 1, k / 3 % 3 - 1, k % 3 - 1]);
+                let near = add(block, offset(k));
                 if (0..3).all(|d| near[d] >= 0 && near[d] < blocks[d]) {
                     wanted[at(near)] = true;
                 }
@@ -252,13 +252,4 @@ fn take_signs(grid: &SparseGrid, phi: &mut [f64], mut open: Vec<usize>) {
         }
         open.retain(|&s| !closed[s]);
     }
-}
-
-/// Nodes within three steps of the mask.
-fn near_mask(level: &Level) -> Vec<bool> {
-    let mut near = level.mask.clone();
-    for _ in 0..3 {
-        near = dilate(&level.grid, &near);
-    }
-    near
 }

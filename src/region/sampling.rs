@@ -74,6 +74,11 @@ impl<'a> Coarser<'a> {
         }
     }
 
+    /// Nodes within two steps of a free one.
+    pub fn near_free(&self) -> &[bool] {
+        &self.near[1]
+    }
+
     /// The slot of the node beside one of the finer lattice.
     fn beside(&self, fine: NodeIndex) -> Option<usize> {
         self.grid.slot(fine.map(|i| (i + 1) / 2))

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::jets::{Jet, fit_jet};
 use crate::mesh::{
-    Hole, Mesh, Part, Topology, VertexFaces, face_normal, topology::NONE, vertex_normal,
+    Hole, Mesh, Part, Topology, VertexFaces, bounds, face_normal, topology::NONE, vertex_normal,
 };
 use crate::spatial::{Bvh, Closest, WindingTree};
 
@@ -118,8 +118,7 @@ impl<'a> Sampler<'a> {
     pub fn part_round(&self, rims: &[Vec<u32>]) -> Part {
         let vertices = || rims.iter().flatten().copied();
         let at = |v: u32| self.mesh.positions[v as usize];
-        let low = vertices().fold(DVec3::INFINITY, |m, v| m.min(at(v)));
-        let high = vertices().fold(DVec3::NEG_INFINITY, |m, v| m.max(at(v)));
+        let (low, high) = bounds(vertices().map(at));
         let margin = DVec3::splat(0.01 * (high - low).max_element());
         self.part(low - margin, high + margin, vertices())
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
 
 use super::triangle::{Barycentric, closest_on_triangle};
-use crate::mesh::Mesh;
+use crate::mesh::{Mesh, bounds};
 
 /// One node: a leaf where `count` is not zero, else an inner node whose children are `first` and `first + 1`.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +54,7 @@ fn round_up(x: f64) -> f32 {
     if f64::from(y) < x { y.next_up() } else { y }
 }
 
-fn bounds(corners: &[DVec3; 3]) -> Aabb {
+fn enclosing(corners: &[DVec3; 3]) -> Aabb {
     let low = corners[0].min(corners[1]).min(corners[2]);
     let high = corners[0].max(corners[1]).max(corners[2]);
     Aabb::new(
@@ -70,13 +70,7 @@ impl Bvh {
     /// When a face's index is past the end of the positions.
     pub fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> Self {
         let faces: Vec<u32> = faces.collect();
-        let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        for &f in &faces {
-            for v in mesh.faces[f as usize] {
-                low = low.min(mesh.positions[v as usize]);
-                high = high.max(mesh.positions[v as usize]);
-            }
-        }
+        let (low, high) = bounds(faces.iter().flat_map(|&f| mesh.corners(f)));
         let centre = if faces.is_empty() {
             DVec3::ZERO
         } else {
@@ -98,7 +92,7 @@ impl Bvh {
                 centre,
             };
         }
-        let boxes: Vec<Aabb> = corners.iter().map(bounds).collect();
+        let boxes: Vec<Aabb> = corners.iter().map(enclosing).collect();
         let built = build_bvh2(
             &boxes,
             BvhBuildParams::fast_build(),

@@ -203,12 +203,8 @@ impl Assembled {
     fn measure(&mut self) {
         let mesh = &self.mesh;
         let angles: Vec<f64> = (0..mesh.rim_len() as u32)
-            .filter(|&v| mesh.is_used(v))
             .filter_map(|v| {
-                let h = mesh
-                    .outgoing(v)
-                    .next()
-                    .filter(|&h| mesh.twin(h).is_none())?;
+                let h = mesh.rim_edge(v)?;
                 let key = (mesh.origin[v as usize], mesh.origin[mesh.to(h) as usize]);
                 let beyond = self.rims.beyond.get(&key)?.normal;
                 let normal = mesh

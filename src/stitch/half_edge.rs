@@ -152,6 +152,12 @@ impl PatchMesh {
         self.position[self.from(h) as usize].distance(self.position[self.to(h) as usize])
     }
 
+    /// The half-edge along the rim out of a rim corner; none where it has none.
+    pub(super) fn rim_edge(&self, v: u32) -> Option<u32> {
+        let used = self.is_used(v).then(|| self.outgoing(v).next())?;
+        used.filter(|&h| self.twin(h).is_none())
+    }
+
     /// Mean length of the edges out of `v`.
     pub(super) fn mean_length(&self, v: u32) -> f64 {
         let (sum, count) = self.outgoing(v).fold((0.0, 0.0), |(sum, count), h| {

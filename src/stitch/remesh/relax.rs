@@ -147,12 +147,8 @@ impl Remesher<'_> {
     /// The edges along the rim, where the surface is known beside them.
     fn seam(&self) -> impl Iterator<Item = Seam> + '_ {
         let mesh = &*self.mesh;
-        let rim = (0..mesh.rim_len() as u32).filter(|&v| mesh.is_used(v));
-        rim.filter_map(move |v| {
-            let edge = mesh
-                .outgoing(v)
-                .next()
-                .filter(|&h| mesh.twin(h).is_none())?;
+        (0..mesh.rim_len() as u32).filter_map(move |v| {
+            let edge = mesh.rim_edge(v)?;
             let ends = [v, mesh.to(edge)];
             let beyond = self
                 .rims
