@@ -1,8 +1,12 @@
 //! Coarse levels for the step's system: functions that are constant along the normal.
 //!
 //! Smooth movements of the surface are nearly constant along the normal through the band. So the first coarse level
-//! interpolates trilinearly at each node's closest point on the surface, on the lattice of twice the voxel; coarser levels
-//! follow by plain trilinear interpolation, all matrices by Galerkin products.
+//! interpolates trilinearly at each node's closest point on the surface, on the lattice of twice the voxel. Coarser lattices
+//! lie with their nodes between those of the finer: the eight weights of trilinear interpolation are then those by which
+//! quadratic splines are refined (Chaikin 1974), and smooth functions keep their bending energy from level to level, where
+//! linear ones gain some in each. All matrices are Galerkin products.
+
+use rayon::prelude::*;
 
 use super::band::Band;
 use super::system::System;
@@ -11,8 +15,6 @@ use crate::linalg::{Csr, Multigrid};
 
 /// Levels are added until so few unknowns are left.
 const FEW: usize = 400;
-/// A W-cycle from so many unknowns on.
-const MANY: usize = 100_000;
 /// Smaller weights do not count.
 const LEAST: f64 = 1e-12;
 const ABSENT: u32 = u32::MAX;
@@ -119,70 +121,72 @@ fn interpolation(
     (matrix, lattice)
 }
 
-/// The closest points on the zero set of the nodes at a layout's positions, by central differences; unknowns only.
-fn feet(band: &Band, phi: &[f64]) -> Vec<Option<[f64; 3]>> {
-    let layout = &band.layout;
-    let mut values = vec![f64::NAN; layout.len];
-    for (&p, &v) in layout.position.iter().zip(phi) {
-        values[p as usize] = v;
-    }
-    let mut out = vec![None; layout.len];
-    for (r, &i) in layout.rows.iter().enumerate() {
+/// From each row's node to its closest point on the zero set of `phi`, which is a distance at all nodes round the band, by
+/// central differences; nothing for rows that are not unknowns.
+///
+/// One-sided differences at the band's ends would not do: what is constant along a normal that jumps from node to node is
+/// rough, and the coarse levels would take smooth movements for stiff ones.
+pub fn feet(band: &Band, grid: &SparseGrid, phi: &[f64]) -> Vec<[f32; 3]> {
+    let foot = |&i: &u32| {
         if !band.unknown[i as usize] {
-            continue;
+            return [0.0; 3];
         }
-        let own = phi[i as usize];
-        let value = |k: usize| {
-            let v = values[layout.starts[r][k / 3] as usize + k % 3];
-            if v.is_nan() { own } else { v }
-        };
+        let slot = band.slots[i as usize] as usize;
+        let around = grid.around(slot);
+        let own = phi[slot];
+        let value = |k: usize| phi.get(around[k] as usize).map_or(own, |&v| v);
         let g: [f64; 3] = std::array::from_fn(|d| {
             let step = [9, 3, 1][d];
             0.5 * (value(13 + step) - value(13 - step))
         });
         let gg = (g[0] * g[0] + g[1] * g[1] + g[2] * g[2]).max(0.25);
-        let x = band.nodes[i as usize];
-        out[layout.position_of(r)] =
-            Some(std::array::from_fn(|d| f64::from(x[d]) - own / gg * g[d]));
-    }
-    out
+        g.map(|g| (-own / gg * g) as f32)
+    };
+    band.layout.rows.par_iter().map(foot).collect()
 }
 
-/// The hierarchy for a system; none where it cannot be made (then the diagonal has to do).
+/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made (then the diagonal has
+/// to do).
 pub fn hierarchy(
     grid: &SparseGrid,
     mask: &[bool],
     band: &Band,
-    phi: &[f64],
+    feet: &[[f32; 3]],
     system: &System,
 ) -> Option<Multigrid> {
-    let points: Vec<Option<[f64; 3]>> = feet(band, phi)
-        .into_iter()
-        .map(|p| p.map(|p| p.map(|x| 0.5 * x)))
-        .collect();
-    let free = |n: NodeIndex| grid.slot(n.map(|i| 2 * i)).is_none_or(|s| mask[s]);
-    let (first, mut lattice) = interpolation(&points, free);
+    let layout = &band.layout;
+    let mut points = vec![None; layout.len];
+    for ((r, &i), foot) in layout.rows.iter().enumerate().zip(feet) {
+        if band.unknown[i as usize] {
+            let x = band.nodes[i as usize];
+            let y = std::array::from_fn(|d| 0.5 * (f64::from(x[d]) + f64::from(foot[d])));
+            points[layout.position_of(r)] = Some(y);
+        }
+    }
+    let free = |n: NodeIndex| grid.slot(n).is_none_or(|s| mask[s]);
+    let (first, mut lattice) = interpolation(&points, |n| free(n.map(|i| 2 * i)));
     if lattice.nodes.is_empty() {
         return None;
     }
     let matrix = system.galerkin(&first);
     let mut coarser = Vec::new();
-    let mut scale = 2;
+    // Node n of a coarse lattice lies at scale n + first.
+    let (mut scale, mut first_node) = (2, 0);
     while lattice.nodes.len() > FEW && coarser.len() < 12 {
+        first_node += scale / 2;
         scale *= 2;
         let points: Vec<Option<[f64; 3]>> = lattice
             .nodes
             .iter()
-            .map(|n| Some(n.map(|i| 0.5 * f64::from(i))))
+            .map(|n| Some(n.map(|i| 0.5 * f64::from(i) - 0.25)))
             .collect();
-        let free = |n: NodeIndex| grid.slot(n.map(|i| scale * i)).is_none_or(|s| mask[s]);
-        let (p, next) = interpolation(&points, free);
+        let at = |n: NodeIndex| free(n.map(|i| scale * i + first_node));
+        let (p, next) = interpolation(&points, at);
         if next.nodes.is_empty() || next.nodes.len() >= lattice.nodes.len() {
             break;
         }
         coarser.push(p);
         lattice = next;
     }
-    let gamma = if band.unknowns > MANY { 2 } else { 1 };
-    Multigrid::new(system, first, matrix, coarser, gamma)
+    Multigrid::new(system, first, matrix, coarser)
 }

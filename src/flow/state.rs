@@ -1,7 +1,7 @@
 //! A band between two redistancings, and one step on it.
 
 use super::band::{Band, MARGIN, WIDTH};
-use super::coarse::hierarchy;
+use super::coarse::{feet, hierarchy};
 use super::energy::{BandEnergy, Evaluation};
 use super::pull::{BandPull, Pull};
 use super::steady::{FlowSettings, StepRecord};
@@ -11,8 +11,9 @@ use crate::linalg::{
     Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient, solve_spd,
 };
 
-/// Redistancing may multiply the energy by no more than this.
+/// Redistancing may multiply the surface's energy by no more than this, and all of the energy by no more than that.
 const LEAP: f64 = 4.0;
+const TORN: f64 = 8.0;
 
 /// The matrix of a step serves the next ones until nodes near the surface may have moved by this many voxels.
 const DRIFT: f64 = 0.1;
@@ -62,13 +63,23 @@ pub(super) struct BandState<E> {
     coarse: Option<Option<Multigrid>>,
     /// The time step for which they were made.
     coarse_step: f64,
+    /// From each row's node to its closest point on the surface, when the band was made.
+    feet: Vec<[f32; 3]>,
 }
 
 impl<E: BandEnergy> BandState<E> {
-    pub(super) fn new(band: Band, phi: &[f64], kappa: f64, pull: Option<&Pull>) -> Self {
+    /// The state on a band of `phi`, a distance within [`REACH`](super::steady::REACH) of its zero set.
+    pub(super) fn new(
+        grid: &SparseGrid,
+        band: Band,
+        phi: &[f64],
+        kappa: f64,
+        pull: Option<&Pull>,
+    ) -> Self {
         let values = band.gather(phi);
         let pull = pull.map(|p| BandPull::new(p, &band, &values));
         let moved = vec![0.0; values.len()];
+        let feet = feet(&band, grid, phi);
         let energy = E::new(band, kappa);
         let mut state = Self {
             energy,
@@ -82,6 +93,7 @@ impl<E: BandEnergy> BandState<E> {
             drift: 0.0,
             coarse: None,
             coarse_step: f64::INFINITY,
+            feet,
         };
         state.at = Some(state.evaluate(&state.values));
         state
@@ -96,9 +108,10 @@ impl<E: BandEnergy> BandState<E> {
 
     /// Whether redistancing has torn the surface: its energy is many times what it was.
     pub(super) fn leaps(&self, before: f64) -> bool {
-        self.at
-            .as_ref()
-            .is_some_and(|at| at.surface.is_nan() || at.surface > LEAP * before)
+        let leaps = |at: &Evaluation| {
+            at.surface.is_nan() || at.surface > LEAP * before || at.energy > TORN * before
+        };
+        self.at.as_ref().is_some_and(leaps)
     }
 
     /// Solves the system of a step: the direction, clipped to a voxel at each node, and how the solve went. Takes the
@@ -134,7 +147,7 @@ impl<E: BandEnergy> BandState<E> {
         }
         let coarse = self.coarse.get_or_insert_with(|| {
             self.coarse_step = settings.time_step;
-            hierarchy(grid, mask, band, &self.values, &system)
+            hierarchy(grid, mask, band, &self.feet, &system)
         });
         let tolerance = settings.solver_tolerance;
         let solved = match coarse {

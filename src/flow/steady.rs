@@ -19,6 +19,8 @@ const LONG: usize = 8;
 /// no more than this part in three steps: what is left is the roughness of the data.
 const ROUGH_MOVEMENT: f64 = 0.01;
 const ROUGH_FALL: f64 = 5e-3;
+/// Five steps of more than a voxel that leave more of the energy than this part are idle.
+const IDLE: f64 = 0.95;
 /// Up to so many voxels across a hole κ is as set.
 const KAPPA_ACROSS: f64 = 20.0;
 /// κ is raised by doubling, up to this.
@@ -166,6 +168,7 @@ fn relax_with<E: BandEnergy>(
         kappa: settings.kappa,
     };
     let mut state: Option<BandState<E>> = None;
+    let mut lowest: Option<Lowest> = None;
     for step in 0..settings.max_steps {
         if !keep_going() {
             break;
@@ -175,7 +178,7 @@ fn relax_with<E: BandEnergy>(
             None => {
                 let distances = redistance(grid, phi, mask, REACH);
                 let band = Band::new(grid, &distances, mask, E::DILATIONS);
-                let next = BandState::<E>::new(band, &distances, outcome.kappa, pull);
+                let next = BandState::<E>::new(grid, band, &distances, outcome.kappa, pull);
                 if outcome.steps.last().is_some_and(|s| next.leaps(s.energy)) {
                     break;
                 }
@@ -193,8 +196,18 @@ fn relax_with<E: BandEnergy>(
             outcome.energy_before = surface;
         }
         outcome.steps.push(record);
-        outcome.energy_after = now.at.as_ref().map_or(surface, |at| at.surface);
         now.energy.band().scatter(&now.values, phi);
+        let reached = now
+            .at
+            .as_ref()
+            .map_or((f64::INFINITY, surface), |at| (at.energy, at.surface));
+        outcome.energy_after = reached.1;
+        if lowest.as_ref().is_none_or(|l| reached.0 < l.energies.0) {
+            lowest = Some(Lowest {
+                energies: reached,
+                phi: phi.clone(),
+            });
+        }
         if !record.energy.is_finite() || !record.movement.is_finite() {
             break;
         }
@@ -214,16 +227,30 @@ fn relax_with<E: BandEnergy>(
             state = Some(now);
         }
     }
+    if let (false, false, Some(lowest)) =
+        (outcome.converged, settings.time_step.is_finite(), lowest)
+    {
+        outcome.energy_after = lowest.energies.1;
+        *phi = lowest.phi;
+    }
     outcome
 }
 
-/// No step has made the energy fall for three bands in a row, or the surface has leapt by voxels for five steps, by many for
-/// three.
+/// The values of the lowest energy so far: the result where the flow finds no rest.
+struct Lowest {
+    /// All of the energy, and the surface's part.
+    energies: (f64, f64),
+    phi: Vec<f64>,
+}
+
+/// No step has made the energy fall for three bands in a row, or the surface has leapt by many voxels for three steps, or by
+/// some for five and to no avail.
 fn stuck(steps: &[StepRecord]) -> bool {
     let last = |n: usize| steps.len().checked_sub(n).map(|i| &steps[i..]);
     last(3).is_some_and(|l| l.iter().all(|s| s.fraction == 0.0))
         || last(3).is_some_and(|l| l.iter().all(|s| s.movement > 5.0))
-        || last(5).is_some_and(|l| l.iter().all(|s| s.movement > 1.0))
+        || last(5)
+            .is_some_and(|l| l.iter().all(|s| s.movement > 1.0) && l[4].energy > IDLE * l[0].energy)
 }
 
 /// Late in the run the surface hardly moves and its energy has all but stopped falling.

@@ -61,8 +61,6 @@ pub struct Multigrid {
     smoother: Chebyshev,
     levels: Vec<Coarse>,
     direct: Cholesky,
-    /// 1: V-cycle, 2: W-cycle.
-    gamma: usize,
     /// One for the finest and for each coarse level; whoever runs a cycle takes them.
     spaces: Mutex<Vec<Space>>,
 }
@@ -75,7 +73,6 @@ impl Multigrid {
         prolongation: Csr,
         first: Csr,
         coarser: Vec<Csr>,
-        gamma: usize,
     ) -> Option<Self> {
         let apply = |x: &[f32], y: &mut [f32]| operator.apply_single(x, y);
         let diagonal: Vec<f32> = operator.jacobi().iter().map(|&d| d as f32).collect();
@@ -100,7 +97,6 @@ impl Multigrid {
             smoother,
             levels,
             direct,
-            gamma,
             spaces: Mutex::default(),
         })
     }
@@ -132,18 +128,11 @@ impl Multigrid {
         coarse
             .smoother
             .run(&apply, &coarse.inverse_diagonal, here, true);
-        let repeats = if level + 2 < self.levels.len() {
-            self.gamma
-        } else {
-            1
-        };
-        for _ in 0..repeats {
-            here.subtract(&apply);
-            restriction.apply(&here.rest, &mut coarser[0].b);
-            self.cycle(level + 1, coarser);
-            prolongation.apply(&coarser[0].x, &mut here.product);
-            here.correct();
-        }
+        here.subtract(&apply);
+        restriction.apply(&here.rest, &mut coarser[0].b);
+        self.cycle(level + 1, coarser);
+        prolongation.apply(&coarser[0].x, &mut here.product);
+        here.correct();
         coarse
             .smoother
             .run(&apply, &coarse.inverse_diagonal, here, false);

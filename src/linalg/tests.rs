@@ -176,7 +176,7 @@ fn scaling_by_the_diagonal_undoes_a_bad_scaling() {
 
 #[test]
 fn multigrid_needs_few_iterations_at_any_size() {
-    for (n, gamma) in [(31, 1), (63, 1), (127, 1), (127, 2)] {
+    for n in [31, 63, 127] {
         let operator = Operator::new(laplacian(n, |_| 1.0));
         let mut sizes = vec![n / 2];
         while sizes[sizes.len() - 1] > 3 {
@@ -185,7 +185,7 @@ fn multigrid_needs_few_iterations_at_any_size() {
         let mut prolongations: Vec<Csr> = sizes.into_iter().map(bilinear).collect();
         let finest = prolongations.remove(0);
         let first = finest.transposed().times(&operator.matrix.times(&finest));
-        let coarse = Multigrid::new(&operator, finest, first, prolongations, gamma)
+        let coarse = Multigrid::new(&operator, finest, first, prolongations)
             .expect("a positive definite matrix");
         let cycle = MultigridCycle::new(&operator, &coarse);
         let iterations = operator.iterations(&cycle);

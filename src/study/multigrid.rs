@@ -100,7 +100,7 @@ pub fn coarse_levels(energy: &PlaneEnergy, system: &StepSystem) -> Option<Multig
             })
         })
         .collect();
-    Multigrid::new(system, finest, matrix, coarser, 1)
+    Multigrid::new(system, finest, matrix, coarser)
 }
 
 #[cfg(test)]
