@@ -12,7 +12,7 @@ use crate::grid::{Lattice, NodeIndex};
 const COARSE_STEPS: usize = 14;
 /// The tolerance for the variation of curvature over that for the Willmore energy: the surface comes to rest in many small
 /// steps, and the last of them says little of how far it still has to go.
-const CALMER: f64 = 0.05;
+const CALMER: f64 = 0.1;
 /// A level is lost when its last step still moved the surface by more than this, in voxels, and beyond hope when its last
 /// three did by more than that.
 const LOST: f64 = 0.1;
