@@ -106,7 +106,7 @@ impl StepRecord {
         let calm = self.movement < tolerance
             || (steps >= LONG
                 && self.movement < 30.0 * tolerance
-                && self.mean_movement < 1.5 * tolerance);
+                && self.mean_movement < tolerance);
         calm && self.fraction > 0.9
     }
 }

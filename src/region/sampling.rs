@@ -18,8 +18,10 @@ const DEEP: f64 = 5.5;
 const BORDER: i32 = 3;
 /// Nodes farther than this from the known surface, in voxels, take the distance to its triangles: no band comes there.
 const SMOOTH: f64 = 9.0;
-/// Nodes farther than this from the known surface, in voxels, do not matter to the band: only the start knows of them.
+/// Nodes farther than this from the surface, in voxels, do not matter to the band: only the start knows of them.
 const FAR: f64 = 8.0;
+/// How many times a box is looked at on a lattice of twice the voxel before its nodes are asked.
+const LOOKS: usize = 2;
 /// No node is farther than this from the coarser one beside it, in voxels, with some room for the difference between the
 /// triangles and the smooth surface.
 const SPACING: f64 = 2.0;
@@ -102,22 +104,28 @@ impl<'a> Coarser<'a> {
         (!self.near[1][slot]).then_some(false)
     }
 
-    /// The same where the values are those of the known surface alone: far from it only the border of what is free has to
-    /// be asked.
-    fn tells_of_known(&self, fine: NodeIndex) -> Option<bool> {
-        let slot = self.beside(fine)?;
-        if 2.0 * self.phi[slot].abs() < FAR {
+    /// The same where the values are those of the known surface alone, and nodes farther from it than `far` (in the coarser
+    /// voxels) are free where one of the coarser nodes round them is.
+    fn tells_of_known(&self, fine: NodeIndex, far: f64) -> Option<bool> {
+        if self.phi[self.beside(fine)?].abs() < far {
             return self.tells(fine);
         }
-        let is_free = |a: i32| {
+        Some((0..8).any(|a: i32| {
             let corner = [a >> 2, a >> 1, a].map(|bit| bit & 1);
             let corner = std::array::from_fn(|d| (fine[d] + corner[d]) / 2);
             self.grid.slot(corner).is_some_and(|s| self.free[s])
+        }))
+    }
+
+    /// φ at a node of the finer lattice and whether it is free unless it lies at the side of the box, where the values are
+    /// those of an evolved surface; none where that has to be asked.
+    fn tells_of_evolved(&self, fine: NodeIndex) -> Option<(f64, bool)> {
+        let value = self.prolonged(fine)?;
+        let free = match self.tells(fine) {
+            None if value.abs() > FAR => self.free[self.beside(fine)?],
+            told => told?,
         };
-        if (0..8).all(is_free) {
-            return Some(true);
-        }
-        (!self.near[0][slot]).then_some(false)
+        Some((value, free))
     }
 
     /// A bound of the distance from a node of the finer lattice to the known surface, in its voxels, if all is well.
@@ -128,6 +136,7 @@ impl<'a> Coarser<'a> {
 }
 
 /// The sampling of the data at the nodes of a grid.
+#[derive(Clone, Copy)]
 pub struct Sampling<'a> {
     /// Where its nodes are.
     pub lattice: &'a Lattice,
@@ -143,19 +152,17 @@ impl Sampling<'_> {
     /// φ in voxels and the mask of all nodes but those that are known.
     pub fn except(&self, known: &(dyn Fn(NodeIndex) -> Known + Sync)) -> (Vec<f64>, Vec<bool>) {
         let (phi, free) = self.ask(known);
-        let inside = |s: usize| self.grid.is_interior(self.grid.node(s), BORDER);
-        let mask = free.into_iter().enumerate();
-        (phi, mask.map(|(s, free)| free && inside(s)).collect())
+        (phi, self.inside(free))
     }
 
     /// φ and mask of a lattice that halves the voxel of another: φ is prolonged where it is free.
     pub fn refining(&self, coarser: &Coarser) -> (Vec<f64>, Vec<bool>) {
-        let known = |n: NodeIndex| {
-            let node = || Some(Known::Node(coarser.prolonged(n)?, coarser.tells(n)?));
-            node().unwrap_or_else(|| Known::Nothing {
+        let known = |n: NodeIndex| match coarser.tells_of_evolved(n) {
+            Some((value, free)) => Known::Node(value, free),
+            None => Known::Nothing {
                 rough: self.grid.is_interior(n, BORDER),
                 within: coarser.within(n),
-            })
+            },
         };
         let (mut phi, mask) = self.except(&known);
         phi.par_iter_mut().enumerate().for_each(|(s, v)| {
@@ -172,6 +179,16 @@ impl Sampling<'_> {
 
     /// φ and mask of a whole box, after a look at every other node. The values of free nodes mean little.
     pub fn of_box(&self) -> (Vec<f64>, Vec<bool>) {
+        let (phi, free) = self.looked_at(LOOKS);
+        (phi, self.inside(free))
+    }
+
+    /// φ in voxels of the nodes of a whole box, and whether they are free unless they lie at its side.
+    fn looked_at(&self, looks: usize) -> (Vec<f64>, Vec<bool>) {
+        let last = looks == LOOKS;
+        if looks == 0 {
+            return self.ask(&|_| Known::nothing(true));
+        }
         let lattice = Lattice {
             origin: self.lattice.origin,
             voxel: 2.0 * self.lattice.voxel,
@@ -180,16 +197,19 @@ impl Sampling<'_> {
         let (phi, free) = Sampling {
             lattice: &lattice,
             grid: &grid,
-            data: self.data,
-            voxel: self.voxel,
+            ..*self
         }
-        .ask(&|_| Known::nothing(true));
+        .looked_at(looks - 1);
         let coarser = Coarser::new(&grid, &phi, &free);
-        self.except(&|n| {
-            let rough = self.grid.is_interior(n, BORDER);
+        // With room for the coarser nodes' distance from the finer ones.
+        let far = FAR * self.voxel / lattice.voxel + if last { 0.0 } else { 0.5 };
+        self.ask(&|n| {
+            let rough = !last || self.grid.is_interior(n, BORDER);
             // At the side of the box nodes are fixed whatever they are nearest to, but nobody looks at the outermost.
             let matters = !rough && self.grid.is_interior(n, 1);
-            let told = coarser.tells_of_known(n).filter(|&free| !(free && matters));
+            let told = coarser
+                .tells_of_known(n, far)
+                .filter(|&free| !(free && matters));
             let value = || linear(&grid, &phi, 0.5 * as_point(n));
             let node = || Some(Known::Node(2.0 * value()?, told?));
             node().unwrap_or_else(|| Known::Nothing {
@@ -197,6 +217,13 @@ impl Sampling<'_> {
                 within: coarser.within(n),
             })
         })
+    }
+
+    /// The mask from the nodes that are free unless they lie at the side of the box.
+    fn inside(&self, free: Vec<bool>) -> Vec<bool> {
+        let inside = |s: usize| self.grid.is_interior(self.grid.node(s), BORDER);
+        let mask = free.into_iter().enumerate();
+        mask.map(|(s, free)| free && inside(s)).collect()
     }
 
     /// φ in voxels, and whether a node is free unless it lies at the side of the box.
