@@ -8,6 +8,8 @@ use super::level::{DistanceData, Level};
 use crate::flow::{Energy, Evolution, FlowOutcome, FlowSettings, Pause, biharmonic_fill, relax};
 use crate::grid::{Lattice, NodeIndex};
 
+/// Relative residual of the biharmonic fill that the flow starts from.
+const START_TOLERANCE: f64 = 3e-3;
 /// Most steps on a coarser level.
 const COARSE_STEPS: usize = 14;
 /// The tolerance for the variation of curvature over that for the Willmore energy: the surface comes to rest in many small
@@ -191,7 +193,7 @@ fn relax_nested(
     let mut reports = Vec::new();
     clock = Instant::now();
     if settings.start == Start::Biharmonic || !level.start_from_guess(data) {
-        biharmonic_fill(&level.grid, &mut level.phi, &level.mask, 1e-4);
+        biharmonic_fill(&level.grid, &mut level.phi, &level.mask, START_TOLERANCE);
     }
     for refinement in 0..=settings.refinements {
         if refinement > 0 {
