@@ -113,7 +113,7 @@ fn interpolation(
         if let Some(p) = points[i] {
             for (n, w) in trilinear(p) {
                 if let (true, Some(c)) = (w > LEAST, lattice.number(n)) {
-                    sink(c, w);
+                    sink.add(c, w);
                 }
             }
         }
@@ -145,15 +145,8 @@ pub fn feet(band: &Band, grid: &SparseGrid, phi: &[f64]) -> Vec<[f32; 3]> {
     band.layout.rows.par_iter().map(foot).collect()
 }
 
-/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made (then the diagonal has
-/// to do).
-pub fn hierarchy(
-    grid: &SparseGrid,
-    mask: &[bool],
-    band: &Band,
-    feet: &[[f32; 3]],
-    system: &System,
-) -> Option<Multigrid> {
+/// The closest points of the nodes at a layout's positions, on a lattice of twice the voxel; unknowns only.
+fn halved(band: &Band, feet: &[[f32; 3]]) -> Vec<Option<[f64; 3]>> {
     let layout = &band.layout;
     let mut points = vec![None; layout.len];
     for ((r, &i), foot) in layout.rows.iter().enumerate().zip(feet) {
@@ -163,8 +156,20 @@ pub fn hierarchy(
             points[layout.position_of(r)] = Some(y);
         }
     }
+    points
+}
+
+/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made (then the diagonal has
+/// to do).
+pub fn hierarchy(
+    grid: &SparseGrid,
+    mask: &[bool],
+    band: &Band,
+    feet: &[[f32; 3]],
+    system: &System,
+) -> Option<Multigrid> {
     let free = |n: NodeIndex| grid.slot(n).is_none_or(|s| mask[s]);
-    let (first, mut lattice) = interpolation(&points, |n| free(n.map(|i| 2 * i)));
+    let (first, mut lattice) = interpolation(&halved(band, feet), |n| free(n.map(|i| 2 * i)));
     if lattice.nodes.is_empty() {
         return None;
     }

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::band::{Band, NONE};
 use super::layout::{CHUNK, Layout};
 use super::pull::BandPull;
-use crate::linalg::{Csr, LinearOperator, Real};
+use crate::linalg::{Accumulator, Csr, LinearOperator, Real};
 
 /// A 27-point stencil: nine groups of three entries, and minus their sum.
 ///
@@ -57,7 +57,7 @@ impl Stencil {
 }
 
 /// Rows that are multiplied with a prolongation at a time.
-const SLAB: usize = 32_768;
+const SLAB: usize = 16_384;
 
 /// What one row holds beside its stencils.
 #[derive(Clone, Copy, Default)]
@@ -174,23 +174,32 @@ impl System {
     /// `Pᵀ A P` for a prolongation `P` whose rows run over the positions, summed over slabs of rows.
     pub fn galerkin(&self, p: &Csr) -> Csr {
         let rows = self.layout.rows.len();
-        let slabs = (0..rows).step_by(SLAB);
-        slabs
-            .map(|first| self.galerkin_of(p, first..rows.min(first + SLAB)))
-            .reduce(|sum, part| sum.plus(&part))
+        // Sums of 1, 2, 4 … slabs: each entry is added a few times only.
+        let mut sums: Vec<(u32, Csr)> = Vec::new();
+        for first in (0..rows).step_by(SLAB) {
+            let (mut order, mut sum) = (0, self.galerkin_of(p, first..rows.min(first + SLAB)));
+            while let Some((_, before)) = sums.pop_if(|s| s.0 == order) {
+                sum = before.plus(&sum);
+                order += 1;
+            }
+            sums.push((order, sum));
+        }
+        let all = sums.into_iter().rev().map(|s| s.1);
+        all.reduce(|sum, before| before.plus(&sum))
             .unwrap_or_default()
+            .mirrored()
     }
 
-    /// What some rows contribute to `Pᵀ A P`: with Q = BP·P, `Qᵀ diag(χ/M) Q + Pᵀ S P + Pᵀ M/τ P`.
+    /// What some rows contribute to the upper triangle of `Pᵀ A P`: with Q = BP·P, `Qᵀ diag(χ/M) Q + Pᵀ S P + Pᵀ M/τ P`.
     fn galerkin_of(&self, p: &Csr, range: Range<usize>) -> Csr {
         let layout = &*self.layout;
         let (first, count) = (range.start, range.len());
-        let times = |stencil: &Stencil, r: usize, sink: &mut dyn FnMut(u32, f64)| {
+        let times = |stencil: &Stencil, r: usize, sink: &mut Accumulator| {
             for k in 0..27 {
                 let entry = stencil.entry(k);
                 if entry != 0.0 {
                     let at = layout.starts[r][k / 3] as usize + k % 3;
-                    p.row(at).for_each(|(c, v)| sink(c, entry * v));
+                    p.row(at).for_each(|(c, v)| sink.add(c, entry * v));
                 }
             }
         };
@@ -208,7 +217,7 @@ impl System {
         });
         let own = Csr::from_rows(count, p.columns, |i, sink| {
             let row = p.row(layout.position_of(first + i));
-            row.for_each(|(c, v)| sink(c, v));
+            row.for_each(|(c, v)| sink.add(c, v));
         });
         let enclosed = self
             .factors
@@ -220,13 +229,17 @@ impl System {
         Csr::from_rows(p.columns, p.columns, |c, sink| {
             for (i, v) in qt.row(c) {
                 let w = v * self.weights[first + i as usize].residual;
-                right.row(i as usize).for_each(|(j, x)| sink(j, w * x));
+                right
+                    .row_from(i as usize, c as u32)
+                    .for_each(|(j, x)| sink.add(j, w * x));
             }
             for (i, v) in pt.row(c) {
-                s.row(i as usize).for_each(|(j, x)| sink(j, v * x));
+                s.row_from(i as usize, c as u32)
+                    .for_each(|(j, x)| sink.add(j, v * x));
                 let d = v * self.weights[first + i as usize].inertia;
                 if d != 0.0 {
-                    own.row(i as usize).for_each(|(j, x)| sink(j, d * x));
+                    own.row_from(i as usize, c as u32)
+                        .for_each(|(j, x)| sink.add(j, d * x));
                 }
             }
         })
@@ -255,7 +268,7 @@ impl System {
                 let curvature = &self.factors.curvature[near as usize];
                 for (k, at) in places(near as usize) {
                     let both = entry * curvature.entry(k);
-                    p.row(at).for_each(|(c, v)| sink(c, both * v));
+                    p.row(at).for_each(|(c, v)| sink.add(c, both * v));
                 }
             }
         })

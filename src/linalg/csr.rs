@@ -27,7 +27,7 @@ pub struct Csr<T = f64> {
 type Rows = (Vec<usize>, Vec<(u32, f64)>);
 
 /// Gathers one sparse row: a dense array with a list of the columns in use.
-struct Accumulator {
+pub struct Accumulator {
     values: Vec<f64>,
     used: Vec<bool>,
     list: Vec<u32>,
@@ -42,8 +42,9 @@ impl Accumulator {
         }
     }
 
+    /// Adds to an entry of the row.
     #[inline]
-    fn add(&mut self, column: u32, value: f64) {
+    pub fn add(&mut self, column: u32, value: f64) {
         let c = column as usize;
         if !self.used[c] {
             self.used[c] = true;
@@ -65,11 +66,11 @@ impl Accumulator {
 }
 
 impl Csr {
-    /// A matrix whose row `i` is the sum of what `emit(i, sink)` sends to `sink(column, value)`.
+    /// A matrix whose row `i` is the sum of what `emit(i, sink)` adds to the sink.
     pub fn from_rows(
         rows: usize,
         columns: usize,
-        emit: impl Fn(usize, &mut dyn FnMut(u32, f64)) + Sync,
+        emit: impl Fn(usize, &mut Accumulator) + Sync,
     ) -> Self {
         let chunks: Vec<Rows> = (0..rows.div_ceil(CHUNK))
             .into_par_iter()
@@ -78,7 +79,7 @@ impl Csr {
                 |accumulator, c| {
                     let (mut lengths, mut entries) = (Vec::new(), Vec::new());
                     for i in c * CHUNK..rows.min((c + 1) * CHUNK) {
-                        emit(i, &mut |column, value| accumulator.add(column, value));
+                        emit(i, accumulator);
                         let before = entries.len();
                         accumulator.take(&mut entries);
                         lengths.push(entries.len() - before);
@@ -107,39 +108,12 @@ impl Csr {
         out
     }
 
-    /// The transpose.
-    pub fn transposed(&self) -> Self {
-        let mut offsets = vec![0; self.columns + 1];
-        for &c in &self.indices {
-            offsets[c as usize + 1] += 1;
-        }
-        for i in 1..offsets.len() {
-            offsets[i] += offsets[i - 1];
-        }
-        let mut at = offsets.clone();
-        let mut indices = vec![0; self.indices.len()];
-        let mut values = vec![0.0; self.values.len()];
-        for i in 0..self.rows() {
-            for (c, v) in self.row(i) {
-                indices[at[c as usize]] = i as u32;
-                values[at[c as usize]] = v;
-                at[c as usize] += 1;
-            }
-        }
-        Self {
-            columns: self.rows(),
-            offsets,
-            indices,
-            values,
-        }
-    }
-
     /// `self × other`.
     pub fn times(&self, other: &Self) -> Self {
         Self::from_rows(self.rows(), other.columns, |i, sink| {
             for (k, a) in self.row(i) {
                 for (j, b) in other.row(k as usize) {
-                    sink(j, a * b);
+                    sink.add(j, a * b);
                 }
             }
         })
@@ -149,16 +123,36 @@ impl Csr {
     pub fn plus(&self, other: &Self) -> Self {
         Self::from_rows(self.rows(), self.columns, |i, sink| {
             let both = self.row(i).chain(other.row(i));
-            both.for_each(|(c, v)| sink(c, v));
+            both.for_each(|(c, v)| sink.add(c, v));
         })
     }
 
+    /// The symmetric matrix whose upper triangle, with the diagonal, this one is.
+    pub fn mirrored(&self) -> Self {
+        let lower = self.transposed();
+        let mut out = Self {
+            columns: self.columns,
+            offsets: vec![0],
+            indices: Vec::with_capacity(2 * self.indices.len()),
+            values: Vec::with_capacity(2 * self.values.len()),
+        };
+        for i in 0..self.rows() {
+            let upper = self.row(i).filter(|e| e.0 as usize != i);
+            for (j, v) in lower.row(i).chain(upper) {
+                out.indices.push(j);
+                out.values.push(v);
+            }
+            out.offsets.push(out.indices.len());
+        }
+        out
+    }
+
     /// The matrix in single precision.
-    pub fn single(&self) -> Csr<f32> {
+    pub fn into_single(self) -> Csr<f32> {
         Csr {
             columns: self.columns,
-            offsets: self.offsets.clone(),
-            indices: self.indices.clone(),
+            offsets: self.offsets,
+            indices: self.indices,
             values: self.values.iter().map(|&v| v as f32).collect(),
         }
     }
@@ -177,10 +171,49 @@ impl<T: Real> Csr<T> {
         self.offsets.len().saturating_sub(1)
     }
 
+    /// The transpose.
+    pub fn transposed(&self) -> Self {
+        let mut offsets = vec![0; self.columns + 1];
+        for &c in &self.indices {
+            offsets[c as usize + 1] += 1;
+        }
+        for i in 1..offsets.len() {
+            offsets[i] += offsets[i - 1];
+        }
+        let mut at = offsets.clone();
+        let mut indices = vec![0; self.indices.len()];
+        let mut values = vec![T::ZERO; self.values.len()];
+        for i in 0..self.rows() {
+            for (c, v) in self.row(i) {
+                indices[at[c as usize]] = i as u32;
+                values[at[c as usize]] = v;
+                at[c as usize] += 1;
+            }
+        }
+        Self {
+            columns: self.rows(),
+            offsets,
+            indices,
+            values,
+        }
+    }
+
     /// The entries of a row.
     #[inline]
     pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, T)> + '_ {
         let range = self.offsets[i]..self.offsets[i + 1];
+        self.indices[range.clone()]
+            .iter()
+            .copied()
+            .zip(self.values[range].iter().copied())
+    }
+
+    /// The entries of a row from a column on.
+    #[inline]
+    pub fn row_from(&self, i: usize, column: u32) -> impl Iterator<Item = (u32, T)> + '_ {
+        let range = self.offsets[i]..self.offsets[i + 1];
+        let before = self.indices[range.clone()].partition_point(|&j| j < column);
+        let range = range.start + before..range.end;
         self.indices[range.clone()]
             .iter()
             .copied()

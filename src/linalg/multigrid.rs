@@ -77,6 +77,7 @@ impl Multigrid {
         let apply = |x: &[f32], y: &mut [f32]| operator.apply_single(x, y);
         let diagonal: Vec<f32> = operator.jacobi().iter().map(|&d| d as f32).collect();
         let smoother = Chebyshev::new(FINE_DEGREE, FINE_RATIO, &apply, &diagonal);
+        let prolongation = prolongation.into_single();
         let restriction = prolongation.transposed();
         let mut levels = Vec::new();
         let mut matrix = shifted(first);
@@ -86,14 +87,17 @@ impl Multigrid {
             }
             let r = p.transposed();
             let next = r.times(&matrix.times(&p));
-            levels.push(Coarse::new(&matrix, Some((r.single(), p.single()))));
+            levels.push(Coarse::new(
+                matrix,
+                Some((r.into_single(), p.into_single())),
+            ));
             matrix = shifted(next);
         }
         let direct = factorised(&matrix)?;
-        levels.push(Coarse::new(&matrix, None));
+        levels.push(Coarse::new(matrix, None));
         Some(Self {
-            restriction: restriction.single(),
-            prolongation: prolongation.single(),
+            restriction,
+            prolongation,
             smoother,
             levels,
             direct,
@@ -195,13 +199,13 @@ fn dense(matrix: &Csr) -> Vec<f64> {
 }
 
 impl Coarse {
-    fn new(matrix: &Csr, transfer: Option<(Csr<f32>, Csr<f32>)>) -> Self {
+    fn new(matrix: Csr, transfer: Option<(Csr<f32>, Csr<f32>)>) -> Self {
         let inverse_diagonal: Vec<f32> = matrix
             .diagonal()
             .into_iter()
             .map(|d| if d > 0.0 { (1.0 / d) as f32 } else { 0.0 })
             .collect();
-        let matrix = matrix.single();
+        let matrix = matrix.into_single();
         let apply = |x: &[f32], y: &mut [f32]| matrix.apply(x, y);
         let smoother = Chebyshev::new(COARSE_DEGREE, COARSE_RATIO, &apply, &inverse_diagonal);
         Self {

@@ -26,8 +26,8 @@ fn sparse(rows: usize, columns: usize) -> Csr {
         for j in (0..columns).rev() {
             let v = values[i * columns + j];
             if v > 0.6 {
-                sink(j as u32, v);
-                sink(j as u32, 0.5);
+                sink.add(j as u32, v);
+                sink.add(j as u32, 0.5);
             }
         }
     })
@@ -129,7 +129,7 @@ impl LinearOperator for Operator {
 fn laplacian(n: usize, scale: impl Fn(usize) -> f64 + Sync) -> Csr {
     Csr::from_rows(n * n, n * n, |i, sink| {
         let (x, y) = (i / n, i % n);
-        let mut send = |j: usize, v: f64| sink(j as u32, v * scale(i) * scale(j));
+        let mut send = |j: usize, v: f64| sink.add(j as u32, v * scale(i) * scale(j));
         send(i, 4.0);
         for (inside, j) in [
             (x > 0, i.wrapping_sub(n)),
@@ -158,7 +158,7 @@ fn bilinear(n: usize) -> Csr {
     Csr::from_rows(fine * fine, n * n, |i, sink| {
         for (a, u) in parents(i / fine) {
             for (b, v) in parents(i % fine) {
-                sink((a * n + b) as u32, u * v);
+                sink.add((a * n + b) as u32, u * v);
             }
         }
     })

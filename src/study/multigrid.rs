@@ -6,7 +6,7 @@
 
 use super::plane::PlaneEnergy;
 use super::step::StepSystem;
-use crate::linalg::{Csr, Multigrid};
+use crate::linalg::{Accumulator, Csr, Multigrid};
 
 /// Grids of up to so many cells a side are not coarsened.
 const COARSEST: usize = 16;
@@ -59,11 +59,11 @@ fn parents(k: usize, cells: usize) -> Vec<(usize, f64)> {
         .collect()
 }
 
-fn send_parents(coarse: &Numbering, (i, j): (usize, usize), sink: &mut dyn FnMut(u32, f64)) {
+fn send_parents(coarse: &Numbering, (i, j): (usize, usize), sink: &mut Accumulator) {
     for (b, v) in parents(j, coarse.cells) {
         for (a, u) in parents(i, coarse.cells) {
             if let Some(c) = coarse.get(a, b) {
-                sink(c, u * v);
+                sink.add(c, u * v);
             }
         }
     }

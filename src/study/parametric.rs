@@ -189,9 +189,9 @@ impl ParametricFlow {
                     corner as usize,
                 );
                 let (after, before) = ((a + 1) % 3, (a + 2) % 3);
-                sink(face[after], e[a]);
-                sink(face[before], e[before]);
-                sink(v as u32, -e[a] - e[before]);
+                sink.add(face[after], e[a]);
+                sink.add(face[before], e[before]);
+                sink.add(v as u32, -e[a] - e[before]);
             }
         })
     }

@@ -71,11 +71,11 @@ impl<'a> StepSystem<'a> {
             if !self.free[i] {
                 return;
             }
-            sink(i as u32, self.at.mass[i]);
+            sink.add(i as u32, self.at.mass[i]);
             for k in 0..9 {
                 let j = i.wrapping_add_signed(self.outer.offset(k));
                 if self.free[j] {
-                    sink(j as u32, 0.5 * self.tau * self.at.weighted.entry(k, i));
+                    sink.add(j as u32, 0.5 * self.tau * self.at.weighted.entry(k, i));
                 }
                 let c = self.tau * self.outer.entry(k, i) * self.at.inverse_mass[j];
                 if c == 0.0 {
@@ -84,7 +84,7 @@ impl<'a> StepSystem<'a> {
                 for l in 0..9 {
                     let m = j.wrapping_add_signed(self.inner.offset(l));
                     if self.free[m] {
-                        sink(m as u32, c * self.inner.entry(l, j));
+                        sink.add(m as u32, c * self.inner.entry(l, j));
                     }
                 }
             }

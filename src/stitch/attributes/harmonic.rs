@@ -139,9 +139,9 @@ impl Laplacian {
     fn system(&self, free: &[usize], unknown: &[u32]) -> System {
         let matrix = Csr::from_rows(free.len(), free.len(), |row, sink| {
             for &(j, w) in self.of(free[row]) {
-                sink(row as u32, w);
+                sink.add(row as u32, w);
                 if unknown[j as usize] != NONE {
-                    sink(unknown[j as usize], -w);
+                    sink.add(unknown[j as usize], -w);
                 }
             }
         });
