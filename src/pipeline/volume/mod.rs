@@ -133,27 +133,31 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
     seconds.topology = lap();
     let bvh = Bvh::new(&mesh, topology.faces());
     seconds.tree = lap();
-    let place = |row: usize| [row % dims[1], row / dims[1]];
-    let start = |[j, k]: [usize; 2]| origin + DVec3::new(0.0, j as f64, k as f64) * voxel;
-    let mut values = vec![0.0; dims.iter().product()];
     let band = params.band.unwrap_or(f64::INFINITY);
     let distances = Distances {
         blocks: Blocks::new(&bvh, origin, voxel, dims, band),
         bvh: &bvh,
+        origin,
         voxel,
+        dims,
         band,
     };
+    let mut values = vec![0.0; dims.iter().product()];
     let nodes = values
-        .par_chunks_mut(dims[0])
+        .par_chunks_mut(dims[0] * dims[1] * Blocks::SMALL)
         .enumerate()
-        .map(|(row, out)| distances.row(start(place(row)), place(row), out))
+        .map(|(i, out)| distances.layers(i * Blocks::SMALL, out))
         .sum();
     seconds.distances = lap();
     let signs = Signs::new(&mesh, &topology, &bvh, voxel);
     values
         .par_chunks_mut(dims[0])
         .enumerate()
-        .for_each(|(row, out)| signs.row(start(place(row)), out));
+        .for_each(|(row, out)| {
+            let (j, k) = (row % dims[1], row / dims[1]);
+            let start = origin + DVec3::new(0.0, j as f64, k as f64) * voxel;
+            signs.row(start, out);
+        });
     seconds.signs = lap();
     let volume = Volume {
         dims,
@@ -204,40 +208,59 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
     })
 }
 
-/// Distances on rows of nodes along the first axis.
+/// Distances at the nodes of a lattice.
 struct Distances<'a> {
     bvh: &'a Bvh,
+    origin: DVec3,
     voxel: f64,
+    dims: [usize; 3],
     band: f64,
     blocks: Blocks,
 }
 
 impl Distances<'_> {
-    /// Measures the distances along a row; how many of them are not cut off.
-    fn row(&self, start: DVec3, [j, k]: [usize; 2], out: &mut [f64]) -> usize {
+    /// Measures the distances on a few layers of nodes from the given one on; how many of them are not cut off.
+    ///
+    /// Goes block by block, since nodes near each other look at the same part of the mesh.
+    fn layers(&self, first: usize, out: &mut [f64]) -> usize {
+        // What stays where the surface is farther away.
+        out.fill(self.band);
+        let [nx, ny, _] = self.dims;
+        let steps = |n: usize| (0..n).step_by(Blocks::SMALL);
+        let mut measured = 0;
+        for (j, i) in steps(ny).flat_map(|j| steps(nx).map(move |i| (j, i))) {
+            if !self.blocks.is_far([i, j, first]) {
+                measured += self.block([i, j, first], out);
+            }
+        }
+        measured
+    }
+
+    fn block(&self, [i, j, first]: [usize; 3], out: &mut [f64]) -> usize {
+        let [nx, ny, _] = self.dims;
         let mut measured = 0;
         let mut before: Option<DVec3> = None;
-        for (i, value) in out.iter_mut().enumerate() {
-            // What stays where the surface is farther away.
-            *value = self.band;
-            if self.blocks.is_far([i, j, k]) {
-                before = None;
-                continue;
+        for (k, layer) in out.chunks_mut(nx * ny).enumerate() {
+            for j in j..(j + Blocks::SMALL).min(ny) {
+                let start =
+                    self.origin + DVec3::new(0.0, j as f64, (first + k) as f64) * self.voxel;
+                for i in i..(i + Blocks::SMALL).min(nx) {
+                    let p = node(start, i, self.voxel);
+                    // The point that was closest to the node before is at least as far, up to rounding.
+                    let near = before.map_or(f64::INFINITY, |c| {
+                        c.distance(p) * (1.0 + 1e-9) + 1e-6 * self.voxel
+                    });
+                    let mut closest = self.bvh.closest(p, near.min(self.band));
+                    if closest.is_none() && near < self.band {
+                        closest = self.bvh.closest(p, self.band);
+                    }
+                    if let Some(closest) = &closest {
+                        layer[j * nx + i] = closest.distance.min(self.band);
+                        measured += 1;
+                    }
+                    before = closest.map(|c| c.point);
+                }
             }
-            let p = node(start, i, self.voxel);
-            // The point that was closest to the node before is at least as far, up to rounding.
-            let near = before.map_or(f64::INFINITY, |c| {
-                c.distance(p) * (1.0 + 1e-9) + 1e-6 * self.voxel
-            });
-            let mut closest = self.bvh.closest(p, near.min(self.band));
-            if closest.is_none() && near < self.band {
-                closest = self.bvh.closest(p, self.band);
-            }
-            if let Some(closest) = closest {
-                *value = closest.distance.min(self.band);
-                measured += 1;
-            }
-            before = closest.map(|c| c.point);
         }
         measured
     }
@@ -256,6 +279,9 @@ struct Blocks {
 }
 
 impl Blocks {
+    /// The side of the small blocks.
+    const SMALL: usize = 4;
+
     /// Large blocks first, then small ones in those that are not far.
     fn new(bvh: &Bvh, origin: DVec3, voxel: f64, nodes: [usize; 3], band: f64) -> Self {
         let mut blocks = Self {
@@ -266,7 +292,7 @@ impl Blocks {
         if band.is_infinite() {
             return blocks;
         }
-        for side in [16, 4] {
+        for side in [4 * Self::SMALL, Self::SMALL] {
             let half = 0.5 * (side - 1) as f64 * voxel;
             // From the middle of a block to its corners, and some for rounding.
             let reach = band + half * 3f64.sqrt() * (1.0 + 1e-9) + 1e-6 * voxel;
