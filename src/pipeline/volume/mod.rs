@@ -229,15 +229,22 @@ impl Distances<'_> {
         let steps = |n: usize| (0..n).step_by(Blocks::SMALL);
         let mut measured = 0;
         for (j, i) in steps(ny).flat_map(|j| steps(nx).map(move |i| (j, i))) {
-            if !self.blocks.is_far([i, j, first]) {
-                measured += self.block([i, j, first], out);
+            let middle = self.blocks.middle([i, j, first]);
+            if middle.is_finite() {
+                measured += self.block([i, j, first], middle, out);
             }
         }
         measured
     }
 
-    fn block(&self, [i, j, first]: [usize; 3], out: &mut [f64]) -> usize {
+    /// Measures the distances in a block whose middle is so far from the surface.
+    fn block(&self, [i, j, first]: [usize; 3], middle: f64, out: &mut [f64]) -> usize {
         let [nx, ny, _] = self.dims;
+        let half = 0.5 * (Blocks::SMALL - 1) as f64;
+        let centre = self.origin
+            + DVec3::new(i as f64 + half, j as f64 + half, first as f64 + half) * self.voxel;
+        // Nodes this close to the middle lie beyond the band.
+        let free = middle - self.band - 1e-6 * self.voxel;
         let mut measured = 0;
         let mut before: Option<DVec3> = None;
         for (k, layer) in out.chunks_mut(nx * ny).enumerate() {
@@ -246,6 +253,9 @@ impl Distances<'_> {
                     self.origin + DVec3::new(0.0, j as f64, (first + k) as f64) * self.voxel;
                 for i in i..(i + Blocks::SMALL).min(nx) {
                     let p = node(start, i, self.voxel);
+                    if free > 0.0 && p.distance_squared(centre) < free * free {
+                        continue;
+                    }
                     // The point that was closest to the node before is at least as far, up to rounding.
                     let near = before.map_or(f64::INFINITY, |c| {
                         c.distance(p) * (1.0 + 1e-9) + 1e-6 * self.voxel
@@ -257,8 +267,8 @@ impl Distances<'_> {
                     if let Some(closest) = &closest {
                         layer[j * nx + i] = closest.distance.min(self.band);
                         measured += 1;
+                        before = Some(closest.point);
                     }
-                    before = closest.map(|c| c.point);
                 }
             }
         }
@@ -270,12 +280,13 @@ fn node(start: DVec3, i: usize, voxel: f64) -> DVec3 {
     start + DVec3::X * (i as f64 * voxel)
 }
 
-/// Which blocks of nodes lie farther from the surface than the band; none where there is no band.
+/// How far blocks of nodes lie from the surface, to pass over those beyond the band.
 struct Blocks {
     /// Nodes along the side of a block.
     side: usize,
     dims: [usize; 3],
-    far: Vec<bool>,
+    /// Distance of each block's middle; infinite where the whole block lies beyond the band. Empty where there is no band.
+    middles: Vec<f64>,
 }
 
 impl Blocks {
@@ -287,7 +298,7 @@ impl Blocks {
         let mut blocks = Self {
             side: 1,
             dims: nodes,
-            far: Vec::new(),
+            middles: Vec::new(),
         };
         if band.is_infinite() {
             return blocks;
@@ -297,23 +308,32 @@ impl Blocks {
             // From the middle of a block to its corners, and some for rounding.
             let reach = band + half * 3f64.sqrt() * (1.0 + 1e-9) + 1e-6 * voxel;
             let dims = nodes.map(|n| n.div_ceil(side));
-            let is_far = |block: usize| {
+            let distance = |block: usize| {
                 let (i, jk) = (block % dims[0], block / dims[0]);
                 let first = [i, jk % dims[1], jk / dims[1]].map(|b| b * side);
                 let corner = origin + DVec3::from_array(first.map(|n| n as f64)) * voxel;
-                blocks.is_far(first) || bvh.closest(corner + half, reach).is_none()
+                if blocks.middle(first).is_infinite() {
+                    return f64::INFINITY;
+                }
+                let closest = bvh.closest(corner + half, reach);
+                closest.map_or(f64::INFINITY, |c| c.distance)
             };
             let count = dims.iter().product::<usize>();
-            let far = (0..count).into_par_iter().map(is_far).collect();
-            blocks = Self { side, dims, far };
+            let middles = (0..count).into_par_iter().map(distance).collect();
+            blocks = Self {
+                side,
+                dims,
+                middles,
+            };
         }
         blocks
     }
 
-    fn is_far(&self, node: [usize; 3]) -> bool {
+    /// Distance of the middle of a node's block, infinite beyond the band; 0 where it is not known.
+    fn middle(&self, node: [usize; 3]) -> f64 {
         let [i, j, k] = node.map(|n| n / self.side);
         let block = (k * self.dims[1] + j) * self.dims[0] + i;
-        self.far.get(block).copied().unwrap_or(false)
+        self.middles.get(block).copied().unwrap_or(0.0)
     }
 }
 
