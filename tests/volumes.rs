@@ -86,6 +86,40 @@ fn a_mesh_goes_to_a_volume_and_back() {
 }
 
 #[test]
+fn the_report_of_a_volume_tells_where_the_time_went() {
+    let desk = Desk::new();
+    let report = |arguments: &[&str]| -> Value {
+        let common = ["sdf", "ball.ply", "-o", "b.vti", "--json", "-", "-q"];
+        let output = desk.run(&[&common, arguments].concat());
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let nodes = |report: &Value| -> u64 {
+        let dims = report["dims"].as_array().unwrap();
+        dims.iter().map(|n| n.as_u64().unwrap()).product()
+    };
+    let whole = report(&["--voxel", "0.1"]);
+    assert_eq!(whole["measured"].as_u64().unwrap(), nodes(&whole));
+    let banded = report(&["--voxel", "0.1", "--band", "0.2"]);
+    let measured = banded["measured"].as_u64().unwrap();
+    // The volume of a shell of this thickness, in voxels.
+    assert!((4000..6500).contains(&measured), "{measured}");
+    for report in [whole, banded] {
+        let seconds = |part: &str| report["seconds"][part].as_f64().unwrap();
+        let parts = [
+            "reading",
+            "topology",
+            "tree",
+            "distances",
+            "signs",
+            "writing",
+        ];
+        assert!(parts.iter().all(|part| seconds(part) >= 0.0));
+        let sum: f64 = parts.iter().map(|part| seconds(part)).sum();
+        assert!(sum <= seconds("total") * (1.0 + 1e-9), "{report}");
+    }
+}
+
+#[test]
 fn a_mesh_with_a_hole_has_an_inside() {
     let desk = Desk::new();
     let bowl = shapes::cut(&shapes::sphere(8), |p| shapes::polar(p) < 30.0);

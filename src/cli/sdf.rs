@@ -1,12 +1,13 @@
 //! `isomend sdf`: the signed distance of a model as a volume.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use anyhow::Context;
 use clap::Args;
 use isomend::grid::Volume;
 use isomend::io::{Precision, volume_to_bytes};
-use isomend::pipeline::volume::{VolumeParams, signed_distance_volume};
+use isomend::pipeline::volume::{MeasuredSeconds, VolumeParams, measure_volume};
 use isomend::{VoxelSize, glam::DVec3};
 use serde::Serialize;
 
@@ -66,6 +67,19 @@ struct Document {
     origin: DVec3,
     voxel: f64,
     range: [f64; 2],
+    /// Nodes whose distance is not cut off.
+    measured: usize,
+    seconds: Seconds,
+}
+
+/// Where the time went, in seconds of the clock.
+#[derive(Serialize)]
+struct Seconds {
+    reading: f64,
+    #[serde(flatten)]
+    measuring: MeasuredSeconds,
+    writing: f64,
+    total: f64,
 }
 
 /// Reads, measures, writes.
@@ -85,22 +99,32 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     if let Some(json) = &args.common.json {
         json.check(&[&args.input], &[&args.output])?;
     }
+    let start = Instant::now();
     let loaded = input::read(&args.input, args.common.from, console)?;
+    let reading = start.elapsed().as_secs_f64();
     let params = VolumeParams {
         voxel: args.voxel,
         band: args.band.0,
     };
-    let volume = signed_distance_volume(&loaded.mesh, &params)
+    let measured = measure_volume(&loaded.mesh, &params)
         .with_context(|| format!("cannot measure {}", input::shown(&args.input)))?;
+    let volume = &measured.volume;
+    let before_writing = Instant::now();
     let precision = if args.f64 {
         Precision::F64
     } else {
         Precision::F32
     };
-    let bytes = volume_to_bytes(&volume, NAME, precision)
+    let bytes = volume_to_bytes(volume, NAME, precision)
         .with_context(|| args.output.display().to_string())?;
     output::write_bytes(&args.output, &bytes)?;
-    console.say(&summary(&volume));
+    let seconds = Seconds {
+        reading,
+        measuring: measured.seconds,
+        writing: before_writing.elapsed().as_secs_f64(),
+        total: start.elapsed().as_secs_f64(),
+    };
+    console.say(&summary(volume));
     if let Some(json) = &args.common.json {
         json.write(&Document {
             command: "sdf",
@@ -112,6 +136,8 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
             origin: volume.origin,
             voxel: volume.spacing.x,
             range: volume.range(),
+            measured: measured.nodes,
+            seconds,
         })?;
     }
     Ok(End::Done)

@@ -16,13 +16,19 @@ const MAX_TERMS: usize = terms(MAX_DEGREE);
 /// Neighbours wanted for a fit.
 const WANTED: usize = 19;
 const MAX_RINGS: usize = 5;
-/// Newton's method for a foot ends with a step this short, in radii of the neighbourhood; the distance is flat there.
-const SETTLED: f64 = 1e-8;
+/// Newton's method for a foot ends with a step this short, in radii of the neighbourhood: what is left is its square, and
+/// the distance is flat there.
+const SETTLED: f64 = 1e-5;
 /// Neighbours whose normals lean farther than this cosine belong to another side of a crease.
 const SAME_SIDE: f64 = 0.35;
 
 const fn terms(degree: usize) -> usize {
     (degree + 1) * (degree + 2) / 2
+}
+
+/// Where the factor of `uᵃ vᵇ` stands: by rising total degree.
+const fn place(a: usize, b: usize) -> usize {
+    (a + b) * (a + b + 1) / 2 + b
 }
 
 /// A polynomial graph `w(u, v)` over the tangent plane of a vertex.
@@ -31,13 +37,14 @@ pub struct Jet {
     origin: DVec3,
     axes: [DVec3; 3],
     radius: f64,
-    degree: usize,
+    /// Zero beyond the degree.
     coefficients: [f64; MAX_TERMS],
     /// From 1 (the vertices lie on a smooth graph) to 0 (they do not: crease, tip, dirt).
     pub trust: f64,
 }
 
 /// Value, gradient and second derivatives of a polynomial at (u, v).
+#[derive(Default)]
 struct Graph {
     w: f64,
     wu: f64,
@@ -56,54 +63,38 @@ fn powers(t: f64) -> [f64; MAX_DEGREE + 1] {
 }
 
 /// Monomials `uᵃ vᵇ` by rising total degree.
-fn monomials(u: f64, v: f64, degree: usize) -> [f64; MAX_TERMS] {
+fn monomials(u: f64, v: f64) -> [f64; MAX_TERMS] {
     let (pu, pv) = (powers(u), powers(v));
     let mut out = [0.0; MAX_TERMS];
-    let mut at = 0;
-    for d in 0..=degree {
+    for d in 0..=MAX_DEGREE {
         for b in 0..=d {
-            out[at] = pu[d - b] * pv[b];
-            at += 1;
+            out[place(d - b, b)] = pu[d - b] * pv[b];
         }
     }
     out
 }
 
 impl Jet {
+    /// By Horner's rule: first the polynomials in `u` that are the factors of the powers of `v`, then in `v`.
     fn graph(&self, u: f64, v: f64) -> Graph {
-        let (pu, pv) = (powers(u), powers(v));
-        let mut g = Graph {
-            w: 0.0,
-            wu: 0.0,
-            wv: 0.0,
-            wuu: 0.0,
-            wuv: 0.0,
-            wvv: 0.0,
-        };
-        let mut at = 0;
-        for d in 0..=self.degree {
-            for b in 0..=d {
-                let (a, c) = (d - b, self.coefficients[at]);
-                let (fa, fb) = (a as f64, b as f64);
-                g.w += c * pu[a] * pv[b];
-                if a > 0 {
-                    g.wu += c * fa * pu[a - 1] * pv[b];
-                }
-                if b > 0 {
-                    g.wv += c * fb * pu[a] * pv[b - 1];
-                }
-                if a > 1 {
-                    g.wuu += c * fa * (fa - 1.0) * pu[a - 2] * pv[b];
-                }
-                if b > 1 {
-                    g.wvv += c * fb * (fb - 1.0) * pu[a] * pv[b - 2];
-                }
-                if a > 0 && b > 0 {
-                    g.wuv += c * fa * fb * pu[a - 1] * pv[b - 1];
-                }
-                at += 1;
+        let mut g = Graph::default();
+        for b in (0..=MAX_DEGREE).rev() {
+            // The factor of `vᵇ`, its derivative and half its second derivative.
+            let (mut p, mut pu, mut puu) = (0.0, 0.0, 0.0);
+            for a in (0..=MAX_DEGREE - b).rev() {
+                puu = puu * u + pu;
+                pu = pu * u + p;
+                p = p * u + self.coefficients[place(a, b)];
             }
+            g.wvv = g.wvv * v + g.wv;
+            g.wv = g.wv * v + g.w;
+            g.w = g.w * v + p;
+            g.wuv = g.wuv * v + g.wu;
+            g.wu = g.wu * v + pu;
+            g.wuu = g.wuu * v + puu;
         }
+        g.wuu *= 2.0;
+        g.wvv *= 2.0;
         g
     }
 
@@ -191,71 +182,89 @@ pub fn fit_jet(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> Option<Jet> {
             [d.dot(axes[0]), d.dot(axes[1]), d.dot(axes[2]), weight]
         })
         .collect();
-    let (degree, coefficients, deviation) = best_fit(&samples)?;
+    let (coefficients, deviation) = best_fit(&samples)?;
     let edge = mean_edge(mesh, around, vertex) / radius;
     Some(Jet {
         origin,
         axes,
         radius,
-        degree,
         coefficients,
         trust: (1.0 - (deviation / edge - 0.12) / 0.15).clamp(0.0, 1.0),
     })
 }
 
-/// The degree whose fit has the least Bayesian information criterion; residuals below a millionth do not count.
-fn best_fit(samples: &[[f64; 4]]) -> Option<(usize, [f64; MAX_TERMS], f64)> {
+/// The fit, by degree, with the least Bayesian information criterion, and its deviation; residuals below a millionth do not
+/// count.
+fn best_fit(samples: &[[f64; 4]]) -> Option<([f64; MAX_TERMS], f64)> {
     let n = samples.iter().map(|s| s[3]).sum::<f64>();
     let count = samples.len() as f64;
-    let mut best: Option<(f64, usize, [f64; MAX_TERMS], f64)> = None;
+    let equations = NormalEquations::new(samples);
+    let mut best: Option<(f64, [f64; MAX_TERMS], f64)> = None;
     for degree in 1..=MAX_DEGREE {
         let p = terms(degree);
         if samples.len() < p + p / 3 {
             break;
         }
-        let Some(c) = weighted_fit(samples, degree) else {
+        let Some(c) = equations.solved(p) else {
             continue;
         };
-        let rss: f64 = samples
-            .iter()
-            .map(|s| {
-                let m = monomials(s[0], s[1], degree);
-                let w: f64 = m.iter().zip(&c).map(|(a, b)| a * b).sum();
-                s[3] * (s[2] - w).powi(2)
-            })
-            .sum();
+        let residual = |(s, m): (&[f64; 4], &[f64; MAX_TERMS])| {
+            let w: f64 = m[..p].iter().zip(&c).map(|(a, b)| a * b).sum();
+            s[3] * (s[2] - w).powi(2)
+        };
+        let rss: f64 = samples.iter().zip(&equations.rows).map(residual).sum();
         let variance = rss / n;
         let criterion = count * (variance + 1e-12).ln() + p as f64 * count.ln();
         let deviation = (variance * count / (count - p as f64).max(1.0)).sqrt();
         if best.as_ref().is_none_or(|b| criterion < b.0) {
-            best = Some((criterion, degree, c, deviation));
+            best = Some((criterion, c, deviation));
         }
     }
-    best.map(|b| (b.1, b.2, b.3))
+    best.map(|b| (b.1, b.2))
 }
 
-fn weighted_fit(samples: &[[f64; 4]], degree: usize) -> Option<[f64; MAX_TERMS]> {
-    let p = terms(degree);
-    let mut a = vec![0.0; p * p];
-    let mut b = vec![0.0; p];
-    for s in samples {
-        let m = monomials(s[0], s[1], degree);
-        for i in 0..p {
-            for j in 0..=i {
-                a[i * p + j] += s[3] * m[i] * m[j];
+/// The normal equations of a weighted fit. Those of a lower degree are the first of them.
+struct NormalEquations {
+    /// The monomials of each sample.
+    rows: Vec<[f64; MAX_TERMS]>,
+    matrix: [[f64; MAX_TERMS]; MAX_TERMS],
+    right: [f64; MAX_TERMS],
+}
+
+impl NormalEquations {
+    fn new(samples: &[[f64; 4]]) -> Self {
+        let rows: Vec<_> = samples.iter().map(|s| monomials(s[0], s[1])).collect();
+        let mut matrix = [[0.0; MAX_TERMS]; MAX_TERMS];
+        let mut right = [0.0; MAX_TERMS];
+        for (s, m) in samples.iter().zip(&rows) {
+            for i in 0..MAX_TERMS {
+                let weighted = s[3] * m[i];
+                // The whole row, which is quicker than the lower half.
+                for (a, m) in matrix[i].iter_mut().zip(m) {
+                    *a += weighted * m;
+                }
+                right[i] += weighted * s[2];
             }
-            b[i] += s[3] * m[i] * s[2];
+        }
+        Self {
+            rows,
+            matrix,
+            right,
         }
     }
-    for i in 0..p {
-        a[i * p + i] += 1e-10 * a[0];
+
+    /// The solution with so many terms.
+    fn solved(&self, terms: usize) -> Option<[f64; MAX_TERMS]> {
+        let mut a = [0.0; MAX_TERMS * MAX_TERMS];
+        let a = &mut a[..terms * terms];
+        for (i, row) in a.chunks_exact_mut(terms).enumerate() {
+            row.copy_from_slice(&self.matrix[i][..terms]);
+            row[i] += 1e-10 * self.matrix[0][0];
+        }
+        let mut c = [0.0; MAX_TERMS];
+        c[..terms].copy_from_slice(&self.right[..terms]);
+        solve_spd(a, &mut c[..terms]).then_some(c)
     }
-    if !solve_spd(&mut a, &mut b) {
-        return None;
-    }
-    let mut c = [0.0; MAX_TERMS];
-    c[..p].copy_from_slice(&b);
-    Some(c)
 }
 
 /// Vertices round `vertex`, ring by ring until there are enough, without those across a crease.

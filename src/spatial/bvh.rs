@@ -1,20 +1,40 @@
 //! A bounding volume hierarchy over the triangles of a mesh.
 
-use std::time::Duration;
-
-use glam::DVec3;
-use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::builder::build_bvh2};
+use glam::{DVec3, Vec4};
+use obvhs::{
+    aabb::Aabb,
+    bvh2::{Bvh2, reinsertion::ReinsertionOptimizer},
+    ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
+};
 
 use super::triangle::{Barycentric, closest_on_triangle};
 use crate::mesh::{Mesh, bounds};
 
-/// One node: a leaf where `count` is not zero, else an inner node whose children are `first` and `first + 1`.
+/// The most children of a node.
+pub(super) const WIDTH: usize = 4;
+
+/// What hangs at a node, in an order in which inner nodes lie behind their parents.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Child {
+    /// Another node.
+    Node(u32),
+    /// A triangle.
+    Face(u32),
+}
+
+/// Marks a child that is a triangle.
+const FACE: u32 = 1 << 31;
+
+/// The boxes of up to four children side by side, so that they are looked at together.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Node {
-    pub min: [f32; 3],
-    pub max: [f32; 3],
-    pub first: u32,
-    pub count: u32,
+    /// Smallest coordinates, by axis.
+    low: [Vec4; 3],
+    /// Largest coordinates, by axis.
+    high: [Vec4; 3],
+    /// Index of a node or, with the mark [`FACE`], of a triangle; the first `count` only.
+    children: [u32; WIDTH],
+    count: u32,
 }
 
 /// The closest point of a mesh to a query point.
@@ -32,13 +52,16 @@ pub struct Closest {
 
 /// A bounding volume hierarchy for closest-point queries in double precision.
 ///
-/// The boxes are single precision and widened outward; the triangles are kept in double precision relative to the
-/// mesh's centre, so that coordinates far from the origin lose nothing.
+/// A node has up to four children, as in Wald, Benthin and Boulos, "Getting rid of packets: efficient SIMD single-ray
+/// traversal using multi-branching BVHs", 2008; a leaf is one triangle. The boxes are single precision and widened
+/// outward; the triangles are kept in double precision relative to the mesh's centre, so that coordinates far from the
+/// origin lose nothing.
 pub struct Bvh {
+    /// A node lies before its children.
     pub(super) nodes: Vec<Node>,
-    /// Face of each primitive, in leaf order.
+    /// Face of each triangle, in the order of the nodes.
     pub(super) faces: Vec<u32>,
-    /// Corners of each primitive relative to `centre`, in leaf order.
+    /// Corners of each triangle relative to `centre`, in the same order.
     pub(super) corners: Vec<[DVec3; 3]>,
     /// The point all coordinates are relative to.
     pub(super) centre: DVec3,
@@ -63,6 +86,66 @@ fn enclosing(corners: &[DVec3; 3]) -> Aabb {
     )
 }
 
+/// A binary hierarchy with one box a leaf, by PLOC (Meister and Bittner, "Parallel locally-ordered clustering for bounding
+/// volume hierarchy construction", 2018), some of its nodes moved to better places.
+fn binary(boxes: &[Aabb]) -> Bvh2 {
+    let mut built = PlocBuilder::with_capacity(boxes.len()).build(
+        PlocSearchDistance::Low,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        SortPrecision::U64,
+        2,
+    );
+    ReinsertionOptimizer::default().run(&mut built, 0.02, None);
+    built
+}
+
+/// Joins the nodes of a binary hierarchy to nodes of up to [`WIDTH`] children, depth first. Also the order of the leaves.
+fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
+    let mut order = Vec::with_capacity(binary.primitive_indices.len());
+    let mut nodes: Vec<Node> = Vec::with_capacity(binary.nodes.len() / 4);
+    // Roots of the binary subtrees that wait, with the node and the child to enter them at.
+    let mut waiting = vec![(0usize, usize::MAX, 0usize)];
+    while let Some((root, parent, at)) = waiting.pop() {
+        let mut found = [root; WIDTH];
+        let mut count = 1;
+        // The largest inner node is opened until there is no more room.
+        while count < WIDTH {
+            let inner = (0..count).filter(|i| binary.nodes[found[*i]].prim_count == 0);
+            let area = |i: &usize| binary.nodes[found[*i]].aabb.half_area();
+            let Some(i) = inner.max_by(|i, j| area(i).total_cmp(&area(j))) else {
+                break;
+            };
+            let first = binary.nodes[found[i]].first_index as usize;
+            found[i] = first;
+            found[count] = first + 1;
+            count += 1;
+        }
+        let index = nodes.len();
+        if let Some(parent) = nodes.get_mut(parent) {
+            parent.children[at] = index as u32;
+        }
+        let mut node = Node::EMPTY;
+        for (i, child) in found[..count].iter().enumerate() {
+            let child = &binary.nodes[*child];
+            node.set_box(i, &child.aabb);
+            for p in child.first_index..child.first_index + child.prim_count {
+                node.children[i] = FACE | order.len() as u32;
+                order.push(binary.primitive_indices[p as usize]);
+            }
+        }
+        node.count = count as u32;
+        nodes.push(node);
+        for (i, child) in found[..count].iter().enumerate().rev() {
+            if binary.nodes[*child].prim_count == 0 {
+                waiting.push((*child, index, i));
+            }
+        }
+    }
+    nodes.shrink_to_fit();
+    (nodes, order)
+}
+
 impl Bvh {
     /// Builds the hierarchy over the given faces of a mesh.
     ///
@@ -70,50 +153,27 @@ impl Bvh {
     /// When a face's index is past the end of the positions.
     pub fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> Self {
         let faces: Vec<u32> = faces.collect();
-        let (low, high) = bounds(faces.iter().flat_map(|&f| mesh.corners(f)));
-        let centre = if faces.is_empty() {
-            DVec3::ZERO
-        } else {
-            0.5 * (low + high)
-        };
-        let corners: Vec<[DVec3; 3]> = faces
-            .iter()
-            .map(|&f| mesh.faces[f as usize].map(|v| mesh.positions[v as usize] - centre))
-            .collect();
-        Self::from_corners(faces, corners, centre)
-    }
-
-    fn from_corners(faces: Vec<u32>, corners: Vec<[DVec3; 3]>, centre: DVec3) -> Self {
         if faces.is_empty() {
             return Self {
                 nodes: Vec::new(),
                 faces,
-                corners,
-                centre,
+                corners: Vec::new(),
+                centre: DVec3::ZERO,
             };
         }
-        let boxes: Vec<Aabb> = corners.iter().map(enclosing).collect();
-        let built = build_bvh2(
-            &boxes,
-            BvhBuildParams::fast_build(),
-            &mut Duration::default(),
-        );
+        let (low, high) = bounds(faces.iter().flat_map(|&f| mesh.corners(f)));
+        let centre = 0.5 * (low + high);
+        let corners = |f: u32| mesh.corners(f).map(|p| p - centre);
+        let boxes: Vec<Aabb> = faces.iter().map(|&f| enclosing(&corners(f))).collect();
+        let built = binary(&boxes);
         drop(boxes);
-        let nodes = built
-            .nodes
-            .iter()
-            .map(|n| Node {
-                min: n.aabb.min.to_array(),
-                max: n.aabb.max.to_array(),
-                first: n.first_index,
-                count: n.prim_count,
-            })
-            .collect();
-        let order = &built.primitive_indices;
+        let (nodes, order) = collapsed(&built);
+        drop(built);
+        let faces: Vec<u32> = order.iter().map(|&i| faces[i as usize]).collect();
         Self {
             nodes,
-            faces: order.iter().map(|&i| faces[i as usize]).collect(),
-            corners: order.iter().map(|&i| corners[i as usize]).collect(),
+            corners: faces.iter().map(|&f| corners(f)).collect(),
+            faces,
             centre,
         }
     }
@@ -129,71 +189,65 @@ impl Bvh {
             return None;
         }
         let q = p - self.centre;
+        let around = Around::new(q);
         let mut best = limit * limit;
+        let mut bound = Around::bound(best);
         let mut found: Option<(u32, Barycentric, DVec3)> = None;
         let mut stack = Stack::new();
-        stack.push(self.nodes[0].distance_squared(q), 0);
-        while let Some((lower, index)) = stack.pop() {
-            if lower > best {
-                continue;
-            }
-            let node = &self.nodes[index as usize];
-            if node.count > 0 {
-                for i in node.first..node.first + node.count {
-                    let [a, b, c] = self.corners[i as usize];
-                    let (x, w) = closest_on_triangle(q, a, b, c);
-                    let d = (q - x).length_squared();
-                    if d < best || (d == best && found.is_none()) {
-                        best = d;
-                        found = Some((self.faces[i as usize], w, x));
-                    }
+        let mut index = 0;
+        loop {
+            stack.push_children(&self.nodes[index as usize], &around, bound);
+            // The nearest node that waits, after the triangles before it.
+            index = loop {
+                let Some((lower, child)) = stack.pop() else {
+                    return found.map(|(face, barycentric, x)| Closest {
+                        face: self.faces[face as usize],
+                        barycentric,
+                        point: x + self.centre,
+                        distance: best.sqrt(),
+                    });
+                };
+                if lower > bound {
+                    continue;
                 }
-                continue;
-            }
-            let children = &self.nodes[node.first as usize..node.first as usize + 2];
-            let mut near = (children[0].distance_squared(q), node.first);
-            let mut far = (children[1].distance_squared(q), node.first + 1);
-            if near.0 > far.0 {
-                std::mem::swap(&mut near, &mut far);
-            }
-            for (lower, child) in [far, near] {
-                if lower <= best {
-                    stack.push(lower, child);
+                if child & FACE == 0 {
+                    break child;
                 }
-            }
+                let face = child & !FACE;
+                let [a, b, c] = self.corners[face as usize];
+                let (x, w) = closest_on_triangle(q, a, b, c);
+                let d = (q - x).length_squared();
+                if d < best || (d == best && found.is_none()) {
+                    best = d;
+                    bound = Around::bound(best);
+                    found = Some((face, w, x));
+                }
+            };
         }
-        found.map(|(face, barycentric, x)| Closest {
-            face,
-            barycentric,
-            point: x + self.centre,
-            distance: best.sqrt(),
-        })
     }
 
     /// Calls `visit` with every face whose bounding box meets the box from `low` to `high`.
     pub fn for_each_in_box(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(u32)) {
-        if self.nodes.is_empty() {
-            return;
-        }
         let (low, high) = (low - self.centre, high - self.centre);
-        let mut stack = vec![0u32];
+        let (from, to) = (Around::new(low), Around::new(high));
+        let mut stack: Vec<u32> = (!self.nodes.is_empty()).then_some(0).into_iter().collect();
         while let Some(index) = stack.pop() {
-            let node = self.nodes[index as usize];
-            let apart =
-                (0..3).any(|k| f64::from(node.min[k]) > high[k] || f64::from(node.max[k]) < low[k]);
-            if apart {
-                continue;
-            }
-            if node.count == 0 {
-                stack.push(node.first + 1);
-                stack.push(node.first);
-                continue;
-            }
-            for i in node.first..node.first + node.count {
-                let c = &self.corners[i as usize];
-                let (a, b) = (c[0].min(c[1]).min(c[2]), c[0].max(c[1]).max(c[2]));
-                if a.cmple(high).all() && b.cmpge(low).all() {
-                    visit(self.faces[i as usize]);
+            let node = &self.nodes[index as usize];
+            let apart = (0..3)
+                .map(|k| node.low[k].cmpgt(to.above[k]) | node.high[k].cmplt(from.below[k]))
+                .fold(glam::BVec4A::FALSE, |a, b| a | b)
+                .bitmask();
+            for (i, child) in node.children().enumerate().rev() {
+                match child {
+                    _ if apart >> i & 1 == 1 => {}
+                    Child::Node(child) => stack.push(child),
+                    Child::Face(face) => {
+                        let c = &self.corners[face as usize];
+                        let (a, b) = (c[0].min(c[1]).min(c[2]), c[0].max(c[1]).max(c[2]));
+                        if a.cmple(high).all() && b.cmpge(low).all() {
+                            visit(self.faces[face as usize]);
+                        }
+                    }
                 }
             }
         }
@@ -201,60 +255,127 @@ impl Bvh {
 }
 
 impl Node {
-    #[inline]
-    fn distance_squared(&self, p: DVec3) -> f64 {
-        let along = |k: usize| {
-            let below = f64::from(self.min[k]) - p[k];
-            let above = p[k] - f64::from(self.max[k]);
-            // Without the care for NaN that `f64::max` takes.
-            let d = if below > above { below } else { above };
-            if d > 0.0 { d * d } else { 0.0 }
-        };
-        along(0) + along(1) + along(2)
+    const EMPTY: Self = Self {
+        low: [Vec4::INFINITY; 3],
+        high: [Vec4::NEG_INFINITY; 3],
+        children: [0; WIDTH],
+        count: 0,
+    };
+
+    fn set_box(&mut self, child: usize, around: &Aabb) {
+        for k in 0..3 {
+            self.low[k][child] = around.min[k];
+            self.high[k][child] = around.max[k];
+        }
+    }
+
+    /// What hangs at the node.
+    pub fn children(&self) -> impl DoubleEndedIterator<Item = Child> + ExactSizeIterator {
+        self.children[..self.count as usize]
+            .iter()
+            .map(|child| match child & FACE {
+                0 => Child::Node(*child),
+                _ => Child::Face(child & !FACE),
+            })
     }
 }
 
-/// How many nodes wait without an allocation.
-const WAITING: usize = 48;
+/// A point between two of single precision, one for each child.
+struct Around {
+    below: [Vec4; 3],
+    above: [Vec4; 3],
+}
 
-/// The nodes that a query has still to look at, with the squared distances of their boxes.
+impl Around {
+    fn new(p: DVec3) -> Self {
+        Self {
+            below: p.to_array().map(|x| Vec4::splat(round_down(x))),
+            above: p.to_array().map(|x| Vec4::splat(round_up(x))),
+        }
+    }
+
+    /// Squared distances of the point from the boxes of a node, too large only by the rounding of some operations.
+    #[inline]
+    fn distances_squared(&self, node: &Node) -> Vec4 {
+        let along = |k: usize| {
+            let below = node.low[k] - self.above[k];
+            let above = self.below[k] - node.high[k];
+            let d = below.max(above).max(Vec4::ZERO);
+            d * d
+        };
+        along(0) + along(1) + along(2)
+    }
+
+    /// What [`Self::distances_squared`] is at most where the squared distance is at most this.
+    #[inline]
+    fn bound(squared: f64) -> f32 {
+        // Six roundings of half a unit in the last place, that of this one, and some to spare; squares below 1e-38 are
+        // rounded more coarsely.
+        (squared * (1.0 + 8.0 * f64::from(f32::EPSILON)) + 1e-40) as f32
+    }
+}
+
+/// How many children wait without an allocation.
+const WAITING: usize = 64;
+
+/// The children that a query has still to look at, by the squared distances of their boxes.
+///
+/// Bits of floats that are not negative are in the order of the floats: distance and child are one number.
 struct Stack {
-    few: [(f64, u32); WAITING],
+    few: [u64; WAITING],
     len: usize,
     /// Those beyond the first few.
-    more: Vec<(f64, u32)>,
+    more: Vec<u64>,
 }
 
 impl Stack {
     #[inline]
     fn new() -> Self {
         Self {
-            few: [(0.0, 0); WAITING],
+            few: [0; WAITING],
             len: 0,
             more: Vec::new(),
         }
     }
 
+    /// Adds the children within the bound, the nearest last.
     #[inline]
-    fn push(&mut self, lower: f64, node: u32) {
-        match self.few.get_mut(self.len) {
-            Some(slot) => {
-                *slot = (lower, node);
-                self.len += 1;
+    fn push_children(&mut self, node: &Node, around: &Around, bound: f32) {
+        let lower = around.distances_squared(node).to_array();
+        let mut keys = [0u64; WIDTH];
+        for k in 0..WIDTH {
+            // The root is no child, so that 0 stands for none.
+            let is_near = (lower[k] <= bound) & (k < node.count as usize);
+            let key = u64::from(lower[k].to_bits()) << 32 | u64::from(node.children[k]);
+            keys[k] = if is_near { key } else { 0 };
+        }
+        // A sorting network, descending, without branches.
+        for (i, j) in [(0, 1), (2, 3), (0, 2), (1, 3), (1, 2)] {
+            (keys[i], keys[j]) = (keys[i].max(keys[j]), keys[i].min(keys[j]));
+        }
+        let count = keys.iter().map(|key| usize::from(*key != 0)).sum::<usize>();
+        match self.few.get_mut(self.len..self.len + WIDTH) {
+            Some(room) if self.more.is_empty() => {
+                // One by one: a wide load of what was just stored would wait.
+                for (slot, key) in room.iter_mut().zip(keys) {
+                    *slot = key;
+                }
+                self.len += count;
             }
-            None => self.more.push((lower, node)),
+            _ => self.more.extend(&keys[..count]),
         }
     }
 
     #[inline]
-    fn pop(&mut self) -> Option<(f64, u32)> {
-        if self.len == WAITING
-            && let Some(last) = self.more.pop()
-        {
-            return Some(last);
-        }
-        self.len = self.len.checked_sub(1)?;
-        Some(self.few[self.len])
+    fn pop(&mut self) -> Option<(f32, u32)> {
+        let key = match self.more.pop() {
+            Some(key) => key,
+            None => {
+                self.len = self.len.checked_sub(1)?;
+                self.few[self.len]
+            }
+        };
+        Some((f32::from_bits((key >> 32) as u32), key as u32))
     }
 }
 

@@ -9,6 +9,7 @@ pub type Barycentric = [f64; 3];
 ///
 /// A coordinate is exactly zero when the closest point lies on the opposite edge, so that callers can tell
 /// faces, edges and corners apart (Ericson, "Real-Time Collision Detection", section 5.1.5).
+#[inline]
 pub fn closest_on_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> (DVec3, Barycentric) {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));

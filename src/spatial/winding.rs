@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 
 use glam::{DMat3, DVec3};
 
-use super::bvh::Bvh;
+use super::bvh::{Bvh, Child, WIDTH};
 
 /// A cluster counts as far beyond this many of its radii.
 const FAR: f64 = 2.3;
@@ -49,22 +49,13 @@ impl WindingTree {
     /// Gathers the sums, bottom-up.
     pub fn new(bvh: &Bvh) -> Self {
         let mut clusters = vec![Cluster::default(); bvh.nodes.len()];
-        let mut stack = vec![(0u32, false)];
-        while let Some((index, ready)) = stack.pop() {
-            let Some(node) = bvh.nodes.get(index as usize) else {
-                break;
+        // Children lie behind their parents.
+        for (index, node) in bvh.nodes.iter().enumerate().rev() {
+            let of = |child| match child {
+                Child::Node(child) => clusters[child as usize].moments(),
+                Child::Face(face) => Moments::of_face(&bvh.corners[face as usize]),
             };
-            if node.count > 0 {
-                clusters[index as usize] = Moments::of_leaf(bvh, node.first, node.count).stored();
-            } else if ready {
-                let (a, b) = (node.first as usize, node.first as usize + 1);
-                let [a, b] = [a, b].map(|i| clusters[i].moments());
-                clusters[index as usize] = Moments::joined(&a, &b).stored();
-            } else {
-                stack.push((index, true));
-                stack.push((node.first, false));
-                stack.push((node.first + 1, false));
-            }
+            clusters[index] = Moments::joined(node.children().map(of)).stored();
         }
         Self { clusters }
     }
@@ -78,17 +69,19 @@ impl WindingTree {
             stack.push(0);
         }
         while let Some(index) = stack.pop() {
-            let node = bvh.nodes[index as usize];
             let cluster = &self.clusters[index as usize];
             let reach = FAR * f64::from(cluster.radius);
             if (vector(cluster.centre) - q).length_squared() > reach * reach {
                 sum += cluster.moments().far_field(q);
-            } else if node.count == 0 {
-                stack.push(node.first);
-                stack.push(node.first + 1);
-            } else {
-                for c in &bvh.corners[node.first as usize..(node.first + node.count) as usize] {
-                    sum += solid_angle(c[0] - q, c[1] - q, c[2] - q);
+                continue;
+            }
+            for child in bvh.nodes[index as usize].children() {
+                match child {
+                    Child::Node(child) => stack.push(child),
+                    Child::Face(face) => {
+                        let [a, b, c] = bvh.corners[face as usize];
+                        sum += solid_angle(a - q, b - q, c - q);
+                    }
                 }
             }
         }
@@ -139,78 +132,56 @@ impl Moments {
         }
     }
 
-    fn of_leaf(bvh: &Bvh, first: u32, count: u32) -> Self {
-        let corners = &bvh.corners[first as usize..(first + count) as usize];
-        let parts: Vec<(DVec3, DVec3, f64)> = corners
-            .iter()
-            .map(|c| {
-                let n = 0.5 * (c[1] - c[0]).cross(c[2] - c[0]);
-                ((c[0] + c[1] + c[2]) / 3.0, n, n.length())
-            })
-            .collect();
-        let area: f64 = parts.iter().map(|p| p.2).sum();
-        let centre = if area > 0.0 {
-            parts.iter().map(|p| p.0 * p.2).sum::<DVec3>() / area
-        } else {
-            corners[0][0]
-        };
-        let centre = storable(centre);
-        let mut octupole = [DMat3::ZERO; 3];
-        for (c, part) in corners.iter().zip(&parts) {
-            // Second moment of a triangle about a point: mean of those of its edge midpoints.
-            let moment = (0..3).fold(DMat3::ZERO, |m, k| {
-                let d = 0.5 * (c[k] + c[(k + 1) % 3]) - centre;
-                m + outer(d, d) * (1.0 / 3.0)
-            });
-            for (i, o) in octupole.iter_mut().enumerate() {
-                *o += moment * part.1[i];
-            }
-        }
-        let radius = corners
-            .iter()
-            .flatten()
-            .map(|v| v.distance(centre))
-            .fold(0.0, f64::max);
+    fn of_face(c: &[DVec3; 3]) -> Self {
+        let dipole = 0.5 * (c[1] - c[0]).cross(c[2] - c[0]);
+        let centroid = (c[0] + c[1] + c[2]) / 3.0;
+        let centre = storable(centroid);
+        // Second moment of a triangle about a point: mean of those of its edge midpoints.
+        let moment = (0..3).fold(DMat3::ZERO, |m, k| {
+            let d = 0.5 * (c[k] + c[(k + 1) % 3]) - centre;
+            m + outer(d, d) * (1.0 / 3.0)
+        });
         Self {
             centre,
-            radius,
-            dipole: parts.iter().map(|p| p.1).sum(),
-            quadrupole: parts
-                .iter()
-                .fold(DMat3::ZERO, |m, p| m + outer(p.0 - centre, p.1)),
-            octupole,
-            area,
+            radius: c.iter().map(|v| v.distance(centre)).fold(0.0, f64::max),
+            dipole,
+            quadrupole: outer(centroid - centre, dipole),
+            octupole: dipole.to_array().map(|n| moment * n),
+            area: dipole.length(),
         }
     }
 
-    fn joined(a: &Self, b: &Self) -> Self {
-        let area = a.area + b.area;
-        let centre = if area > 0.0 {
-            (a.centre * a.area + b.centre * b.area) / area
-        } else {
-            a.centre
-        };
+    fn joined(parts: impl Iterator<Item = Self>) -> Self {
+        let mut all: [Option<Self>; WIDTH] = [const { None }; WIDTH];
+        for (slot, part) in all.iter_mut().zip(parts) {
+            *slot = Some(part);
+        }
+        let parts = || all.iter().flatten();
+        let area: f64 = parts().map(|c| c.area).sum();
+        let mut centre = parts().next().map_or(DVec3::ZERO, |c| c.centre);
+        if area > 0.0 {
+            centre = parts().map(|c| c.centre * c.area).sum::<DVec3>() / area;
+        }
         let centre = storable(centre);
-        let mut octupole = [DMat3::ZERO; 3];
-        for c in [a, b] {
+        let mut sum = Self {
+            centre,
+            radius: 0.0,
+            dipole: DVec3::ZERO,
+            quadrupole: DMat3::ZERO,
+            octupole: [DMat3::ZERO; 3],
+            area,
+        };
+        for c in parts() {
             let s = c.centre - centre;
-            for (i, o) in octupole.iter_mut().enumerate() {
+            sum.radius = sum.radius.max(s.length() + c.radius);
+            sum.dipole += c.dipole;
+            sum.quadrupole += c.quadrupole + outer(s, c.dipole);
+            for (i, o) in sum.octupole.iter_mut().enumerate() {
                 let first = c.quadrupole.col(i);
                 *o += c.octupole[i] + outer(first, s) + outer(s, first) + outer(s, s) * c.dipole[i];
             }
         }
-        let reach = |c: &Self| c.centre.distance(centre) + c.radius;
-        Self {
-            centre,
-            radius: reach(a).max(reach(b)),
-            dipole: a.dipole + b.dipole,
-            quadrupole: a.quadrupole
-                + b.quadrupole
-                + outer(a.centre - centre, a.dipole)
-                + outer(b.centre - centre, b.dipole),
-            octupole,
-            area,
-        }
+        sum
     }
 
     fn far_field(&self, q: DVec3) -> f64 {

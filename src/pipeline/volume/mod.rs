@@ -1,6 +1,8 @@
 //! The signed distance of a whole model on a lattice round it.
 
-use std::collections::HashMap;
+mod signs;
+
+use std::time::Instant;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,7 +12,8 @@ use super::{FillError, validate};
 use crate::grid::Volume;
 use crate::mesh::{Mesh, Topology, bounds, welded};
 use crate::params::VoxelSize;
-use crate::spatial::{Bvh, WindingTree};
+use crate::spatial::Bvh;
+use signs::Signs;
 
 /// The most nodes that a volume is given: about one gigabyte of values.
 pub const MOST_NODES: usize = 1 << 27;
@@ -71,6 +74,30 @@ pub enum VolumeError {
     },
 }
 
+/// A volume, and what it took.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// The signed distance.
+    pub volume: Volume,
+    /// Number of nodes whose distance is not cut off.
+    pub nodes: usize,
+    /// Where the time went.
+    pub seconds: MeasuredSeconds,
+}
+
+/// Where the time of a volume went, in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct MeasuredSeconds {
+    /// Joining vertices at the same place and finding edges and pieces.
+    pub topology: f64,
+    /// Building the hierarchy of the faces.
+    pub tree: f64,
+    /// Distances without their signs.
+    pub distances: f64,
+    /// Which side of the surface the nodes lie on.
+    pub signs: f64,
+}
+
 /// The signed distance of a mesh, negative inside.
 ///
 /// Distances are those to the triangles, exact up to rounding. A node is inside where the magnitude of the generalized
@@ -79,6 +106,21 @@ pub enum VolumeError {
 /// # Errors
 /// When the mesh or the parameters make no sense, or the volume would have more than [`MOST_NODES`] nodes.
 pub fn signed_distance_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Volume, VolumeError> {
+    Ok(measure_volume(mesh, params)?.volume)
+}
+
+/// The same as [`signed_distance_volume`], and what it took.
+///
+/// # Errors
+/// As there.
+pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, VolumeError> {
+    let mut seconds = MeasuredSeconds::default();
+    let mut clock = Instant::now();
+    let mut lap = || {
+        std::mem::replace(&mut clock, Instant::now())
+            .elapsed()
+            .as_secs_f64()
+    };
     validate(mesh)?;
     let (mut mesh, _) = welded(mesh);
     let topology = Topology::new(&mut mesh);
@@ -88,29 +130,45 @@ pub fn signed_distance_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Volu
     let (low, high) = bounds(topology.faces().flat_map(|f| mesh.corners(f)));
     let (voxel, dims) = lattice(high - low, params)?;
     let origin = low - MARGIN * voxel;
+    seconds.topology = lap();
     let bvh = Bvh::new(&mesh, topology.faces());
-    let rims = Rims::new(&mesh, &topology);
-    let field = Field {
-        winding: WindingTree::new(&bvh),
-        bvh,
+    seconds.tree = lap();
+    let band = params.band.unwrap_or(f64::INFINITY);
+    let distances = Distances {
+        blocks: Blocks::new(&bvh, origin, voxel, dims, band),
+        bvh: &bvh,
+        origin,
         voxel,
-        band: params.band.unwrap_or(f64::INFINITY),
-        rims,
+        dims,
+        band,
     };
     let mut values = vec![0.0; dims.iter().product()];
+    let nodes = values
+        .par_chunks_mut(dims[0] * dims[1] * Blocks::SMALL)
+        .enumerate()
+        .map(|(i, out)| distances.layers(i * Blocks::SMALL, out))
+        .sum();
+    seconds.distances = lap();
+    let signs = Signs::new(&mesh, &topology, &bvh, voxel);
     values
         .par_chunks_mut(dims[0])
         .enumerate()
         .for_each(|(row, out)| {
             let (j, k) = (row % dims[1], row / dims[1]);
             let start = origin + DVec3::new(0.0, j as f64, k as f64) * voxel;
-            field.row(start, out);
+            signs.row(start, out);
         });
-    Ok(Volume {
+    seconds.signs = lap();
+    let volume = Volume {
         dims,
         origin,
         spacing: DVec3::splat(voxel),
         values,
+    };
+    Ok(Measured {
+        volume,
+        nodes,
+        seconds,
     })
 }
 
@@ -150,129 +208,142 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
     })
 }
 
-struct Field {
-    bvh: Bvh,
-    winding: WindingTree,
+/// Distances at the nodes of a lattice.
+struct Distances<'a> {
+    bvh: &'a Bvh,
+    origin: DVec3,
     voxel: f64,
+    dims: [usize; 3],
     band: f64,
-    rims: Rims,
+    blocks: Blocks,
 }
 
-impl Field {
-    /// The values along a row of nodes.
-    fn row(&self, start: DVec3, out: &mut [f64]) {
-        let step = self.voxel * (1.0 + 1e-9);
-        // Of the node before: its distance, or a lower bound of it, whether it is inside, and by how much the winding
-        // number may still change before that does.
-        let mut before: Option<(f64, bool, f64)> = None;
-        for (i, value) in out.iter_mut().enumerate() {
-            let p = start + DVec3::X * (i as f64 * self.voxel);
-            // Distances of neighbours differ by a voxel at most.
-            let near = before.map_or(f64::INFINITY, |(d, ..)| (d + step) * (1.0 + 1e-9));
-            let limit = near.min(self.band);
-            let distance = match self.bvh.closest(p, limit) {
-                Some(closest) => closest.distance.min(self.band),
-                None => limit,
-            };
-            let change = self.rims.rate(p, step) * step;
-            let (inside, slack) = match before {
-                // No surface lies between nodes that are together farther from it than from each other.
-                Some((d, inside, slack)) if d + distance > step && slack > change => {
-                    (inside, slack - change)
-                }
-                _ => {
-                    let winding = self.winding.winding_number(&self.bvh, p).abs();
-                    (winding > 0.5, (winding - 0.5).abs() - WINDING_ERROR)
-                }
-            };
-            *value = if inside { -distance } else { distance };
-            before = Some((distance, inside, slack));
-        }
-    }
-}
-
-/// How far the winding number may be off, since distant faces are summed up together.
-const WINDING_ERROR: f64 = 0.02;
-
-/// The rims of a mesh, in groups, to bound how fast the winding number changes off the surface.
-///
-/// Its gradient is that of the solid angle of the rims, at most `L / (4 π d²)` at the distance `d` from a rim of length
-/// `L` (the law of Biot and Savart).
-struct Rims {
-    /// Bounding box and length of each group.
-    groups: Vec<(DVec3, DVec3, f64)>,
-    /// Whether there are edges besides at which the winding number has a source.
-    unknown: bool,
-}
-
-impl Rims {
-    /// The most groups that are told apart.
-    const MOST: usize = 48;
-
-    fn new(mesh: &Mesh, topology: &Topology) -> Self {
-        let defects = &topology.defects;
-        let mut groups: Vec<(DVec3, DVec3, f64)> = Vec::new();
-        let mut of_vertex: HashMap<u32, usize> = HashMap::new();
-        for h in (0..topology.boundary.len()).filter(|h| topology.boundary[*h]) {
-            let face = mesh.faces[h / 3];
-            let ends = [face[h % 3], face[(h + 1) % 3]];
-            let [a, b] = ends.map(|v| mesh.positions[v as usize]);
-            let known = ends.iter().find_map(|v| of_vertex.get(v).copied());
-            let group = known.unwrap_or_else(|| {
-                groups.push((a, a, 0.0));
-                groups.len() - 1
-            });
-            ends.iter().for_each(|v| {
-                of_vertex.insert(*v, group);
-            });
-            let (low, high, length) = &mut groups[group];
-            (*low, *high) = (low.min(a).min(b), high.max(a).max(b));
-            *length += a.distance(b);
-        }
-        Self {
-            groups: merged(groups, Self::MOST),
-            unknown: defects.non_manifold_edges > 0 || defects.misoriented_edges > 0,
-        }
-    }
-
-    /// The most that the winding number changes with the distance, within a step of a point.
-    fn rate(&self, p: DVec3, step: f64) -> f64 {
-        if self.unknown {
-            return f64::INFINITY;
-        }
-        let one = |(low, high, length): &(DVec3, DVec3, f64)| {
-            let distance = p.distance(p.clamp(*low, *high)) - step;
-            match distance > 0.0 {
-                true => length / (4.0 * std::f64::consts::PI * distance * distance),
-                false => f64::INFINITY,
+impl Distances<'_> {
+    /// Measures the distances on a few layers of nodes from the given one on; how many of them are not cut off.
+    ///
+    /// Goes block by block, since nodes near each other look at the same part of the mesh.
+    fn layers(&self, first: usize, out: &mut [f64]) -> usize {
+        // What stays where the surface is farther away.
+        out.fill(self.band);
+        let [nx, ny, _] = self.dims;
+        let steps = |n: usize| (0..n).step_by(Blocks::SMALL);
+        let mut measured = 0;
+        for (j, i) in steps(ny).flat_map(|j| steps(nx).map(move |i| (j, i))) {
+            let middle = self.blocks.middle([i, j, first]);
+            if middle.is_finite() {
+                measured += self.block([i, j, first], middle, out);
             }
-        };
-        self.groups.iter().map(one).sum()
+        }
+        measured
+    }
+
+    /// Measures the distances in a block whose middle is so far from the surface.
+    fn block(&self, [i, j, first]: [usize; 3], middle: f64, out: &mut [f64]) -> usize {
+        let [nx, ny, _] = self.dims;
+        let half = 0.5 * (Blocks::SMALL - 1) as f64;
+        let centre = self.origin
+            + DVec3::new(i as f64 + half, j as f64 + half, first as f64 + half) * self.voxel;
+        // Nodes this close to the middle lie beyond the band.
+        let free = middle - self.band - 1e-6 * self.voxel;
+        let mut measured = 0;
+        let mut before: Option<DVec3> = None;
+        for (k, layer) in out.chunks_mut(nx * ny).enumerate() {
+            for j in j..(j + Blocks::SMALL).min(ny) {
+                let start =
+                    self.origin + DVec3::new(0.0, j as f64, (first + k) as f64) * self.voxel;
+                for i in i..(i + Blocks::SMALL).min(nx) {
+                    let p = node(start, i, self.voxel);
+                    if free > 0.0 && p.distance_squared(centre) < free * free {
+                        continue;
+                    }
+                    // The point that was closest to the node before is at least as far, up to rounding.
+                    let near = before.map_or(f64::INFINITY, |c| {
+                        c.distance(p) * (1.0 + 1e-9) + 1e-6 * self.voxel
+                    });
+                    let mut closest = self.bvh.closest(p, near.min(self.band));
+                    if closest.is_none() && near < self.band {
+                        closest = self.bvh.closest(p, self.band);
+                    }
+                    if let Some(closest) = &closest {
+                        layer[j * nx + i] = closest.distance.min(self.band);
+                        measured += 1;
+                        before = Some(closest.point);
+                    }
+                }
+            }
+        }
+        measured
     }
 }
 
-/// Joins groups whose boxes meet, then all, if there are more than so many.
-fn merged(groups: Vec<(DVec3, DVec3, f64)>, most: usize) -> Vec<(DVec3, DVec3, f64)> {
-    let join = |a: &mut (DVec3, DVec3, f64), b: &(DVec3, DVec3, f64)| {
-        *a = (a.0.min(b.0), a.1.max(b.1), a.2 + b.2);
-    };
-    let mut out: Vec<(DVec3, DVec3, f64)> = Vec::new();
-    for group in groups {
-        let meets = |o: &(DVec3, DVec3, f64)| o.0.cmple(group.1).all() && group.0.cmple(o.1).all();
-        match out.iter().position(meets) {
-            Some(other) => join(&mut out[other], &group),
-            None if out.len() < most => out.push(group),
-            None => join(&mut out[most - 1], &group),
+fn node(start: DVec3, i: usize, voxel: f64) -> DVec3 {
+    start + DVec3::X * (i as f64 * voxel)
+}
+
+/// How far blocks of nodes lie from the surface, to pass over those beyond the band.
+struct Blocks {
+    /// Nodes along the side of a block.
+    side: usize,
+    dims: [usize; 3],
+    /// Distance of each block's middle; infinite where the whole block lies beyond the band. Empty where there is no band.
+    middles: Vec<f64>,
+}
+
+impl Blocks {
+    /// The side of the small blocks.
+    const SMALL: usize = 4;
+
+    /// Large blocks first, then small ones in those that are not far.
+    fn new(bvh: &Bvh, origin: DVec3, voxel: f64, nodes: [usize; 3], band: f64) -> Self {
+        let mut blocks = Self {
+            side: 1,
+            dims: nodes,
+            middles: Vec::new(),
+        };
+        if band.is_infinite() {
+            return blocks;
         }
+        for side in [4 * Self::SMALL, Self::SMALL] {
+            let half = 0.5 * (side - 1) as f64 * voxel;
+            // From the middle of a block to its corners, and some for rounding.
+            let reach = band + half * 3f64.sqrt() * (1.0 + 1e-9) + 1e-6 * voxel;
+            let dims = nodes.map(|n| n.div_ceil(side));
+            let distance = |block: usize| {
+                let (i, jk) = (block % dims[0], block / dims[0]);
+                let first = [i, jk % dims[1], jk / dims[1]].map(|b| b * side);
+                let corner = origin + DVec3::from_array(first.map(|n| n as f64)) * voxel;
+                if blocks.middle(first).is_infinite() {
+                    return f64::INFINITY;
+                }
+                let closest = bvh.closest(corner + half, reach);
+                closest.map_or(f64::INFINITY, |c| c.distance)
+            };
+            let count = dims.iter().product::<usize>();
+            let middles = (0..count).into_par_iter().map(distance).collect();
+            blocks = Self {
+                side,
+                dims,
+                middles,
+            };
+        }
+        blocks
     }
-    out
+
+    /// Distance of the middle of a node's block, infinite beyond the band; 0 where it is not known.
+    fn middle(&self, node: [usize; 3]) -> f64 {
+        let [i, j, k] = node.map(|n| n / self.side);
+        let block = (k * self.dims[1] + j) * self.dims[0] + i;
+        self.middles.get(block).copied().unwrap_or(0.0)
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::signs::WINDING_ERROR;
     use super::*;
     use crate::extract::level_surface;
     use crate::mesh::shapes;
+    use crate::spatial::WindingTree;
 
     fn cube() -> Mesh {
         let corner = |i: u32| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into());
@@ -360,7 +431,8 @@ mod tests {
         for (i, value) in volume.values.iter().enumerate() {
             let node = DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / nx / ny) as f64);
             let winding = tree.winding_number(&bvh, volume.position(node));
-            if (winding - 0.5).abs() > WINDING_ERROR {
+            // On the surface it jumps.
+            if (winding - 0.5).abs() > WINDING_ERROR && value.abs() > 1e-9 {
                 assert_eq!(*value < 0.0, winding > 0.5, "{node} {winding} {value}");
             }
         }
