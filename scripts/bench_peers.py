@@ -20,11 +20,11 @@ out, with a message (Open3D needs libusb-1.0-0). PMP is in neither registry and 
 
 Distances: CPU seconds per node, of the query alone, at the nodes within four voxels of the surface in a lattice of 256 voxels
 along the longest side. The libraries get just these nodes, their trees are built before. isomend stands there twice. Its
-distances alone are what `isomend sdf --band --json` says of them, on one thread, where the seconds of the clock are those of
-the CPU unless the machine is busy; that includes finding out which nodes lie farther away, and no tree either. All of the
-command is the CPU time of `isomend sdf --band` for the whole lattice, less that of `isomend inspect`: an upper bound, as it
-includes building the tree, the signs, all nodes farther away and the compressed output. Both are divided by the same number
-of nodes. The JSON file has the seconds of building the trees too."""
+distances alone are what `isomend sdf --band --json` says of them, on one thread, times the share of the CPU that its process
+got; that includes finding out which nodes lie farther away, and no tree either. All of the command is the CPU time of
+`isomend sdf --band` for the whole lattice, less that of `isomend inspect`: an upper bound, as it includes building the tree,
+the signs, all nodes farther away and the compressed output. Both are divided by the same number of nodes. The JSON file has
+the seconds of building the trees too."""
 
 import argparse
 import json
@@ -351,8 +351,8 @@ def bench_distances(program, folder, rounds):
                 if library == ALONE:
                     done = process([*command, "--threads", 1, "--json", "-"])
                     if done["ok"]:
-                        seconds = json.loads(done["output"])["seconds"]
-                        taken[library].append((seconds["tree"], seconds["distances"]))
+                        seconds, share = json.loads(done["output"])["seconds"], min(done["cpu"] / done["wall"], 1.0)
+                        taken[library].append((share * seconds["tree"], share * seconds["distances"]))
                     continue
                 if library == WHOLE:
                     whole, before = process(command), process([program, "inspect", source, "--json", folder / "i.json", "-q"])
