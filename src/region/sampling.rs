@@ -20,6 +20,8 @@ const BORDER: i32 = 3;
 const SMOOTH: f64 = 9.0;
 /// Nodes farther than this from the surface, in voxels, do not matter to the band: only the start knows of them.
 const FAR: f64 = 8.0;
+/// Free nodes nearer to the evolved surface than this, in voxels, lie beside it.
+const BESIDE: f64 = 2.0;
 /// How many times a box is looked at on a lattice of twice the voxel before its nodes are asked.
 const LOOKS: usize = 2;
 /// No node is farther than this from the coarser one beside it, in voxels, with some room for the difference between the
@@ -58,6 +60,9 @@ pub struct Coarser<'a> {
     inner: Vec<bool>,
     /// Nodes within one step of a free one, and within two.
     near: [Vec<bool>; 2],
+    /// Nodes within two steps of a free one beside the surface: in thin parts there may be fixed ones among them whose
+    /// values know only of the opposite wall.
+    close: Vec<bool>,
 }
 
 impl<'a> Coarser<'a> {
@@ -67,7 +72,10 @@ impl<'a> Coarser<'a> {
         let inner = dilate(grid, &fixed).into_iter().map(|f| !f).collect();
         let near = dilate(grid, free);
         let wide = dilate(grid, &near);
+        let beside = phi.iter().zip(free).map(|(v, &f)| f && v.abs() < BESIDE);
+        let beside: Vec<bool> = beside.collect();
         Self {
+            close: dilate(grid, &dilate(grid, &beside)),
             grid,
             phi,
             free,
@@ -120,9 +128,9 @@ impl<'a> Coarser<'a> {
     /// φ at a node of the finer lattice and whether it is free unless it lies at the side of the box, where the values are
     /// those of an evolved surface; none where that has to be asked.
     fn tells_of_evolved(&self, fine: NodeIndex) -> Option<(f64, bool)> {
-        let value = self.prolonged(fine)?;
+        let (value, slot) = (self.prolonged(fine)?, self.beside(fine)?);
         let free = match self.tells(fine) {
-            None if value.abs() > FAR => self.free[self.beside(fine)?],
+            None if value.abs() > FAR && !self.close[slot] => self.free[slot],
             told => told?,
         };
         Some((value, free))
