@@ -131,11 +131,13 @@ const PLACE: [u8; 64] = {
     table
 };
 
-/// The upper triangle of a symmetric matrix.
+/// The upper triangle of a symmetric matrix, of which the lower left quarter need not be there.
 pub fn packed(matrix: &[f32; 64]) -> Packed {
     let mut out = [0.0; 36];
-    for (i, &v) in matrix.iter().enumerate() {
-        out[PLACE[i] as usize] = v;
+    for a in 0..8 {
+        for b in a..8 {
+            out[PLACE[8 * a + b] as usize] = matrix[8 * a + b];
+        }
     }
     out
 }
@@ -227,7 +229,7 @@ fn at_corner(shape: &Gradients, a: usize) -> [f64; 3] {
     [shape[0][a], shape[1][a], shape[2][a]]
 }
 
-/// Adds `scale (∇N·∇N − n·∇N n·∇N)` to the first matrix and `kappa n·∇N n·∇N` to the second.
+/// Adds `scale (∇N·∇N − n·∇N n·∇N)` to the first matrix and `kappa n·∇N n·∇N` to the second, but for the lower left quarter.
 #[inline]
 fn add_products(
     (tangential, second): (&mut [f32; 64], &mut [f32; 64]),
@@ -235,11 +237,19 @@ fn add_products(
     products: &[f32; 64],
     (scale, kappa): (f32, f32),
 ) {
-    for a in 0..8 {
+    let mut add = |a: usize, b: usize| {
+        let both = normal[a] * normal[b];
+        tangential[8 * a + b] += scale * (products[8 * a + b] - both);
+        second[8 * a + b] += kappa * both;
+    };
+    for a in 0..4 {
         for b in 0..8 {
-            let both = normal[a] * normal[b];
-            tangential[8 * a + b] += scale * (products[8 * a + b] - both);
-            second[8 * a + b] += kappa * both;
+            add(a, b);
+        }
+    }
+    for a in 4..8 {
+        for b in 4..8 {
+            add(a, b);
         }
     }
 }
