@@ -3,8 +3,8 @@
 //! `cargo bench --bench solve -- 32 64 128` prints seconds, unknowns, steps and iterations for the catenoid's neck and a
 //! spherical cap of 60 degrees.
 //!
-//! On two cores (November 2026), in seconds: catenoid 0.155, 0.65, 3.9 and 22 at 32, 64, 128 and 256 voxels across, cap
-//! 0.148, 0.52, 2.7 and 20; 5 to 8 iterations a step; 953 MB at 256, 1.7 kB an unknown.
+//! On two cores (November 2026), in seconds: catenoid 0.135, 0.44, 1.7 and 6.7 at 32, 64, 128 and 256 voxels across, cap
+//! 0.138, 0.42, 1.6 and 7.6; 2 to 4 iterations a step; 620 MB at 256, 1.1 kB an unknown, 0.9 kB of it in use at any one time.
 
 use std::time::Instant;
 
