@@ -4,10 +4,18 @@ use isomend::flow::{Energy, FlowSettings, Variant};
 use isomend::study::experiments::{PatchError, fill_shape, patch_error};
 use isomend::study::shapes::ExactShape;
 
+/// Iterations of the preconditioned solve of one step, at any resolution.
+const MOST_ITERATIONS: usize = 6;
+
 /// The error at `16 · 2^refinements` voxels across the unknown ball.
 fn errors(shape: &ExactShape, refinements: usize) -> PatchError {
     let solved = fill_shape(shape, refinements, FlowSettings::default(), &|| true);
     assert!(solved.converged(), "{}", shape.name);
+    for level in &solved.reports {
+        for step in &level.flow.steps {
+            assert!(step.iterations <= MOST_ITERATIONS, "{}", shape.name);
+        }
+    }
     patch_error(shape, &solved).expect("a foot for every node")
 }
 
