@@ -101,7 +101,7 @@ pub struct StepRecord {
 
 impl StepRecord {
     /// No node moves by more than the tolerance; or, after many steps, where the data are rough and single nodes do not come
-    /// to rest, none by many times as much and the surface as a whole by little more than it.
+    /// to rest, none by many times as much and the surface as a whole by less than it.
     fn is_steady(&self, tolerance: f64, steps: usize) -> bool {
         let calm = self.movement < tolerance
             || (steps >= LONG
@@ -169,6 +169,8 @@ fn relax_with<E: BandEnergy>(
     };
     let mut state: Option<BandState<E>> = None;
     let mut lowest: Option<Lowest> = None;
+    // Small steps of a flow in time say nothing about rest.
+    let in_time = settings.time_step.is_finite();
     for step in 0..settings.max_steps {
         if !keep_going() {
             break;
@@ -202,7 +204,7 @@ fn relax_with<E: BandEnergy>(
             .as_ref()
             .map_or((f64::INFINITY, surface), |at| (at.energy, at.surface));
         outcome.energy_after = reached.1;
-        if lowest.as_ref().is_none_or(|l| reached.0 < l.energies.0) {
+        if !in_time && lowest.as_ref().is_none_or(|l| reached.0 < l.energies.0) {
             lowest = Some(Lowest {
                 energies: reached,
                 phi: phi.clone(),
@@ -211,8 +213,6 @@ fn relax_with<E: BandEnergy>(
         if !record.energy.is_finite() || !record.movement.is_finite() {
             break;
         }
-        // Small steps of a flow in time say nothing about rest.
-        let in_time = settings.time_step.is_finite();
         if !in_time && (record.is_steady(settings.tolerance, step + 1) || settled(&outcome.steps)) {
             outcome.converged = true;
             break;
@@ -227,9 +227,7 @@ fn relax_with<E: BandEnergy>(
             state = Some(now);
         }
     }
-    if let (false, false, Some(lowest)) =
-        (outcome.converged, settings.time_step.is_finite(), lowest)
-    {
+    if let (false, Some(lowest)) = (outcome.converged, lowest) {
         outcome.energy_after = lowest.energies.1;
         *phi = lowest.phi;
     }

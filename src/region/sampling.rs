@@ -58,11 +58,8 @@ pub struct Coarser<'a> {
     free: &'a [bool],
     /// Nodes all of whose neighbours are free.
     inner: Vec<bool>,
-    /// Nodes within one step of a free one, and within two.
-    near: [Vec<bool>; 2],
-    /// Nodes within two steps of a free one beside the surface: in thin parts there may be fixed ones among them whose
-    /// values know only of the opposite wall.
-    close: Vec<bool>,
+    /// Nodes within two steps of a free one.
+    near: Vec<bool>,
 }
 
 impl<'a> Coarser<'a> {
@@ -70,23 +67,26 @@ impl<'a> Coarser<'a> {
     pub fn new(grid: &'a SparseGrid, phi: &'a [f64], free: &'a [bool]) -> Self {
         let fixed: Vec<bool> = free.iter().map(|f| !f).collect();
         let inner = dilate(grid, &fixed).into_iter().map(|f| !f).collect();
-        let near = dilate(grid, free);
-        let wide = dilate(grid, &near);
-        let beside = phi.iter().zip(free).map(|(v, &f)| f && v.abs() < BESIDE);
-        let beside: Vec<bool> = beside.collect();
         Self {
-            close: dilate(grid, &dilate(grid, &beside)),
+            near: dilate(grid, &dilate(grid, free)),
             grid,
             phi,
             free,
             inner,
-            near: [near, wide],
         }
     }
 
     /// Nodes within two steps of a free one.
     pub fn near_free(&self) -> &[bool] {
-        &self.near[1]
+        &self.near
+    }
+
+    /// Nodes within two steps of a free one beside the evolved surface: in thin parts there may be fixed ones among them
+    /// whose values know only of the opposite wall.
+    fn close_to_evolved(&self) -> Vec<bool> {
+        let free = self.phi.iter().zip(self.free);
+        let beside: Vec<bool> = free.map(|(v, &f)| f && v.abs() < BESIDE).collect();
+        dilate(self.grid, &dilate(self.grid, &beside))
     }
 
     /// The slot of the node beside one of the finer lattice.
@@ -109,7 +109,7 @@ impl<'a> Coarser<'a> {
         if self.inner[slot] {
             return Some(true);
         }
-        (!self.near[1][slot]).then_some(false)
+        (!self.near[slot]).then_some(false)
     }
 
     /// The same where the values are those of the known surface alone, and nodes farther from it than `far` (in the coarser
@@ -126,11 +126,11 @@ impl<'a> Coarser<'a> {
     }
 
     /// φ at a node of the finer lattice and whether it is free unless it lies at the side of the box, where the values are
-    /// those of an evolved surface; none where that has to be asked.
-    fn tells_of_evolved(&self, fine: NodeIndex) -> Option<(f64, bool)> {
+    /// those of an evolved surface and `close` marks what is close to it; none where that has to be asked.
+    fn tells_of_evolved(&self, fine: NodeIndex, close: &[bool]) -> Option<(f64, bool)> {
         let (value, slot) = (self.prolonged(fine)?, self.beside(fine)?);
         let free = match self.tells(fine) {
-            None if value.abs() > FAR && !self.close[slot] => self.free[slot],
+            None if value.abs() > FAR && !close[slot] => self.free[slot],
             told => told?,
         };
         Some((value, free))
@@ -165,7 +165,8 @@ impl Sampling<'_> {
 
     /// φ and mask of a lattice that halves the voxel of another: φ is prolonged where it is free.
     pub fn refining(&self, coarser: &Coarser) -> (Vec<f64>, Vec<bool>) {
-        let known = |n: NodeIndex| match coarser.tells_of_evolved(n) {
+        let close = coarser.close_to_evolved();
+        let known = |n: NodeIndex| match coarser.tells_of_evolved(n, &close) {
             Some((value, free)) => Known::Node(value, free),
             None => Known::Nothing {
                 rough: self.grid.is_interior(n, BORDER),
