@@ -11,11 +11,16 @@ use crate::grid::{
     ABSENT, BLOCK_NODES, NodeIndex, SparseGrid, Tricubic, add, as_point, value_and_gradient,
 };
 
-const ITERATIONS: usize = 30;
+const ITERATIONS: usize = 16;
 /// A projection ends when it is this near to the zero set, in voxels: well below the interpolant's own error.
 const SETTLED: f64 = 1e-7;
-/// And when its foot is this near along the zero set: the distance changes with the square of that.
-const ASIDE: f64 = 2e-4;
+/// And when its foot, off the closest point along the zero set, makes the distance too long by no more than this.
+const LONGER: f64 = 2e-8;
+/// The part of the way along the zero set that a step goes: at least, and at most.
+const SLIDE: [f64; 2] = [0.8, 1.25];
+
+/// Times that nodes may take a neighbour's closer foot.
+const SWEEPS: usize = 3;
 
 /// What a block holds.
 const POSITIVE: u8 = 1;
@@ -34,6 +39,9 @@ fn neighbours(grid: &SparseGrid, slot: usize) -> impl Iterator<Item = usize> {
 
 /// The point of the zero set of the tricubic interpolant closest to `x`, from the start `p` (lattice coordinates):
 /// damped steps along the gradient and along the zero set. None where it does not converge.
+///
+/// A step of the part s leaves `1 − s (1 + κd)` of what is to go along a zero set with curvature κ: the next one's part is
+/// taken from what the last has left.
 pub fn project_on_zero_set(
     grid: &SparseGrid,
     phi: &[f64],
@@ -41,6 +49,7 @@ pub fn project_on_zero_set(
     mut p: DVec3,
 ) -> Option<DVec3> {
     let mut patch = Tricubic::default();
+    let mut last: Option<(DVec3, f64)> = None;
     for _ in 0..ITERATIONS {
         if !patch.gather(grid, phi, p) {
             return None;
@@ -53,17 +62,22 @@ pub fn project_on_zero_set(
         let away = x - p;
         let tangential = away - g * (away.dot(g) / gg);
         let aside = tangential.length_squared();
+        let part = last.map_or(SLIDE[0], |(before, part)| {
+            let left = tangential.dot(before) / before.length_squared();
+            (part / (1.0 - left)).clamp(SLIDE[0], SLIDE[1])
+        });
         let slide = if aside > 0.25 {
-            0.4 / aside.sqrt()
+            part.min(0.4 / aside.sqrt())
         } else {
-            0.8
+            part
         };
         let reach = f.abs() / gg.sqrt();
         let damping = if reach > 0.7 { 0.7 / reach } else { 1.0 };
         p += g * (-f / gg * damping) + tangential * slide;
-        if reach < SETTLED && aside < ASIDE * ASIDE {
-            break;
+        if reach < SETTLED && aside < 2.0 * LONGER * x.distance(p) {
+            return Some(p);
         }
+        last = (aside > 0.0).then_some((tangential, slide));
     }
     if !patch.gather(grid, phi, p) {
         return None;
@@ -104,10 +118,13 @@ pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> 
         }
         layer = front.advance(&layer, reach);
     }
-    for _ in 0..3 {
-        if !front.sweep() {
+    let mut changed: Option<Vec<usize>> = None;
+    for _ in 0..SWEEPS {
+        let found = front.sweep(changed.as_deref());
+        if found.is_empty() {
             break;
         }
+        changed = Some(found);
     }
     for slot in 0..grid.len() {
         if mask[slot] && front.state[slot] == State::Far {
@@ -118,6 +135,11 @@ pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> 
 }
 
 impl Front<'_> {
+    /// Whether a node is free and of that state.
+    fn is(&self, slot: usize, state: State) -> bool {
+        self.mask[slot] && self.state[slot] == state
+    }
+
     /// Closest points of the nodes beside the zero set, and of fixed nodes beside the mask.
     fn seed(&mut self, reach: f64) -> Vec<usize> {
         let round = self.grid.summed_round(|s| {
@@ -253,17 +275,10 @@ impl Front<'_> {
     }
 
     fn advance(&mut self, layer: &[usize], reach: f64) -> Vec<usize> {
-        let grid = self.grid;
-        let mut targets: Vec<usize> = layer
-            .iter()
-            .flat_map(|&slot| neighbours(grid, slot))
-            .filter(|&s| self.mask[s] && self.state[s] == State::Far)
-            .collect();
-        targets.sort_unstable();
-        targets.dedup();
-        let found: Vec<(usize, DVec3, f64)> = targets
-            .par_iter()
-            .filter_map(|&slot| {
+        let found: Vec<(usize, DVec3, f64)> = self
+            .round(layer, State::Far)
+            .into_par_iter()
+            .filter_map(|slot| {
                 let (d, start, sign) = self.best_neighbour(slot)?;
                 let (p, d) = self.improved(slot, start, d);
                 Some((slot, p, d.copysign(sign)))
@@ -281,11 +296,18 @@ impl Front<'_> {
             .collect()
     }
 
-    /// Lets nodes take a neighbour's closer foot; true where any did.
-    fn sweep(&mut self) -> bool {
-        let found: Vec<(usize, DVec3, f64)> = (0..self.grid.len())
+    /// Lets nodes take a neighbour's closer foot, and tells which did; only beside those that have `changed`, if that is
+    /// known.
+    fn sweep(&mut self, changed: Option<&[usize]>) -> Vec<usize> {
+        let candidates = match changed {
+            Some(changed) => self.round(changed, State::Done),
+            None => {
+                let all = 0..self.grid.len();
+                all.filter(|&s| self.is(s, State::Done)).collect()
+            }
+        };
+        let found: Vec<(usize, DVec3, f64)> = candidates
             .into_par_iter()
-            .filter(|&s| self.mask[s] && self.state[s] == State::Done)
             .filter_map(|slot| {
                 let (d, start, _) = self.best_neighbour(slot)?;
                 if d >= self.out[slot].abs() - 0.02 {
@@ -299,6 +321,15 @@ impl Front<'_> {
             self.foot[slot] = p;
             self.out[slot] = d;
         }
-        !found.is_empty()
+        found.into_iter().map(|f| f.0).collect()
+    }
+
+    /// The free nodes of a state beside others, in order.
+    fn round(&self, nodes: &[usize], state: State) -> Vec<usize> {
+        let beside = nodes.iter().flat_map(|&s| neighbours(self.grid, s));
+        let mut round: Vec<usize> = beside.filter(|&s| self.is(s, state)).collect();
+        round.sort_unstable();
+        round.dedup();
+        round
     }
 }
