@@ -114,7 +114,9 @@ impl Evolution {
         FlowOutcome {
             energy: self.settings.energy,
             steps: self.steps.iter().map(record).collect(),
+            movement: self.steps.last().map_or(0.0, |s| s.movement),
             converged: false,
+            flat: false,
             unknowns: self.unknowns,
             energy_before: WIDTH * self.willmore_before,
             energy_after: WIDTH * self.willmore(),

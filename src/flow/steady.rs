@@ -118,8 +118,12 @@ pub struct FlowOutcome {
     pub energy: Energy,
     /// The steps.
     pub steps: Vec<StepRecord>,
+    /// Largest movement of a node within one voxel of the surface in the step that led to the result, in voxels.
+    pub movement: f64,
     /// Whether the stopping test was met.
     pub converged: bool,
+    /// Whether it ended because the energy hardly changed any more, though nodes still moved: along some way the energy is flat.
+    pub flat: bool,
     /// Number of unknowns of the last band.
     pub unknowns: usize,
     /// The surface's part of the energy at the start.
@@ -161,7 +165,9 @@ fn relax_with<E: BandEnergy>(
     let mut outcome = FlowOutcome {
         energy: settings.energy,
         steps: Vec::new(),
+        movement: 0.0,
         converged: false,
+        flat: false,
         unknowns: 0,
         energy_before: 0.0,
         energy_after: 0.0,
@@ -204,9 +210,11 @@ fn relax_with<E: BandEnergy>(
             .as_ref()
             .map_or((f64::INFINITY, surface), |at| (at.energy, at.surface));
         outcome.energy_after = reached.1;
+        outcome.movement = record.movement;
         if !in_time && lowest.as_ref().is_none_or(|l| reached.0 < l.energies.0) {
             lowest = Some(Lowest {
                 energies: reached,
+                movement: record.movement,
                 phi: phi.clone(),
             });
         }
@@ -217,7 +225,8 @@ fn relax_with<E: BandEnergy>(
             outcome.converged = true;
             break;
         }
-        if stuck(&outcome.steps) || (!in_time && stagnant(&outcome.steps)) {
+        outcome.flat = !in_time && stagnant(&outcome.steps);
+        if outcome.flat || stuck(&outcome.steps) {
             break;
         }
         let grows = grows(&outcome.steps) || record.fraction == 0.0;
@@ -229,6 +238,7 @@ fn relax_with<E: BandEnergy>(
     }
     if let (false, Some(lowest)) = (outcome.converged, lowest) {
         outcome.energy_after = lowest.energies.1;
+        outcome.movement = lowest.movement;
         *phi = lowest.phi;
     }
     outcome
@@ -238,6 +248,7 @@ fn relax_with<E: BandEnergy>(
 struct Lowest {
     /// All of the energy, and the surface's part.
     energies: (f64, f64),
+    movement: f64,
     phi: Vec<f64>,
 }
 

@@ -247,7 +247,7 @@ impl Work<'_> {
             .reports
             .iter()
             .map(|l| {
-                let last = l.flow.steps.last().map_or(0.0, |s| s.movement);
+                let last = l.flow.movement;
                 let (nodes, unknowns, steps) = (l.nodes, l.flow.unknowns, l.flow.steps.len());
                 let [sampling, flow] = l.seconds;
                 format!("{nodes} nodes, {unknowns} unknown, {steps} steps to {last:.1e}, {sampling:.2} + {flow:.2} s")

@@ -15,9 +15,9 @@ const COARSE_STEPS: usize = 14;
 /// The tolerance for the variation of curvature over that for the Willmore energy: the surface comes to rest in many small
 /// steps, and the last of them says little of how far it still has to go.
 const CALMER: f64 = 0.1;
-/// A level is lost when its last step still moved the surface by more than this, in voxels, and beyond hope when its last
-/// three did by more than that.
-const LOST: f64 = 0.1;
+/// A level is lost when the step that led to its result still moved the surface by more than this, in voxels, and beyond
+/// hope when it did by more than that.
+const LOST: f64 = 0.05;
 const HOPELESS: f64 = 4.0;
 
 /// The grids of a nested solve.
@@ -99,16 +99,11 @@ impl Solved {
 }
 
 fn is_lost(flow: &FlowOutcome) -> bool {
-    !flow.converged
-        && flow
-            .steps
-            .last()
-            .is_some_and(|s| s.movement.is_nan() || s.movement > LOST)
+    !(flow.converged || flow.flat || flow.movement <= LOST)
 }
 
 fn is_hopeless(flow: &FlowOutcome) -> bool {
-    let last = &flow.steps[flow.steps.len().saturating_sub(3)..];
-    !flow.converged && !last.iter().any(|s| s.movement <= HOPELESS)
+    !(flow.converged || flow.movement <= HOPELESS)
 }
 
 /// The energies whose flows run on a level, in this order: the variation of curvature starts from the Willmore steady state.

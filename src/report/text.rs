@@ -80,8 +80,7 @@ pub fn region_lines(r: &RegionReport) -> String {
         r.seconds
     );
     if !r.levels.is_empty() && !r.converged {
-        let last = r.levels.last().and_then(|l| l.flow.steps.last());
-        let movement = last.map_or(f64::NAN, |s| s.movement);
+        let movement = r.levels.last().map_or(f64::NAN, |l| l.flow.movement);
         line += &format!("; not steady: the last step moved it by {movement:.1e} voxels");
     }
     if r.intersecting_faces > 0 {
@@ -102,7 +101,7 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
     for level in &r.levels {
         let flow = &level.flow;
         let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
-        let movement = flow.steps.last().map_or(0.0, |s| s.movement);
+        let movement = flow.movement;
         lines.push(format!(
             "  voxel {:.6}{}: {} nodes, {} unknowns, {} steps, {} iterations, last movement {:.1e} voxels{}, \
              sampled in {:.2} s, solved in {:.2} s",
