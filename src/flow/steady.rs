@@ -11,8 +11,8 @@ use super::willmore::WillmoreBand;
 use crate::grid::SparseGrid;
 use crate::sdf::redistance;
 
-/// How far out redistancing goes, in voxels.
-pub(super) const REACH: f64 = WIDTH + MARGIN + 3.5;
+/// How far out redistancing goes, in voxels: one layer more, so that the band's outermost nodes have their distance.
+pub(super) const REACH: f64 = WIDTH + MARGIN + 1.0;
 /// After so many steps single nodes that do not come to rest are let be.
 const LONG: usize = 8;
 /// Then a surface that moves by less than this on average (root mean square, in voxels) is steady once its energy falls by
