@@ -196,7 +196,7 @@ impl Sampling<'_> {
     fn looked_at(&self, looks: usize) -> (Vec<f64>, Vec<bool>) {
         let last = looks == LOOKS;
         if looks == 0 {
-            return self.ask(&|_| Known::nothing(true));
+            return self.ask(&|n| Known::nothing(self.grid.is_interior(n, 2)));
         }
         let lattice = Lattice {
             origin: self.lattice.origin,
@@ -213,14 +213,15 @@ impl Sampling<'_> {
         // With room for the coarser nodes' distance from the finer ones.
         let far = FAR * self.voxel / lattice.voxel + if last { 0.0 } else { 0.5 };
         self.ask(&|n| {
-            let rough = !last || self.grid.is_interior(n, BORDER);
+            let rough = self.grid.is_interior(n, if last { BORDER } else { 2 });
             // At the side of the box nodes are fixed whatever they are nearest to, but nobody looks at the outermost.
             let matters = !rough && self.grid.is_interior(n, 1);
+            let value = linear(&grid, &phi, 0.5 * as_point(n));
+            let close = value.is_none_or(|v| v.abs() < far + 0.5);
             let told = coarser
                 .tells_of_known(n, far)
-                .filter(|&free| !(free && matters));
-            let value = || linear(&grid, &phi, 0.5 * as_point(n));
-            let node = || Some(Known::Node(2.0 * value()?, told?));
+                .filter(|&free| !(free && matters && close));
+            let node = || Some(Known::Node(2.0 * value?, told?));
             node().unwrap_or_else(|| Known::Nothing {
                 rough,
                 within: coarser.within(n),
