@@ -4,7 +4,7 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
-use crate::grid::{NodeIndex, SparseGrid};
+use crate::grid::{NodeIndex, SparseGrid, as_point, linear, value_and_gradient};
 use crate::linalg::{CgOutcome, Jacobi, LinearOperator, conjugate_gradient};
 
 const CHUNK: usize = 2048;
@@ -62,22 +62,46 @@ impl LinearOperator for Bilaplacian {
     }
 }
 
-/// Replaces `phi` at the masked nodes by the minimiser of `∫ (Δφ)²` with φ given on the two layers of nodes round the mask.
+/// Lattices of fewer free nodes are solved from the values they have.
+const FEW: usize = 400;
+
+/// Replaces `phi` at the masked nodes by the minimiser of `∫ (Δφ)²` with φ given on the two layers of nodes round the mask:
+/// on every other node first, whose solution is the start on all. The tolerance is that of the residual, relative to what the
+/// given values alone leave.
 pub fn biharmonic_fill(
     grid: &SparseGrid,
     phi: &mut [f64],
     mask: &[bool],
     tolerance: f64,
 ) -> CgOutcome {
-    let at = |n: NodeIndex, o: NodeIndex| grid.slot([n[0] + o[0], n[1] + o[1], n[2] + o[2]]);
+    fill(grid, phi, mask, &vec![true; grid.len()], tolerance)
+}
+
+/// The fill on the nodes that are `there`.
+fn fill(
+    grid: &SparseGrid,
+    phi: &mut [f64],
+    mask: &[bool],
+    there: &[bool],
+    tolerance: f64,
+) -> CgOutcome {
+    let guess = from_every_other(grid, phi, mask, there, tolerance);
+    let at = |n: NodeIndex, o: NodeIndex| {
+        let slot = grid.slot([n[0] + o[0], n[1] + o[1], n[2] + o[2]])?;
+        there[slot].then_some(slot)
+    };
     let touches = |s: usize, set: &[bool]| {
         set[s]
             || NEIGHBOURS
                 .iter()
                 .any(|&o| at(grid.node(s), o).is_some_and(|t| set[t]))
     };
-    let one: Vec<bool> = (0..grid.len()).map(|s| touches(s, mask)).collect();
-    let two: Vec<bool> = (0..grid.len()).map(|s| touches(s, &one)).collect();
+    let grown = |set: &[bool]| -> Vec<bool> {
+        let slots = (0..grid.len()).into_par_iter();
+        slots.map(|s| there[s] && touches(s, set)).collect()
+    };
+    let one = grown(mask);
+    let two = grown(&one);
     let slots: Vec<usize> = (0..grid.len()).filter(|&s| two[s]).collect();
     let mut number = vec![slots.len() as u32; grid.len()];
     for (i, &s) in slots.iter().enumerate() {
@@ -101,11 +125,15 @@ pub fn biharmonic_fill(
         free,
         laplacian: Mutex::default(),
     };
-    let known: Vec<f64> = slots.iter().map(|&s| phi[s]).chain([0.0]).collect();
+    let spread = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
+        slots.iter().map(|&s| of(s)).chain([0.0]).collect()
+    };
+    let known = spread(&|s| if mask[s] { 0.0 } else { phi[s] });
     let mut b = vec![0.0; known.len()];
     operator.apply(&known, &mut b);
     b.iter_mut().for_each(|v| *v = -*v);
-    let mut x = vec![0.0; known.len()];
+    let start = guess.as_deref().unwrap_or(phi);
+    let mut x = spread(&|s| if mask[s] { start[s] } else { 0.0 });
     let outcome = conjugate_gradient(
         &operator,
         &Jacobi(&operator.jacobi),
@@ -115,7 +143,40 @@ pub fn biharmonic_fill(
         2000,
     );
     for (&s, x) in slots.iter().zip(&x) {
-        phi[s] += x;
+        if mask[s] {
+            phi[s] = *x;
+        }
     }
     outcome
+}
+
+/// The fill of every other node, prolonged to the masked ones. None where there are too few.
+fn from_every_other(
+    grid: &SparseGrid,
+    phi: &[f64],
+    mask: &[bool],
+    there: &[bool],
+    tolerance: f64,
+) -> Option<Vec<f64>> {
+    if mask.iter().filter(|&&m| m).count() < FEW {
+        return None;
+    }
+    let half = SparseGrid::new(grid.dims().map(|d| d / 2), |_| true);
+    let source: Vec<Option<usize>> = (0..half.len())
+        .map(|s| {
+            let slot = grid.slot(half.node(s).map(|i| 2 * i))?;
+            there[slot].then_some(slot)
+        })
+        .collect();
+    let mut values: Vec<f64> = source.iter().map(|s| s.map_or(0.0, |s| phi[s])).collect();
+    let free: Vec<bool> = source.iter().map(|s| s.is_some_and(|s| mask[s])).collect();
+    let there: Vec<bool> = source.iter().map(Option::is_some).collect();
+    fill(&half, &mut values, &free, &there, tolerance);
+    let prolonged = |s: usize| {
+        let p = 0.5 * as_point(grid.node(s));
+        let smooth = value_and_gradient(&half, &values, p).map(|v| v.0);
+        smooth.or_else(|| linear(&half, &values, p)).unwrap_or(0.0)
+    };
+    let guess = |s: usize| if mask[s] { prolonged(s) } else { 0.0 };
+    Some((0..grid.len()).into_par_iter().map(guess).collect())
 }

@@ -65,7 +65,7 @@ impl Default for FlowSettings {
             variant: Variant::GaussNewton,
             time_step: f64::INFINITY,
             max_steps: 20,
-            tolerance: 3e-4,
+            tolerance: 2e-4,
             solver_tolerance: 2e-2,
             kappa: 1.0,
         }

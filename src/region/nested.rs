@@ -12,9 +12,11 @@ use crate::grid::{Lattice, NodeIndex};
 const START_TOLERANCE: f64 = 3e-3;
 /// Most steps on a coarser level.
 const COARSE_STEPS: usize = 14;
+/// The tolerance there over that of the finest.
+const COARSE_TOLERANCE: f64 = 20.0;
 /// The tolerance for the variation of curvature over that for the Willmore energy: the surface comes to rest in many small
 /// steps, and the last of them says little of how far it still has to go.
-const CALMER: f64 = 0.1;
+const CALMER: f64 = 0.15;
 /// A level is lost when the step that led to its result still moved the surface by more than this, in voxels, and beyond
 /// hope when it did by more than that.
 const LOST: f64 = 0.05;
@@ -202,7 +204,7 @@ fn relax_nested(
         let coarser = (settings.refinements - refinement) as i32;
         let flow_settings = FlowSettings {
             kappa: (settings.flow.kappa * 0.5f64.powi(coarser)).max(settings.flow.kappa.min(1.0)),
-            tolerance: settings.flow.tolerance * if last { 1.0 } else { 14.0 },
+            tolerance: settings.flow.tolerance * if last { 1.0 } else { COARSE_TOLERANCE },
             max_steps: if last {
                 settings.flow.max_steps
             } else if settings.flow.time_step.is_finite() {
