@@ -14,6 +14,16 @@ pub const MARGIN: f64 = 1.0;
 /// No node or cell.
 pub const NONE: u32 = u32::MAX;
 
+/// The corners of a cell: the numbers of the four on its lower side along the last axis. Those on the other side come next
+/// in the order of the nodes.
+pub type Cell = [u32; 4];
+
+/// The numbers of a cell's eight corners.
+#[inline]
+pub fn corner_numbers(cell: &Cell) -> [usize; 8] {
+    std::array::from_fn(|a| cell[a / 2] as usize + a % 2)
+}
+
 /// A narrow band: residual nodes R = {|φ| < b + 1} ∩ (mask dilated a given number of times), the cells that touch R, the unknowns
 /// U = mask ∩ (R dilated once), all with compact numbers in the lexicographic order of the nodes.
 pub struct Band {
@@ -23,10 +33,12 @@ pub struct Band {
     pub nodes: Vec<NodeIndex>,
     /// Where vectors keep the nodes.
     pub layout: Arc<Layout>,
-    /// Corner nodes of each cell.
-    pub cells: Vec<[u32; 8]>,
-    /// For each node the cell of which it is corner `a`, or `u32::MAX`.
-    pub node_cells: Vec<[u32; 8]>,
+    /// Corner nodes of each cell, in the order of their first.
+    pub cells: Vec<Cell>,
+    /// For each node and each pair of corners along the last axis the cells of which the node is one of them. There are at most
+    /// two, numbered in a row: four times the lower number, 1 if there is one of which it is the second corner, 2 if one of
+    /// which it is the first.
+    node_cells: Vec<[u32; 4]>,
     /// Whether a node carries a residual.
     pub residual: Vec<bool>,
     /// Whether a node is within one step of the mask.
@@ -60,18 +72,21 @@ impl Band {
         }
         let nodes: Vec<NodeIndex> = slots.iter().map(|&s| grid.node(s as usize)).collect();
         let lookup = |n: NodeIndex| grid.slot(n).map_or(NONE, |s| number[s]);
-        let cells: Vec<[u32; 8]> = nodes
+        let cells: Vec<Cell> = nodes
             .par_iter()
             .filter_map(|&n| {
                 let c: [u32; 8] = std::array::from_fn(|a| lookup(add(n, corner(a))));
                 let whole = c.iter().all(|&v| v != NONE);
-                (whole && c.iter().any(|&v| residual[slots[v as usize] as usize])).then_some(c)
+                let touches = || c.iter().any(|&v| residual[slots[v as usize] as usize]);
+                (whole && touches()).then(|| [c[0], c[2], c[4], c[6]])
             })
             .collect();
-        let mut node_cells = vec![[NONE; 8]; slots.len()];
+        let mut node_cells = vec![[0; 4]; slots.len()];
         for (c, cell) in cells.iter().enumerate() {
-            for (a, &v) in cell.iter().enumerate() {
-                node_cells[v as usize][a] = c as u32;
+            for (k, &v) in cell.iter().enumerate() {
+                let first = &mut node_cells[v as usize][k];
+                *first = if *first == 0 { (c as u32) << 2 } else { *first } | 2;
+                node_cells[v as usize + 1][k] = (c as u32) << 2 | 1;
             }
         }
         let unknown: Vec<bool> = slots.iter().map(|&s| mask[s as usize]).collect();
@@ -96,6 +111,20 @@ impl Band {
             layout,
             cells,
             node_cells,
+        }
+    }
+
+    /// Calls `run` with each cell round a node, and which of its corners the node is.
+    #[inline]
+    pub fn each_cell(&self, node: usize, mut run: impl FnMut(usize, usize)) {
+        for (k, &pair) in self.node_cells[node].iter().enumerate() {
+            let low = (pair >> 2) as usize;
+            if pair & 2 != 0 {
+                run(low + (pair & 1) as usize, 2 * k);
+            }
+            if pair & 1 != 0 {
+                run(low, 2 * k + 1);
+            }
         }
     }
 

@@ -1,10 +1,11 @@
 //! What the energies of a band are made of, cell by cell: nodal curvature, mass, weights, and the matrices of a step.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::band::{Band, NONE, WIDTH};
+use super::band::{Band, Cell, WIDTH, corner_numbers};
 use super::element::{ELEMENT, Gradients, dot, gradient};
 use super::steady::Variant;
 use super::system::Stencil;
@@ -32,8 +33,9 @@ pub fn chi_derivative(t: f64) -> f64 {
 }
 
 /// The values of a nodal field at a cell's corners.
-pub fn corners(cell: &[u32; 8], phi: &[f64]) -> [f64; 8] {
-    cell.map(|v| phi[v as usize])
+#[inline]
+pub fn corners(cell: &Cell, phi: &[f64]) -> [f64; 8] {
+    corner_numbers(cell).map(|v| phi[v])
 }
 
 /// Length of a gradient, never zero.
@@ -56,25 +58,30 @@ pub fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) ->
 
 /// r_i and M_i, gathered from the cells.
 pub fn nodal(band: &Band, phi: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let parts: Vec<([f64; 8], f64)> = band
-        .cells
-        .par_iter()
-        .map(|cell| cell_residual(&corners(cell, phi)))
-        .collect();
-    band.node_cells
-        .par_iter()
-        .map(|cells| {
-            let (mut r, mut m) = (0.0, 0.0);
-            for (a, &c) in cells.iter().enumerate() {
-                if c != NONE {
-                    let part = &parts[c as usize];
+    let count = phi.len();
+    let (mut r, mut mass) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let make = |c: usize| cell_residual(&corners(&band.cells[c], phi));
+    in_slabs(
+        band,
+        count,
+        |i| i,
+        make,
+        |nodes, cells| {
+            let sums = nodes.into_par_iter().map(|i| {
+                let (mut r, mut m) = (0.0, 0.0);
+                band.each_cell(i, |c, a| {
+                    let part = cells.get(c);
                     r += part.0[a];
                     m += part.1;
-                }
-            }
-            (r, m)
-        })
-        .unzip()
+                });
+                (r, m)
+            });
+            let (slab_r, slab_mass): (Vec<f64>, Vec<f64>) = sums.unzip();
+            r.extend(slab_r);
+            mass.extend(slab_mass);
+        },
+    );
+    (r, mass)
 }
 
 /// The eikonal term Σ ½ (|∇φ| − 1)² at the cells' centres.
@@ -154,7 +161,7 @@ pub struct CellMatrices {
 
 impl CellMatrices {
     /// Of the cell with these corners.
-    pub fn new(cell: &[u32; 8], fields: &Fields, variant: Variant) -> Self {
+    pub fn new(cell: &Cell, fields: &Fields, variant: Variant) -> Self {
         let e = &*ELEMENT;
         let v = corners(cell, fields.phi);
         let kappa = (0.125 * fields.kappa) as f32;
@@ -191,13 +198,13 @@ impl CellMatrices {
 
 impl Fields<'_> {
     /// The weight of ½ L1 in a cell with the gradient's length at its centre.
-    fn first_order(&self, cell: &[u32; 8], length: f64) -> f64 {
+    fn first_order(&self, cell: &Cell, length: f64) -> f64 {
         let mean = 0.125 * corners(cell, self.weighted).iter().sum::<f64>();
         0.5 * mean / (length * length * length)
     }
 
     /// What a cell adds to the gradient at its corners: `BPᵀ(χw) + ½ L1 φ + κ ∂Eik`.
-    pub fn load(&self, cell: &[u32; 8]) -> [f64; 8] {
+    pub fn load(&self, cell: &Cell) -> [f64; 8] {
         let e = &*ELEMENT;
         let v = corners(cell, self.phi);
         let force = corners(cell, self.force);
@@ -254,11 +261,51 @@ fn add_products(
     }
 }
 
-/// Rows that are assembled at a time: so many that the cells of one slab of the band are few beside them.
+/// Nodes that are visited at a time: so many that the cells of one slab of the band are few beside them.
 const SLAB: usize = 32_768;
 
+/// What was made of the cells round the nodes of a slab.
+pub struct SlabCells<C> {
+    first: usize,
+    cells: Vec<C>,
+}
+
+impl<C> SlabCells<C> {
+    /// What was made of a cell.
+    #[inline]
+    pub fn get(&self, cell: usize) -> &C {
+        &self.cells[cell - self.first]
+    }
+}
+
+/// Runs over `count` nodes of a band, the i-th of which is `node(i)` (rising), slab by slab, with what `make` has of the cells
+/// round them; that of a slab is kept while it lasts.
+pub fn in_slabs<C: Send + Sync>(
+    band: &Band,
+    count: usize,
+    node: impl Fn(usize) -> usize,
+    make: impl Fn(usize) -> C + Sync,
+    mut run: impl FnMut(Range<usize>, &SlabCells<C>),
+) {
+    for start in (0..count).step_by(SLAB) {
+        let range = start..count.min(start + SLAB);
+        let (mut first, mut end) = (0, band.cells.len());
+        if count > SLAB {
+            (first, end) = (end, first);
+            for i in range.clone() {
+                band.each_cell(node(i), |c, _| {
+                    first = first.min(c);
+                    end = end.max(c + 1);
+                });
+            }
+            first = first.min(end);
+        }
+        let cells = (first..end).into_par_iter().map(&make).collect();
+        run(range, &SlabCells { first, cells });
+    }
+}
+
 /// The stencils of a band's rows, one list for each of the cells' matrices that are asked for; `make` gives what a cell has.
-/// Cells are kept for the rows of a slab only.
 pub fn stencils<C: Send + Sync>(
     band: &Band,
     make: impl Fn(usize) -> C + Sync,
@@ -267,35 +314,23 @@ pub fn stencils<C: Send + Sync>(
     let rows = &band.layout.rows;
     let mut lists: Vec<Vec<Stencil>> = which.iter().map(|_| Vec::new()).collect();
     lists.iter_mut().for_each(|l| l.reserve_exact(rows.len()));
-    for slab in rows.chunks(SLAB) {
-        let cells_of = |i: &u32| band.node_cells[*i as usize].iter().filter(|&&c| c != NONE);
-        let (first, last) = slab
-            .iter()
-            .flat_map(cells_of)
-            .fold((NONE, 0), |(low, high), &c| (low.min(c), high.max(c)));
-        let first = first as usize;
-        let cells: Vec<C> = (first..last as usize + 1)
-            .into_par_iter()
-            .map(&make)
-            .collect();
+    let node = |r: usize| rows[r] as usize;
+    in_slabs(band, rows.len(), node, make, |slab, cells| {
         for (list, which) in lists.iter_mut().zip(which) {
             let row = |&i: &u32| {
                 let mut row = [0.0; 27];
-                for (a, &c) in band.node_cells[i as usize].iter().enumerate() {
-                    if c == NONE {
-                        continue;
-                    }
-                    let matrix = which(&cells[c as usize - first]);
+                band.each_cell(i as usize, |c, a| {
+                    let matrix = which(cells.get(c));
                     for b in 0..8 {
                         row[ENTRY[8 * a + b] as usize] +=
                             f64::from(matrix[PLACE[8 * a + b] as usize]);
                     }
-                }
+                });
                 Stencil::new(&row)
             };
-            list.par_extend(slab.par_iter().map(row));
+            list.par_extend(rows[slab.clone()].par_iter().map(row));
         }
-    }
+    });
     lists
 }
 
@@ -303,11 +338,7 @@ pub fn stencils<C: Send + Sync>(
 #[inline]
 pub fn gathered(band: &Band, node: usize, load: impl Fn(usize, usize) -> f64) -> f64 {
     let mut sum = 0.0;
-    for (a, &c) in band.node_cells[node].iter().enumerate() {
-        if c != NONE {
-            sum += load(c as usize, a);
-        }
-    }
+    band.each_cell(node, |c, a| sum += load(c, a));
     sum
 }
 

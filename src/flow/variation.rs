@@ -7,7 +7,7 @@
 
 use rayon::prelude::*;
 
-use super::band::Band;
+use super::band::{Band, Cell, corner_numbers};
 use super::cells::{
     CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, corners, eikonal, gathered,
     nodal, norm, packed, stencils,
@@ -29,9 +29,9 @@ impl BandEnergy for VariationBand {
     const DILATIONS: usize = 2;
 
     fn new(band: Band, kappa: f64) -> Self {
-        let counted = |cell: &[u32; 8]| {
-            cell.iter().all(|&v| band.residual[v as usize])
-                && cell.iter().any(|&v| band.near[v as usize])
+        let counted = |cell: &Cell| {
+            let corners = corner_numbers(cell);
+            corners.iter().all(|&v| band.residual[v]) && corners.iter().any(|&v| band.near[v])
         };
         Self {
             counted: band.cells.iter().map(counted).collect(),

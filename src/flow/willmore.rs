@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::cells::{
-    CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, eikonal, gathered, nodal,
-    stencils,
+    CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, eikonal, gathered, in_slabs,
+    nodal, stencils,
 };
 use super::energy::{BandEnergy, Evaluation};
 use super::steady::Variant;
@@ -55,21 +55,30 @@ impl BandEnergy for WillmoreBand {
     /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; all but the third come from the cells.
     fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64> {
         let band = &self.band;
-        let loads: Vec<[f64; 8]> = self.with_fields(phi, at, |fields| {
-            let cells = band.cells.par_iter();
-            cells.map(|cell| fields.load(cell)).collect()
+        let mut gradient = Vec::with_capacity(phi.len());
+        self.with_fields(phi, at, |fields| {
+            let make = |c: usize| fields.load(&band.cells[c]);
+            in_slabs(
+                band,
+                phi.len(),
+                |i| i,
+                make,
+                |nodes, loads| {
+                    let entry = |i: usize| {
+                        if !band.unknown[i] {
+                            return 0.0;
+                        }
+                        let mut sum = gathered(band, i, |c, a| loads.get(c)[a]);
+                        if band.residual[i] {
+                            sum += 0.5 * chi_derivative(phi[i]) * at.r[i] * at.r[i] / at.mass[i];
+                        }
+                        sum
+                    };
+                    gradient.par_extend(nodes.into_par_iter().map(entry));
+                },
+            );
         });
-        let entry = |i: usize| {
-            if !band.unknown[i] {
-                return 0.0;
-            }
-            let mut sum = gathered(band, i, |c, a| loads[c][a]);
-            if band.residual[i] {
-                sum += 0.5 * chi_derivative(phi[i]) * at.r[i] * at.r[i] / at.mass[i];
-            }
-            sum
-        };
-        (0..phi.len()).into_par_iter().map(entry).collect()
+        gradient
     }
 
     fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System {

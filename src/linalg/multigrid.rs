@@ -93,7 +93,6 @@ impl Multigrid {
         let diagonal: Vec<f32> = operator.jacobi().iter().map(|&d| d as f32).collect();
         let smoother = Chebyshev::new(&FINE, &apply, &diagonal);
         let prolongation = prolongation.into_single();
-        let restriction = prolongation.transposed();
         let mut levels = Vec::new();
         let mut matrix = shifted(first);
         for p in coarser {
@@ -111,7 +110,7 @@ impl Multigrid {
         let direct = factorised(&matrix)?;
         levels.push(Coarse::new(matrix, None));
         Some(Self {
-            restriction,
+            restriction: prolongation.transposed(),
             prolongation,
             smoother,
             levels,
