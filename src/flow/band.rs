@@ -29,8 +29,6 @@ pub fn corner_numbers(cell: &Cell) -> [usize; 8] {
 pub struct Band {
     /// Slot of each node in the grid.
     pub slots: Vec<u32>,
-    /// The nodes' coordinates.
-    pub nodes: Vec<NodeIndex>,
     /// Where vectors keep the nodes.
     pub layout: Arc<Layout>,
     /// Corner nodes of each cell, in the order of their first.
@@ -107,7 +105,6 @@ impl Band {
             unknowns: unknown.iter().filter(|&&u| u).count(),
             unknown,
             slots,
-            nodes,
             layout,
             cells,
             node_cells,

@@ -146,12 +146,12 @@ pub fn feet(band: &Band, grid: &SparseGrid, phi: &[f64]) -> Vec<[f32; 3]> {
 }
 
 /// The closest points of the nodes at a layout's positions, on a lattice of twice the voxel; unknowns only.
-fn halved(band: &Band, feet: &[[f32; 3]]) -> Vec<Option<[f64; 3]>> {
+fn halved(band: &Band, grid: &SparseGrid, feet: &[[f32; 3]]) -> Vec<Option<[f64; 3]>> {
     let layout = &band.layout;
     let mut points = vec![None; layout.len];
     for ((r, &i), foot) in layout.rows.iter().enumerate().zip(feet) {
         if band.unknown[i as usize] {
-            let x = band.nodes[i as usize];
+            let x = grid.node(band.slots[i as usize] as usize);
             let y = std::array::from_fn(|d| 0.5 * (f64::from(x[d]) + f64::from(foot[d])));
             points[layout.position_of(r)] = Some(y);
         }
@@ -169,7 +169,7 @@ pub fn hierarchy(
     system: &System,
 ) -> Option<Multigrid> {
     let free = |n: NodeIndex| grid.slot(n).is_none_or(|s| mask[s]);
-    let (first, mut lattice) = interpolation(&halved(band, feet), |n| free(n.map(|i| 2 * i)));
+    let (first, mut lattice) = interpolation(&halved(band, grid, feet), |n| free(n.map(|i| 2 * i)));
     if lattice.nodes.is_empty() {
         return None;
     }

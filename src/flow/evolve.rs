@@ -233,12 +233,12 @@ impl Evolution {
 /// Whether an unknown node beside the surface lacks stored neighbours, though it is not at the side of the box.
 fn leaves(grid: &SparseGrid, band: &Band, phi: &[f64]) -> bool {
     let lacks = |i: usize| {
-        let n = band.nodes[i];
+        let n = grid.node(band.slots[i] as usize);
         (0..27).any(|k| {
             let near = add(n, offset(k));
             grid.slot(near).is_none() && (0..3).all(|d| near[d] >= 0 && near[d] < grid.dims()[d])
         })
     };
-    (0..band.nodes.len())
+    (0..band.slots.len())
         .any(|i| band.unknown[i] && phi[band.slots[i] as usize].abs() < WIDTH + MARGIN && lacks(i))
 }

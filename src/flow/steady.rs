@@ -190,7 +190,10 @@ fn relax_with<E: BandEnergy>(
                 if outcome.steps.last().is_some_and(|s| next.leaps(s.energy)) {
                     break;
                 }
-                *phi = distances;
+                let before = std::mem::replace(phi, distances);
+                if let Some(l) = &mut lowest {
+                    l.phi.get_or_insert(before);
+                }
                 next
             }
         };
@@ -204,20 +207,27 @@ fn relax_with<E: BandEnergy>(
             outcome.energy_before = surface;
         }
         outcome.steps.push(record);
-        now.energy.band().scatter(&now.values, phi);
         let reached = now
             .at
             .as_ref()
             .map_or((f64::INFINITY, surface), |at| (at.energy, at.surface));
         outcome.energy_after = reached.1;
         outcome.movement = record.movement;
-        if !in_time && lowest.as_ref().is_none_or(|l| reached.0 < l.energies.0) {
-            lowest = Some(Lowest {
-                energies: reached,
-                movement: record.movement,
-                phi: phi.clone(),
-            });
+        if !in_time {
+            match &mut lowest {
+                Some(l) if !l.is_above(reached.0) => {
+                    l.phi.get_or_insert_with(|| phi.clone());
+                }
+                _ => {
+                    lowest = Some(Lowest {
+                        energies: reached,
+                        movement: record.movement,
+                        phi: None,
+                    });
+                }
+            }
         }
+        now.energy.band().scatter(&now.values, phi);
         if !record.energy.is_finite() || !record.movement.is_finite() {
             break;
         }
@@ -239,7 +249,9 @@ fn relax_with<E: BandEnergy>(
     if let (false, Some(lowest)) = (outcome.converged, lowest) {
         outcome.energy_after = lowest.energies.1;
         outcome.movement = lowest.movement;
-        *phi = lowest.phi;
+        if let Some(values) = lowest.phi {
+            *phi = values;
+        }
     }
     outcome
 }
@@ -248,8 +260,17 @@ fn relax_with<E: BandEnergy>(
 struct Lowest {
     /// All of the energy, and the surface's part.
     energies: (f64, f64),
+    /// The movement of the step that led there.
     movement: f64,
-    phi: Vec<f64>,
+    /// The values; none while they are the flow's own.
+    phi: Option<Vec<f64>>,
+}
+
+impl Lowest {
+    /// Whether another energy is lower; one that is not a number is not.
+    fn is_above(&self, energy: f64) -> bool {
+        energy < self.energies.0
+    }
 }
 
 /// No step has made the energy fall for three bands in a row, or the surface has leapt by many voxels for three steps, or by

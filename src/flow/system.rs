@@ -63,9 +63,9 @@ const SLAB: usize = 16_384;
 #[derive(Clone, Copy, Default)]
 pub struct RowWeights {
     /// χ/M on R, else 0.
-    pub residual: f64,
+    pub residual: f32,
     /// M/τ, or 0.
-    pub inertia: f64,
+    pub inertia: f32,
     /// Whether the node is an unknown.
     pub unknown: bool,
 }
@@ -115,7 +115,7 @@ impl System {
     /// Adds a pull to the matrix.
     pub(super) fn add(&mut self, pull: &BandPull) {
         for (weights, &i) in self.weights.iter_mut().zip(&self.layout.rows) {
-            weights.inertia += pull.diagonal(i as usize);
+            weights.inertia += pull.diagonal(i as usize) as f32;
         }
         self.jacobi = self.inverse_diagonal();
     }
@@ -124,7 +124,7 @@ impl System {
         let layout = &*self.layout;
         let mut weight = vec![0.0; layout.len];
         for (r, w) in self.weights.iter().enumerate() {
-            weight[layout.position_of(r)] = w.residual;
+            weight[layout.position_of(r)] = f64::from(w.residual);
         }
         // With a middle factor: the row at each position on R.
         let mut row_at = Vec::new();
@@ -142,7 +142,7 @@ impl System {
                 if !self.weights[r].unknown {
                     continue;
                 }
-                let mut d = self.factors.second[r].entry(13) + self.weights[r].inertia;
+                let mut d = self.factors.second[r].entry(13) + f64::from(self.weights[r].inertia);
                 let curvature = &self.factors.curvature[r];
                 if let Some(middle) = &self.factors.middle {
                     d += enclosed_diagonal(middle, curvature, |k| {
@@ -228,7 +228,7 @@ impl System {
         let (qt, pt) = (q.transposed(), own.transposed());
         Csr::from_rows(p.columns, p.columns, |c, sink| {
             for (i, v) in qt.row(c) {
-                let w = v * self.weights[first + i as usize].residual;
+                let w = v * f64::from(self.weights[first + i as usize].residual);
                 right
                     .row_from(i as usize, c as u32)
                     .for_each(|(j, x)| sink.add(j, w * x));
@@ -236,7 +236,7 @@ impl System {
             for (i, v) in pt.row(c) {
                 s.row_from(i as usize, c as u32)
                     .for_each(|(j, x)| sink.add(j, v * x));
-                let d = v * self.weights[first + i as usize].inertia;
+                let d = v * f64::from(self.weights[first + i as usize].inertia);
                 if d != 0.0 {
                     own.row_from(i as usize, c as u32)
                         .for_each(|(j, x)| sink.add(j, d * x));
@@ -288,7 +288,7 @@ impl System {
                 let weight = self.weights[r].residual;
                 if weight != 0.0 {
                     let own = c * CHUNK + place;
-                    out[place] = T::of_double(weight) * inner[r].apply(&layout.starts[r], own, x);
+                    out[place] = T::of(weight) * inner[r].apply(&layout.starts[r], own, x);
                 }
             }
         };
@@ -317,7 +317,7 @@ impl System {
                     let (starts, own) = (&layout.starts[r], c * CHUNK + place);
                     out[place] = self.factors.curvature[r].apply(starts, own, t)
                         + self.factors.second[r].apply(starts, own, x)
-                        + T::of_double(weights.inertia) * x[own];
+                        + T::of(weights.inertia) * x[own];
                 }
             }
         };

@@ -29,7 +29,7 @@ fn waves(band: &Band, frequency: f64) -> Vec<f64> {
             0.0
         }
     };
-    (0..band.nodes.len()).map(wave).collect()
+    (0..band.slots.len()).map(wave).collect()
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -108,9 +108,9 @@ impl BandEnergy for VariationBand {
         .into_iter();
         let mut next = || lists.next();
         let weights = band.layout.rows.iter().map(|&i| RowWeights {
-            residual: f64::from(u8::from(band.residual[i as usize])),
+            residual: f32::from(u8::from(band.residual[i as usize])),
             inertia: if time_step.is_finite() {
-                chi(phi[i as usize]) * at.mass[i as usize] / time_step
+                (chi(phi[i as usize]) * at.mass[i as usize] / time_step) as f32
             } else {
                 0.0
             },

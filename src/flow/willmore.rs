@@ -139,12 +139,12 @@ impl WillmoreBand {
                 let i = i as usize;
                 RowWeights {
                     residual: if band.residual[i] {
-                        chi(phi[i]) / mass[i]
+                        (chi(phi[i]) / mass[i]) as f32
                     } else {
                         0.0
                     },
                     inertia: if time_step.is_finite() {
-                        chi(phi[i]) * mass[i] / time_step
+                        (chi(phi[i]) * mass[i] / time_step) as f32
                     } else {
                         0.0
                     },

@@ -75,13 +75,13 @@ pub fn conjugate_gradient(
     max_iterations: usize,
 ) -> CgOutcome {
     let n = b.len();
-    let (mut r, mut z, mut p, mut q) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+    // The product A p and the preconditioned residual are never needed at once.
+    let (mut r, mut z, mut p) = (b.to_vec(), vec![0.0; n], vec![0.0; n]);
     let reference = dot(b, b);
-    r.copy_from_slice(b);
     if x.iter().any(|&v| v != 0.0) {
-        operator.apply(x, &mut q);
+        operator.apply(x, &mut z);
         for i in 0..n {
-            r[i] -= q[i];
+            r[i] -= z[i];
         }
     }
     preconditioner.apply(&r, &mut z);
@@ -99,15 +99,15 @@ pub fn conjugate_gradient(
         }
     };
     while iterations < max_iterations && rz > 0.0 && !reached(rr, &z, x) {
-        operator.apply(&p, &mut q);
-        let curvature = dot(&p, &q);
+        operator.apply(&p, &mut z);
+        let curvature = dot(&p, &z);
         if curvature <= 0.0 || !curvature.is_finite() {
             break;
         }
         let alpha = rz / curvature;
         for i in 0..n {
             x[i] += alpha * p[i];
-            r[i] -= alpha * q[i];
+            r[i] -= alpha * z[i];
         }
         preconditioner.apply(&r, &mut z);
         let next = dot(&r, &z);

@@ -20,8 +20,6 @@ pub trait Real:
     const ZERO: Self;
     /// From single precision, exactly.
     fn of(value: f32) -> Self;
-    /// From double precision, rounded where it has to be.
-    fn of_double(value: f64) -> Self;
 }
 
 impl Real for f32 {
@@ -31,11 +29,6 @@ impl Real for f32 {
     fn of(value: f32) -> Self {
         value
     }
-
-    #[inline]
-    fn of_double(value: f64) -> Self {
-        value as f32
-    }
 }
 
 impl Real for f64 {
@@ -44,10 +37,5 @@ impl Real for f64 {
     #[inline]
     fn of(value: f32) -> Self {
         value.into()
-    }
-
-    #[inline]
-    fn of_double(value: f64) -> Self {
-        value
     }
 }
