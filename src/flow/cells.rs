@@ -6,7 +6,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::band::{Band, Cell, WIDTH, corner_numbers};
-use super::element::{ELEMENT, Gradients, dot, gradient};
+use super::element::{ELEMENT, Gradients, against_gradients, dot, gauss_gradients, gradient};
 use super::steady::Variant;
 use super::system::Stencil;
 
@@ -94,16 +94,12 @@ pub fn eikonal(band: &Band, phi: &[f64]) -> f64 {
 
 /// The eight entries of `Σ_q ⅛ n·∇N_a` and `⅛ / |∇φ|` at the centre.
 fn cell_residual(v: &[f64; 8]) -> ([f64; 8], f64) {
-    let e = &*ELEMENT;
-    let mut r = [0.0; 8];
-    for shape in &e.gauss {
-        let g = gradient(shape, v);
+    let normals = gauss_gradients(v).map(|g| {
         let s = 0.125 / norm(g);
-        for a in 0..8 {
-            r[a] += s * (g[0] * shape[0][a] + g[1] * shape[1][a] + g[2] * shape[2][a]);
-        }
-    }
-    (r, 0.125 / norm(gradient(&e.centre, v)))
+        g.map(|x| s * x)
+    });
+    let mass = 0.125 / norm(gradient(&ELEMENT.centre, v));
+    (against_gradients(&normals), mass)
 }
 
 /// What a cell's matrices are made of, at the band's nodes.
@@ -166,8 +162,7 @@ impl CellMatrices {
         let v = corners(cell, fields.phi);
         let kappa = (0.125 * fields.kappa) as f32;
         let (mut tangential, mut full, mut second) = ([0.0; 64], [0.0; 64], [0.0; 64]);
-        for (q, shape) in e.gauss.iter().enumerate() {
-            let g = gradient(shape, &v);
+        for (q, (shape, g)) in e.gauss.iter().zip(gauss_gradients(&v)).enumerate() {
             let l = norm(g);
             let n = g.map(|x| x / l);
             let scale = (0.125 / l) as f32;
@@ -208,18 +203,15 @@ impl Fields<'_> {
         let e = &*ELEMENT;
         let v = corners(cell, self.phi);
         let force = corners(cell, self.force);
-        let mut load = [0.0; 8];
-        for shape in &e.gauss {
-            let g = gradient(shape, &v);
+        let (gradients, forces) = (gauss_gradients(&v), gauss_gradients(&force));
+        let projected: [[f64; 3]; 8] = std::array::from_fn(|q| {
+            let (g, f) = (gradients[q], forces[q]);
             let l = norm(g);
             let n = g.map(|x| x / l);
-            let f = gradient(shape, &force);
             let along = dot(f, n);
-            let p = std::array::from_fn(|d| 0.125 / l * (f[d] - along * n[d]));
-            for (a, load) in load.iter_mut().enumerate() {
-                *load += dot(p, at_corner(shape, a));
-            }
-        }
+            std::array::from_fn(|d| 0.125 / l * (f[d] - along * n[d]))
+        });
+        let mut load = against_gradients(&projected);
         let g = gradient(&e.centre, &v);
         let l = norm(g);
         let pull = self.first_order(cell, l) + self.kappa * (1.0 - 1.0 / l);

@@ -63,6 +63,57 @@ pub fn gradient(shape: &Gradients, v: &[f64; 8]) -> [f64; 3] {
     })
 }
 
+/// The Gauss points' places along an edge of the cell; either is the other's weight too.
+const NEAR: f64 = 0.211_324_865_405_187_13;
+const FAR: f64 = 1.0 - NEAR;
+
+/// Values at the corners of a square, bilinearly interpolated at its 2 × 2 Gauss points. It is its own transpose.
+#[inline]
+fn at_gauss([a, b, c, d]: [f64; 4]) -> [f64; 4] {
+    let (first, second) = (FAR * a + NEAR * c, FAR * b + NEAR * d);
+    let (third, fourth) = (NEAR * a + FAR * c, NEAR * b + FAR * d);
+    [
+        FAR * first + NEAR * second,
+        NEAR * first + FAR * second,
+        FAR * third + NEAR * fourth,
+        NEAR * third + FAR * fourth,
+    ]
+}
+
+/// For each axis the first corners of the edges along it, or the Gauss points of those of the cell's first half.
+const EDGES: [[usize; 4]; 3] = [[0, 1, 2, 3], [0, 1, 4, 5], [0, 2, 4, 6]];
+/// And how far the second ones are from them.
+const STEPS: [usize; 3] = [4, 2, 1];
+
+/// The gradients of the interpolant with corner values `v` at the eight Gauss points. The derivative along an axis is the same
+/// at both points on a line along it, and bilinear in the differences along the edges.
+#[inline]
+pub fn gauss_gradients(v: &[f64; 8]) -> [[f64; 3]; 8] {
+    let mut out = [[0.0; 3]; 8];
+    for (d, (edges, step)) in EDGES.iter().zip(STEPS).enumerate() {
+        let slopes = at_gauss(edges.map(|a| v[a + step] - v[a]));
+        for (&q, slope) in edges.iter().zip(slopes) {
+            out[q][d] = slope;
+            out[q + step][d] = slope;
+        }
+    }
+    out
+}
+
+/// What vectors at the eight Gauss points give against the gradients of the shape functions: `Σ_q p_q · ∇N_a(q)`.
+#[inline]
+pub fn against_gradients(p: &[[f64; 3]; 8]) -> [f64; 8] {
+    let mut out = [0.0; 8];
+    for (d, (edges, step)) in EDGES.iter().zip(STEPS).enumerate() {
+        let sums = at_gauss(edges.map(|q| p[q][d] + p[q + step][d]));
+        for (&a, sum) in edges.iter().zip(sums) {
+            out[a + step] += sum;
+            out[a] -= sum;
+        }
+    }
+    out
+}
+
 #[inline]
 pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
@@ -71,6 +122,23 @@ pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn gradients_at_the_gauss_points_and_sums_against_them_are_those_of_the_shape_functions() {
+        let v: [f64; 8] = std::array::from_fn(|a| (1.7 * a as f64).sin());
+        let gradients = gauss_gradients(&v);
+        for (shape, found) in ELEMENT.gauss.iter().zip(gradients) {
+            let wanted = gradient(shape, &v);
+            assert!((0..3).all(|d| (found[d] - wanted[d]).abs() < 1e-14));
+        }
+        for (a, found) in against_gradients(&gradients).into_iter().enumerate() {
+            let terms = ELEMENT.gauss.iter().zip(gradients);
+            let wanted: f64 = terms
+                .map(|(shape, g)| (0..3).map(|d| g[d] * shape[d][a]).sum::<f64>())
+                .sum();
+            assert!((found - wanted).abs() < 1e-14);
+        }
+    }
 
     #[test]
     fn a_linear_function_has_its_gradient_everywhere() {

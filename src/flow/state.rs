@@ -150,19 +150,22 @@ impl<E: BandEnergy> BandState<E> {
             hierarchy(grid, mask, band, &self.feet, &system)
         });
         let tolerance = settings.solver_tolerance;
+        let scaling = Jacobi(system.jacobi());
         let solved = match coarse {
             _ if !system.is_symmetric() => {
-                let scaling = Jacobi(system.jacobi());
                 bicgstab(&system, &scaling, &rhs, &mut d, tolerance, 1000)
             }
             Some(coarse) => {
                 let cycle = MultigridCycle::new(&system, coarse);
                 conjugate_gradient(&system, &cycle, &rhs, &mut d, tolerance, 60)
             }
-            None => {
-                let scaling = Jacobi(system.jacobi());
-                conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500)
-            }
+            None => conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500),
+        };
+        // A cycle that rounding has left indefinite stops before the first iteration: that is no rest.
+        let solved = if solved.iterations == 0 && system.is_symmetric() {
+            conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500)
+        } else {
+            solved
         };
         let mut d = layout.gathered(&d);
         let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);

@@ -12,7 +12,7 @@ use super::cells::{
     CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, corners, eikonal, gathered,
     nodal, norm, packed, stencils,
 };
-use super::element::{ELEMENT, dot, gradient};
+use super::element::{ELEMENT, dot, gauss_gradients};
 use super::energy::{BandEnergy, Evaluation};
 use super::steady::Variant;
 use super::system::{Factors, RowWeights, System};
@@ -153,8 +153,10 @@ fn cell_energy(phi: &[f64; 8], curvature: &[f64; 8]) -> f64 {
         return 0.0;
     }
     let mut sum = 0.0;
-    for shape in &ELEMENT.gauss {
-        let (g, u) = (gradient(shape, phi), gradient(shape, curvature));
+    for (g, u) in gauss_gradients(phi)
+        .into_iter()
+        .zip(gauss_gradients(curvature))
+    {
         let l = norm(g);
         let along = dot(g, u) / l;
         sum += l * (dot(u, u) - along * along);
@@ -188,8 +190,9 @@ impl VariationCell {
         let (weight, slope) = (chi(level), chi_derivative(level));
         let mut out = Self::default();
         let mut stiffness = [0.0f32; 64];
+        let (gradients, slopes) = (gauss_gradients(phi), gauss_gradients(curvature));
         for (q, shape) in ELEMENT.gauss.iter().enumerate() {
-            let (g, u) = (gradient(shape, phi), gradient(shape, curvature));
+            let (g, u) = (gradients[q], slopes[q]);
             let l = norm(g);
             let n = g.map(|x| x / l);
             let (s, uu) = (dot(n, u), dot(u, u));
