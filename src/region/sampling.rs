@@ -188,15 +188,21 @@ impl Sampling<'_> {
 
     /// φ and mask of a whole box, after a look at every other node. The values of free nodes mean little.
     pub fn of_box(&self) -> (Vec<f64>, Vec<bool>) {
-        let (phi, free) = self.looked_at(LOOKS);
+        let (phi, free) = self.looked_at(LOOKS, self.grid.dims());
         (phi, self.inside(free))
     }
 
-    /// φ in voxels of the nodes of a whole box, and whether they are free unless they lie at its side.
-    fn looked_at(&self, looks: usize) -> (Vec<f64>, Vec<bool>) {
+    /// φ in voxels of the nodes of a whole box, and whether they are free unless they lie at its side; `dims` are the box's
+    /// nodes at the last look. What lies at the side is fixed there: its sign must be right, and that of the coarser nodes from
+    /// which it may be interpolated.
+    fn looked_at(&self, looks: usize, dims: NodeIndex) -> (Vec<f64>, Vec<bool>) {
         let last = looks == LOOKS;
+        let spacing = 1 << (LOOKS - looks);
+        let border = BORDER + if last { 0 } else { spacing };
+        let inside =
+            |n: NodeIndex| (0..3).all(|d| (border..dims[d] - border).contains(&(spacing * n[d])));
         if looks == 0 {
-            return self.ask(&|n| Known::nothing(self.grid.is_interior(n, 2)));
+            return self.ask(&|n| Known::nothing(inside(n)));
         }
         let lattice = Lattice {
             origin: self.lattice.origin,
@@ -208,12 +214,12 @@ impl Sampling<'_> {
             grid: &grid,
             ..*self
         }
-        .looked_at(looks - 1);
+        .looked_at(looks - 1, dims);
         let coarser = Coarser::new(&grid, &phi, &free);
         // With room for the coarser nodes' distance from the finer ones.
         let far = FAR * self.voxel / lattice.voxel + if last { 0.0 } else { 0.5 };
         self.ask(&|n| {
-            let rough = self.grid.is_interior(n, if last { BORDER } else { 2 });
+            let rough = inside(n);
             // At the side of the box nodes are fixed whatever they are nearest to, but nobody looks at the outermost.
             let matters = !rough && self.grid.is_interior(n, 1);
             let value = linear(&grid, &phi, 0.5 * as_point(n));
