@@ -276,3 +276,70 @@ impl Sampling<'_> {
         samples.into_iter().unzip()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit sphere of which the upper part is missing; free points that may have a wrong sign have one.
+    struct Bowl;
+
+    impl DistanceData for Bowl {
+        fn sample(&self, x: DVec3, limit: f64) -> NodeData {
+            let wanted = Wanted {
+                rough: false,
+                reach: f64::INFINITY,
+            };
+            self.sample_for(x, limit, &wanted).0
+        }
+
+        fn sample_for(&self, x: DVec3, _: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
+            let signed = x.length() - 1.0;
+            let free = x.z > 0.2 * x.length();
+            let wrong = free && wanted.rough;
+            let data = NodeData {
+                signed: if wrong { -signed } else { signed },
+                distance: signed.abs(),
+                free,
+            };
+            (data, None)
+        }
+
+        fn near_hole(&self, _: DVec3) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn signs_are_right_at_the_sides_of_boxes_of_any_size() {
+        for dims in [[32, 32, 32], [36, 40, 44], [44, 36, 40], [40, 44, 36]] {
+            let voxel = 0.07;
+            let lattice = Lattice {
+                origin: -0.5 * voxel * as_point(dims) + DVec3::splat(0.3 * voxel),
+                voxel,
+            };
+            let grid = SparseGrid::new(dims, |_| true);
+            let sampling = Sampling {
+                lattice: &lattice,
+                grid: &grid,
+                data: &Bowl,
+                voxel,
+            };
+            let (phi, mask) = sampling.of_box();
+            for (slot, value) in phi.into_iter().enumerate() {
+                let n = grid.node(slot);
+                if grid.is_interior(n, BORDER) {
+                    continue;
+                }
+                assert!(!mask[slot]);
+                let wanted = (lattice.to_world(as_point(n)).length() - 1.0) / voxel;
+                if grid.is_interior(n, 1) {
+                    assert!(
+                        (value - wanted).abs() < 0.3,
+                        "{dims:?} {n:?}: {value} {wanted}"
+                    );
+                }
+            }
+        }
+    }
+}
