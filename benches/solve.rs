@@ -3,8 +3,8 @@
 //! `cargo bench --bench solve -- 32 64 128` prints seconds, unknowns, steps and iterations for the catenoid's neck and a
 //! spherical cap of 60 degrees.
 //!
-//! On two cores (November 2026), in seconds: catenoid 0.135, 0.44, 1.7 and 6.7 at 32, 64, 128 and 256 voxels across, cap
-//! 0.138, 0.42, 1.6 and 7.6; 2 to 4 iterations a step; 620 MB at 256, 1.1 kB an unknown, 0.9 kB of it in use at any one time.
+//! On two cores (November 2026), in seconds: catenoid 0.12, 0.39, 1.5 and 6.5 at 32, 64, 128 and 256 voxels across, cap
+//! 0.11, 0.39, 1.7 and 8.6; 1 to 4 iterations a step; 558 MB at 256, 0.97 kB an unknown.
 
 use std::time::Instant;
 

@@ -45,6 +45,7 @@ struct Try {
     start: Start,
     /// Take the surface though the flow is not steady.
     accept: bool,
+    energy: Energy,
 }
 
 impl Default for Try {
@@ -54,6 +55,7 @@ impl Default for Try {
             refine: 1.0,
             start: Start::Biharmonic,
             accept: false,
+            energy: Energy::Willmore,
         }
     }
 }
@@ -106,7 +108,11 @@ pub(super) fn is_trivial(found: &Inspection, params: &FillParams, group: &[usize
 
 /// The region of the first try at a group.
 pub(super) fn first_region(found: &Inspection, params: &FillParams, group: &[usize]) -> Region {
-    region(found, params, group, &Try::default(), None)
+    let first = Try {
+        energy: params.energy,
+        ..Try::default()
+    };
+    region(found, params, group, &first, None)
 }
 
 /// The lattice of a try; `damaged` is the surface that it starts from, if any. Where the voxel may be chosen the variation of
@@ -122,7 +128,7 @@ fn region(
     let (mesh, holes) = (&found.mesh, &found.holes);
     let of = |voxel| Region::new(mesh, holes, group, voxel, next.growth, next.refine, part);
     let region = of(params.voxel);
-    if params.energy == Energy::Willmore || params.voxel != VoxelSize::Auto {
+    if next.energy == Energy::Willmore || params.voxel != VoxelSize::Auto {
         return region;
     }
     let finer = (FINER * region.voxel).max(region.diameter / MOST_FINER);
@@ -160,19 +166,35 @@ impl Work<'_> {
         let small = group
             .iter()
             .all(|&h| self.found.holes[h].edges <= SMALL_EDGES);
-        let mut next = Some(Try {
+        let first = Try {
             accept: small,
             start: match self.damaged {
                 Some(_) => Start::Triangulation,
                 None => Start::Biharmonic,
             },
+            energy: self.params.energy,
             ..Try::default()
-        });
+        };
+        let mut next = Some(first);
+        let mut robust = self.robust(&first);
+        let mut most_tries = MOST_TRIES;
         let mut best: Option<(Patch, RegionReport)> = None;
         let mut last = RegionReport::default();
         let mut finest = 1.0;
-        while let Some(now) = next.take() {
-            if !(self.keep_going)() || tries.len() >= MOST_TRIES {
+        loop {
+            let now = match next.take() {
+                Some(now) => now,
+                None if best.is_some() => break,
+                None => {
+                    let Some(again) = robust.take() else {
+                        break;
+                    };
+                    most_tries = tries.len() + MOST_TRIES;
+                    finest = again.refine;
+                    again
+                }
+            };
+            if !(self.keep_going)() || tries.len() >= most_tries {
                 break;
             }
             finest = now.refine.max(finest);
@@ -185,6 +207,7 @@ impl Work<'_> {
                 converged: solved.converged(),
                 levels: solved.reports.clone(),
                 earlier_tries: tries.clone(),
+                other_energy: now.energy != self.params.energy,
                 ..RegionReport::default()
             };
             if let Some((why, then)) = self.reconsider(&solved, &now) {
@@ -232,6 +255,14 @@ impl Work<'_> {
                 self.triangulate(group, &why, last)
             }
         }
+    }
+
+    /// What to begin again with where the energy that is asked for finds no surface: Willmore's is the more robust.
+    fn robust(&self, first: &Try) -> Option<Try> {
+        (first.energy != Energy::Willmore).then_some(Try {
+            energy: Energy::Willmore,
+            ..*first
+        })
     }
 
     fn log_try(
@@ -312,21 +343,23 @@ impl Work<'_> {
             stop_when_lost: next.refine == 1.0
                 && !next.accept
                 && self.params.voxel == VoxelSize::Auto,
-            flow: self.flow_settings().across(region.diameter / region.voxel),
+            flow: self
+                .flow_settings(next.energy)
+                .across(region.diameter / region.voxel),
             time: damaged.and_then(Damaged::time),
         };
         let solved = solve_nested(&data, &settings, self.keep_going);
         (solved, region, data)
     }
 
-    fn flow_settings(&self) -> FlowSettings {
+    fn flow_settings(&self, energy: Energy) -> FlowSettings {
         let usual = FlowSettings::default();
         let most = match self.params.variant {
             Variant::GaussNewton => usual.max_steps,
             Variant::I | Variant::II => 200,
         };
         FlowSettings {
-            energy: self.params.energy,
+            energy,
             variant: self.params.variant,
             time_step: self.params.time_step.unwrap_or(f64::INFINITY),
             max_steps: self.params.steps.unwrap_or(most),

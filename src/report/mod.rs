@@ -74,6 +74,8 @@ pub struct RegionReport {
     pub components: usize,
     /// Tries that were needed, and why the earlier ones failed.
     pub earlier_tries: Vec<String>,
+    /// Whether the surface is that of the Willmore energy because the one asked for found none.
+    pub other_energy: bool,
     /// Seconds.
     pub seconds: f64,
 }

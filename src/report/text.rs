@@ -83,6 +83,9 @@ pub fn region_lines(r: &RegionReport) -> String {
         let movement = r.levels.last().map_or(f64::NAN, |l| l.flow.movement);
         line += &format!("; not steady: the last step moved it by {movement:.1e} voxels");
     }
+    if r.other_energy {
+        line += "; by the Willmore energy, the variation of curvature found no surface";
+    }
     if r.intersecting_faces > 0 {
         line += &format!("; {} faces intersect others", r.intersecting_faces);
     }
