@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::grid::{Lattice, NodeIndex};
 use crate::mesh::{Hole, Mesh, bounds};
 use crate::params::VoxelSize;
+use crate::spatial::{Bounds, BoxTree};
 
 /// Rims that face each other are one opening up to this gap, in diameters of the larger one.
 const FACING_GAP: f64 = 1.0;
@@ -61,12 +62,23 @@ pub fn group_holes(
         .iter()
         .map(|&h| RimSamples::new(mesh, &holes[h]))
         .collect();
+    let boxes: Vec<Bounds> = rims.iter().map(|r| r.bounds).collect();
+    let tree = BoxTree::new(&boxes);
     for (i, a) in rims.iter().enumerate() {
-        for (j, b) in rims.iter().enumerate().skip(i + 1) {
-            if a.belongs_with(b) {
+        // Rims farther apart than the diameter of the larger one do not belong together: it is enough to look round each.
+        let around = a.bounds.widened(FACING_GAP * a.diameter);
+        tree.for_each(&boxes, &around, |j| {
+            let j = j as usize;
+            // Each pair once, from its larger rim.
+            if (a.diameter, i) <= (rims[j].diameter, j) {
+                return;
+            }
+            let (first, second) = (i.min(j), i.max(j));
+            let apart = find(&mut parent, chosen[i]) != find(&mut parent, chosen[j]);
+            if apart && rims[first].belongs_with(&rims[second]) {
                 join(&mut parent, chosen[i], chosen[j]);
             }
-        }
+        });
     }
     join_touching(holes, chosen, &mut parent);
     for group in forced {
@@ -117,8 +129,7 @@ fn join(parent: &mut [usize], a: usize, b: usize) {
 /// Edge midpoints of a rim with the directions in which the surface would continue.
 struct RimSamples {
     points: Vec<(DVec3, DVec3)>,
-    low: DVec3,
-    high: DVec3,
+    bounds: Bounds,
     diameter: f64,
 }
 
@@ -137,17 +148,15 @@ impl RimSamples {
         let (low, high) = bounds(points.iter().map(|p| p.0));
         Self {
             points,
-            low,
-            high,
+            bounds: Bounds { low, high },
             diameter: hole.diameter,
         }
     }
 
     fn belongs_with(&self, other: &Self) -> bool {
         let larger = self.diameter.max(other.diameter);
-        let apart = (self.low - other.high)
-            .max(other.low - self.high)
-            .max(DVec3::ZERO);
+        let (a, b) = (&self.bounds, &other.bounds);
+        let apart = (a.low - b.high).max(b.low - a.high).max(DVec3::ZERO);
         if apart.length() > FACING_GAP * larger {
             return false;
         }

@@ -1,12 +1,9 @@
 //! A bounding volume hierarchy over the triangles of a mesh.
 
 use glam::{DVec3, Vec4};
-use obvhs::{
-    aabb::Aabb,
-    bvh2::{Bvh2, reinsertion::ReinsertionOptimizer},
-    ploc::{PlocBuilder, PlocSearchDistance, SortPrecision},
-};
+use obvhs::{aabb::Aabb, bvh2::Bvh2};
 
+use super::ploc::binary;
 use super::triangle::{Barycentric, closest_on_triangle};
 use crate::mesh::{Mesh, bounds};
 
@@ -84,20 +81,6 @@ fn enclosing(corners: &[DVec3; 3]) -> Aabb {
         [round_down(low.x), round_down(low.y), round_down(low.z)].into(),
         [round_up(high.x), round_up(high.y), round_up(high.z)].into(),
     )
-}
-
-/// A binary hierarchy with one box a leaf, by PLOC (Meister and Bittner, "Parallel locally-ordered clustering for bounding
-/// volume hierarchy construction", 2018), some of its nodes moved to better places.
-fn binary(boxes: &[Aabb]) -> Bvh2 {
-    let mut built = PlocBuilder::with_capacity(boxes.len()).build(
-        PlocSearchDistance::Low,
-        boxes,
-        (0..boxes.len() as u32).collect(),
-        SortPrecision::U64,
-        2,
-    );
-    ReinsertionOptimizer::default().run(&mut built, 0.02, None);
-    built
 }
 
 /// Joins the nodes of a binary hierarchy to nodes of up to [`WIDTH`] children, depth first. Also the order of the leaves.

@@ -1,9 +1,12 @@
 //! Spatial queries on a triangle mesh: bounding volume hierarchy, closest point, generalized winding number.
 
+mod boxes;
 mod bvh;
+mod ploc;
 mod triangle;
 mod winding;
 
+pub use boxes::{Bounds, BoxTree};
 pub use bvh::{Bvh, Closest};
 pub use triangle::{Barycentric, closest_on_triangle};
 pub use winding::WindingTree;

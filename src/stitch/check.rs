@@ -5,8 +5,9 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::assemble::Assembled;
-use super::intersect::{Bounds, intersecting};
+use super::intersect::intersecting;
 use super::{StitchError, StitchInput};
+use crate::spatial::Bounds;
 
 /// The patch's faces in output indices, followed by the mesh's faces near it.
 pub(super) struct Surroundings {
