@@ -83,6 +83,7 @@ impl Try {
                 accept: true,
                 ..*self
             }),
+            StitchError::TooManyFaces { .. } => None,
             _ if self.accept => None,
             _ => self.finer(params),
         }

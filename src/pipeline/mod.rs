@@ -301,7 +301,7 @@ fn choose(
             Some("not asked for".to_owned())
         } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
             Some("wider than the largest diameter asked for".to_owned())
-        } else if hole.outer_border && !facing.contains(&i) {
+        } else if hole.outer_border && !is_small(found, i) && !facing[i] {
             Some(format!(
                 "the outer border of an open sheet (fill it with --holes {})",
                 hole.id
@@ -327,10 +327,10 @@ fn groups(
     outcomes: &mut [HoleOutcome],
     bridges: &[Vec<usize>],
 ) -> Vec<Vec<usize>> {
-    let is_crumb = |h: usize| found.topology.piece_faces[found.holes[h].piece as usize] <= 2;
+    let is_crumb = |h: usize| is_small(found, h);
     let is_trivial = |h: usize| found.holes[h].edges <= TRIVIAL_EDGES && !is_crumb(h);
     let (trivial, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_trivial(h));
-    let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges);
+    let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges, &is_crumb);
     groups.retain(|group| {
         let crumbs_only = group.iter().all(|&h| is_crumb(h));
         if crumbs_only {
@@ -345,17 +345,25 @@ fn groups(
     groups
 }
 
+/// Whether a hole bounds a component of one or two triangles.
+fn is_small(found: &Inspection, hole: usize) -> bool {
+    found.topology.piece_faces[found.holes[hole].piece as usize] <= 2
+}
+
 /// Outer borders that face another rim: islands in holes, sides of a gap.
-fn facing_borders(found: &Inspection) -> Vec<usize> {
-    let all: Vec<usize> = (0..found.holes.len()).collect();
+fn facing_borders(found: &Inspection) -> Vec<bool> {
+    let mut facing = vec![false; found.holes.len()];
     if !found.holes.iter().any(|h| h.outer_border) {
-        return Vec::new();
+        return facing;
     }
-    group_holes(&found.mesh, &found.holes, &all, &[])
-        .into_iter()
-        .filter(|g| g.len() > 1)
-        .flatten()
-        .collect()
+    let all: Vec<usize> = (0..found.holes.len()).collect();
+    let groups = group_holes(&found.mesh, &found.holes, &all, &[], &|h| {
+        is_small(found, h)
+    });
+    for group in groups.iter().filter(|group| group.len() > 1) {
+        group.iter().for_each(|&h| facing[h] = true);
+    }
+    facing
 }
 
 fn append(out: &mut Mesh, original: usize, patch: &Mesh, kind: SurfaceKind) {

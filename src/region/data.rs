@@ -83,9 +83,13 @@ impl<'a> MeshData<'a> {
             .iter()
             .map(|hole| Neighbourhood::new(mesh, hole))
             .collect();
+        let mut rims = RimSet::new(holes.iter().copied(), closed);
+        if closed && let Some(hole) = holes.first() {
+            rims.level = sampler.level(hole.piece);
+        }
         Self {
             sampler,
-            rims: RimSet::new(holes.iter().copied(), closed),
+            rims,
             neighbourhoods,
             cap: OnceLock::new(),
             loops: holes.iter().map(|h| h.rim.clone()).collect(),
@@ -199,7 +203,7 @@ impl DistanceData for MeshData<'_> {
             .closest(x, to_cap)
             .map_or(to_cap, |c| c.distance);
         let inside = self.sampler.winding_number(x) + cap.winding.winding_number(&cap.faces, x);
-        Some(to_mesh.min(to_cap).copysign(0.5 - inside))
+        Some(to_mesh.min(to_cap).copysign(self.rims.level - inside))
     }
 
     fn near_hole(&self, x: DVec3) -> bool {

@@ -11,6 +11,9 @@ use crate::spatial::{Bounds, BoxTree};
 const FACING_GAP: f64 = 1.0;
 /// Rims closer than this share a region, in diameters of the larger one.
 const NEAR_GAP: f64 = 0.1;
+/// Most larger rims that a rim is compared with. In a mesh of loose triangles all rims are near all others; in scans
+/// there are a few.
+const MOST_NEARBY: usize = 128;
 /// Vertices looked at on each rim.
 const SAMPLES: usize = 240;
 /// Voxels across a hole by default, at least across the smallest loop of a region, and at most.
@@ -50,35 +53,34 @@ pub struct Region {
 /// Groups of holes that belong together.
 ///
 /// Two rims belong together when they face each other (an island in a hole, the two sides of a gap: the directions in
-/// which the surface would continue point at one another), when they nearly touch, or when the caller says so.
+/// which the surface would continue point at one another), when they nearly touch, or when the caller says so. Of two rims
+/// for which `is_small` holds only touching counts: small components that lie in no hole are not worth a look at all pairs.
 pub fn group_holes(
     mesh: &Mesh,
     holes: &[Hole],
     chosen: &[usize],
     forced: &[Vec<usize>],
+    is_small: &dyn Fn(usize) -> bool,
 ) -> Vec<Vec<usize>> {
     let mut parent: Vec<usize> = (0..holes.len()).collect();
     let rims: Vec<RimSamples> = chosen
         .iter()
         .map(|&h| RimSamples::new(mesh, &holes[h]))
         .collect();
-    let boxes: Vec<Bounds> = rims.iter().map(|r| r.bounds).collect();
-    let tree = BoxTree::new(&boxes);
-    for (i, a) in rims.iter().enumerate() {
-        // Rims farther apart than the diameter of the larger one do not belong together: it is enough to look round each.
-        let around = a.bounds.widened(FACING_GAP * a.diameter);
-        tree.for_each(&boxes, &around, |j| {
-            let j = j as usize;
-            // Each pair once, from its larger rim.
-            if (a.diameter, i) <= (rims[j].diameter, j) {
-                return;
+    let (small, large): (Vec<usize>, Vec<usize>) =
+        (0..chosen.len()).partition(|&i| is_small(chosen[i]));
+    let all: Vec<usize> = (0..chosen.len()).collect();
+    for (looking, among) in [(&large, &all), (&small, &large)] {
+        let nearby = Nearby::new(&rims, among);
+        for &i in looking {
+            for j in nearby.larger(&rims, i) {
+                let (first, second) = (i.min(j), i.max(j));
+                let apart = find(&mut parent, chosen[i]) != find(&mut parent, chosen[j]);
+                if apart && rims[first].belongs_with(&rims[second]) {
+                    join(&mut parent, chosen[i], chosen[j]);
+                }
             }
-            let (first, second) = (i.min(j), i.max(j));
-            let apart = find(&mut parent, chosen[i]) != find(&mut parent, chosen[j]);
-            if apart && rims[first].belongs_with(&rims[second]) {
-                join(&mut parent, chosen[i], chosen[j]);
-            }
-        });
+        }
     }
     join_touching(holes, chosen, &mut parent);
     for group in forced {
@@ -97,6 +99,45 @@ pub fn group_holes(
         groups[at].push(h);
     }
     groups
+}
+
+/// Rims by the boxes within which others may belong with them: a rim's own, wider by its diameter on all sides.
+struct Nearby<'a> {
+    among: &'a [usize],
+    boxes: Vec<Bounds>,
+    tree: BoxTree,
+}
+
+impl<'a> Nearby<'a> {
+    fn new(rims: &[RimSamples], among: &'a [usize]) -> Self {
+        let wide = |&i: &usize| rims[i].bounds.widened(FACING_GAP * rims[i].diameter);
+        let boxes: Vec<Bounds> = among.iter().map(wide).collect();
+        let tree = BoxTree::new(&boxes);
+        Self { among, boxes, tree }
+    }
+
+    /// The rims larger than one that it may belong with; of many the nearest, of equally near ones the smallest.
+    fn larger(&self, rims: &[RimSamples], i: usize) -> Vec<usize> {
+        let own = &rims[i];
+        let mut found: Vec<(f64, f64, usize)> = Vec::new();
+        self.tree.for_each(&self.boxes, &own.bounds, |at| {
+            let j = self.among[at as usize];
+            let other = &rims[j];
+            if (other.diameter, j) > (own.diameter, i) {
+                found.push((own.bounds.gap(&other.bounds), other.diameter, j));
+            }
+        });
+        let order = |a: &(f64, f64, usize), b: &(f64, f64, usize)| {
+            a.0.total_cmp(&b.0)
+                .then(a.1.total_cmp(&b.1))
+                .then(a.2.cmp(&b.2))
+        };
+        if found.len() > MOST_NEARBY {
+            found.select_nth_unstable_by(MOST_NEARBY, order);
+            found.truncate(MOST_NEARBY);
+        }
+        found.into_iter().map(|(_, _, j)| j).collect()
+    }
 }
 
 /// Joins loops that share a vertex.
@@ -155,9 +196,7 @@ impl RimSamples {
 
     fn belongs_with(&self, other: &Self) -> bool {
         let larger = self.diameter.max(other.diameter);
-        let (a, b) = (&self.bounds, &other.bounds);
-        let apart = (a.low - b.high).max(b.low - a.high).max(DVec3::ZERO);
-        if apart.length() > FACING_GAP * larger {
+        if self.bounds.gap(&other.bounds) > FACING_GAP * larger {
             return false;
         }
         let (mut facing, mut nearest) = (0, f64::INFINITY);

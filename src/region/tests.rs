@@ -17,7 +17,7 @@ fn groups(
     let mut topology = Topology::new(&mut mesh);
     let (holes, _) = find_holes(&mesh, &mut topology);
     let chosen: Vec<usize> = (0..holes.len()).filter(|&h| chosen(&holes[h])).collect();
-    group_holes(&mesh, &holes, &chosen, forced)
+    group_holes(&mesh, &holes, &chosen, forced, &|_| false)
 }
 
 fn inner(hole: &Hole) -> bool {

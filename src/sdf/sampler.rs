@@ -1,6 +1,7 @@
 //! Signed distance samples of a mesh with holes.
 
-use std::sync::{Arc, OnceLock};
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use glam::DVec3;
 
@@ -44,7 +45,13 @@ pub struct Sampler<'a> {
     crumbs: Bvh,
     /// Gathered when it is first asked for.
     winding: OnceLock<WindingTree>,
+    /// For pieces that were asked for, the winding number between their two sides.
+    levels: Mutex<HashMap<u32, f64>>,
 }
+
+/// Faces of a piece at which the winding numbers of its two sides are looked up. On a surface that encloses something the
+/// median of so many is right when less than half of them are near an opening.
+const LEVEL_SAMPLES: usize = 33;
 
 /// What all samplers of a mesh share: the smooth surface through the vertices, fitted where it is asked for.
 struct Smooth {
@@ -52,18 +59,38 @@ struct Smooth {
     jets: Vec<OnceLock<Option<Box<Jet>>>>,
     /// Faces that are in no hierarchy.
     degenerate: Vec<u32>,
+    /// Up to [`LEVEL_SAMPLES`] faces of each piece, spread over it.
+    spread: Vec<Vec<u32>>,
+}
+
+impl Smooth {
+    fn new(mesh: &Mesh, topology: &Topology) -> Self {
+        let mut degenerate = Vec::new();
+        let mut spread: Vec<Vec<u32>> = vec![Vec::new(); topology.piece_faces.len()];
+        let mut seen = vec![0; topology.piece_faces.len()];
+        for (face, &piece) in topology.piece.iter().enumerate() {
+            let Some(count) = topology.piece_faces.get(piece as usize) else {
+                degenerate.push(face as u32);
+                continue;
+            };
+            if seen[piece as usize] % count.div_ceil(LEVEL_SAMPLES) == 0 {
+                spread[piece as usize].push(face as u32);
+            }
+            seen[piece as usize] += 1;
+        }
+        Self {
+            around: VertexFaces::new(mesh),
+            jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
+            degenerate,
+            spread,
+        }
+    }
 }
 
 impl<'a> Sampler<'a> {
     /// Prepares the queries over all faces but degenerate ones and crumbs (pieces of at most two faces).
     pub fn new(mesh: &'a Mesh, topology: &'a Topology) -> Self {
-        let smooth = Smooth {
-            around: VertexFaces::new(mesh),
-            jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
-            degenerate: (0..mesh.faces.len() as u32)
-                .filter(|&f| topology.piece[f as usize] == NONE)
-                .collect(),
-        };
+        let smooth = Smooth::new(mesh, topology);
         Self::over(mesh, topology, Arc::new(smooth), &|_| true)
     }
 
@@ -95,6 +122,7 @@ impl<'a> Sampler<'a> {
             bvh,
             crumbs,
             winding: OnceLock::new(),
+            levels: Mutex::default(),
         }
     }
 
@@ -176,8 +204,8 @@ impl<'a> Sampler<'a> {
         let (closest, on_rim) = self.closest(rims, x, limit)?;
         let sign = match (on_rim, rough) {
             (true, true) => self.side(&closest, x),
-            (true, false) if rims.closed => self.sign_by_winding(x),
-            _ => self.sign(&closest, x),
+            (true, false) if rims.closed => self.sign_by_winding(rims, x),
+            _ => self.sign(rims, &closest, x),
         };
         let raw = sign * closest.distance;
         let signed = if on_rim || closest.distance > reach {
@@ -200,6 +228,32 @@ impl<'a> Sampler<'a> {
         tree.winding_number(&self.bvh, x)
     }
 
+    /// The winding number between the two sides of a piece: what exceeds it is inside.
+    ///
+    /// One half where faces are counter-clockwise seen from outside and no other surface encloses the piece, less by one
+    /// where the piece is inside out.
+    pub fn level(&self, piece: u32) -> f64 {
+        let known = || self.levels.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(&level) = known().get(&piece) {
+            return level;
+        }
+        let outside = |&f: &u32| {
+            let [a, b, c] = self.mesh.corners(f);
+            let edge = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
+            let off = 1e-3 * edge * face_normal(self.mesh, f);
+            self.winding_number((a + b + c) / 3.0 + off)
+        };
+        let mut outside: Vec<f64> = self.smooth.spread[piece as usize]
+            .iter()
+            .map(outside)
+            .collect();
+        outside.sort_by(f64::total_cmp);
+        let median = outside.get(outside.len() / 2).copied().unwrap_or(0.0);
+        let level = median.round() + 0.5;
+        known().insert(piece, level);
+        level
+    }
+
     fn feature(&self, closest: &Closest) -> Feature {
         let w = closest.barycentric;
         let face = self.mesh.faces[closest.face as usize];
@@ -216,7 +270,7 @@ impl<'a> Sampler<'a> {
 
     /// −1 inside, 1 outside: by the pseudonormal of the closest feature (Bærentzen and Aanæs, "Signed distance
     /// computation using the angle weighted pseudonormal", 2005), or by the winding number where it is of no use.
-    fn sign(&self, closest: &Closest, x: DVec3) -> f64 {
+    fn sign(&self, rims: &RimSet, closest: &Closest, x: DVec3) -> f64 {
         let face = face_normal(self.mesh, closest.face);
         let normal = match self.feature(closest) {
             Feature::Face => face,
@@ -236,11 +290,11 @@ impl<'a> Sampler<'a> {
         if side.abs() > 1e-3 * closest.distance * normal.length() || closest.distance == 0.0 {
             return if side < 0.0 { -1.0 } else { 1.0 };
         }
-        self.sign_by_winding(x)
+        self.sign_by_winding(rims, x)
     }
 
-    fn sign_by_winding(&self, x: DVec3) -> f64 {
-        if self.winding_number(x) > 0.5 {
+    fn sign_by_winding(&self, rims: &RimSet, x: DVec3) -> f64 {
+        if self.winding_number(x) > rims.level {
             -1.0
         } else {
             1.0
@@ -290,6 +344,8 @@ pub struct RimSet {
     vertices: Vec<u32>,
     /// Whether the pieces of these holes are closed once all their holes are filled.
     pub closed: bool,
+    /// The winding number between the two sides of the surface, see [`Sampler::level`].
+    pub level: f64,
 }
 
 impl RimSet {
@@ -309,6 +365,7 @@ impl RimSet {
             edges,
             vertices,
             closed,
+            level: 0.5,
         }
     }
 

@@ -28,6 +28,12 @@ impl Bounds {
         }
     }
 
+    /// The distance of two boxes; 0 where they meet.
+    pub fn gap(&self, other: &Self) -> f64 {
+        let apart = (self.low - other.high).max(other.low - self.high);
+        apart.max(DVec3::ZERO).length()
+    }
+
     /// Whether two closed boxes have a point in common.
     pub fn meets(&self, other: &Self) -> bool {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()

@@ -68,6 +68,17 @@ pub enum StitchError {
         /// Number of edges of the loop.
         edges: usize,
     },
+    /// Remeshing made more faces than the rims account for.
+    #[error(
+        "remeshing came to {faces} faces for rims of {edges} edges and would make more; the edges there differ too much in \
+         length, or the mesh has spikes: remesh or cut them first"
+    )]
+    TooManyFaces {
+        /// Faces when it was given up.
+        faces: usize,
+        /// Edges of all rims.
+        edges: usize,
+    },
     /// The faces do not form a manifold.
     #[error("the patch is not a manifold near {position}; use a finer grid there")]
     NotManifold {

@@ -134,7 +134,7 @@ pub struct StitchReport {
 /// Joins the extracted surface to the rim.
 pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
     let mut patch = assemble::assemble(input)?;
-    remesh::remesh(input, &mut patch);
+    remesh::remesh(input, &mut patch)?;
     let mut surroundings = check::Surroundings::new(input, &patch);
     patch.report.intersecting_faces = remesh::repair(input, &mut patch, &mut surroundings);
     patch.into_patch(input)
@@ -163,7 +163,7 @@ pub fn remesh_closed(
         },
     };
     let mut patch = assemble::closed(&input, edge)?;
-    remesh::remesh(&input, &mut patch);
+    remesh::remesh(&input, &mut patch)?;
     let mut surroundings = check::Surroundings::new(&input, &patch);
     patch.report.intersecting_faces = remesh::repair(&input, &mut patch, &mut surroundings);
     patch.into_patch(&input)

@@ -15,7 +15,7 @@ use glam::DVec3;
 use super::assemble::Assembled;
 use super::half_edge::{NONE, PatchMesh};
 use super::rim::Rims;
-use super::{StitchInput, Surface};
+use super::{StitchError, StitchInput, Surface};
 
 pub(super) use repair::repair;
 
@@ -25,11 +25,22 @@ const LEAN: f64 = 0.5;
 const POLISH: usize = 8;
 
 /// Remeshes the patch in place.
-pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) {
+///
+/// # Errors
+/// When splitting long edges comes to no end: between edges that differ by many orders, or in spikes, short edges cannot be
+/// collapsed as fast as new ones appear.
+pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), StitchError> {
     let mut work = Remesher::new(input, patch);
     work.set_sizes(&input.params, input.voxel);
+    let most = work.most_faces(&input.params);
     for _ in 0..input.params.iterations {
         work.split_long();
+        if work.mesh.faces.len() as f64 > most {
+            return Err(StitchError::TooManyFaces {
+                faces: work.mesh.faces.len(),
+                edges: input.loops.iter().map(Vec::len).sum(),
+            });
+        }
         work.collapse_short();
         work.flip_by_valence();
         work.untangle();
@@ -45,6 +56,7 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) {
     }
     work.relax_seam();
     patch.mesh.compact();
+    Ok(())
 }
 
 /// The patch with what its changes must respect.

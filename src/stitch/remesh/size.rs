@@ -17,6 +17,13 @@ const LEAST: f64 = 0.25;
 const LEAST_OVER_VOXEL: f64 = 0.02;
 /// About the largest number of faces of a patch.
 const MOST_FACES: f64 = 1e6;
+/// About the largest number of faces of a patch, for each square of a rim's number of edges and besides. A disc with equal
+/// edges round it gets 0.3 faces for each square; rims a part of which is finer by many orders, or whose few edges are as
+/// unequal, would otherwise be filled to the limit above.
+const MOST_FACES_OF_RIM: f64 = 16.0;
+const MOST_FACES_BESIDES: f64 = 5000.0;
+/// Area of an equilateral triangle over the square of its edge.
+const EQUILATERAL: f64 = 0.433_012_701_892_219_3;
 /// Power of the distance in the interpolation from the rim.
 const POWER: i32 = 3;
 
@@ -49,6 +56,52 @@ impl Remesher<'_> {
             .map(|s| if s >= floor { s } else { floor })
             .collect();
         self.limit_growth();
+        self.limit_faces(0.5 * self.most_faces(params));
+    }
+
+    /// The most faces that the rims account for; infinite where there are none.
+    pub(super) fn most_faces(&self, params: &StitchParams) -> f64 {
+        let squares: f64 = self
+            .rims
+            .loops
+            .iter()
+            .map(|l| (l.len() as f64).powi(2))
+            .sum();
+        if squares == 0.0 {
+            return f64::INFINITY;
+        }
+        (MOST_FACES_BESIDES + MOST_FACES_OF_RIM * squares) / params.edge_factor.powi(2).min(1.0)
+    }
+
+    /// Raises the least target until the patch would get no more than so many faces.
+    fn limit_faces(&mut self, most: f64) {
+        if !most.is_finite() {
+            return;
+        }
+        let mesh = &*self.mesh;
+        let parts: Vec<(f64, f64)> = mesh
+            .faces
+            .iter()
+            .map(|f| {
+                let size: f64 = f.iter().map(|&v| mesh.size[v as usize]).sum();
+                (0.5 * mesh.area_vector(*f).length(), size / 3.0)
+            })
+            .collect();
+        let faces = |floor: f64| -> f64 {
+            let wanted =
+                |&(area, size): &(f64, f64)| area / (EQUILATERAL * size.max(floor).powi(2));
+            parts.iter().map(wanted).sum()
+        };
+        // A floor at which all of the area gets that many faces, wherever they are.
+        let enough = (parts.iter().map(|p| p.0).sum::<f64>() / (EQUILATERAL * most)).sqrt();
+        let least = parts.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
+        let mut floor = least.max(1e-6 * enough);
+        while floor < enough && faces(floor) > most {
+            floor = (1.5 * floor).min(enough);
+        }
+        for size in &mut self.mesh.size {
+            *size = size.max(floor);
+        }
     }
 
     /// Interpolates the length from the rim.
