@@ -83,7 +83,7 @@ impl Try {
                 accept: true,
                 ..*self
             }),
-            StitchError::TooManyFaces { .. } => None,
+            StitchError::TooManyFaces { .. } | StitchError::Folded { .. } => None,
             _ if self.accept => None,
             _ => self.finer(params),
         }

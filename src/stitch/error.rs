@@ -79,6 +79,17 @@ pub enum StitchError {
         /// Edges of all rims.
         edges: usize,
     },
+    /// Most of a large patch is folded.
+    #[error(
+        "{leaning} of {faces} faces of the patch are folded over; the mesh has spikes or edges that differ too much in \
+         length there: remesh or cut them first"
+    )]
+    Folded {
+        /// Faces that lean by more than 60 degrees.
+        leaning: usize,
+        /// All faces.
+        faces: usize,
+    },
     /// The faces do not form a manifold.
     #[error("the patch is not a manifold near {position}; use a finer grid there")]
     NotManifold {

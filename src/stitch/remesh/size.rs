@@ -92,10 +92,12 @@ impl Remesher<'_> {
                 |&(area, size): &(f64, f64)| area / (EQUILATERAL * size.max(floor).powi(2));
             parts.iter().map(wanted).sum()
         };
+        if faces(0.0) <= most {
+            return;
+        }
         // A floor at which all of the area gets that many faces, wherever they are.
         let enough = (parts.iter().map(|p| p.0).sum::<f64>() / (EQUILATERAL * most)).sqrt();
-        let least = parts.iter().map(|p| p.1).fold(f64::INFINITY, f64::min);
-        let mut floor = least.max(1e-6 * enough);
+        let mut floor = 1e-6 * enough;
         while floor < enough && faces(floor) > most {
             floor = (1.5 * floor).min(enough);
         }

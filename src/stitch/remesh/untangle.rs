@@ -16,7 +16,7 @@ const ROUNDS: usize = 3;
 
 impl Remesher<'_> {
     /// Faces that lean by more than 60 degrees.
-    fn leaning(&self) -> Vec<u32> {
+    pub(super) fn leaning(&self) -> Vec<u32> {
         let faces = &self.mesh.faces;
         (0..faces.len() as u32)
             .filter(|&f| faces[f as usize][0] != NONE && self.cosine(faces[f as usize]) < LEAN)
