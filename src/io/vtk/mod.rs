@@ -10,6 +10,7 @@ mod image_legacy;
 mod image_write;
 mod legacy;
 mod legacy_data;
+mod markup;
 mod payload;
 mod scalar;
 mod write;
