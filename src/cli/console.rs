@@ -90,12 +90,18 @@ pub fn print(text: &str) -> std::io::Result<()> {
     written(anstream::stdout().lock(), text.as_bytes())
 }
 
-/// Writes bytes to standard output as they are.
-pub fn write(bytes: &[u8]) -> std::io::Result<()> {
-    written(std::io::stdout().lock(), bytes)
+/// Writes text to standard output as it is.
+pub fn write(text: &[u8]) -> std::io::Result<()> {
+    written(std::io::stdout().lock(), text)
 }
 
-/// A reader that has closed its end, such as `head`, is no error.
+/// Writes a file to standard output, all of which must arrive.
+pub fn write_file(bytes: &[u8]) -> std::io::Result<()> {
+    let mut out = std::io::stdout().lock();
+    out.write_all(bytes).and_then(|()| out.flush())
+}
+
+/// A reader of text that has closed its end, such as `head`, is no error.
 fn written(mut out: impl Write, bytes: &[u8]) -> std::io::Result<()> {
     match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

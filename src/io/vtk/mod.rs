@@ -25,6 +25,8 @@ pub(super) use write::{write_legacy, write_xml};
 pub(super) use xml::read as read_xml;
 
 #[cfg(test)]
+mod bomb_tests;
+#[cfg(test)]
 mod data_tests;
 #[cfg(test)]
 mod image_tests;

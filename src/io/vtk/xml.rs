@@ -89,7 +89,10 @@ impl<'a> Decoder<'a> {
         let numbers = wanted.saturating_mul(3);
         let array = piece.arrays.iter().find(|a| a.section == Section::Points);
         match array {
-            Some(array) => self.numbers(array, "points", Expected::Exactly(numbers)),
+            Some(array) => {
+                let name = format!("the coordinates of a piece that claims {wanted} points");
+                self.numbers(array, &name, Expected::Exactly(numbers))
+            }
             None if wanted == 0 => Ok(Vec::new()),
             None => {
                 let what = format!("a piece claims {wanted} points, but there are 0 coordinates");
@@ -116,7 +119,8 @@ impl<'a> Decoder<'a> {
         };
         let cells = match (find(b"connectivity"), find(b"offsets")) {
             (Some(corners), Some(offsets)) => {
-                let offsets = self.numbers(offsets, "offsets", Expected::OrOneMore(wanted))?;
+                let name = format!("the offsets of a piece that claims {wanted} {kind}s");
+                let offsets = self.numbers(offsets, &name, Expected::OrOneMore(wanted))?;
                 let count = offsets.last().copied().unwrap_or(0.0) as usize;
                 self.budget
                     .take(count.saturating_mul(growth))
@@ -193,15 +197,6 @@ impl<'a> Decoder<'a> {
         .map_err(fail)
     }
 
-    fn decode(
-        &self,
-        source: &Source<'_>,
-        scalar: Scalar,
-        expected: Expected,
-    ) -> Result<Vec<f64>, String> {
-        decode(source, scalar, &self.encoding, expected, &self.budget)
-    }
-
     /// Decodes an appended array, or takes it from another that begins at the same place.
     fn appended(
         &self,
@@ -209,6 +204,9 @@ impl<'a> Decoder<'a> {
         scalar: Scalar,
         expected: Expected,
     ) -> Result<Vec<f64>, String> {
+        let appended = self
+            .appended
+            .ok_or("its data should be appended, but nothing is")?;
         let offset = array
             .offset()
             .ok_or("it has no offset into the appended data")?;
@@ -219,7 +217,7 @@ impl<'a> Decoder<'a> {
             self.budget.take(values.len().saturating_mul(8))?;
             return Ok(values.clone());
         }
-        let source = self.source(offset, self.offsets.get(behind).copied())?;
+        let source = appended.source(offset, self.offsets.get(behind).copied())?;
         let values = self.decode(&source, scalar, expected)?;
         if behind - first > 1 {
             self.budget.take(values.len().saturating_mul(8))?;
@@ -228,18 +226,26 @@ impl<'a> Decoder<'a> {
         Ok(values)
     }
 
-    /// The appended data from an offset on, up to the next array's where its end is not told otherwise.
+    fn decode(
+        &self,
+        source: &Source<'_>,
+        scalar: Scalar,
+        expected: Expected,
+    ) -> Result<Vec<f64>, String> {
+        decode(source, scalar, &self.encoding, expected, &self.budget)
+    }
+}
+
+impl Appended<'_> {
+    /// The data from an offset on, up to the next array's where its end is not told otherwise.
     fn source(&self, offset: usize, next: Option<usize>) -> Result<Source<'_>, String> {
-        let appended = self
-            .appended
-            .ok_or("its data should be appended, but nothing is")?;
-        let Some(rest) = appended.data.get(offset..) else {
+        let Some(rest) = self.data.get(offset..) else {
             return Err(format!(
                 "its offset {offset} lies beyond the {} appended bytes",
-                appended.data.len()
+                self.data.len()
             ));
         };
-        if !appended.base64 {
+        if !self.base64 {
             return Ok(Source::Raw(rest));
         }
         let length = next.map_or(rest.len(), |next| (next - offset).min(rest.len()));
