@@ -137,6 +137,30 @@ fn a_reader_that_goes_away_ends_text_quietly_but_not_a_mesh() {
     assert_eq!((code, &said[..]), (Some(0), ""));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_mesh_for_a_standard_output_that_is_closed_is_not_lost_quietly() {
+    let desk = Desk::new();
+    let run = |end: &str| {
+        let line = format!("exec \"$0\" fill ball.ply -o - --to ply --holes 2 -q {end}");
+        let program = assert_cmd::cargo::cargo_bin!("isomend");
+        let done = std::process::Command::new("sh")
+            .current_dir(desk.0.path())
+            .args(["-c", &line])
+            .arg(program)
+            .output()
+            .unwrap();
+        (done.status.code(), text(&done.stderr))
+    };
+    let (code, said) = run(">&-");
+    assert_eq!(code, Some(1), "{said}");
+    assert!(
+        said.contains("standard output") && said.contains("closed"),
+        "{said}"
+    );
+    assert_eq!(run("> /dev/null"), (Some(0), text(b"")));
+}
+
 /// The exit code and what is said where nobody reads standard output.
 fn without_reader(arguments: &[&str]) -> (Option<i32>, String) {
     let desk = Desk::new();

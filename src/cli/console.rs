@@ -97,8 +97,28 @@ pub fn write(text: &[u8]) -> std::io::Result<()> {
 
 /// Writes a file to standard output, all of which must arrive.
 pub fn write_file(bytes: &[u8]) -> std::io::Result<()> {
+    if is_closed() {
+        return Err(std::io::Error::other("it is closed; name a file"));
+    }
     let mut out = std::io::stdout().lock();
     out.write_all(bytes).and_then(|()| out.flush())
+}
+
+/// Whether the program was started without a standard output. Rust's runtime puts the null device, open for reading too, in
+/// the place of a stream that is closed; `> /dev/null` opens it for writing only.
+#[cfg(unix)]
+fn is_closed() -> bool {
+    use rustix::fs::{OFlags, fcntl_getfl, fstat, stat};
+    let out = rustix::stdio::stdout();
+    let (Ok(flags), Ok(about), Ok(null)) = (fcntl_getfl(out), fstat(out), stat("/dev/null")) else {
+        return true;
+    };
+    about.st_rdev == null.st_rdev && about.st_mode == null.st_mode && flags.contains(OFlags::RDWR)
+}
+
+#[cfg(not(unix))]
+fn is_closed() -> bool {
+    false
 }
 
 /// A reader of text that has closed its end, such as `head`, is no error.

@@ -8,9 +8,9 @@ use crate::mesh::{Attributes, Mesh, bounds};
 
 /// The largest coordinate: the fourth power of lengths up to three times as large, of which squares of areas are made, is a
 /// number.
-const LARGEST: f64 = 1e75;
+pub(super) const LARGEST: f64 = 1e75;
 /// The smallest extent: the fourth power of the thousandth of such a length is a number of full precision.
-const SMALLEST: f64 = 1e-70;
+pub(super) const SMALLEST: f64 = 1e-70;
 
 /// A surface under construction. Vertices keep the order of the file; polygons are cut once all points are known.
 pub(super) struct Surface {

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::super::surface::{LARGEST, SMALLEST};
 use super::super::{Format, IoError, Place, text};
 use super::markup::{Array, Attributes, Document, Piece, Section, attribute, split_appended};
 use super::payload::{Budget, Expected};
@@ -93,6 +94,14 @@ pub(super) fn check_geometry(origin: DVec3, spacing: DVec3) -> Result<(), String
     if !spacing.is_finite() || spacing.min_element() <= 0.0 {
         return Err(format!(
             "the spacing {spacing} is not positive along every axis"
+        ));
+    }
+    let largest = origin.abs().max(spacing).max_element();
+    if largest > LARGEST || spacing.min_element() < SMALLEST {
+        return Err(format!(
+            "the origin {:?} or the spacing {:?} is too large or too small to measure; scale the volume",
+            origin.to_array(),
+            spacing.to_array()
         ));
     }
     Ok(())
