@@ -24,6 +24,8 @@ pub(super) struct Buffers<'a> {
     resolve: &'a Resolve<'a>,
     /// How much memory the scene may still take.
     budget: usize,
+    /// Whether something was refused for that.
+    exhausted: bool,
     loaded: Vec<Option<Arc<Vec<u8>>>>,
     /// The files that were read, by name, with how much of them was wanted.
     files: HashMap<String, (u64, Arc<Vec<u8>>)>,
@@ -43,6 +45,7 @@ impl<'a> Buffers<'a> {
             binary,
             resolve,
             budget: size.saturating_mul(TIMES).saturating_add(LEAST),
+            exhausted: false,
             loaded: vec![None; root.buffers.len()],
             files: HashMap::new(),
         }
@@ -87,6 +90,7 @@ impl<'a> Buffers<'a> {
                 Ok(())
             }
             None => {
+                self.exhausted = true;
                 let what = format!(
                     "the scene needs {bytes} bytes more of memory, where {} are left of what a file of this size may take",
                     self.budget
@@ -95,6 +99,11 @@ impl<'a> Buffers<'a> {
                     .advise("save the parts of the scene to be mended on their own"))
             }
         }
+    }
+
+    /// Whether the scene has asked for more memory than it may take.
+    pub(super) fn is_exhausted(&self) -> bool {
+        self.exhausted
     }
 
     /// All buffers, as far as they can be had: those that hold no triangles may be missing.

@@ -321,27 +321,30 @@ impl Reader<'_, '_> {
             }
         };
         for (name, accessor) in attributes {
-            self.attribute(block, name, accessor);
+            self.attribute(block, name, accessor)?;
         }
         Ok(block)
     }
 
     /// Reads an attribute of a block that was not read yet. One that is damaged does not spoil the mesh.
-    fn attribute(&mut self, block: usize, name: String, accessor: usize) {
+    fn attribute(&mut self, block: usize, name: String, accessor: usize) -> Result<(), IoError> {
         if self.scene.blocks[block].attributes.contains_key(&name) {
-            return;
+            return Ok(());
         }
+        self.buffers.spend(NAMED)?;
         let count = self.scene.blocks[block].count as usize;
+        // One of another length is not even read.
         let known = self.root.accessors.get(accessor);
         let fits = known.is_some_and(|a| a.count.0 == count as u64);
-        let fits = fits && self.buffers.spend(NAMED).is_ok();
         match fits.then(|| accessor::attribute(self.buffers, accessor)) {
             Some(Ok(raw)) if raw.values.len() == count * raw.components => {
                 self.scene.values.push((block, name.clone(), raw));
             }
+            Some(Err(error)) if self.buffers.is_exhausted() => return Err(error),
             _ => self.left_out += 1,
         }
         self.scene.blocks[block].attributes.insert(name, accessor);
+        Ok(())
     }
 
     /// Appends the transformed positions of an accessor; returns where they begin, how many they are, and the positions

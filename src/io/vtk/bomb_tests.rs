@@ -151,7 +151,7 @@ fn many_attributes_arrays_and_sections_are_read_in_time() {
     assert_eq!(loaded.attributes.vertex.len(), 10_000);
     let scalars = crate::mesh::attributes::VtkUse::Scalars;
     assert_eq!(loaded.attributes.vertex[7].vtk, Some(scalars));
-    assert!(start.elapsed().as_secs() < 5, "{:?}", start.elapsed());
+    assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
 }
 
 #[test]
