@@ -129,11 +129,44 @@ fn streams_that_cannot_be_used_so_are_refused() {
 }
 
 #[test]
-fn a_reader_that_goes_away_is_no_panic() {
+fn a_reader_that_goes_away_ends_text_quietly_but_not_a_mesh() {
+    let (code, said) = without_reader(&["fill", "ball.ply", "-o", "-", "--to", "obj", "-q"]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("cannot write to standard output"), "{said}");
+    let (code, said) = without_reader(&["inspect", "ball.ply", "-q"]);
+    assert_eq!((code, &said[..]), (Some(0), ""));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_mesh_for_a_standard_output_that_is_closed_is_not_lost_quietly() {
+    let desk = Desk::new();
+    let run = |end: &str| {
+        let line = format!("exec \"$0\" fill ball.ply -o - --to ply --holes 2 -q {end}");
+        let program = assert_cmd::cargo::cargo_bin!("isomend");
+        let done = std::process::Command::new("sh")
+            .current_dir(desk.0.path())
+            .args(["-c", &line])
+            .arg(program)
+            .output()
+            .unwrap();
+        (done.status.code(), text(&done.stderr))
+    };
+    let (code, said) = run(">&-");
+    assert_eq!(code, Some(1), "{said}");
+    assert!(
+        said.contains("standard output") && said.contains("closed"),
+        "{said}"
+    );
+    assert_eq!(run("> /dev/null"), (Some(0), text(b"")));
+}
+
+/// The exit code and what is said where nobody reads standard output.
+fn without_reader(arguments: &[&str]) -> (Option<i32>, String) {
     let desk = Desk::new();
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("isomend"))
         .current_dir(desk.0.path())
-        .args(["fill", "ball.ply", "-o", "-", "--to", "obj", "-q"])
+        .args(arguments)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -146,7 +179,7 @@ fn a_reader_that_goes_away_is_no_panic() {
         .unwrap()
         .read_to_string(&mut said)
         .unwrap();
-    assert_eq!((child.wait().unwrap().code(), &said[..]), (Some(0), ""));
+    (child.wait().unwrap().code(), said)
 }
 
 #[test]

@@ -90,12 +90,38 @@ pub fn print(text: &str) -> std::io::Result<()> {
     written(anstream::stdout().lock(), text.as_bytes())
 }
 
-/// Writes bytes to standard output as they are.
-pub fn write(bytes: &[u8]) -> std::io::Result<()> {
-    written(std::io::stdout().lock(), bytes)
+/// Writes text to standard output as it is.
+pub fn write(text: &[u8]) -> std::io::Result<()> {
+    written(std::io::stdout().lock(), text)
 }
 
-/// A reader that has closed its end, such as `head`, is no error.
+/// Writes a file to standard output, all of which must arrive.
+pub fn write_file(bytes: &[u8]) -> std::io::Result<()> {
+    if is_closed() {
+        return Err(std::io::Error::other("it is closed; name a file"));
+    }
+    let mut out = std::io::stdout().lock();
+    out.write_all(bytes).and_then(|()| out.flush())
+}
+
+/// Whether the program was started without a standard output. Rust's runtime puts the null device, open for reading too, in
+/// the place of a stream that is closed; `> /dev/null` opens it for writing only.
+#[cfg(unix)]
+fn is_closed() -> bool {
+    use rustix::fs::{OFlags, fcntl_getfl, fstat, stat};
+    let out = rustix::stdio::stdout();
+    let (Ok(flags), Ok(about), Ok(null)) = (fcntl_getfl(out), fstat(out), stat("/dev/null")) else {
+        return true;
+    };
+    about.st_rdev == null.st_rdev && about.st_mode == null.st_mode && flags.contains(OFlags::RDWR)
+}
+
+#[cfg(not(unix))]
+fn is_closed() -> bool {
+    false
+}
+
+/// A reader of text that has closed its end, such as `head`, is no error.
 fn written(mut out: impl Write, bytes: &[u8]) -> std::io::Result<()> {
     match out.write_all(bytes).and_then(|()| out.flush()) {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),

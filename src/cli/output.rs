@@ -269,7 +269,7 @@ pub fn write_text(path: &Path, text: &str) -> anyhow::Result<()> {
 /// Writes bytes beside their target and moves them over it; `-` is standard output.
 pub fn write_bytes(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     if is_stream(path) {
-        return console::write(bytes).context("cannot write to standard output");
+        return console::write_file(bytes).context("cannot write to standard output");
     }
     isomend::io::save(path, bytes).with_context(|| format!("cannot write {}", path.display()))
 }

@@ -1,12 +1,12 @@
 //! Meshes from and to paths.
 
 use std::fs;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::io::Read;
+use std::path::{Component, Path};
 
 use super::{
     Format, IoError, Loaded, Model, Precision, WriteOptions, model_to_bytes, read_bytes,
-    read_volume_bytes, volume_to_bytes,
+    read_volume_bytes, save, volume_to_bytes,
 };
 use crate::grid::Volume;
 use crate::mesh::{Attributes, Mesh};
@@ -26,7 +26,7 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<Loaded, IoError>
             Some(format) => format,
             None => Format::detect(&bytes, path)?,
         };
-        let mut loaded = read_bytes(&bytes, told, &|name| side_file(path, name))?;
+        let mut loaded = read_bytes(&bytes, told, &|name, most| side_file(path, name, most))?;
         if format.is_none() && Format::from_extension(path).is_some_and(|named| named != told) {
             let extension = path.extension().unwrap_or_default();
             loaded.notes.push(format!(
@@ -39,29 +39,47 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<Loaded, IoError>
     read().map_err(|error: IoError| error.in_file(path))
 }
 
-/// Loads a file named inside another one, relative to the other's folder.
-fn side_file(path: &Path, name: &str) -> Result<Vec<u8>, IoError> {
-    let refuse = |what: String| IoError::Unsupported {
+/// Loads at most so many bytes of a file named inside another one, relative to the other's folder, out of which no name and
+/// no link may lead.
+fn side_file(path: &Path, name: &str, most: u64) -> Result<Vec<u8>, IoError> {
+    let refuse = |what: &str| IoError::Unsupported {
         format: Format::Gltf,
-        what,
+        what: format!("the buffer '{name}' {what}"),
         advice: "put the buffer beside the file, or save the mesh as GLB",
     };
     if name.contains("://") || Path::new(name).is_absolute() {
-        return Err(refuse(format!(
-            "the buffer '{name}' is not beside the file"
-        )));
+        return Err(refuse("is not beside the file"));
     }
-    let beside = path.parent().unwrap_or(Path::new("")).join(name);
-    match fs::metadata(&beside) {
-        Ok(about) if about.is_file() => fs::read(&beside).map_err(|cause| IoError::Read {
-            path: beside,
-            cause,
-        }),
-        Ok(_) => Err(refuse(format!("the buffer '{name}' is not a file"))),
-        Err(cause) => Err(refuse(format!(
-            "the buffer '{name}' cannot be read ({cause})"
-        ))),
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let unreadable = |cause: std::io::Error| refuse(&format!("cannot be read ({cause})"));
+    let folder = fs::canonicalize(folder).map_err(unreadable)?;
+    // Names that lead out are refused before anything is asked about what they name.
+    let mut depth = 0i64;
+    for part in Path::new(name).components() {
+        depth += match part {
+            Component::ParentDir => -1,
+            Component::Normal(_) => 1,
+            _ => 0,
+        };
+        if depth < 0 || matches!(part, Component::Prefix(_) | Component::RootDir) {
+            return Err(refuse("is outside the folder of the file"));
+        }
     }
+    let beside = fs::canonicalize(folder.join(name)).map_err(unreadable)?;
+    if !beside.starts_with(&folder) {
+        return Err(refuse("is outside the folder of the file"));
+    }
+    if !fs::metadata(&beside).map_err(unreadable)?.is_file() {
+        return Err(refuse("is not a file"));
+    }
+    let mut bytes = Vec::new();
+    fs::File::open(&beside)
+        .and_then(|file| file.take(most).read_to_end(&mut bytes))
+        .map_err(unreadable)?;
+    Ok(bytes)
 }
 
 /// Writes a mesh file and returns remarks for the user. The format is that of the extension unless it is given.
@@ -137,56 +155,6 @@ pub fn write_volume_path(
         path: path.to_path_buf(),
         cause,
     })
-}
-
-/// Writes bytes to a file beside the target and moves it over the target, so that a failure leaves the target as it was.
-///
-/// # Errors
-/// When the target is a folder or may not be changed, or the file cannot be written.
-pub fn save(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
-    let old = match fs::metadata(path) {
-        Ok(old) if old.is_dir() => {
-            return Err(std::io::Error::other("it is a folder: name a file in it"));
-        }
-        Ok(old) if !old.is_file() => {
-            return fs::OpenOptions::new()
-                .write(true)
-                .open(path)?
-                .write_all(bytes);
-        }
-        Ok(old) if old.permissions().readonly() => {
-            return Err(std::io::Error::other(
-                "the file is there and may not be changed",
-            ));
-        }
-        Ok(old) => Some(old),
-        Err(_) => None,
-    };
-    let target = if old.is_some() {
-        fs::canonicalize(path)?
-    } else {
-        path.to_path_buf()
-    };
-    let folder = match target.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
-        _ => PathBuf::from("."),
-    };
-    let create = |name: &Path| {
-        fs::OpenOptions::new()
-            .write(true)
-            .create_new(true)
-            .open(name)
-    };
-    let mut file = tempfile::Builder::new()
-        .prefix(".isomend-")
-        .suffix(".part")
-        .make_in(folder, create)?;
-    file.write_all(bytes)?;
-    if let Some(old) = old {
-        fs::set_permissions(file.path(), old.permissions())?;
-    }
-    file.persist(&target).map_err(|failed| failed.error)?;
-    Ok(())
 }
 
 #[cfg(test)]
@@ -295,32 +263,74 @@ mod tests {
         }
     }
 
-    #[cfg(unix)]
+    /// A glTF file of one triangle whose points are in the named buffer.
+    fn gltf(name: &str, length: u64) -> String {
+        format!(
+            r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0}}],"buffers":[{{"byteLength":{length},"uri":"{name}"}}],
+            "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+            "bufferViews":[{{"buffer":0,"byteLength":36}}],
+            "accessors":[{{"bufferView":0,"count":3,"componentType":5126,"type":"VEC3"}}]}}"#
+        )
+    }
+
+    fn points() -> Vec<u8> {
+        let points = [0f32, 0., 0., 1., 0., 0., 0., 1., 0.];
+        points.iter().flat_map(|v| v.to_le_bytes()).collect()
+    }
+
     #[test]
-    fn permissions_of_the_target_are_kept_and_links_followed() {
-        use std::os::unix::fs::PermissionsExt;
+    fn buffers_outside_the_folder_of_a_gltf_file_are_not_read() {
         let folder = tempfile::tempdir().unwrap();
-        let (path, link) = (
-            folder.path().join("mesh.ply"),
-            folder.path().join("link.ply"),
-        );
-        fs::write(&path, b"old").unwrap();
-        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
-        std::os::unix::fs::symlink(&path, &link).unwrap();
-        write_path(&link, &open_tetrahedron(), None, &WriteOptions::default()).unwrap();
-        assert_eq!(
-            fs::metadata(&path).unwrap().permissions().mode() & 0o777,
-            0o640
-        );
-        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
-        assert!(read_path(&path, None).is_ok());
-        let fresh = folder.path().join("fresh.ply");
-        write_path(&fresh, &open_tetrahedron(), None, &WriteOptions::default()).unwrap();
-        let plain = folder.path().join("plain");
-        fs::write(&plain, b"").unwrap();
-        assert_eq!(
-            fs::metadata(&fresh).unwrap().permissions(),
-            fs::metadata(&plain).unwrap().permissions()
+        let inner = folder.path().join("inner");
+        fs::create_dir_all(inner.join("deep")).unwrap();
+        fs::write(folder.path().join("out.bin"), points()).unwrap();
+        fs::write(inner.join("in.bin"), points()).unwrap();
+        let path = inner.join("mesh.gltf");
+        let read = |name: &str| {
+            fs::write(&path, gltf(name, 36)).unwrap();
+            read_path(&path, None)
+        };
+        for name in ["in.bin", "deep/../in.bin", "./in.bin", "deep/%2e%2e/in.bin"] {
+            assert_eq!(read(name).unwrap().mesh.faces.len(), 1, "{name}");
+        }
+        let absolute = folder.path().join("out.bin").display().to_string();
+        let mut refused = vec![
+            "../out.bin",
+            "%2e%2e/out.bin",
+            "..%2Fout.bin",
+            "../inner/in.bin",
+        ];
+        refused.push(&absolute);
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink("../out.bin", inner.join("link.bin")).unwrap();
+            std::os::unix::fs::symlink("in.bin", inner.join("near.bin")).unwrap();
+            refused.push("link.bin");
+            assert!(read("near.bin").is_ok());
+        }
+        for name in refused {
+            let message = read(name).unwrap_err().to_string();
+            let expected = ["outside the folder", "not beside"];
+            assert!(
+                expected.iter().any(|e| message.contains(e)),
+                "{name}: {message}"
+            );
+            assert!(message.contains("mesh.gltf"), "{message}");
+        }
+    }
+
+    #[test]
+    fn no_more_of_a_buffer_is_read_than_it_claims() {
+        let folder = tempfile::tempdir().unwrap();
+        let beside = folder.path().join("points.bin");
+        fs::write(&beside, [points(), vec![7; 1000]].concat()).unwrap();
+        let path = folder.path().join("mesh.gltf");
+        assert_eq!(side_file(&path, "points.bin", 36).unwrap(), points());
+        fs::write(&path, gltf("points.bin", 2000)).unwrap();
+        let message = read_path(&path, None).unwrap_err().to_string();
+        assert!(
+            message.contains("2000") && message.contains("1036"),
+            "{message}"
         );
     }
 }

@@ -20,6 +20,8 @@
 //! # Ok::<(), isomend::io::IoError>(())
 //! ```
 
+#[cfg(test)]
+mod corner_tests;
 mod error;
 mod files;
 mod format;
@@ -27,6 +29,7 @@ mod gltf;
 mod lost;
 mod obj;
 mod ply;
+mod save;
 mod stl;
 mod surface;
 mod text;
@@ -34,8 +37,11 @@ mod vtk;
 
 pub use self::gltf::Document;
 pub use error::{IoError, Place};
-pub use files::{read_path, read_volume_path, save, write_model, write_path, write_volume_path};
+pub use files::{read_path, read_volume_path, write_model, write_path, write_volume_path};
 pub use format::Format;
+pub use save::save;
+#[doc(hidden)]
+pub use save::{Abandoned, abandon_unfinished};
 
 use crate::grid::Volume;
 use crate::mesh::cut::Remainder;
@@ -124,14 +130,15 @@ pub struct Written {
     pub notes: Vec<String>,
 }
 
-/// Loads a file that another file names, such as the buffer of a glTF file, by the name it is given there.
-pub type Resolve<'a> = dyn Fn(&str) -> Result<Vec<u8>, IoError> + 'a;
+/// Loads a file that another file names, such as the buffer of a glTF file, by the name it is given there; no more of it
+/// than so many bytes from its beginning are needed.
+pub type Resolve<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, IoError> + 'a;
 
 /// A [`Resolve`] for bytes that stand alone: it refuses every name.
 ///
 /// # Errors
 /// Always.
-pub fn no_side_files(name: &str) -> Result<Vec<u8>, IoError> {
+pub fn no_side_files(name: &str, _: u64) -> Result<Vec<u8>, IoError> {
     Err(IoError::Unsupported {
         format: Format::Gltf,
         what: format!("the buffer '{name}' lies outside the file"),

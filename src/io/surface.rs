@@ -4,7 +4,13 @@ use glam::DVec3;
 
 use super::{Format, IoError, Loaded, Place};
 use crate::mesh::polygon::Triangulator;
-use crate::mesh::{Attributes, Mesh};
+use crate::mesh::{Attributes, Mesh, bounds};
+
+/// The largest coordinate: the fourth power of lengths up to three times as large, of which squares of areas are made, is a
+/// number.
+pub(super) const LARGEST: f64 = 1e75;
+/// The smallest extent: the fourth power of the thousandth of such a length is a number of full precision.
+pub(super) const SMALLEST: f64 = 1e-70;
 
 /// A surface under construction. Vertices keep the order of the file; polygons are cut once all points are known.
 pub(super) struct Surface {
@@ -195,8 +201,35 @@ impl Surface {
                 Place::Item("vertex", index),
                 self.positions[index],
             )),
-            None => Ok(()),
+            None => self.check_sizes(),
         }
+    }
+
+    /// Refuses coordinates whose squares, of which lengths are made, no number can hold.
+    fn check_sizes(&self) -> Result<(), IoError> {
+        let large = |p: &DVec3| p.abs().max_element() > LARGEST;
+        if let Some(index) = self.positions.iter().position(large) {
+            let what = format!(
+                "the coordinates {:?} are too large to measure, since the largest that can be is {LARGEST:e}",
+                self.positions[index].to_array()
+            );
+            return Err(
+                IoError::malformed(self.format, Place::Item("vertex", index), what)
+                    .advise("scale the mesh down, or remove this vertex if it is a mistake"),
+            );
+        }
+        let (low, high) = bounds(self.positions.iter().copied());
+        let extent = (high - low).max_element();
+        if 0.0 < extent && extent < SMALLEST {
+            let what = format!(
+                "the points lie within {extent:e} of each other, which is too small to measure, since the smallest mesh \
+                 that can be measures {SMALLEST:e}"
+            );
+            return Err(
+                IoError::malformed(self.format, Place::File, what).advise("scale the mesh up")
+            );
+        }
+        Ok(())
     }
 
     fn check_indices(&self) -> Result<(), IoError> {
@@ -369,6 +402,32 @@ mod tests {
                 .to_string()
                 .contains("2 corners")
         );
+    }
+
+    #[test]
+    fn sizes_that_cannot_be_measured_are_refused() {
+        let scaled = |factor: f64| {
+            let mut surface = square();
+            surface.positions.iter_mut().for_each(|p| *p *= factor);
+            surface.push_face(&[0, 1, 2, 3]).unwrap();
+            surface.finish().map_err(|error| error.to_string())
+        };
+        for factor in [1e160, 1e76] {
+            let message = scaled(factor).unwrap_err();
+            let told = message.contains("vertex 1") && message.contains("too large to measure");
+            assert!(told && message.contains("scale the mesh down"), "{message}");
+        }
+        for factor in [1e-160, 1e-76] {
+            let message = scaled(factor).unwrap_err();
+            assert!(message.contains("too small to measure"), "{message}");
+        }
+        for factor in [1e74, 1e-69, 1.0] {
+            let loaded = scaled(factor).unwrap();
+            assert_eq!(loaded.notes.len(), 1, "{:?}", loaded.notes);
+            let [a, b, c] = loaded.mesh.corners(0);
+            let area = (b - a).cross(c - a).length();
+            assert!((area / factor / factor - 1.0).abs() < 1e-9);
+        }
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Small helpers for files that are text in part or whole.
 
 use std::borrow::Cow;
+use std::collections::{HashMap, HashSet};
 
 /// Decodes UTF-16 and drops a byte order mark; other text is left as it is.
 pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
@@ -90,6 +91,37 @@ pub(super) fn integer(token: &[u8]) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
+/// Names that are not to come twice.
+#[derive(Default)]
+pub(super) struct Distinct {
+    taken: HashSet<String>,
+    /// How many were asked for under each name.
+    asked: HashMap<String, usize>,
+}
+
+impl Distinct {
+    /// Takes a name; says whether it was free.
+    pub(super) fn take(&mut self, name: &str) -> bool {
+        self.taken.insert(name.to_owned())
+    }
+
+    /// The name itself, with underscores behind it where it is taken, and with a number where there are many.
+    pub(super) fn name(&mut self, name: String) -> String {
+        const UNDERSCORES: usize = 8;
+        let asked = self.asked.entry(name.clone()).or_default();
+        loop {
+            let tried = match *asked {
+                n if n <= UNDERSCORES => name.clone() + &"_".repeat(n),
+                n => format!("{name}_{n}"),
+            };
+            *asked += 1;
+            if self.taken.insert(tried.clone()) {
+                return tried;
+            }
+        }
+    }
+}
+
 /// Walks over white-space separated tokens of a byte slice and knows where it is.
 #[derive(Clone)]
 pub(super) struct Tokens<'a> {
@@ -163,6 +195,17 @@ mod tests {
             assert_eq!(&*decode(bytes), text.as_bytes());
         }
         assert_eq!(&*decode(b"\xef\xbb\xbfv 1"), b"v 1");
+    }
+
+    #[test]
+    fn names_are_told_apart_however_many_there_are() {
+        let mut names = Distinct::default();
+        assert!(names.take("x") && !names.take("x"));
+        let first = ["x", "a", "a", "a_", "a"].map(|n| names.name(n.to_owned()));
+        assert_eq!(first, ["x_", "a", "a_", "a__", "a___"]);
+        let many: HashSet<String> = (0..50_000).map(|_| names.name("a".to_owned())).collect();
+        assert_eq!(many.len(), 50_000);
+        assert!(many.iter().all(|n| n.len() < 12));
     }
 
     #[test]

@@ -10,7 +10,7 @@ pub const NONE: u32 = u32::MAX;
 pub const PATCH_NAME: &str = "isomend_patch";
 
 /// The type of an attribute's numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scalar {
     /// 8-bit integer.
     I8,

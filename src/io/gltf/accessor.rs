@@ -101,6 +101,7 @@ pub(super) fn attribute(buffers: &mut Buffers<'_>, index: usize) -> Result<Raw, 
         [0.0; 4],
         decode,
     )?;
+    buffers.spend(8 * rows.len() * components)?;
     let mut values = Vec::with_capacity(rows.len() * components);
     rows.iter()
         .for_each(|row| values.extend_from_slice(&row[..components]));
@@ -173,7 +174,11 @@ fn read<T: Copy>(
             };
             wanted.items(buffers, index, &decode)?
         }
-        None => vec![zero; zeros(buffers, accessor, index)?],
+        None => {
+            let count = zeros(buffers, accessor, index)?;
+            buffers.spend(count * size_of::<T>())?;
+            vec![zero; count]
+        }
     };
     if let Some(sparse) = &accessor.sparse {
         replace(buffers, sparse, index, size, &mut values, &decode)?;
@@ -289,6 +294,8 @@ impl Wanted {
             ));
         }
         let start = self.offset as usize;
+        buffers.spend((self.count as usize).saturating_mul(size_of::<T>()))?;
+        let (_, bytes) = buffers.view(self.view)?;
         Ok((0..self.count as usize)
             .map(|i| decode(&bytes[start + i * stride..][..self.size]))
             .collect())

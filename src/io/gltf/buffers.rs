@@ -1,5 +1,8 @@
 //! The buffers of a glTF file: its own binary chunk, data URIs and files beside it.
 
+use std::collections::HashMap;
+use std::sync::Arc;
+
 use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
@@ -8,13 +11,24 @@ use gltf_json::buffer::View;
 
 use super::super::{Format, IoError, Place, Resolve};
 
+/// How much memory a scene may take: so many bytes, and so many times the size of its file and buffers. A mesh that is used
+/// once takes 6 to 12 times its size.
+const LEAST: usize = 80 << 20;
+const TIMES: usize = 32;
+
 /// Loads each buffer when it is first asked for, so that one that holds only images is never touched.
 pub(super) struct Buffers<'a> {
     pub(super) root: &'a Root,
     pub(super) format: Format,
     binary: Option<&'a [u8]>,
     resolve: &'a Resolve<'a>,
-    loaded: Vec<Option<Vec<u8>>>,
+    /// How much memory the scene may still take.
+    budget: usize,
+    /// Whether something was refused for that.
+    exhausted: bool,
+    loaded: Vec<Option<Arc<Vec<u8>>>>,
+    /// The files that were read, by name, with how much of them was wanted.
+    files: HashMap<String, (u64, Arc<Vec<u8>>)>,
 }
 
 impl<'a> Buffers<'a> {
@@ -22,6 +36,7 @@ impl<'a> Buffers<'a> {
         root: &'a Root,
         format: Format,
         binary: Option<&'a [u8]>,
+        size: usize,
         resolve: &'a Resolve<'a>,
     ) -> Self {
         Self {
@@ -29,7 +44,10 @@ impl<'a> Buffers<'a> {
             format,
             binary,
             resolve,
+            budget: size.saturating_mul(TIMES).saturating_add(LEAST),
+            exhausted: false,
             loaded: vec![None; root.buffers.len()],
+            files: HashMap::new(),
         }
     }
 
@@ -63,11 +81,40 @@ impl<'a> Buffers<'a> {
         }
     }
 
+    /// Accounts for memory that is about to be taken. Nodes that use one mesh, and items that only their count says are
+    /// there, can make a small file enormous.
+    pub(super) fn spend(&mut self, bytes: usize) -> Result<(), IoError> {
+        match self.budget.checked_sub(bytes) {
+            Some(left) => {
+                self.budget = left;
+                Ok(())
+            }
+            None => {
+                self.exhausted = true;
+                let what = format!(
+                    "the scene needs {bytes} bytes more of memory, where {} are left of what a file of this size may take",
+                    self.budget
+                );
+                Err(IoError::malformed(self.format, Place::File, what)
+                    .advise("save the parts of the scene to be mended on their own"))
+            }
+        }
+    }
+
+    /// Whether the scene has asked for more memory than it may take.
+    pub(super) fn is_exhausted(&self) -> bool {
+        self.exhausted
+    }
+
     /// All buffers, as far as they can be had: those that hold no triangles may be missing.
-    pub(super) fn all(mut self) -> Vec<Option<Vec<u8>>> {
-        (0..self.root.buffers.len())
-            .map(|index| self.buffer(index).ok().map(<[u8]>::to_vec))
-            .collect()
+    pub(super) fn all(mut self) -> Vec<Option<Arc<Vec<u8>>>> {
+        for index in 0..self.root.buffers.len() {
+            let binary = self.buffer(index).ok().map(<[u8]>::to_vec);
+            if self.loaded[index].is_none() {
+                self.loaded[index] = binary.map(Arc::new);
+            }
+        }
+        self.loaded
     }
 
     /// The whole bytes of a buffer.
@@ -87,22 +134,43 @@ impl<'a> Buffers<'a> {
             };
         };
         if self.loaded[index].is_none() {
+            let length = buffer.byte_length.0;
             let bytes = match uri.strip_prefix("data:") {
-                Some(data) => decode_data_uri(data)
-                    .ok_or_else(|| fault("its data URI is not base64".to_string()))?,
-                None => (self.resolve)(&percent_decoded(uri))?,
+                Some(data) => Arc::new(
+                    decode_data_uri(data)
+                        .ok_or_else(|| fault("its data URI is not base64".to_string()))?,
+                ),
+                None => self.file(uri, length)?,
             };
-            if (bytes.len() as u64) < buffer.byte_length.0 {
-                let what = format!(
-                    "it claims {} bytes, but has {}",
-                    buffer.byte_length.0,
-                    bytes.len()
-                );
-                return Err(fault(what));
+            if (bytes.len() as u64) < length {
+                let what = format!("it claims {length} bytes, but has {}", bytes.len());
+                return Err(IoError::malformed(
+                    self.format,
+                    Place::Item("buffer", index),
+                    what,
+                ));
             }
             self.loaded[index] = Some(bytes);
         }
-        Ok(self.loaded[index].as_deref().unwrap_or_default())
+        Ok(self.loaded[index]
+            .as_ref()
+            .map_or(&[], |bytes| bytes.as_slice()))
+    }
+
+    /// The first bytes of another file, which is read once for all buffers that name it and want no more of it.
+    fn file(&mut self, uri: &str, length: u64) -> Result<Arc<Vec<u8>>, IoError> {
+        let known = self.files.get(uri);
+        if let Some((_, bytes)) = known.filter(|(wanted, _)| *wanted >= length) {
+            return Ok(Arc::clone(bytes));
+        }
+        let bytes = Arc::new((self.resolve)(&percent_decoded(uri), length)?);
+        self.budget = bytes
+            .len()
+            .saturating_mul(TIMES)
+            .saturating_add(self.budget);
+        self.files
+            .insert(uri.to_owned(), (length, Arc::clone(&bytes)));
+        Ok(bytes)
     }
 }
 

@@ -1,5 +1,7 @@
 //! A glTF file that was read, kept so that it can be written again with more in it.
 
+use std::sync::Arc;
+
 use serde_json::Value;
 
 use super::super::{Model, text};
@@ -10,7 +12,7 @@ use super::scene::{Block, Part};
 pub struct Document {
     pub(super) json: Value,
     /// The buffers; one that could not be loaded, and holds no triangles, stays outside.
-    pub(super) buffers: Vec<Option<Vec<u8>>>,
+    pub(super) buffers: Vec<Option<Arc<Vec<u8>>>>,
     pub(super) blocks: Vec<Block>,
     pub(super) parts: Vec<Part>,
 }
@@ -19,7 +21,7 @@ impl Document {
     /// Keeps a file; `None` where it cannot be written again without knowing an extension.
     pub(super) fn new(
         json: &[u8],
-        buffers: Vec<Option<Vec<u8>>>,
+        buffers: Vec<Option<Arc<Vec<u8>>>>,
         blocks: Vec<Block>,
         parts: Vec<Part>,
     ) -> Option<Self> {

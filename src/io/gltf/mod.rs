@@ -31,7 +31,7 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
         )
     })?;
     check_extensions(&root, format)?;
-    let mut buffers = buffers::Buffers::new(&root, format, binary, resolve);
+    let mut buffers = buffers::Buffers::new(&root, format, binary, bytes.len(), resolve);
     let scene = scene::read(&root, &mut buffers)?;
     let mut loaded = scene.surface.finish()?;
     let names = root.materials.iter().enumerate();

@@ -1,6 +1,7 @@
 //! Writing a glTF file again with patches in it: all that was there stays, patches become nodes of their own.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::DVec3;
 use serde_json::{Map, Value, json};
@@ -53,12 +54,17 @@ fn merge(document: &Document) -> Builder {
     let old = std::mem::take(builder.list("buffers"));
     builder.list("buffers").push(json!({}));
     let mut moved = Vec::new();
+    // Buffers of the same file are written once.
+    let mut written = BTreeMap::new();
     for (index, buffer) in document.buffers.iter().enumerate() {
         match buffer {
             Some(bytes) => {
-                let start = builder.data.len().next_multiple_of(4);
-                builder.data.resize(start, 0);
-                builder.data.extend_from_slice(bytes);
+                let start = *written.entry(Arc::as_ptr(bytes)).or_insert_with(|| {
+                    let start = builder.data.len().next_multiple_of(4);
+                    builder.data.resize(start, 0);
+                    builder.data.extend_from_slice(bytes);
+                    start
+                });
                 moved.push((0, start as u64));
             }
             None => {

@@ -18,6 +18,10 @@ use crate::mesh::attributes::PATCH_NAME;
 /// The most vertices or triangles that are collected from one file.
 const MOST: usize = 1 << 26;
 
+/// What a block and one of its attributes take beside their numbers, in bytes.
+const BLOCK: usize = 512;
+const NAMED: usize = 256;
+
 /// A run of vertices that come from one accessor of positions, under one node.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Block {
@@ -106,6 +110,7 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoEr
         );
     }
     reader.remark(skinned);
+    reader.spend_on_attributes()?;
     Ok(reader.scene)
 }
 
@@ -259,6 +264,9 @@ impl Reader<'_, '_> {
                 format!("an index is {outside}, but the primitive has only {count} vertices"),
             ));
         }
+        // A triangle takes 12 bytes; a strip has one for each corner.
+        let each = if mode == Mode::Triangles { 4 } else { 12 };
+        self.buffers.spend(each * corners.len())?;
         corners.iter_mut().for_each(|corner| *corner += start);
         self.faces(mesh, mode, &corners, transform.determinant() < 0.0)
     }
@@ -298,6 +306,7 @@ impl Reader<'_, '_> {
         let block = match found {
             Some(found) => first + found,
             None => {
+                self.buffers.spend(BLOCK)?;
                 let (start, count, local) = self.positions(mesh, position, transform)?;
                 self.scene.blocks.push(Block {
                     node,
@@ -312,24 +321,30 @@ impl Reader<'_, '_> {
             }
         };
         for (name, accessor) in attributes {
-            self.attribute(block, name, accessor);
+            self.attribute(block, name, accessor)?;
         }
         Ok(block)
     }
 
     /// Reads an attribute of a block that was not read yet. One that is damaged does not spoil the mesh.
-    fn attribute(&mut self, block: usize, name: String, accessor: usize) {
+    fn attribute(&mut self, block: usize, name: String, accessor: usize) -> Result<(), IoError> {
         if self.scene.blocks[block].attributes.contains_key(&name) {
-            return;
+            return Ok(());
         }
+        self.buffers.spend(NAMED)?;
         let count = self.scene.blocks[block].count as usize;
-        match accessor::attribute(self.buffers, accessor) {
-            Ok(raw) if raw.values.len() == count * raw.components => {
+        // One of another length is not even read.
+        let known = self.root.accessors.get(accessor);
+        let fits = known.is_some_and(|a| a.count.0 == count as u64);
+        match fits.then(|| accessor::attribute(self.buffers, accessor)) {
+            Some(Ok(raw)) if raw.values.len() == count * raw.components => {
                 self.scene.values.push((block, name.clone(), raw));
             }
+            Some(Err(error)) if self.buffers.is_exhausted() => return Err(error),
             _ => self.left_out += 1,
         }
         self.scene.blocks[block].attributes.insert(name, accessor);
+        Ok(())
     }
 
     /// Appends the transformed positions of an accessor; returns where they begin, how many they are, and the positions
@@ -344,6 +359,7 @@ impl Reader<'_, '_> {
         let positions = &self.scene.surface.positions;
         let (start, count) = (positions.len(), local.len());
         self.check_size(mesh, start + count)?;
+        self.buffers.spend(count * size_of::<DVec3>())?;
         let points = local.iter().copied().map(DVec3::from_array);
         let positions = &mut self.scene.surface.positions;
         if *transform == DMat4::IDENTITY {
@@ -384,6 +400,18 @@ impl Reader<'_, '_> {
                 .for_each(|face| face.swap(1, 2));
         }
         Ok(())
+    }
+
+    /// Accounts for the attributes of all vertices that those of blocks are gathered into.
+    fn spend_on_attributes(&mut self) -> Result<(), IoError> {
+        let mut widest: BTreeMap<&str, usize> = BTreeMap::new();
+        for (_, name, raw) in &self.scene.values {
+            let components = widest.entry(name).or_default();
+            *components = raw.components.max(*components);
+        }
+        let each: usize = widest.values().map(|components| 8 * components + 1).sum();
+        self.buffers
+            .spend(each.saturating_mul(self.scene.surface.positions.len()))
     }
 
     /// Many nodes that use one mesh can make a small file enormous.

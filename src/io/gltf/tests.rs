@@ -1,6 +1,7 @@
 use super::super::samples::*;
 use super::super::{Precision, WriteOptions, read_bytes, to_bytes};
 use super::*;
+use base64::Engine;
 
 /// A strip of four vertices, 0 1 2 3, as floats with a fourth number between them.
 fn buffer() -> Vec<u8> {
@@ -165,7 +166,7 @@ fn side_files_are_resolved_by_their_decoded_name() {
     let (before, rest) = text.split_once("data:").unwrap();
     let (_, after) = rest.split_once('"').unwrap();
     let text = format!("{before}my%20mesh.bin\"{after}");
-    let resolve = |name: &str| {
+    let resolve = |name: &str, _: u64| {
         assert_eq!(name, "my mesh.bin");
         Ok(buffer())
     };
@@ -178,7 +179,7 @@ fn side_files_are_resolved_by_their_decoded_name() {
         2
     );
     assert!(refusal(text.as_bytes(), Format::Gltf).contains("my mesh.bin"));
-    let short = |_: &str| Ok(vec![0; 10]);
+    let short = |_: &str, _: u64| Ok(vec![0; 10]);
     let error = read_bytes(text.as_bytes(), Format::Gltf, &short)
         .unwrap_err()
         .to_string();
@@ -245,4 +246,47 @@ fn damage_is_survived() {
         .unwrap()
         .bytes;
     assert_survives_damage(&bytes, Format::Glb);
+}
+
+/// A scene of so many nodes that use a mesh of so many points. Its indices are all zero, and it has so many attributes, which
+/// are bytes of the accessor of the given number: 1 has twelve for each point, 2 has one.
+fn crowd(nodes: usize, points: usize, mode: u32, [attributes, of]: [usize; 2]) -> String {
+    let bytes = 12 * points;
+    let uri = base64::engine::general_purpose::STANDARD.encode(vec![0; bytes]);
+    let nodes = vec![r#"{"mesh":0}"#; nodes].join(",");
+    let attributes: String = (0..attributes)
+        .map(|i| format!(r#","_A{i}":{of}"#))
+        .collect();
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"nodes":[{nodes}],"meshes":[{{"primitives":[{{"mode":{mode},"indices":1,
+        "attributes":{{"POSITION":0{attributes}}}}}]}}],
+        "buffers":[{{"byteLength":{bytes},"uri":"data:;base64,{uri}"}}],"bufferViews":[{{"buffer":0,"byteLength":{bytes}}}],
+        "accessors":[{{"bufferView":0,"count":{points},"componentType":5126,"type":"VEC3"}},
+        {{"bufferView":0,"count":{bytes},"componentType":5121,"type":"SCALAR"}},
+        {{"bufferView":0,"count":{points},"componentType":5121,"type":"SCALAR"}}]}}"#
+    )
+}
+
+#[test]
+fn small_files_do_not_become_enormous_scenes() {
+    let start = std::time::Instant::now();
+    for (name, text) in [
+        ("nodes", crowd(20_000, 10_000, 4, [0, 1])),
+        ("strips of nothing", crowd(30_000, 20_000, 5, [0, 1])),
+        ("attributes", crowd(2000, 9_000, 4, [2000, 2])),
+    ] {
+        let message = refusal(text.as_bytes(), Format::Gltf);
+        let told = message.contains("memory") && message.contains("save the parts");
+        assert!(told, "{name}: {message}");
+    }
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+}
+
+#[test]
+fn attributes_of_other_lengths_are_not_read() {
+    // 5000 names for an accessor of a million items that are not those of the vertices.
+    let text = crowd(1, 80_000, 4, [5000, 1]);
+    let start = std::time::Instant::now();
+    assert!(refusal(text.as_bytes(), Format::Gltf).contains("degenerate"));
+    assert!(start.elapsed().as_secs() < 5, "{:?}", start.elapsed());
 }

@@ -1,5 +1,7 @@
 //! The attributes of a scene, gathered from its primitives.
 
+use std::collections::BTreeMap;
+
 use glam::{DMat3, DVec3};
 
 use super::accessor::Raw;
@@ -17,13 +19,13 @@ pub(super) fn attributes(
     materials: Vec<String>,
 ) -> Attributes {
     let mut out = Attributes::default();
-    let mut names: Vec<String> = values.iter().map(|(_, name, _)| name.clone()).collect();
-    names.sort_unstable_by_key(|name| order(name));
-    names.dedup();
-    for name in names {
-        let of_name = values.iter().filter(|(_, n, _)| *n == name);
-        let pieces: Vec<(&Block, &Raw)> = of_name.map(|(b, _, raw)| (&blocks[*b], raw)).collect();
-        out.vertex.push(gather(&name, &pieces, vertices));
+    let mut names: BTreeMap<_, Vec<(&Block, &Raw)>> = BTreeMap::new();
+    for (block, name, raw) in &values {
+        let pieces = names.entry((order(name), name)).or_default();
+        pieces.push((&blocks[*block], raw));
+    }
+    for ((_, name), pieces) in names {
+        out.vertex.push(gather(name, &pieces, vertices));
     }
     if !materials.is_empty() {
         let mut labels = Labels::new(LabelKind::Material);

@@ -66,6 +66,8 @@ pub(super) fn write(model: &Model<'_>, format: Format) -> Result<Written, IoErro
 struct Split {
     /// Faces with the vertices of the file.
     faces: Vec<[u32; 3]>,
+    /// How many vertices the mesh has; copies come behind them.
+    vertices: usize,
     /// Which value of each pool a vertex has; empty where there are no pools.
     places: Vec<Vec<u32>>,
     /// What each vertex behind the mesh's own is a copy of, and its values in the pools.
@@ -75,15 +77,16 @@ struct Split {
 impl Split {
     fn new(model: &Model<'_>) -> Self {
         let pools = &model.attributes.corner;
+        let count = model.mesh.positions.len();
         let mut split = Self {
             faces: model.mesh.faces.clone(),
+            vertices: count,
             places: Vec::new(),
             copies: Vec::new(),
         };
         if pools.is_empty() {
             return split;
         }
-        let count = model.mesh.positions.len();
         split.places = vec![Vec::new(); count];
         let mut others: HashMap<(u32, Vec<u32>), u32> = HashMap::new();
         for (f, face) in split.faces.iter_mut().enumerate() {
@@ -111,24 +114,18 @@ impl Split {
         pool: Option<usize>,
         v: usize,
     ) -> Option<&'a [f64]> {
-        let copy = v
-            .checked_sub(self.mesh_len(attribute, pool))
-            .map(|i| &self.copies[i]);
+        let copy = v.checked_sub(self.vertices).map(|i| &self.copies[i]);
         match (pool, copy) {
             (None, None) => attribute.get(v),
             (None, Some((of, _))) => attribute.get(*of as usize),
             (Some(p), copy) => {
-                let places = copy.map_or(&self.places[v], |(_, places)| places);
+                let places = match copy {
+                    Some((_, places)) => places,
+                    None => self.places.get(v)?,
+                };
                 let place = places.get(p).copied().filter(|place| *place != NONE)?;
                 attribute.get(place as usize)
             }
-        }
-    }
-
-    fn mesh_len(&self, attribute: &Attribute, pool: Option<usize>) -> usize {
-        match pool {
-            None if self.places.is_empty() => attribute.len(),
-            _ => self.places.len(),
         }
     }
 

@@ -2,6 +2,8 @@
 //!
 //! None of it makes a file unreadable: what is damaged is left out, with a remark.
 
+use std::collections::HashMap;
+
 use super::super::surface::{Cut, Surface};
 use super::super::{IoError, Loaded, text};
 use crate::mesh::Attributes;
@@ -79,6 +81,7 @@ impl Pool {
 /// Labels of one kind, the last of which goes for the faces that follow.
 struct Running {
     labels: Labels,
+    places: HashMap<String, u32>,
     now: u32,
 }
 
@@ -127,11 +130,23 @@ impl Extras {
         let at = found.unwrap_or_else(|| {
             let mut labels = Labels::new(kind);
             labels.of_face = vec![NONE; self.faces];
-            self.running.push(Running { labels, now: NONE });
+            self.running.push(Running {
+                labels,
+                places: HashMap::new(),
+                now: NONE,
+            });
             self.running.len() - 1
         });
         let running = &mut self.running[at];
-        running.now = running.labels.place(name);
+        running.now = match running.places.get(name) {
+            Some(place) => *place,
+            None => {
+                let place = running.labels.names.len() as u32;
+                running.labels.names.push(name.to_owned());
+                running.places.insert(name.to_owned(), place);
+                place
+            }
+        };
     }
 
     /// Takes what follows the coordinates of a vertex, the last of so many. One number is a weight, more are a colour.

@@ -396,4 +396,15 @@ mod tests {
         assert_eq!(models[0].mesh.indices.len(), 3 * mesh.faces.len());
         assert_eq!(models[0].mesh.positions[0], mesh.positions[0].x as f32);
     }
+
+    #[test]
+    fn many_groups_are_told_apart_in_time() {
+        let start = std::time::Instant::now();
+        let groups: String = (0..200_000).map(|i| format!("g {i}\n")).collect();
+        let loaded = read(format!("{SQUARE}{groups}f 1 2 3\ng 7\nf 1 3 4\n").as_bytes()).unwrap();
+        let labels = &loaded.attributes.labels[0];
+        assert_eq!([labels.get(0), labels.get(1)], [Some("199999"), Some("7")]);
+        assert_eq!((labels.names.len(), labels.of_face[1]), (200_000, 7));
+        assert!(start.elapsed().as_secs() < 5, "{:?}", start.elapsed());
+    }
 }

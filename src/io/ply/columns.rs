@@ -1,8 +1,10 @@
 //! PLY properties as attributes: which of them belong together, and where their numbers go.
 
+use std::collections::HashMap;
+
 use super::super::surface::Cut;
 use super::header::{Element, Property};
-use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role};
+use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role, Scalar};
 
 /// Properties that make up one attribute, by their names without the number of a texture set.
 const GROUPS: [(&[&str], &str, Role); 8] = [
@@ -55,11 +57,12 @@ impl Columns {
             .zip(axes)
             .map(|(p, axis)| p.length.is_none() && axis.is_none())
             .collect();
+        let mut by_name = places(properties, &free);
         for at in 0..properties.len() {
             if !free[at] {
                 continue;
             }
-            let (places, role) = group(properties, &free, at);
+            let (places, role) = group(properties, &free, &mut by_name, at);
             let first = &properties[places[0]];
             let name = match role {
                 (Role::Other, _) => String::from_utf8_lossy(&first.name).into_owned(),
@@ -103,28 +106,54 @@ impl Columns {
     }
 }
 
+/// Where the properties of a name, texture set and type are; the first of them is the last of the list.
+type Places<'a> = HashMap<(&'a [u8], u32, Scalar), Vec<usize>>;
+
+fn places<'a>(properties: &'a [Property], free: &[bool]) -> Places<'a> {
+    let mut places = Places::new();
+    for (at, property) in properties
+        .iter()
+        .enumerate()
+        .rev()
+        .filter(|(at, _)| free[*at])
+    {
+        let (name, set) = without_set(&property.name);
+        places
+            .entry((name, set, property.scalar))
+            .or_default()
+            .push(at);
+    }
+    places
+}
+
 /// The properties, in order of component, of the attribute that a property belongs to.
-fn group(properties: &[Property], free: &[bool], at: usize) -> (Vec<usize>, (Role, &'static str)) {
+fn group(
+    properties: &[Property],
+    free: &[bool],
+    places: &mut Places<'_>,
+    at: usize,
+) -> (Vec<usize>, (Role, &'static str)) {
     let (name, set) = without_set(&properties[at].name);
     for (names, title, role) in GROUPS {
         if !names.iter().any(|n| n.as_bytes() == name) || (set > 0 && role != Role::Uv(0)) {
             continue;
         }
-        let find = |wanted: &&str| {
-            (0..properties.len()).find(|&p| {
-                free[p]
-                    && without_set(&properties[p].name) == (wanted.as_bytes(), set)
-                    && properties[p].scalar == properties[at].scalar
-            })
+        let mut find = |wanted: &&'static str| {
+            let key = (wanted.as_bytes(), set, properties[at].scalar);
+            let list = places.get_mut(&key)?;
+            while list.last().is_some_and(|place| !free[*place]) {
+                list.pop();
+            }
+            list.last().copied()
         };
-        let places: Option<Vec<usize>> = names.iter().map(find).collect();
-        if let Some(places) = places {
+        let found: Option<Vec<usize>> = names.iter().map(&mut find).collect();
+        if let Some(found) = found {
             let role = if role == Role::Uv(0) {
                 Role::Uv(set)
             } else {
                 role
             };
-            return (places, (role, title));
+            return (found, (role, title));
         }
     }
     (vec![at], (Role::Other, ""))

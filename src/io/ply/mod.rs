@@ -305,4 +305,31 @@ mod tests {
         assert_eq!(read[1].role, Role::Uv(1));
         assert_eq!(read[1].get(4), Some(&[1.0, 0.0][..]));
     }
+
+    #[test]
+    fn many_properties_are_sorted_in_time() {
+        let start = std::time::Instant::now();
+        let sets: String = (2..40_000)
+            .map(|i| format!("property uchar s{i}\n"))
+            .collect();
+        let same = "property uchar s\n".repeat(20_000);
+        let head = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
+        let tail = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+        let values = "1 ".repeat(39_998 + 20_000);
+        let rows: String = ["0 0 0", "1 0 0", "0 1 0"]
+            .iter()
+            .map(|point| format!("{point} {values}\n"))
+            .collect();
+        let text = format!("{head}{sets}{same}{tail}{rows}3 0 1 2\n");
+        let loaded = read(text.as_bytes()).unwrap();
+        assert_eq!(loaded.attributes.vertex.len(), 39_998 + 20_000);
+        let model = Model {
+            mesh: &loaded.mesh,
+            attributes: &loaded.attributes,
+            document: None,
+        };
+        let written = model_to_bytes(&model, Format::Ply, &WriteOptions::default()).unwrap();
+        assert!(written.bytes.len() < 2 * text.len());
+        assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
+    }
 }

@@ -1,11 +1,10 @@
 //! Writing PLY.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
-use super::super::{Format, IoError, Model, Precision, WriteOptions, Written, lost, rounded};
+use super::super::{Format, IoError, Model, Precision, WriteOptions, Written, lost, rounded, text};
 use crate::mesh::attributes::{Attribute, Attributes, CornerAttribute, Role, Scalar};
 
 /// Writes positions, triangles and their attributes.
@@ -150,12 +149,13 @@ fn usual_name(attribute: &Attribute, component: usize) -> String {
 
 /// The columns of attributes, under names that are not yet in use.
 fn distinct<'a>(attributes: &'a [Attribute], taken: &[&str]) -> Vec<Column<'a>> {
-    let mut names: BTreeSet<String> = taken.iter().map(|n| (*n).to_owned()).collect();
+    let mut names = text::Distinct::default();
+    for name in taken {
+        names.take(name);
+    }
     let mut columns: Vec<Column<'a>> = attributes.iter().flat_map(columns).collect();
     for column in &mut columns {
-        while !names.insert(column.name.clone()) {
-            column.name.push('_');
-        }
+        column.name = names.name(std::mem::take(&mut column.name));
     }
     columns
 }

@@ -1,5 +1,7 @@
 //! Arrays of point and cell data, and how they become attributes.
 
+use std::collections::{BTreeMap, HashSet};
+
 use super::super::surface::{Cut, Surface};
 use super::super::{IoError, Loaded};
 use super::scalar::Scalar;
@@ -18,6 +20,8 @@ pub(super) struct Arrays {
     pub(super) cells: usize,
     /// Remarks for the user.
     pub(super) notes: Vec<String>,
+    /// The names of the arrays of cells and of points.
+    pub(super) names: [HashSet<String>; 2],
 }
 
 /// One array as it stands in a file.
@@ -65,7 +69,7 @@ impl Arrays {
         if list.iter().any(|a| a.vtk == attribute.vtk) {
             attribute.vtk = Some(VtkUse::Plain);
         }
-        if list.iter().any(|a| a.name == attribute.name) {
+        if !self.names[usize::from(of_points)].insert(attribute.name.clone()) {
             self.left_out(&attribute.name, "there is one of that name already");
             return;
         }
@@ -95,20 +99,22 @@ impl Arrays {
         }
         let mut notes = Vec::new();
         for (all, new) in [(&mut self.point, piece.point), (&mut self.cell, piece.cell)] {
-            let same = |a: &Attribute, b: &Attribute| {
-                a.name == b.name && a.scalar == b.scalar && a.components == b.components
-            };
-            let alone = |a: &&Attribute, list: &[Attribute]| !list.iter().any(|b| same(a, b));
-            let of_all = all.iter().filter(|a| alone(a, &new));
-            let of_new = new.iter().filter(|a| alone(a, all));
-            notes.extend(of_all.chain(of_new).map(|a| a.name.clone()));
-            all.retain_mut(|a| match new.iter().find(|b| same(a, b)) {
-                Some(b) => {
-                    a.values.extend_from_slice(&b.values);
-                    true
+            let mut new: BTreeMap<String, Attribute> =
+                new.into_iter().map(|a| (a.name.clone(), a)).collect();
+            all.retain_mut(|a| {
+                let same = |b: &Attribute| a.scalar == b.scalar && a.components == b.components;
+                match new.remove(&a.name) {
+                    Some(b) if same(&b) => {
+                        a.values.extend_from_slice(&b.values);
+                        true
+                    }
+                    _ => {
+                        notes.push(a.name.clone());
+                        false
+                    }
                 }
-                None => false,
             });
+            notes.extend(new.into_keys());
         }
         for name in notes {
             self.left_out(&name, "not all pieces have it");

@@ -2,11 +2,15 @@
 
 use glam::DVec3;
 
+use super::super::surface::{LARGEST, SMALLEST};
 use super::super::{Format, IoError, Place, text};
-use super::xml::{
-    Array, Attributes, Decoder, Document, Piece, Section, attribute, sorted_offsets, split_appended,
-};
+use super::markup::{Array, Attributes, Document, Piece, Section, attribute, split_appended};
+use super::payload::{Budget, Expected};
+use super::xml::Decoder;
 use crate::grid::Volume;
+
+/// What the values of a file may take unpacked: this many bytes, and this many times the size of the file.
+const ALLOWANCE: [usize; 2] = [96 << 20, 64];
 
 /// Reads one array of point data as a volume.
 pub(in super::super) fn read(bytes: &[u8], array: Option<&str>) -> Result<Volume, IoError> {
@@ -15,35 +19,24 @@ pub(in super::super) fn read(bytes: &[u8], array: Option<&str>) -> Result<Volume
 
 fn read_vti(bytes: &[u8], wanted: Option<&str>) -> Result<Volume, IoError> {
     let (markup, appended) = split_appended(bytes);
-    let document = Document::parse(markup, b"ImageData")?;
+    let document = Document::parse(markup, "ImageData")?;
     let (extent, origin, spacing) = geometry(&document.dataset)?;
     let dims = dims(&extent)?;
-    let offsets = sorted_offsets(&document.pieces);
-    let decoder = Decoder {
-        encoding: document.encoding,
-        appended: appended.as_ref(),
-        offsets: &offsets,
-    };
+    let decoder = Decoder::new(&document, appended.as_ref(), Budget::new(bytes, ALLOWANCE));
     let mut parts = Vec::new();
     let mut room = 0usize;
     for piece in &document.pieces {
         let array = pick(piece, wanted)?;
-        let values = decoder.numbers(array, "the values")?;
         let part = match attribute(&piece.attributes, b"Extent") {
             Some(text) => integers(text, "Extent")?,
             None => extent,
         };
         let counts = self::dims(&part)?;
-        if count(&counts) != Some(values.len()) {
-            let what = format!(
-                "a piece has {} x {} x {} nodes, but there are {} values",
-                counts[0],
-                counts[1],
-                counts[2],
-                values.len()
-            );
-            return Err(fault(what));
-        }
+        let nodes = count(&counts).ok_or_else(|| {
+            let [x, y, z] = counts;
+            fault(format!("{x} x {y} x {z} nodes are more than can be"))
+        })?;
+        let values = decoder.numbers(array, "the values", Expected::Exactly(nodes))?;
         room = room.saturating_add(values.len());
         parts.push((part, values));
     }
@@ -103,6 +96,14 @@ pub(super) fn check_geometry(origin: DVec3, spacing: DVec3) -> Result<(), String
             "the spacing {spacing} is not positive along every axis"
         ));
     }
+    let largest = origin.abs().max(spacing).max_element();
+    if largest > LARGEST || spacing.min_element() < SMALLEST {
+        return Err(format!(
+            "the origin {:?} or the spacing {:?} is too large or too small to measure; scale the volume",
+            origin.to_array(),
+            spacing.to_array()
+        ));
+    }
     Ok(())
 }
 
@@ -153,16 +154,16 @@ fn assemble(
     }
 }
 
-fn pick<'p, 'a>(piece: &'p Piece<'a>, wanted: Option<&str>) -> Result<&'p Array<'a>, IoError> {
-    let name = |a: &Array<'_>| {
+fn pick<'p>(piece: &'p Piece, wanted: Option<&str>) -> Result<&'p Array, IoError> {
+    let name = |a: &Array| {
         let name = attribute(&a.attributes, b"Name").unwrap_or(b"");
         String::from_utf8_lossy(name).into_owned()
     };
-    let single = |a: &&Array<'_>| {
+    let single = |a: &&Array| {
         let components = attribute(&a.attributes, b"NumberOfComponents");
         a.section == Section::PointData && matches!(components, None | Some(b"1") | Some(b""))
     };
-    let arrays: Vec<&Array<'_>> = piece.arrays.iter().filter(single).collect();
+    let arrays: Vec<&Array> = piece.arrays.iter().filter(single).collect();
     let names: Vec<String> = arrays.iter().map(|a| name(a)).collect();
     let of_cells = piece.arrays.iter().any(|a| a.section == Section::CellData);
     let place = choose(&names, wanted, of_cells)?;

@@ -202,7 +202,11 @@ fn damage_is_named_or_survived() {
     assert!(edited("2 3 0 1 -1 0", "3 2 0 1 -1 0").contains("no nodes"));
     assert!(edited("2 3 0 1 -1 0", "0 2000000000 0 2000000000 0 2000000000").contains("nodes"));
     assert!(edited("Spacing=\"0.5", "Spacing=\"-0.5").contains("spacing"));
-    assert!(edited(" -7", "").contains("7 values"));
+    for spacing in ["1e160", "1e-160"] {
+        let to = format!("Spacing=\"{spacing}");
+        assert!(edited("Spacing=\"0.5", &to).contains("to measure"));
+    }
+    assert!(edited(" -7", "").contains("8 numbers are declared, but there are 7"));
     assert!(edited("Spacing", "Direction=\"0 1 0 1 0 0 0 0 1\" Spacing").contains("turned"));
     assert!(edited("type=\"ImageData\"", "type=\"PolyData\"").contains("PolyData"));
     let written = volume_to_bytes(&sample(), "d", Precision::F32).unwrap();

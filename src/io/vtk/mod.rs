@@ -10,6 +10,7 @@ mod image_legacy;
 mod image_write;
 mod legacy;
 mod legacy_data;
+mod markup;
 mod payload;
 mod scalar;
 mod write;
@@ -23,6 +24,8 @@ pub(super) use legacy::read as read_legacy;
 pub(super) use write::{write_legacy, write_xml};
 pub(super) use xml::read as read_xml;
 
+#[cfg(test)]
+mod bomb_tests;
 #[cfg(test)]
 mod data_tests;
 #[cfg(test)]

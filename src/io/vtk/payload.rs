@@ -1,10 +1,11 @@
 //! The numbers of a data array in a VTK XML file: text, base64 or raw bytes, compressed or not.
 
-use std::borrow::Cow;
-use std::io::Read;
+use std::cell::Cell;
+use std::io::{Read, Write};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
+use flate2::bufread::ZlibDecoder;
 
 use super::super::text;
 use super::scalar::Scalar;
@@ -41,37 +42,107 @@ pub(super) struct Encoding {
 /// Where the numbers of an array are.
 pub(super) enum Source<'a> {
     /// Decimal text.
-    Text(Cow<'a, [u8]>),
+    Text(&'a [u8]),
     /// Base64 of sizes and data.
-    Base64(Cow<'a, [u8]>),
+    Base64(&'a [u8]),
     /// Sizes and data, with anything behind them.
     Raw(&'a [u8]),
 }
 
-/// Decodes all numbers of an array. The error says what is wrong, not where.
+/// How many numbers an array should have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Expected {
+    /// So many.
+    Exactly(usize),
+    /// So many or one more.
+    OrOneMore(usize),
+    /// So many at least; those behind them are not looked at.
+    First(usize),
+}
+
+impl Expected {
+    /// How many numbers to take of those that there are.
+    fn of(self, there: usize) -> Result<usize, String> {
+        let declared = match self {
+            Expected::Exactly(n) if there == n => return Ok(n),
+            Expected::OrOneMore(n) if there == n || there.checked_sub(1) == Some(n) => {
+                return Ok(there);
+            }
+            Expected::First(n) if there >= n => return Ok(n),
+            Expected::Exactly(n) | Expected::OrOneMore(n) | Expected::First(n) => n,
+        };
+        Err(format!(
+            "{declared} numbers are declared, but there are {there}"
+        ))
+    }
+}
+
+/// How much the arrays of a file may still take unpacked, so that a small file cannot claim any amount of memory.
+pub(super) struct Budget {
+    left: Cell<usize>,
+    all: usize,
+}
+
+impl Budget {
+    /// So many bytes, and so many times those of the file.
+    pub(super) fn new(file: &[u8], [least, times]: [usize; 2]) -> Self {
+        let all = file.len().saturating_mul(times).saturating_add(least);
+        Self {
+            left: Cell::new(all),
+            all,
+        }
+    }
+
+    /// Accounts for bytes that are about to be made.
+    pub(super) fn take(&self, bytes: usize) -> Result<(), String> {
+        match self.left.get().checked_sub(bytes) {
+            Some(left) => {
+                self.left.set(left);
+                Ok(())
+            }
+            None => Err(format!(
+                "{bytes} bytes more are needed to unpack it, where a file of this size may take {} in all and {} are left; \
+                 if it is right, write it without compression",
+                self.all,
+                self.left.get()
+            )),
+        }
+    }
+}
+
+/// Decodes the numbers of an array. The error says what is wrong, not where.
 pub(super) fn decode(
     source: &Source<'_>,
     scalar: Scalar,
     encoding: &Encoding,
+    expected: Expected,
+    budget: &Budget,
 ) -> Result<Vec<f64>, String> {
-    let bytes = match source {
-        Source::Text(text) => return decode_text(text, scalar),
+    match source {
+        Source::Text(text) => decode_text(text, scalar, expected, budget),
         Source::Base64(text) => {
+            budget.take(text.len())?;
             let bytes = decode_base64(text).ok_or("its base64 text is damaged")?;
-            unpack(&bytes, encoding)?.into_owned()
+            unpack(&bytes, scalar, encoding, expected, budget)
         }
-        Source::Raw(bytes) => unpack(bytes, encoding)?.into_owned(),
-    };
-    Ok(scalar.decode_all(&bytes, encoding.big))
+        Source::Raw(bytes) => unpack(bytes, scalar, encoding, expected, budget),
+    }
 }
 
-fn decode_text(text: &[u8], scalar: Scalar) -> Result<Vec<f64>, String> {
+fn decode_text(
+    text: &[u8],
+    scalar: Scalar,
+    expected: Expected,
+    budget: &Budget,
+) -> Result<Vec<f64>, String> {
+    let count = expected.of(text::Tokens::new(text, 0).count())?;
+    budget.take(count.saturating_mul(8))?;
     let number = |token: &[u8]| {
         scalar
             .parse(token)
             .ok_or_else(|| format!("{} is not a number", text::shown(token)))
     };
-    text::Tokens::new(text, 0).map(number).collect()
+    text::Tokens::new(text, 0).take(count).map(number).collect()
 }
 
 /// Decodes base64 that may be several encodings one after another, each with its own padding: VTK encodes the sizes and
@@ -95,85 +166,201 @@ fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// Takes the sizes off the front and decompresses.
-fn unpack<'a>(bytes: &'a [u8], encoding: &Encoding) -> Result<Cow<'a, [u8]>, String> {
-    let width = encoding.sizes.size();
-    let size = |index: usize| -> Result<usize, String> {
-        let at = index.checked_mul(width).ok_or("its sizes are damaged")?;
-        let word = bytes
+/// The sizes in front of the data of an array.
+struct Sizes<'a> {
+    bytes: &'a [u8],
+    width: usize,
+    big: bool,
+}
+
+impl Sizes<'_> {
+    fn get(&self, index: usize) -> Result<usize, String> {
+        let width = self.width;
+        let at = index.checked_mul(width).ok_or(BAD_SIZES)?;
+        let word = self
+            .bytes
             .get(at..)
             .and_then(|rest| rest.get(..width))
             .ok_or("it ends inside its sizes")?;
         let mut le = [0; 8];
         le[..width].copy_from_slice(word);
-        if encoding.big {
+        if self.big {
             le[..width].reverse();
         }
-        usize::try_from(u64::from_le_bytes(le)).map_err(|_| "its sizes are damaged".to_string())
+        usize::try_from(u64::from_le_bytes(le)).map_err(|_| BAD_SIZES.to_owned())
+    }
+}
+
+const BAD_SIZES: &str = "its sizes are damaged";
+
+/// Takes the sizes off the front, holds them against what is expected, and decompresses.
+fn unpack(
+    bytes: &[u8],
+    scalar: Scalar,
+    encoding: &Encoding,
+    expected: Expected,
+    budget: &Budget,
+) -> Result<Vec<f64>, String> {
+    let sizes = Sizes {
+        bytes,
+        width: encoding.sizes.size(),
+        big: encoding.big,
     };
     let Some(compressor) = encoding.compressor else {
-        let length = size(0)?;
-        let data = &bytes[width..];
+        let length = sizes.get(0)?;
+        let data = &bytes[sizes.width..];
         let short = || format!("it claims {length} bytes, but {} are left", data.len());
-        return data.get(..length).map(Cow::Borrowed).ok_or_else(short);
+        let data = data.get(..length).ok_or_else(short)?;
+        let count = expected.of(length / scalar.size())?;
+        budget.take(count.saturating_mul(8))?;
+        return Ok(scalar.decode_all(&data[..count * scalar.size()], encoding.big));
     };
-    let blocks = size(0)?;
+    let blocks = sizes.get(0)?;
     if blocks == 0 {
-        return Ok(Cow::Borrowed(&[]));
+        return expected.of(0).map(|_| Vec::new());
     }
-    let (full, partial) = (size(1)?, size(2)?);
+    let (full, partial) = (sizes.get(1)?, sizes.get(2)?);
     // The last compressed size being there means that the list of sizes is no longer than the data.
-    size(blocks.checked_add(2).ok_or("its sizes are damaged")?)?;
-    let mut at = (3 + blocks) * width;
-    let mut out = Vec::new();
+    sizes.get(blocks.checked_add(2).ok_or(BAD_SIZES)?)?;
+    let last = if partial == 0 { full } else { partial };
+    let total = full.checked_mul(blocks - 1).ok_or(BAD_SIZES)?;
+    let total = total.checked_add(last).ok_or(BAD_SIZES)?;
+    let count = expected.of(total / scalar.size())?;
+    if full == 0 && (blocks > 1 || count > 0) {
+        return Err(BAD_SIZES.to_owned());
+    }
+    let mut numbers = Numbers::new(count, scalar, encoding.big, budget)?;
+    let mut inflater = Inflater::new(compressor);
+    let mut at = (3 + blocks) * sizes.width;
     for block in 0..blocks {
-        let packed = size(3 + block)?;
+        if numbers.missing() == 0 {
+            break;
+        }
+        let packed = sizes.get(3 + block)?;
         let data = bytes
             .get(at..)
             .and_then(|rest| rest.get(..packed))
             .ok_or("its compressed data is cut short")?;
-        let length = if block + 1 == blocks && partial != 0 {
-            partial
-        } else {
-            full
-        };
-        inflate(compressor, data, length, &mut out)?;
+        let length = if block + 1 == blocks { last } else { full };
+        inflater.inflate(data, length, &mut numbers, budget)?;
         at += packed;
     }
-    Ok(Cow::Owned(out))
+    if numbers.missing() > 0 {
+        return Err(DAMAGED.to_owned());
+    }
+    Ok(numbers.values)
 }
 
-/// Appends `length` decompressed bytes.
-fn inflate(
-    compressor: Compressor,
-    data: &[u8],
-    length: usize,
-    out: &mut Vec<u8>,
-) -> Result<(), String> {
-    let before = out.len();
-    let limit = length as u64;
-    let done = match compressor {
-        Compressor::Zlib => flate2::read::ZlibDecoder::new(data)
-            .take(limit)
-            .read_to_end(out)
-            .is_ok(),
-        Compressor::Lzma => xz2::read::XzDecoder::new(data)
-            .take(limit)
-            .read_to_end(out)
-            .is_ok(),
-        // No LZ4 byte stands for more than 255 bytes.
-        Compressor::Lz4 if length / 255 > data.len() => false,
-        Compressor::Lz4 => match lz4_flex::block::decompress(data, length) {
-            Ok(block) => {
-                out.extend_from_slice(&block);
-                true
+const DAMAGED: &str = "its compressed data is damaged";
+
+/// Turns unpacked bytes into numbers as they come, so that the bytes are never held as a whole.
+struct Numbers {
+    values: Vec<f64>,
+    wanted: usize,
+    scalar: Scalar,
+    big: bool,
+    /// The beginning of a number whose end has not come yet.
+    begun: Vec<u8>,
+}
+
+impl Numbers {
+    fn new(wanted: usize, scalar: Scalar, big: bool, budget: &Budget) -> Result<Self, String> {
+        budget.take(wanted.saturating_mul(8))?;
+        Ok(Self {
+            values: Vec::with_capacity(wanted),
+            wanted,
+            scalar,
+            big,
+            begun: Vec::new(),
+        })
+    }
+
+    /// How many bytes are still needed.
+    fn missing(&self) -> usize {
+        (self.wanted - self.values.len()) * self.scalar.size() - self.begun.len()
+    }
+
+    fn push(&mut self, mut bytes: &[u8]) {
+        bytes = &bytes[..bytes.len().min(self.missing())];
+        let size = self.scalar.size();
+        if !self.begun.is_empty() {
+            let (end, rest) = bytes.split_at(bytes.len().min(size - self.begun.len()));
+            self.begun.extend_from_slice(end);
+            bytes = rest;
+            if self.begun.len() == size {
+                let begun = std::mem::take(&mut self.begun);
+                self.values
+                    .extend(self.scalar.decode_iter(&begun, self.big));
             }
-            Err(_) => false,
-        },
-    };
-    if done && out.len() - before == length {
+        }
+        let (whole, begun) = bytes.split_at(bytes.len() / size * size);
+        self.values.extend(self.scalar.decode_iter(whole, self.big));
+        self.begun.extend_from_slice(begun);
+    }
+}
+
+impl Write for Numbers {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.push(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
         Ok(())
-    } else {
-        Err("its compressed data is damaged".to_string())
+    }
+}
+
+/// Decompresses blocks; what zlib needs for it is made once.
+struct Inflater<'a> {
+    compressor: Compressor,
+    zlib: ZlibDecoder<&'a [u8]>,
+}
+
+impl<'a> Inflater<'a> {
+    fn new(compressor: Compressor) -> Self {
+        Self {
+            compressor,
+            zlib: ZlibDecoder::new(&[]),
+        }
+    }
+
+    /// Appends a block of `length` decompressed bytes, or as many of them as are still needed.
+    fn inflate(
+        &mut self,
+        data: &'a [u8],
+        length: usize,
+        numbers: &mut Numbers,
+        budget: &Budget,
+    ) -> Result<(), String> {
+        // The most memory that xz may ask for; its strongest preset needs 65 MB.
+        const XZ_MEMORY: u64 = 80 << 20;
+        let wanted = length.min(numbers.missing()) as u64;
+        let came = match self.compressor {
+            Compressor::Zlib => {
+                self.zlib.reset(data);
+                std::io::copy(&mut (&mut self.zlib).take(wanted), numbers).ok()
+            }
+            Compressor::Lzma => xz2::stream::Stream::new_stream_decoder(XZ_MEMORY, 0)
+                .ok()
+                .and_then(|stream| {
+                    let decoder = xz2::bufread::XzDecoder::new_stream(data, stream);
+                    std::io::copy(&mut decoder.take(wanted), numbers).ok()
+                }),
+            // No LZ4 byte stands for more than 255 bytes.
+            Compressor::Lz4 if length / 255 > data.len() => None,
+            Compressor::Lz4 => {
+                budget.take(length)?;
+                let block = lz4_flex::block::decompress(data, length).ok();
+                block.filter(|b| b.len() == length).map(|block| {
+                    numbers.push(&block);
+                    wanted
+                })
+            }
+        };
+        if came == Some(wanted) {
+            Ok(())
+        } else {
+            Err(DAMAGED.to_owned())
+        }
     }
 }

@@ -65,10 +65,14 @@ impl Scalar {
 
     /// Decodes all whole numbers in the bytes.
     pub(super) fn decode_all(self, bytes: &[u8], big: bool) -> Vec<f64> {
+        self.decode_iter(bytes, big).collect()
+    }
+
+    /// The whole numbers in the bytes, one after another.
+    pub(super) fn decode_iter(self, bytes: &[u8], big: bool) -> impl Iterator<Item = f64> + '_ {
         bytes
             .chunks_exact(self.size())
-            .map(|chunk| self.decode(chunk, big))
-            .collect()
+            .map(move |chunk| self.decode(chunk, big))
     }
 
     /// Reads a number in text with the precision of the type.

@@ -285,9 +285,9 @@ fn xml_text_arrays_are_read() {
     assert!(edited("NumberOfPoints=\"4\"", "NumberOfPoints=\"40\"").contains("claims 40 points"));
     assert!(
         edited("NumberOfPolys=\"1\"", "NumberOfPolys=\"9\"")
-            .contains("claims 9 polygons, but there are 1")
+            .contains("claims 9 polygons: 9 numbers are declared, but there are 1")
     );
-    assert!(edited(">3<", ">4<").contains("polygon 0: its end 4"));
+    assert!(edited(">3<", ">4<").contains("4 numbers are declared, but there are 3"));
     assert!(edited(">0 1 2<", ">0 1 -2<").contains("polygon 0: it uses point -2"));
     assert!(edited(">0 1 2<", ">0 1 x<").contains("connectivity: 'x' is not a number"));
     assert!(edited("Float32", "Float16").contains("'Float16' is not known"));

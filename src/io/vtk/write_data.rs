@@ -1,12 +1,11 @@
 //! Point and cell data as vtkio writes them.
 
 use std::borrow::Cow;
-use std::collections::BTreeSet;
 
 use vtkio::IOBuffer;
 use vtkio::model::{Attribute as Item, Attributes as Data, DataArray, ElementType, FieldArray};
 
-use super::super::{Format, Model, lost};
+use super::super::{Format, Model, lost, text};
 use super::scalar::Scalar;
 use crate::mesh::attributes::{Attribute, CornerAttribute, Role, VtkUse};
 
@@ -32,13 +31,10 @@ pub(super) fn data(model: &Model<'_>, format: Format) -> (Data, Vec<String>) {
 }
 
 fn items(attributes: &[&Attribute], format: Format, of_points: bool) -> Vec<Item> {
-    let (mut names, mut uses) = (BTreeSet::new(), Vec::new());
+    let (mut names, mut uses) = (text::Distinct::default(), Vec::new());
     let (mut items, mut field) = (Vec::new(), Vec::new());
     for attribute in attributes {
-        let mut name = name(attribute);
-        while !names.insert(name.clone()) {
-            name.push('_');
-        }
+        let name = names.name(name(attribute));
         let mut use_ = use_of(attribute, of_points);
         if uses.contains(&use_) {
             use_ = VtkUse::Plain;

@@ -1,0 +1,225 @@
+//! Files that appear as a whole or not at all.
+
+use std::fs;
+use std::io::{Error, Result, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use tempfile::NamedTempFile;
+
+/// Temporary files that are not yet what they are to become. It is locked while one is made, renamed or removed.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// As long as this is kept, no file that is being saved is finished and no other is begun.
+#[doc(hidden)]
+#[must_use = "saving goes on when it is dropped"]
+#[derive(Debug)]
+pub struct Abandoned(#[allow(dead_code)] MutexGuard<'static, Vec<PathBuf>>);
+
+/// Removes what is only half saved, for a process that is about to end. Files that are saved already stay; a thread that
+/// is saving one waits until the result is dropped and then fails.
+#[doc(hidden)]
+pub fn abandon_unfinished() -> Abandoned {
+    let mut paths = unfinished();
+    for path in paths.drain(..) {
+        // One that is gone already needs no removing, and there is nobody left to tell about others.
+        let _ = fs::remove_file(path);
+    }
+    Abandoned(paths)
+}
+
+/// A temporary file that is on the list of unfinished ones.
+struct Temporary(Option<NamedTempFile>);
+
+impl Temporary {
+    fn beside(target: &Path) -> Result<Self> {
+        let folder = match target.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder.to_path_buf(),
+            _ => PathBuf::from("."),
+        };
+        let create = |name: &Path| {
+            fs::OpenOptions::new()
+                .write(true)
+                .create_new(true)
+                .open(name)
+        };
+        let mut paths = unfinished();
+        let file = tempfile::Builder::new()
+            .prefix(".isomend-")
+            .suffix(".part")
+            .make_in(folder, create)?;
+        paths.push(file.path().to_path_buf());
+        Ok(Self(Some(file)))
+    }
+
+    fn become_file(mut self, target: &Path) -> Result<()> {
+        let mut paths = unfinished();
+        match self.0.take() {
+            Some(file) => {
+                paths.retain(|path| path != file.path());
+                file.persist(target).map_err(|failed| failed.error)?;
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for Temporary {
+    fn drop(&mut self) {
+        if let Some(file) = self.0.take() {
+            let mut paths = unfinished();
+            paths.retain(|path| path != file.path());
+            drop(file);
+        }
+    }
+}
+
+/// Writes bytes to a file beside the target and moves it over the target, so that a failure leaves the target as it was.
+///
+/// A link stays, and what it points to is written, whether it is there or not. A file that is replaced hands on its
+/// permissions and, as far as the user may do so, its owner.
+///
+/// # Errors
+/// When the target is a folder or may not be changed, or the file cannot be written.
+pub fn save(path: &Path, bytes: &[u8]) -> Result<()> {
+    let old = match fs::metadata(path) {
+        Ok(old) if old.is_dir() => {
+            return Err(Error::other("it is a folder: name a file in it"));
+        }
+        Ok(old) if !old.is_file() => {
+            let mut file = fs::OpenOptions::new().write(true).open(path)?;
+            return file.write_all(bytes);
+        }
+        Ok(old) if old.permissions().readonly() => {
+            return Err(Error::other("the file is there and may not be changed"));
+        }
+        Ok(old) => Some(old),
+        Err(_) => None,
+    };
+    let target = end_of_links(path)?;
+    let mut temporary = Temporary::beside(&target)?;
+    if let Some(file) = &mut temporary.0 {
+        // Before the content is there, so that nobody can read it who could not read the old one.
+        if let Some(old) = &old {
+            keep_owner(file.as_file(), old);
+            fs::set_permissions(file.path(), old.permissions())?;
+        }
+        file.write_all(bytes)?;
+    }
+    temporary.become_file(&target)
+}
+
+/// Where a path leads when links are followed, to a file that need not be there.
+fn end_of_links(path: &Path) -> Result<PathBuf> {
+    // As many as Linux follows.
+    const MOST: usize = 40;
+    let mut target = path.to_path_buf();
+    for _ in 0..MOST {
+        match fs::symlink_metadata(&target) {
+            Ok(about) if about.is_symlink() => {
+                let next = fs::read_link(&target)?;
+                target = target.parent().unwrap_or(Path::new("")).join(next);
+            }
+            _ => return Ok(target),
+        }
+    }
+    Err(Error::other("it is a link that leads to itself"))
+}
+
+#[cfg(unix)]
+fn keep_owner(file: &fs::File, old: &fs::Metadata) {
+    use std::os::unix::fs::{MetadataExt, fchown};
+    let Ok(new) = file.metadata() else { return };
+    if (new.uid(), new.gid()) != (old.uid(), old.gid()) {
+        // Only root may give files away; others may give theirs to a group that they are in.
+        if fchown(file, Some(old.uid()), Some(old.gid())).is_err() {
+            let _ = fchown(file, None, Some(old.gid()));
+        }
+    }
+}
+
+#[cfg(not(unix))]
+fn keep_owner(_: &fs::File, _: &fs::Metadata) {}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::open_tetrahedron;
+    use super::super::{WriteOptions, read_path, write_path};
+    use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn permissions_of_the_target_are_kept_and_links_followed() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let (path, link) = (
+            folder.path().join("mesh.ply"),
+            folder.path().join("link.ply"),
+        );
+        fs::write(&path, b"old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o640)).unwrap();
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        write_path(&link, &open_tetrahedron(), None, &WriteOptions::default()).unwrap();
+        assert_eq!(
+            fs::metadata(&path).unwrap().permissions().mode() & 0o777,
+            0o640
+        );
+        assert!(fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert!(read_path(&path, None).is_ok());
+        let fresh = folder.path().join("fresh.ply");
+        write_path(&fresh, &open_tetrahedron(), None, &WriteOptions::default()).unwrap();
+        let plain = folder.path().join("plain");
+        fs::write(&plain, b"").unwrap();
+        assert_eq!(
+            fs::metadata(&fresh).unwrap().permissions(),
+            fs::metadata(&plain).unwrap().permissions()
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_that_lead_nowhere_yet_lead_to_the_new_file() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::create_dir(at("models")).unwrap();
+        symlink("models/second", at("first")).unwrap();
+        symlink("third", at("models/second")).unwrap();
+        for content in [&b"new"[..], b"newer"] {
+            save(&at("first"), content).unwrap();
+            for link in ["first", "models/second"] {
+                assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink());
+            }
+            assert!(fs::symlink_metadata(at("models/third")).unwrap().is_file());
+            assert_eq!(fs::read(at("first")).unwrap(), content);
+        }
+        symlink("nowhere/else", at("lost")).unwrap();
+        assert!(save(&at("lost"), b"new").is_err());
+        symlink("round", at("round")).unwrap();
+        let message = save(&at("round"), b"new").unwrap_err().to_string();
+        assert!(message.contains("leads to itself"), "{message}");
+        assert_eq!(fs::read_dir(at("models")).unwrap().count(), 2);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn the_owner_stays_where_the_user_may_give_files_away() {
+        use std::os::unix::fs::{MetadataExt, chown};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("mesh.ply");
+        fs::write(&path, b"old").unwrap();
+        // Others than root cannot make the file of another owner that this is about; theirs stays theirs.
+        let given = chown(&path, Some(1234), Some(5678)).is_ok();
+        let before = fs::metadata(&path).unwrap();
+        save(&path, b"new").unwrap();
+        let after = fs::metadata(&path).unwrap();
+        assert_eq!((after.uid(), after.gid()), (before.uid(), before.gid()));
+        assert_eq!(given, after.uid() == 1234);
+        assert_eq!(fs::read(&path).unwrap(), b"new");
+    }
+}

@@ -1,0 +1,58 @@
+//! What is left of a file that is being saved when the process is about to end. A test program of its own: while one test
+//! keeps files from being saved, no other may save any.
+
+use std::fs;
+use std::path::Path;
+use std::sync::mpsc;
+use std::time::Duration;
+
+use isomend::io::{abandon_unfinished, save};
+
+fn parts(folder: &Path) -> usize {
+    let names = fs::read_dir(folder).unwrap();
+    let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names.filter(|name| name.ends_with(".part")).count()
+}
+
+#[test]
+fn unfinished_files_are_removed_and_none_are_finished_after_that() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mesh.ply");
+    save(&path, b"old").unwrap();
+    let (send, receive) = mpsc::channel();
+    let target = path.clone();
+    let saver = std::thread::spawn(move || {
+        let large = vec![7; 64 << 20];
+        // Until it fails.
+        while save(&target, &large).is_ok() {}
+        send.send(()).unwrap();
+    });
+    let abandoned = loop {
+        if parts(folder.path()) > 0 {
+            break abandon_unfinished();
+        }
+    };
+    assert_eq!(parts(folder.path()), 0);
+    let length = fs::metadata(&path).unwrap().len();
+    assert!(
+        length == 3 || length == 64 << 20,
+        "{length} bytes are neither the old nor the new"
+    );
+    // The saver may write on to what has no name any more, but it must not put it in place.
+    assert!(receive.recv_timeout(Duration::from_millis(500)).is_err());
+    assert_eq!(parts(folder.path()), 0);
+    assert_eq!(fs::metadata(&path).unwrap().len(), length);
+    drop(abandoned);
+    // What was to be moved is gone; a save that began later goes through, and the test ends it.
+    let mut ended = receive.recv_timeout(Duration::from_secs(5)).is_ok();
+    while !ended {
+        if parts(folder.path()) > 0 {
+            drop(abandon_unfinished());
+        }
+        ended = receive.recv_timeout(Duration::from_millis(1)).is_ok();
+    }
+    saver.join().unwrap();
+    assert_eq!(parts(folder.path()), 0);
+    save(&path, b"new").unwrap();
+    assert_eq!(fs::read(&path).unwrap(), b"new");
+}
