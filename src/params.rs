@@ -44,8 +44,16 @@ pub struct FillParams {
     pub steps: Option<usize>,
     /// Time step in units of h⁴; none goes for the steady state at once.
     pub time_step: Option<f64>,
+    /// Length of the patch's edges over that of the edges round the hole; none for that of the energy, see
+    /// [`Energy::edge_ratio`].
+    pub edge_ratio: Option<f64>,
+}
+
+impl FillParams {
     /// Length of the patch's edges over that of the edges round the hole.
-    pub edge_ratio: f64,
+    pub fn edge_ratio(&self) -> f64 {
+        self.edge_ratio.unwrap_or_else(|| self.energy.edge_ratio())
+    }
 }
 
 impl Default for FillParams {
@@ -61,7 +69,7 @@ impl Default for FillParams {
             variant: Variant::GaussNewton,
             steps: None,
             time_step: None,
-            edge_ratio: 0.8,
+            edge_ratio: None,
         }
     }
 }

@@ -12,7 +12,7 @@ use super::input::is_stream;
 use super::json::{Documents, FailedDocument};
 use super::output::{Output, check_writable};
 use super::report::{Before, Drawn, ReportArgs};
-use super::{CommonArgs, End, Usage, arguments, input, progress};
+use super::{CommonArgs, End, Usage, arguments, input};
 
 /// What is read and written.
 #[derive(Debug, Args)]
@@ -111,7 +111,6 @@ impl FilesArgs {
             json.check(&inputs, &meshes.collect::<Vec<_>>())?;
         }
         self.check_drawings(&outputs, common)?;
-        progress::catch_interrupt()?;
         let documents = common.json.as_ref().map(|_| Documents::default());
         let several = inputs.len() > 1;
         let mut ends = Vec::new();
@@ -140,9 +139,6 @@ impl FilesArgs {
                 }
                 end => end?,
             };
-            if end == End::Interrupted {
-                return Ok(end);
-            }
             ends.push(end);
         }
         if let (Some(json), Some(documents)) = (&common.json, &documents) {

@@ -4,10 +4,9 @@ use anyhow::Context;
 use clap::{ArgGroup, Args};
 use isomend::flow::Variant;
 use isomend::io::Loaded;
-use isomend::report::level_lines;
+use isomend::report::{RegionReport, level_lines};
 use isomend::{
-    FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, FillError, FillParams,
-    RestoreError, SurfaceKind, VoxelSize,
+    FairExtent, FairParams, FairPlan, FairReport, Faired, FillParams, SurfaceKind, VoxelSize,
 };
 use serde::Serialize;
 
@@ -16,8 +15,8 @@ use super::console::{self, Console};
 use super::json::FileInfo;
 use super::mask::MaskArgs;
 use super::report::Drawn;
-use super::solve::{self, Scheme};
-use super::{CommonArgs, End, arguments};
+use super::solve::Scheme;
+use super::{CommonArgs, End, arguments, progress};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -110,19 +109,10 @@ fn one(args: &FairArgs, files: &Files<'_>, console: &Console) -> anyhow::Result<
         let plan = isomend::plan_fair(&loaded.mesh, marked.as_deref(), &params).context(failed)?;
         return preview(&plan, &loaded, files);
     }
-    let faired = solve::watched(console, |progress| {
+    let faired = progress::watched(console, region_line, |progress| {
         isomend::fair_with_progress(&loaded.mesh, marked.as_deref(), &params, progress)
-    });
-    let faired = match faired {
-        Err(FairError::Restore(RestoreError::Fill(FillError::Cancelled))) => {
-            Err(FillError::Cancelled)
-        }
-        Err(error) => return Err(anyhow::Error::new(error).context(failed)),
-        Ok(faired) => Ok(faired),
-    };
-    let Some(faired) = solve::unless_stopped(faired, console)? else {
-        return Ok(End::Interrupted);
-    };
+    })
+    .context(failed)?;
     finish(faired, loaded, files, console)
 }
 
@@ -160,7 +150,11 @@ fn preview(plan: &FairPlan, loaded: &Loaded, files: &Files<'_>) -> anyhow::Resul
 }
 
 fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> anyhow::Result<End> {
-    let Faired { mesh, kept, report } = faired;
+    let Faired {
+        mesh,
+        kept,
+        mut report,
+    } = faired;
     let fill_params = FillParams {
         surface: match kept {
             Some(_) => SurfaceKind::Stitched,
@@ -174,7 +168,7 @@ fn finish(faired: Faired, loaded: Loaded, files: &Files, console: &Console) -> a
         None => loaded,
     };
     let output = files.output.as_ref().context("there is no output")?;
-    let (mesh, remarks) = output.write(mesh, &loaded, &fill_params)?;
+    let (mesh, remarks) = output.write(mesh, &loaded, &fill_params, &mut report.fill.regions)?;
     remarks
         .iter()
         .for_each(|note| console.note(&format!("{}: {note}", output.name())));
@@ -236,6 +230,23 @@ struct FairPlanDocument<'a> {
     plan: &'a FairPlan,
 }
 
+fn region_line(region: &RegionReport) -> String {
+    let steps: usize = region.levels.iter().map(|l| l.flow.steps.len()).sum();
+    let rims: Vec<String> = region.holes.iter().map(usize::to_string).collect();
+    let name = match rims.is_empty() {
+        true => "all of the surface".to_owned(),
+        false => format!("inside rim {}", rims.join("+")),
+    };
+    let mut line = format!(
+        "{name}: {steps} steps, {} vertices, {} faces, {:.2} s",
+        region.new_vertices, region.new_faces, region.seconds
+    );
+    if region.intersecting_faces > 0 {
+        line += &format!("; {} faces intersect others", region.intersecting_faces);
+    }
+    line
+}
+
 fn tell(report: &FairReport, console: &Console) {
     console.say(&format!(
         "features narrower than {:.5} went, time {:.4e}, voxel {:.5}",
@@ -254,11 +265,10 @@ fn tell(report: &FairReport, console: &Console) {
         ));
     }
     for region in &report.fill.regions {
-        let steps: usize = region.levels.iter().map(|l| l.flow.steps.len()).sum();
-        console.say(&format!(
-            "region {}: {steps} steps, {} vertices, {} faces, {:.2} s",
-            region.id, region.new_vertices, region.new_faces, region.seconds
-        ));
+        // Off a terminal it was told as it ended.
+        if console.wants_progress() {
+            console.say(&region_line(region));
+        }
         for line in level_lines(region) {
             console.detail(&line);
         }

@@ -1,13 +1,14 @@
 //! `isomend fill`: find holes and fill them.
 
 use clap::{Args, ValueEnum};
+use isomend::report::region_lines;
 use isomend::{FillParams, SurfaceKind};
 
 use super::arguments::{self, Choice, Ids};
 use super::batch::{Files, FilesArgs};
 use super::console::Console;
-use super::solve::{self, Mended, SolveArgs};
-use super::{CommonArgs, End};
+use super::solve::{Mended, SolveArgs};
+use super::{CommonArgs, End, progress};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -113,19 +114,17 @@ fn one(
     if files.output.is_none() {
         return files.preview(&loaded, &isomend::plan(&loaded.mesh, params)?, None);
     }
-    let filled = solve::watched(console, |progress| {
+    let mut filled = progress::watched(console, region_lines, |progress| {
         isomend::fill_with_progress(&loaded.mesh, params, progress)
-    });
-    let Some(filled) = solve::unless_stopped(filled, console)? else {
-        return Ok(End::Interrupted);
-    };
+    })?;
     let done = Mended {
         mesh: filled.mesh,
         first: &loaded,
         params,
-        report: &filled.report,
+        report: &mut filled.report,
         cut: None,
         before: None,
+        strict: args.solve.strict,
     };
     files.finish(done, console)
 }

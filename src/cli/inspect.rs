@@ -8,7 +8,7 @@ use clap::Args;
 use isomend::Inspection;
 use isomend::io::Loaded;
 use isomend::mesh::mask::Selection;
-use isomend::report::{defect_lines, hole_table};
+use isomend::report::{chain_lines, defect_lines, hole_table};
 
 use super::console::{self, Console};
 use super::json::{InspectDocument, Target, bounds};
@@ -107,11 +107,8 @@ fn table(loaded: &Loaded, found: &Inspection) -> String {
     for defect in defect_lines(&found.topology.defects) {
         line(defect);
     }
-    if found.open_chains > 0 {
-        line(format!(
-            "{} boundary chains that do not close",
-            found.open_chains
-        ));
+    for chain in chain_lines(&found.open_chains) {
+        line(chain);
     }
     if !found.holes.is_empty() {
         line(String::new());

@@ -9,8 +9,8 @@ use anyhow::{Context, bail};
 use glam::DVec3;
 use isomend::io::{Format, Loaded};
 use isomend::mesh::mask::Selection;
-use isomend::mesh::{Defects, Hole};
-use isomend::report::{FillReport, Plan};
+use isomend::mesh::{Defects, Hole, OpenChain};
+use isomend::report::{FillReport, Plan, Tally};
 use isomend::{Inspection, Mesh};
 use serde::Serialize;
 
@@ -192,6 +192,10 @@ pub struct FillDocument<'a> {
     pub output: FileInfo,
     /// Remarks of the reader and the writer.
     pub notes: &'a [String],
+    /// Whether each hole of more than four edges that was to be filled got a steady surface that crosses nothing.
+    pub flawless: bool,
+    /// How many holes ended in which way.
+    pub outcomes: Tally,
     /// Whether every hole that was to be filled is.
     pub complete: bool,
     /// What was cut out before.
@@ -229,7 +233,7 @@ pub struct InspectDocument<'a> {
     pieces: usize,
     piece_faces: &'a [usize],
     defects: Defects,
-    open_chains: usize,
+    open_chains: &'a [OpenChain],
     holes: &'a [Hole],
     /// What the mask selects, where one is given.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -255,7 +259,7 @@ impl<'a> InspectDocument<'a> {
             pieces: found.topology.piece_faces.len(),
             piece_faces: &found.topology.piece_faces,
             defects: found.topology.defects,
-            open_chains: found.open_chains,
+            open_chains: &found.open_chains,
             holes: &found.holes,
             mask,
         }

@@ -9,6 +9,7 @@ mod fair;
 mod fill;
 mod input;
 mod inspect;
+mod interrupt;
 mod json;
 mod manual;
 mod mask;
@@ -40,8 +41,6 @@ pub enum End {
     InPart,
     /// Something failed, which was said; the rest was done.
     Failed,
-    /// The user stopped it.
-    Interrupted,
 }
 
 impl From<End> for ExitCode {
@@ -50,7 +49,6 @@ impl From<End> for ExitCode {
             End::Done => ExitCode::SUCCESS,
             End::InPart => ExitCode::from(3),
             End::Failed => ExitCode::FAILURE,
-            End::Interrupted => ExitCode::from(130),
         }
     }
 }
@@ -67,7 +65,7 @@ Exit codes:
   2    wrong usage, or a mistake in a file of options
   3    done in part: the output is written, but a hole that was to be filled is still open, or something that an
        experiment states was not met
-  130  stopped by Ctrl-C; the output file is as it was before";
+  130  stopped by Ctrl-C, 143 by SIGTERM; the output file is as it was before";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
 ///
@@ -138,8 +136,8 @@ struct RunArgs {
 ///
 /// What went wrong is said.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
-    let end = config::expand(arguments.collect())
-        .map_err(anyhow::Error::from)
+    let end = interrupt::listen()
+        .and_then(|()| Ok(config::expand(arguments.collect())?))
         .and_then(|arguments| run(Cli::parse_from(arguments)));
     match end {
         Ok(end) => end.into(),

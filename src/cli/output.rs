@@ -4,10 +4,13 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use isomend::glam::DVec3;
 use isomend::io::{Document, Format, Loaded, Model, Precision, WriteOptions, model_to_bytes};
 use isomend::mesh::Attributes;
 use isomend::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
+use isomend::report::RegionReport;
 use isomend::stitch::attributes::transfer;
+use isomend::stitch::count_crossing;
 use isomend::{FillParams, Mesh, SurfaceKind};
 
 use super::input::is_stream;
@@ -72,19 +75,28 @@ impl Output {
 
     /// Gives the patches of a filled mesh their attributes and writes it; returns the mesh as written, and remarks.
     ///
-    /// Where the input's coordinates are all 32-bit floats the output's are too: only new vertices are rounded.
+    /// Where the input's coordinates are all 32-bit floats the output's are too: only new vertices are rounded. The faces of
+    /// patches that intersect others are counted again in what is written.
     pub fn write(
         &self,
         mut mesh: Mesh,
         input: &Loaded,
         params: &FillParams,
+        regions: &mut [RegionReport],
     ) -> anyhow::Result<(Mesh, Vec<String>)> {
         let whole = params.surface == SurfaceKind::Whole;
+        let kept = if whole { 0 } else { input.mesh.positions.len() };
+        let rounds = matches!(self.format, Format::Gltf | Format::Glb | Format::Stl);
+        let rounded = |p: &DVec3| p.as_vec3().as_dvec3();
         if input.f32_exact && self.format != Format::Obj {
-            let kept = if whole { 0 } else { input.mesh.positions.len() };
             for position in &mut mesh.positions[kept..] {
-                *position = position.as_vec3().as_dvec3();
+                *position = rounded(position);
             }
+            count_crossing_again(&mesh, input, whole, regions);
+        } else if rounds {
+            let positions = mesh.positions.iter().map(rounded).collect();
+            let written = Mesh::new(positions, mesh.faces.clone());
+            count_crossing_again(&written, input, whole, regions);
         }
         if whole {
             let mut notes = self.write_model(&mesh, &Attributes::default(), None, input)?;
@@ -187,6 +199,20 @@ impl Output {
                 gone.join(", ")
             )
         })
+    }
+}
+
+/// Counts the faces of patches that intersect others in the positions that are written.
+fn count_crossing_again(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut [RegionReport]) {
+    if whole && regions.iter().any(|r| !r.holes.is_empty()) {
+        // Zero sets by themselves may pass through each other.
+        return;
+    }
+    let kept = if whole { 0 } else { input.mesh.faces.len() };
+    let patches: Vec<usize> = regions.iter().map(|r| r.new_faces).collect();
+    let counts = count_crossing(mesh, kept, &patches);
+    for (region, count) in regions.iter_mut().zip(counts) {
+        region.intersecting_faces = count;
     }
 }
 

@@ -1,33 +1,83 @@
-//! The progress bar, and Ctrl-C.
+//! What is told while regions are worked on: a bar on a terminal, else a line for each region that ends.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::collections::BTreeSet;
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use isomend::pipeline::{Event, Progress, Step};
+use isomend::report::RegionReport;
 
 use super::console::Console;
 
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+/// Steps of the bar.
+const STEPS: u64 = 1000;
 
-/// From now on Ctrl-C only sets a flag.
-pub fn catch_interrupt() -> anyhow::Result<()> {
-    ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed))
-        .context("cannot listen for Ctrl-C")
-}
+/// The bar that is drawn now, if any.
+static DRAWN: Mutex<Option<ProgressBar>> = Mutex::new(None);
 
-/// Whether Ctrl-C was pressed.
-pub fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
-}
-
-/// A bar of regions done, on standard error; nothing where that is no terminal.
-pub fn bar(console: &Console) -> ProgressBar {
-    if !console.wants_progress() {
-        return ProgressBar::hidden();
+/// Takes the bar off the terminal, for a program that ends.
+pub fn clear() {
+    if let Ok(mut drawn) = DRAWN.try_lock()
+        && let Some(bar) = drawn.take()
+    {
+        bar.finish_and_clear();
     }
-    let bar = ProgressBar::with_draw_target(Some(1), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{spinner} filling {bar:30} {pos}/{len} {elapsed}");
+}
+
+/// Runs something that tells of its progress. On a terminal a bar shows how much is done, which holes are worked on and
+/// the time left; elsewhere `line` is said of each region as it ends.
+pub fn watched<R>(
+    console: &Console,
+    line: fn(&RegionReport) -> String,
+    run: impl FnOnce(&Progress) -> R,
+) -> R {
+    if console.wants_progress() {
+        let bar = bar();
+        *DRAWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
+        let busy = Mutex::new(BTreeSet::new());
+        let result = run(&|step| {
+            show(&bar, &busy, step);
+            true
+        });
+        clear();
+        return result;
+    }
+    run(&|step| {
+        if let Event::Ended(region) = step.event
+            && !region.levels.is_empty()
+        {
+            console.say(&line(region));
+        }
+        true
+    })
+}
+
+fn show(bar: &ProgressBar, busy: &Mutex<BTreeSet<usize>>, step: &Step) {
+    let mut busy = busy.lock().unwrap_or_else(PoisonError::into_inner);
+    match step.event {
+        Event::Begun(holes) => busy.extend(holes.first()),
+        Event::Ended(region) => {
+            if let Some(first) = region.holes.first() {
+                busy.remove(first);
+            }
+        }
+        _ => return,
+    }
+    let holes: Vec<String> = busy.iter().take(4).map(usize::to_string).collect();
+    let at = match holes.len() {
+        0 => String::new(),
+        1 => format!(", hole {}", holes[0]),
+        _ => format!(", holes {}", holes.join(", ")),
+    };
+    bar.set_position((step.part * STEPS as f64) as u64);
+    bar.set_message(format!("{} of {}{at}", step.done, step.all));
+}
+
+fn bar() -> ProgressBar {
+    let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
+    let style =
+        ProgressStyle::with_template("{spinner} {bar:30} {msg}; {elapsed}, about {eta} left");
     if let Ok(style) = style {
         bar.set_style(style);
     }

@@ -2,14 +2,15 @@
 
 use anyhow::{Context, bail};
 use clap::Args;
-use isomend::{RestoreError, RestoreParams, Restored};
+use isomend::report::region_lines;
+use isomend::{RestoreParams, Restored};
 
 use super::batch::{Files, FilesArgs};
 use super::console::Console;
 use super::json::Cut;
 use super::mask::MaskArgs;
-use super::solve::{self, Mended, SolveArgs};
-use super::{CommonArgs, End, arguments};
+use super::solve::{Mended, SolveArgs};
+use super::{CommonArgs, End, arguments, progress};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -78,26 +79,20 @@ fn one(args: &RestoreArgs, files: &Files<'_>, console: &Console) -> anyhow::Resu
         };
         return files.preview(&loaded, &plan.fill, Some(cut));
     }
-    let restored = solve::watched(console, |progress| {
+    let mut restored = progress::watched(console, region_lines, |progress| {
         isomend::restore_with_progress(&loaded.mesh, &marked, &params, progress)
-    });
-    let restored = match restored {
-        Err(RestoreError::Fill(error)) => Err(error),
-        Err(error) => return Err(error).context(failed),
-        Ok(restored) => Ok(restored),
-    };
-    let Some(restored) = solve::unless_stopped(restored, console)? else {
-        return Ok(End::Interrupted);
-    };
+    })
+    .context(failed)?;
     let cut = tell(&restored, console);
     let before = files.before(&loaded, &restored.kept);
     let done = Mended {
         mesh: restored.mesh,
         first: &loaded.restricted(&restored.kept),
         params: &params.fill,
-        report: &restored.report.fill,
+        report: &mut restored.report.fill,
         cut: Some(cut),
         before,
+        strict: args.solve.strict,
     };
     files.finish(done, console)
 }

@@ -4,18 +4,14 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use isomend::flow::{Energy, Variant};
 use isomend::io::Loaded;
-use isomend::pipeline::Progress;
 use isomend::report::{FillReport, HoleOutcome, Plan, level_lines, plan_lines, summary_lines};
-use isomend::{FillError, FillParams, Mesh, SurfaceKind, VoxelSize};
+use isomend::{FillParams, Mesh, SurfaceKind, VoxelSize};
 
 use super::batch::Files;
 use super::console::{self, Console};
 use super::json::{Cut, FileInfo, FillDocument, PlanDocument};
 use super::report::{Before, Drawn};
-use super::{End, arguments, progress};
-
-/// Edge ratio for the variation of curvature: longer chords are farther from its surface than that is from smooth data.
-const FINE_EDGE_RATIO: f64 = 0.45;
+use super::{End, arguments};
 
 /// Options of the solve and of what is written.
 #[derive(Debug, Args)]
@@ -52,6 +48,11 @@ pub struct SolveArgs {
     /// Length of the patch's edges over that of the edges round the hole [default: 0.8, with curvature-variation 0.45].
     #[arg(long, value_name = "RATIO", value_parser = arguments::edge_ratio)]
     edge_ratio: Option<f64>,
+
+    /// Exit with 3 unless every hole of more than four edges that was to be filled got a steady surface of the level set,
+    /// joined to its rim, that crosses no face.
+    #[arg(long)]
+    pub(super) strict: bool,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -118,10 +119,7 @@ impl SolveArgs {
             variant: self.variant.into(),
             steps: self.steps,
             time_step: self.time_step,
-            edge_ratio: self.edge_ratio.unwrap_or(match self.energy.energy() {
-                Energy::Willmore => FillParams::default().edge_ratio,
-                Energy::CurvatureVariation => FINE_EDGE_RATIO,
-            }),
+            edge_ratio: self.edge_ratio,
             ..FillParams::default()
         }
     }
@@ -148,11 +146,13 @@ pub struct Mended<'a> {
     /// The parameters.
     pub params: &'a FillParams,
     /// What was found and done.
-    pub report: &'a FillReport,
+    pub report: &'a mut FillReport,
     /// What of the input is not in `first`.
     pub cut: Option<Cut>,
     /// The mesh before, where something was cut out and it is to be drawn.
     pub before: Option<Before>,
+    /// Whether anything but a steady surface that is joined and crosses nothing counts as done in part.
+    pub strict: bool,
 }
 
 impl Files<'_> {
@@ -165,10 +165,12 @@ impl Files<'_> {
             report,
             cut,
             before,
+            strict,
         } = done;
         let output = self.output.as_ref().context("there is no output")?;
         let mut notes = first.notes.clone();
-        let (mesh, remarks) = output.write(mesh, first, params)?;
+        let (mesh, remarks) = output.write(mesh, first, params, &mut report.regions)?;
+        let report = &*report;
         notes.extend(remarks);
         notes[first.notes.len()..]
             .iter()
@@ -183,6 +185,8 @@ impl Files<'_> {
                 output: FileInfo::new(&output.path, output.format, &mesh),
                 notes: &notes,
                 complete: !report.incomplete(),
+                flawless: report.flawless(),
+                outcomes: report.tally(),
                 cut,
                 report,
             })?;
@@ -201,11 +205,8 @@ impl Files<'_> {
             notes: &notes,
             report,
         })?;
-        Ok(if report.incomplete() {
-            End::InPart
-        } else {
-            End::Done
-        })
+        let done = !report.incomplete() && (!strict || report.flawless());
+        Ok(if done { End::Done } else { End::InPart })
     }
 
     /// Says what would be done, on standard output unless the JSON report goes there.
@@ -239,7 +240,8 @@ impl Files<'_> {
     }
 
     fn tell(&self, report: &FillReport, console: &Console) {
-        for line in summary_lines(report) {
+        // Off a terminal each region was told of as it ended.
+        for line in summary_lines(report, console.wants_progress()) {
             console.say(&line);
         }
         for region in &report.regions {
@@ -256,33 +258,6 @@ impl Files<'_> {
             if let HoleOutcome::Failed(why) = &hole.outcome {
                 console.warn(&format!("{name}hole {} is still open: {why}", hole.hole.id));
             }
-        }
-    }
-}
-
-/// Runs with a progress bar that Ctrl-C stops.
-pub fn watched<R>(console: &Console, run: impl FnOnce(&Progress) -> R) -> R {
-    let bar = progress::bar(console);
-    let result = run(&|done, all| {
-        bar.set_length(all as u64);
-        bar.set_position(done as u64);
-        !progress::interrupted()
-    });
-    bar.finish_and_clear();
-    result
-}
-
-/// The result; none, which is said, when the user stopped the run.
-pub fn unless_stopped<R>(
-    result: Result<R, FillError>,
-    console: &Console,
-) -> anyhow::Result<Option<R>> {
-    match result {
-        Err(error) if !matches!(error, FillError::Cancelled) => Err(error.into()),
-        Ok(done) if !progress::interrupted() => Ok(Some(done)),
-        _ => {
-            console.warn("stopped; nothing was written");
-            Ok(None)
         }
     }
 }

@@ -4,7 +4,8 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::{
-    Mesh,
+    Mesh, OpenChain,
+    chains::describe_chains,
     topology::{NONE, Topology, end, start},
 };
 
@@ -41,9 +42,10 @@ pub struct Hole {
 /// All holes of a mesh, the longest first.
 ///
 /// Loops are simple: where the boundary passes a vertex twice it is cut into loops that touch there. Degenerate faces and
-/// faces at non-manifold edges bound nothing. Chains that do not close are left out; their number is the second value.
-pub fn find_holes(mesh: &Mesh, topology: &mut Topology) -> (Vec<Hole>, usize) {
-    let (loops, open_chains) = boundary_loops(mesh, topology);
+/// faces at non-manifold edges bound nothing. Chains that do not close bound none; they are the second value.
+pub fn find_holes(mesh: &Mesh, topology: &mut Topology) -> (Vec<Hole>, Vec<OpenChain>) {
+    let (loops, chains) = boundary_loops(mesh, topology);
+    let open_chains = describe_chains(mesh, topology, &chains);
     let mut holes: Vec<Hole> = loops
         .into_iter()
         .map(|half_edges| describe(mesh, topology, &half_edges))
@@ -61,7 +63,7 @@ pub fn find_holes(mesh: &Mesh, topology: &mut Topology) -> (Vec<Hole>, usize) {
 }
 
 /// Simple loops of boundary half-edges, each in the direction of a patch: the mesh's own half-edges backwards.
-fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, usize) {
+fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, Vec<Vec<u32>>) {
     let mut outgoing: Vec<(u32, u32)> = (0..topology.boundary.len() as u32)
         .filter(|&h| topology.boundary[h as usize])
         .map(|h| (end(mesh, h), h))
@@ -70,7 +72,7 @@ fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, usize
     topology.defects.non_manifold_boundary_vertices = count_repeats(&outgoing);
     let mut used = vec![false; outgoing.len()];
     let mut position = vec![NONE; mesh.positions.len()];
-    let (mut loops, mut open_chains) = (Vec::new(), 0);
+    let (mut loops, mut open_chains) = (Vec::new(), Vec::new());
     for seed in 0..outgoing.len() {
         if used[seed] {
             continue;
@@ -101,10 +103,10 @@ fn boundary_loops(mesh: &Mesh, topology: &mut Topology) -> (Vec<Vec<u32>>, usize
             }
         }
         if !path.is_empty() {
-            open_chains += 1;
             for &h in &path {
                 position[end(mesh, h) as usize] = NONE;
             }
+            open_chains.push(path);
         }
     }
     (

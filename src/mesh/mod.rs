@@ -2,6 +2,7 @@
 
 mod adjacency;
 pub mod attributes;
+mod chains;
 pub mod cut;
 pub mod holes;
 pub mod mask;
@@ -19,6 +20,7 @@ use glam::DVec3;
 
 pub use adjacency::{VertexFaces, face_normal, vertex_normal};
 pub use attributes::Attributes;
+pub use chains::{ChainReason, OpenChain};
 pub use holes::{Hole, find_holes};
 pub use part::Part;
 pub use topology::{Defects, Topology};

@@ -15,7 +15,7 @@ fn sheet() -> Mesh {
 fn holes_of(mesh: &mut Mesh) -> (Topology, Vec<Hole>) {
     let mut topology = Topology::new(mesh);
     let (holes, open_chains) = find_holes(mesh, &mut topology);
-    assert_eq!(open_chains, 0);
+    assert_eq!(open_chains, []);
     (topology, holes)
 }
 

@@ -16,7 +16,7 @@ use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::{
     Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Start, solve_nested,
 };
-use crate::report::{HoleOutcome, RegionReport};
+use crate::report::{ClosedBy, HoleOutcome, RegionReport};
 use crate::sdf::Sampler;
 use crate::stitch::{Patch, StitchError, close_seam};
 
@@ -114,6 +114,12 @@ pub(super) fn first_region(found: &Inspection, params: &FillParams, group: &[usi
         ..Try::default()
     };
     region(found, params, group, &first, None)
+}
+
+/// About how much work a group is: the squares of voxels across its first grid.
+pub(super) fn expected_work(found: &Inspection, params: &FillParams, group: &[usize]) -> f64 {
+    let region = first_region(found, params, group);
+    (region.diameter / region.voxel).powi(2)
 }
 
 /// The lattice of a try; `damaged` is the surface that it starts from, if any. Where the voxel may be chosen the variation of
@@ -223,6 +229,7 @@ impl Work<'_> {
             };
             let extracted = extract(&solved.level);
             if self.params.surface == SurfaceKind::Whole {
+                report.closed_by = ClosedBy::LevelSet;
                 report.new_faces = extracted.faces.len();
                 report.new_vertices = extracted.positions.len();
                 return self.all(group, extracted, report, HoleOutcome::Filled);
@@ -369,8 +376,9 @@ impl Work<'_> {
     }
 
     fn accept(&self, group: &[usize], patch: Patch, mut report: RegionReport) -> RegionPatch {
-        report.seam_angle_mean = patch.report.seam_angle_mean;
-        report.seam_angle_max = patch.report.seam_angle_max;
+        report.closed_by = ClosedBy::LevelSet;
+        report.seam_angle_mean = Some(patch.report.seam_angle_mean);
+        report.seam_angle_max = Some(patch.report.seam_angle_max);
         report.quality_mean = patch.report.quality_mean;
         report.intersecting_faces = patch.report.intersecting_faces;
         report.components = patch.report.components;
@@ -403,6 +411,7 @@ impl Work<'_> {
         let faces = close_seam(&self.found.mesh, &a.rim, &b.rim)?;
         let report = RegionReport {
             diameter: a.diameter,
+            closed_by: ClosedBy::Seam,
             new_faces: faces.len(),
             components: 1,
             ..RegionReport::default()

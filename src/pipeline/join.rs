@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::attempt::{RegionPatch, Work};
 use crate::mesh::{Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
-use crate::report::{HoleOutcome, RegionReport};
+use crate::report::{ClosedBy, HoleOutcome, RegionReport};
 use crate::stitch::{
     Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch, triangulate_loop,
 };
@@ -32,7 +32,7 @@ impl Work<'_> {
             extracted,
             voxel: region.voxel,
             params: StitchParams {
-                edge_factor: self.params.edge_ratio,
+                edge_factor: self.params.edge_ratio(),
                 ..StitchParams::default()
             },
         })
@@ -91,6 +91,13 @@ impl Work<'_> {
         report.new_faces = faces.len();
         report.intersecting_faces = count_intersecting(&part.mesh, &[], &faces);
         report.components = outcomes.len();
+        report.closed_by = match outcomes
+            .iter()
+            .any(|o| matches!(o.1, HoleOutcome::Failed(_)))
+        {
+            true => ClosedBy::Nothing,
+            false => ClosedBy::RimTriangles,
+        };
         renumber(&mut faces, &part, self.found.mesh.positions.len());
         RegionPatch {
             patch: Mesh::new(Vec::new(), faces),

@@ -6,17 +6,17 @@ mod fair;
 mod join;
 mod opening;
 mod plan;
+mod progress;
 mod restore;
 mod sources;
 pub mod volume;
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::mesh::{Hole, Mesh, Topology, find_holes, welded};
+use crate::mesh::{Hole, Mesh, OpenChain, Topology, find_holes, welded};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::group_holes;
 use crate::report::{FillReport, HoleOutcome, HoleReport};
@@ -27,6 +27,8 @@ pub use fair::{
     plan_fair,
 };
 pub use plan::plan;
+use progress::Watch;
+pub use progress::{Event, Progress, Step};
 pub use restore::{
     RestoreError, RestoreParams, RestorePlan, RestoreReport, Restored, plan_restore, restore,
     restore_with_progress,
@@ -78,9 +80,6 @@ pub enum FillError {
     Cancelled,
 }
 
-/// Progress of a fill: regions done of all. It is called often, from several threads; return false to stop.
-pub type Progress<'a> = dyn Fn(usize, usize) -> bool + Sync + 'a;
-
 /// A filled mesh.
 #[derive(Clone, Debug)]
 pub struct Filled {
@@ -100,7 +99,7 @@ pub struct Inspection {
     /// Its connectivity.
     pub topology: Topology,
     /// Boundary chains that do not close.
-    pub open_chains: usize,
+    pub open_chains: Vec<OpenChain>,
 }
 
 /// Finds the pieces, holes and defects of a mesh.
@@ -126,7 +125,7 @@ pub fn inspect(mesh: &Mesh) -> Result<Inspection, FillError> {
 /// # Errors
 /// When the mesh or the parameters make no sense. A hole that cannot be filled is no error: the report says so.
 pub fn fill(mesh: &Mesh, params: &FillParams) -> Result<Filled, FillError> {
-    fill_with_progress(mesh, params, &|_, _| true)
+    fill_with_progress(mesh, params, &|_| true)
 }
 
 /// [`fill`] with a callback that is told of progress and may stop it.
@@ -154,34 +153,17 @@ fn fill_found(
     let (mut outcomes, chosen) = choose(found, params)?;
     let groups = groups(found, &chosen, &mut outcomes, &bridges(found, params)?);
     let asked = |group: &[usize]| !attempt::is_trivial(found, params, group);
-    let sources = Sources::new(found, &groups, &asked);
-    let stop = AtomicBool::new(false);
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    let keep_going = || {
-        if !progress(done.load(Ordering::Relaxed), groups.len()) {
-            stop.store(true, Ordering::Relaxed);
-        }
-        !stop.load(Ordering::Relaxed)
+    let work = |group: &Vec<usize>| match asked(group) {
+        true => attempt::expected_work(found, params, group),
+        false => 0.0,
     };
-    keep_going();
-    let work = Work {
-        found,
-        sources: &sources,
-        params,
-        damaged,
-        keep_going: &keep_going,
+    let watch = Watch::new(progress, groups.iter().map(work).collect());
+    let patches = if groups.is_empty() {
+        Vec::new()
+    } else {
+        fill_groups(found, params, damaged, &groups, &watch)
     };
-    let patches: Vec<RegionPatch> = groups
-        .par_iter()
-        .enumerate()
-        .map(|(i, group)| {
-            let patch = work.fill_region(i, group);
-            done.fetch_add(1, Ordering::Relaxed);
-            keep_going();
-            patch
-        })
-        .collect();
-    if stop.load(Ordering::Relaxed) {
+    if watch.stopped() {
         return Err(FillError::Cancelled);
     }
     let mut report = FillReport {
@@ -189,7 +171,8 @@ fn fill_found(
         faces: mesh.faces.len(),
         pieces: found.topology.piece_faces.len(),
         defects: found.topology.defects,
-        open_chains: found.open_chains,
+        open_chains: found.open_chains.clone(),
+        all_holes: params.holes.is_none(),
         ..FillReport::default()
     };
     let mut out = match params.surface {
@@ -220,6 +203,33 @@ fn fill_found(
         .collect();
     report.seconds = clock.elapsed().as_secs_f64();
     Ok(Filled { mesh: out, report })
+}
+
+/// The patches of all regions, each computed on its own.
+fn fill_groups(
+    found: &Inspection,
+    params: &FillParams,
+    damaged: Option<&Damaged>,
+    groups: &[Vec<usize>],
+    watch: &Watch,
+) -> Vec<RegionPatch> {
+    let asked = |group: &[usize]| !attempt::is_trivial(found, params, group);
+    let sources = Sources::new(found, groups, &asked);
+    let work = Work {
+        found,
+        sources: &sources,
+        params,
+        damaged,
+        keep_going: &|| watch.keep_going(),
+    };
+    let fill = |(i, group): (usize, &Vec<usize>)| {
+        let ids: Vec<usize> = group.iter().map(|&h| found.holes[h].id).collect();
+        watch.begin(&ids);
+        let patch = work.fill_region(i, group);
+        watch.end(i, &patch.report);
+        patch
+    };
+    groups.par_iter().enumerate().map(fill).collect()
 }
 
 fn validate(mesh: &Mesh) -> Result<(), FillError> {
@@ -253,7 +263,8 @@ fn check_params(params: &FillParams) -> Result<(), FillError> {
     {
         return bad("the voxel size must be a positive length, or `auto`");
     }
-    if !(params.edge_ratio.is_finite() && params.edge_ratio > 0.05 && params.edge_ratio < 20.0) {
+    let ratio = params.edge_ratio();
+    if !(ratio.is_finite() && ratio > 0.05 && ratio < 20.0) {
         return bad("the edge ratio must lie between 0.05 and 20");
     }
     if params.time_step.is_some_and(|t| t.is_nan() || t <= 0.0) {
@@ -302,10 +313,10 @@ fn choose(
         } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
             Some("wider than the largest diameter asked for".to_owned())
         } else if hole.outer_border && !is_small(found, i) && !facing[i] {
-            Some(format!(
-                "the outer border of an open sheet (fill it with --holes {})",
-                hole.id
-            ))
+            Some(
+                "the outer border of an open sheet, which is filled only when it is named"
+                    .to_owned(),
+            )
         } else {
             None
         };

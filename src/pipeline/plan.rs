@@ -46,7 +46,7 @@ pub(super) fn plan_found(found: &Inspection, params: &FillParams) -> Result<Plan
         faces: found.mesh.faces.len(),
         pieces: found.topology.piece_faces.len(),
         defects: found.topology.defects,
-        open_chains: found.open_chains,
+        open_chains: found.open_chains.clone(),
         holes: holes
             .map(|(hole, (outcome, region))| PlannedHole {
                 hole: hole.clone(),

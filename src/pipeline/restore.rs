@@ -145,7 +145,7 @@ pub fn restore(
     marked: &[bool],
     params: &RestoreParams,
 ) -> Result<Restored, RestoreError> {
-    restore_with_progress(mesh, marked, params, &|_, _| true)
+    restore_with_progress(mesh, marked, params, &|_| true)
 }
 
 /// [`restore`] with a callback that is told of progress and may stop it.

@@ -8,11 +8,13 @@ pub mod view;
 
 use serde::Serialize;
 
-use crate::mesh::{Defects, Hole};
+use crate::mesh::{Defects, Hole, OpenChain};
 use crate::region::LevelReport;
 
 pub use plan::{Plan, PlannedHole, PlannedOutcome, PlannedRegion, plan_lines};
-pub use text::{defect_lines, hole_table, level_lines, region_lines, summary_lines};
+pub use text::{
+    chain_lines, defect_lines, hole_table, level_lines, region_lines, summary_lines, tally_line,
+};
 
 /// What happened to a hole.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -41,6 +43,43 @@ pub struct HoleReport {
     pub region: usize,
 }
 
+/// Holes of at most so many edges are closed by triangles between their vertices without being solved.
+const FEW_EDGES: usize = 4;
+
+/// What closed a region.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ClosedBy {
+    /// The surface of the level set.
+    LevelSet,
+    /// Thin triangles between two rims that lie on each other.
+    Seam,
+    /// Triangles between the vertices of each rim.
+    RimTriangles,
+    /// Some rim of it is still open.
+    #[default]
+    Nothing,
+}
+
+/// How many holes ended in which way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Tally {
+    /// Filled by the level set.
+    pub filled: usize,
+    /// Closed by triangles between the vertices of their rims.
+    pub triangulated: usize,
+    /// Left as they were because they were not asked for.
+    pub left: usize,
+    /// To be filled but still open.
+    pub failed: usize,
+    /// Boundary chains that do not close.
+    pub open_chains: usize,
+    /// Patches with faces that intersect other faces.
+    pub crossing_patches: usize,
+    /// Those faces.
+    pub crossing_faces: usize,
+}
+
 /// A region and its patch.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct RegionReport {
@@ -58,10 +97,12 @@ pub struct RegionReport {
     pub levels: Vec<LevelReport>,
     /// Whether the flow became steady.
     pub converged: bool,
-    /// Mean angle between the faces on both sides of the seam, in degrees.
-    pub seam_angle_mean: f64,
+    /// What closed it.
+    pub closed_by: ClosedBy,
+    /// Mean angle between the faces on both sides of the seam, in degrees; none where the level set did not close it.
+    pub seam_angle_mean: Option<f64>,
     /// Largest angle there.
-    pub seam_angle_max: f64,
+    pub seam_angle_max: Option<f64>,
     /// New vertices.
     pub new_vertices: usize,
     /// New faces.
@@ -92,7 +133,9 @@ pub struct FillReport {
     /// What is wrong with the input.
     pub defects: Defects,
     /// Boundary chains that do not close.
-    pub open_chains: usize,
+    pub open_chains: Vec<OpenChain>,
+    /// Whether all holes were to be filled, so that a boundary chain that does not close is one that stays open.
+    pub all_holes: bool,
     /// The holes.
     pub holes: Vec<HoleReport>,
     /// The regions.
@@ -102,10 +145,48 @@ pub struct FillReport {
 }
 
 impl FillReport {
-    /// Whether some hole that was to be filled is still open.
+    /// Whether something that was to be filled is still open: a hole, or a boundary chain that does not close.
     pub fn incomplete(&self) -> bool {
-        self.holes
-            .iter()
-            .any(|h| matches!(h.outcome, HoleOutcome::Failed(_)))
+        self.tally().failed > 0 || (self.all_holes && !self.open_chains.is_empty())
+    }
+
+    /// Whether every hole of more than four edges that was to be filled got a steady surface, joined to its rim, that
+    /// crosses nothing, or was the side of a seam that closed.
+    pub fn flawless(&self) -> bool {
+        let flawless = |hole: &HoleReport| match &hole.outcome {
+            HoleOutcome::Left(_) => true,
+            _ if hole.hole.edges <= FEW_EDGES => true,
+            _ => self.regions.iter().any(|r| {
+                let whole = match r.closed_by {
+                    ClosedBy::LevelSet => r.converged,
+                    ClosedBy::Seam => true,
+                    ClosedBy::RimTriangles | ClosedBy::Nothing => false,
+                };
+                r.id == hole.region && whole && r.intersecting_faces == 0
+            }),
+        };
+        !self.incomplete() && self.holes.iter().all(flawless)
+    }
+
+    /// How many holes ended in which way.
+    pub fn tally(&self) -> Tally {
+        let mut tally = Tally {
+            open_chains: self.open_chains.len(),
+            ..Tally::default()
+        };
+        for hole in &self.holes {
+            let count = match hole.outcome {
+                HoleOutcome::Filled => &mut tally.filled,
+                HoleOutcome::Triangulated(_) => &mut tally.triangulated,
+                HoleOutcome::Left(_) => &mut tally.left,
+                HoleOutcome::Failed(_) => &mut tally.failed,
+            };
+            *count += 1;
+        }
+        for region in self.regions.iter().filter(|r| r.intersecting_faces > 0) {
+            tally.crossing_patches += 1;
+            tally.crossing_faces += region.intersecting_faces;
+        }
+        tally
     }
 }

@@ -3,7 +3,8 @@
 use serde::Serialize;
 
 use super::defect_lines;
-use crate::mesh::{Defects, Hole};
+use super::text::{chain_lines, joined, ranges};
+use crate::mesh::{Defects, Hole, OpenChain};
 
 /// What would happen to a hole.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -59,7 +60,7 @@ pub struct Plan {
     /// What is wrong with the input.
     pub defects: Defects,
     /// Boundary chains that do not close.
-    pub open_chains: usize,
+    pub open_chains: Vec<OpenChain>,
     /// The holes.
     pub holes: Vec<PlannedHole>,
     /// The regions.
@@ -69,23 +70,14 @@ pub struct Plan {
 /// A plan in lines: defects, then the regions, then the holes that would stay open.
 pub fn plan_lines(plan: &Plan) -> Vec<String> {
     let mut lines = defect_lines(&plan.defects);
-    if plan.open_chains > 0 {
-        let chains = plan.open_chains;
-        lines.push(format!(
-            "{chains} boundary chains do not close and would be left"
-        ));
-    }
-    let text = |ids: &[usize], between| {
-        let ids: Vec<String> = ids.iter().map(ToString::to_string).collect();
-        ids.join(between)
-    };
+    lines.extend(chain_lines(&plan.open_chains));
     let simple = plan.regions.iter().filter(|r| r.voxel.is_none());
     let simple: Vec<usize> = simple.flat_map(|r| r.holes.iter().copied()).collect();
     for r in &plan.regions {
         if let (Some(voxel), Some([x, y, z])) = (r.voxel, r.dims) {
             lines.push(format!(
                 "hole {}: would be filled; diameter {:.5}, voxel {voxel:.6} ({:.0} across), in a box of {x} x {y} x {z} nodes",
-                text(&r.holes, "+"),
+                joined(&r.holes),
                 r.diameter,
                 r.diameter / voxel
             ));
@@ -95,7 +87,7 @@ pub fn plan_lines(plan: &Plan) -> Vec<String> {
         lines.push(format!(
             "{} {}: would be closed with faces between their own vertices",
             if simple.len() == 1 { "hole" } else { "holes" },
-            text(&simple, ", ")
+            ranges(&simple)
         ));
     }
     let mut left: Vec<(&str, Vec<usize>)> = Vec::new();
@@ -109,10 +101,7 @@ pub fn plan_lines(plan: &Plan) -> Vec<String> {
     }
     for (why, ids) in &left {
         let noun = if ids.len() == 1 { "hole" } else { "holes" };
-        lines.push(format!(
-            "{noun} {}: would be left open: {why}",
-            text(ids, ", ")
-        ));
+        lines.push(format!("{noun} {}: would be left open: {why}", ranges(ids)));
     }
     let open: usize = left.iter().map(|(_, ids)| ids.len()).sum();
     let all = plan.holes.len();

@@ -1,8 +1,17 @@
 //! Reports as plain text.
 
-use super::{FillReport, HoleOutcome, RegionReport};
+use std::collections::HashMap;
+
+use super::{ClosedBy, FillReport, HoleOutcome, RegionReport};
 use crate::flow::Energy;
-use crate::mesh::{Defects, Hole};
+use crate::mesh::{Defects, Hole, OpenChain};
+
+/// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.
+const MOST_JOINED: usize = 12;
+const MOST_RANGES: usize = 24;
+const MOST_CHAINS: usize = 12;
+/// Most different reasons why holes were not solved.
+const MOST_REASONS: usize = 50;
 
 /// A table of holes, one line each, with a heading.
 pub fn hole_table(holes: &[Hole]) -> Vec<String> {
@@ -60,26 +69,17 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
         .collect()
 }
 
-/// A line for each region.
+/// A line for a region: what closed it, and how.
 pub fn region_lines(r: &RegionReport) -> String {
-    let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
-    let energy = r
-        .levels
-        .last()
-        .map_or((0.0, 0.0), |l| (l.flow.energy_before, l.flow.energy_after));
-    let mut line = format!(
-        "hole {}: diameter {:.5}, {:.0} voxels across, {} steps, energy {:.4} -> {:.4}, seam {:.1} degrees, {} faces, {:.2} s",
-        join(&r.holes),
-        r.diameter,
-        r.diameter / r.voxel,
-        steps,
-        energy.0,
-        energy.1,
-        r.seam_angle_mean,
-        r.new_faces,
-        r.seconds
-    );
-    if !r.levels.is_empty() && !r.converged {
+    let mut line = format!("hole {}: diameter {:.5}, ", joined(&r.holes), r.diameter);
+    line += &match r.closed_by {
+        ClosedBy::LevelSet => solved(r),
+        ClosedBy::Seam => "closed with thin triangles between the sides of a seam".to_owned(),
+        ClosedBy::RimTriangles => "closed by triangles between its rim's vertices".to_owned(),
+        ClosedBy::Nothing => "not closed".to_owned(),
+    };
+    line += &format!(", {} faces, {:.2} s", r.new_faces, r.seconds);
+    if r.closed_by == ClosedBy::LevelSet && !r.levels.is_empty() && !r.converged {
         let movement = r.levels.last().map_or(f64::NAN, |l| l.flow.movement);
         line += &format!("; not steady: the last step moved it by {movement:.1e} voxels");
     }
@@ -95,9 +95,26 @@ pub fn region_lines(r: &RegionReport) -> String {
     line
 }
 
+/// How the level set found the surface of a region.
+fn solved(r: &RegionReport) -> String {
+    let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
+    let (before, after) = r
+        .levels
+        .last()
+        .map_or((0.0, 0.0), |l| (l.flow.energy_before, l.flow.energy_after));
+    let mut text = format!(
+        "{:.0} voxels across, {steps} steps, energy {before:.4} -> {after:.4}",
+        r.diameter / r.voxel
+    );
+    if let Some(seam) = r.seam_angle_mean {
+        text += &format!(", seam {seam:.1} degrees");
+    }
+    text
+}
+
 /// The levels of a region's solve, the coarsest first, and the tries that came before.
 pub fn level_lines(r: &RegionReport) -> Vec<String> {
-    let mut lines = vec![format!("region {} (hole {}):", r.id, join(&r.holes))];
+    let mut lines = vec![format!("region {} (hole {}):", r.id, joined(&r.holes))];
     for why in &r.earlier_tries {
         lines.push(format!("  tried again: {why}"));
     }
@@ -123,30 +140,87 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
             level.seconds[1],
         ));
     }
-    lines.push(format!(
-        "  patch: {} vertices, {} faces, quality {:.3}, seam angle mean {:.2} and largest {:.2} degrees, {} components",
-        r.new_vertices, r.new_faces, r.quality_mean, r.seam_angle_mean, r.seam_angle_max, r.components
-    ));
+    let mut patch = format!(
+        "  patch: {} vertices, {} faces, {} components",
+        r.new_vertices, r.new_faces, r.components
+    );
+    if r.quality_mean > 0.0 {
+        patch += &format!(", quality {:.3}", r.quality_mean);
+    }
+    if let (Some(mean), Some(largest)) = (r.seam_angle_mean, r.seam_angle_max) {
+        patch += &format!(", seam angle mean {mean:.2} and largest {largest:.2} degrees");
+    }
+    lines.push(patch);
     lines
 }
 
-fn join(holes: &[usize]) -> String {
-    let numbers: Vec<String> = holes.iter().map(ToString::to_string).collect();
-    numbers.join("+")
+/// Numbers of holes that are filled together, such as `3+7`; of many the first.
+pub(super) fn joined(holes: &[usize]) -> String {
+    let shown = &holes[..holes.len().min(MOST_JOINED)];
+    let numbers: Vec<String> = shown.iter().map(ToString::to_string).collect();
+    match holes.len() - shown.len() {
+        0 => numbers.join("+"),
+        more => format!("{} and {more} more", numbers.join("+")),
+    }
 }
 
-/// The summary of a fill: defects, then a line for each region, then the holes that stayed open.
-pub fn summary_lines(report: &FillReport) -> Vec<String> {
-    let mut lines = defect_lines(&report.defects);
-    if report.open_chains > 0 {
+/// Numbers in a list, such as `1, 4-9, 12`; of many ranges the first.
+pub(super) fn ranges(numbers: &[usize]) -> String {
+    let mut sorted = numbers.to_vec();
+    sorted.sort_unstable();
+    let mut parts: Vec<(usize, usize)> = Vec::new();
+    for n in sorted {
+        match parts.last_mut() {
+            Some(last) if n <= last.1 + 1 => last.1 = n,
+            _ => parts.push((n, n)),
+        }
+    }
+    let shown = &parts[..parts.len().min(MOST_RANGES)];
+    let text = |&(a, b): &(usize, usize)| match b - a {
+        0 => a.to_string(),
+        1 => format!("{a}, {b}"),
+        _ => format!("{a}-{b}"),
+    };
+    let mut line = shown.iter().map(text).collect::<Vec<_>>().join(", ");
+    let more: usize = parts[shown.len()..].iter().map(|(a, b)| b - a + 1).sum();
+    if more > 0 {
+        line += &format!(" and {more} more");
+    }
+    line
+}
+
+/// Boundary chains that do not close, the first of them one line each.
+pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
+    let line = |c: &OpenChain| {
+        let [a, b] = c
+            .ends
+            .map(|p| format!("{:.5}, {:.5}, {:.5}", p.x, p.y, p.z));
+        format!(
+            "a boundary chain of {} edges does not close, from {a} to {b}: {}",
+            c.edges,
+            c.reason.text()
+        )
+    };
+    let mut lines: Vec<String> = chains.iter().take(MOST_CHAINS).map(line).collect();
+    if chains.len() > MOST_CHAINS {
         lines.push(format!(
-            "{} boundary chains do not close and were left",
-            report.open_chains
+            "{} more boundary chains do not close",
+            chains.len() - MOST_CHAINS
         ));
     }
+    lines
+}
+
+/// The summary of a fill: defects, a line for each region unless they were told already, the holes that did not end in a
+/// level set's surface, and how many ended how.
+pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
+    let mut lines = defect_lines(&report.defects);
+    lines.extend(chain_lines(&report.open_chains));
     let (small, solved): (Vec<_>, Vec<_>) =
         report.regions.iter().partition(|r| r.levels.is_empty());
-    lines.extend(solved.into_iter().map(region_lines));
+    if with_regions {
+        lines.extend(solved.into_iter().map(region_lines));
+    }
     if !small.is_empty() {
         let holes: usize = small.iter().map(|r| r.holes.len()).sum();
         let faces: usize = small.iter().map(|r| r.new_faces).sum();
@@ -154,33 +228,93 @@ pub fn summary_lines(report: &FillReport) -> Vec<String> {
             "{holes} small holes and sides of seams: closed with {faces} faces between their own vertices"
         ));
     }
-    let mut left: Vec<(&str, Vec<usize>)> = Vec::new();
-    for h in &report.holes {
-        match &h.outcome {
-            HoleOutcome::Filled => {}
-            HoleOutcome::Triangulated(why) => {
-                if h.hole.edges > 4 {
-                    lines.push(format!("hole {} triangulated: {why}", h.hole.id));
-                }
-            }
-            HoleOutcome::Left(why) => match left.iter_mut().find(|(w, _)| w == why) {
-                Some((_, ids)) => ids.push(h.hole.id),
-                None => left.push((why, vec![h.hole.id])),
-            },
-            HoleOutcome::Failed(why) => lines.push(format!("hole {} NOT filled: {why}", h.hole.id)),
-        }
-    }
-    for (why, ids) in left {
-        let noun = if ids.len() == 1 { "hole" } else { "holes" };
-        let numbers: Vec<String> = ids.iter().map(ToString::to_string).collect();
-        lines.push(format!("{noun} {} left open: {why}", numbers.join(", ")));
-    }
-    let count = |f: fn(&HoleOutcome) -> bool| report.holes.iter().filter(|h| f(&h.outcome)).count();
-    let mended = count(|o| matches!(o, HoleOutcome::Filled | HoleOutcome::Triangulated(_)));
-    lines.push(format!(
-        "{mended} of {} holes filled in {:.2} s",
-        report.holes.len(),
-        report.seconds
-    ));
+    lines.extend(unsolved_lines(report));
+    lines.push(tally_line(report));
     lines
+}
+
+/// The holes that did not end in a level set's surface, those with the same reason together.
+fn unsolved_lines(report: &FillReport) -> Vec<String> {
+    let mut reasons: Vec<(&str, &str, Vec<usize>)> = Vec::new();
+    let mut places: HashMap<(&str, &str), usize> = HashMap::new();
+    for h in &report.holes {
+        let (what, why) = match &h.outcome {
+            HoleOutcome::Triangulated(why) if h.hole.edges > 4 => ("triangulated", why),
+            HoleOutcome::Left(why) => ("left open", why),
+            HoleOutcome::Failed(why) => ("NOT filled", why),
+            _ => continue,
+        };
+        let place = *places.entry((what, why)).or_insert_with(|| {
+            reasons.push((what, why, Vec::new()));
+            reasons.len() - 1
+        });
+        reasons[place].2.push(h.hole.id);
+    }
+    let mut lines: Vec<String> = reasons
+        .iter()
+        .take(MOST_REASONS)
+        .map(|(what, why, ids)| {
+            let noun = if ids.len() == 1 { "hole" } else { "holes" };
+            format!("{noun} {} {what}: {why}", ranges(ids))
+        })
+        .collect();
+    if reasons.len() > MOST_REASONS {
+        let more: usize = reasons[MOST_REASONS..].iter().map(|r| r.2.len()).sum();
+        lines.push(format!(
+            "{more} more holes triangulated, left open or not filled"
+        ));
+    }
+    lines
+}
+
+/// How many holes ended in which way, in one line.
+pub fn tally_line(report: &FillReport) -> String {
+    let tally = report.tally();
+    let seconds = report.seconds;
+    if report.holes.is_empty() && report.open_chains.is_empty() {
+        return format!("no holes: vertices and faces were copied unchanged, in {seconds:.2} s");
+    }
+    let noun = if report.holes.len() == 1 {
+        "hole"
+    } else {
+        "holes"
+    };
+    let mut line = format!(
+        "{} {noun}: {} filled by the level set, {} closed by triangles between rim vertices, {} left, {} failed",
+        report.holes.len(),
+        tally.filled,
+        tally.triangulated,
+        tally.left,
+        tally.failed
+    );
+    if tally.open_chains > 0 {
+        line += &format!(", {} boundary chains that do not close", tally.open_chains);
+    }
+    line += &match tally.crossing_patches {
+        0 => "; no patch crosses other faces".to_owned(),
+        1 => format!(
+            "; 1 patch crosses other faces, with {}",
+            tally.crossing_faces
+        ),
+        n => format!(
+            "; {n} patches cross other faces, with {}",
+            tally.crossing_faces
+        ),
+    };
+    line + &format!("; {seconds:.2} s")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lists_of_numbers_are_ranges_and_end() {
+        assert_eq!(ranges(&[1, 2, 4, 5, 6, 9]), "1, 2, 4-6, 9");
+        assert_eq!(ranges(&(1..=20_000).collect::<Vec<_>>()), "1-20000");
+        let odd: Vec<usize> = (0..100).map(|i| 2 * i + 1).collect();
+        assert!(ranges(&odd).ends_with("47 and 76 more"), "{}", ranges(&odd));
+        assert_eq!(joined(&[3, 7]), "3+7");
+        assert!(joined(&odd).ends_with("+23 and 88 more"));
+    }
 }

@@ -26,6 +26,7 @@ mod remesh;
 mod rim;
 mod seam;
 mod sector;
+mod written;
 mod zip;
 
 #[cfg(test)]
@@ -38,6 +39,7 @@ use crate::mesh::Mesh;
 pub use error::StitchError;
 pub use liepa::triangulate_loop;
 pub use seam::close_seam;
+pub use written::count_crossing;
 
 /// The smooth surface a patch lies on, such as the zero set of a level set function.
 pub trait Surface: Sync {

@@ -188,7 +188,7 @@ pub fn fair(
     marked: Option<&[bool]>,
     params: &FairParams,
 ) -> Result<Faired, FairError> {
-    fair_with_progress(mesh, marked, params, &|_, _| true)
+    fair_with_progress(mesh, marked, params, &|_| true)
 }
 
 /// [`fair`] with a callback that is told of progress and may stop it.
@@ -291,7 +291,7 @@ fn prepare(
     check_params(&plan.fill_params(params))?;
     let target = match marked {
         Some(marked) => Target::Part(marked.to_vec(), 0),
-        None if found.holes.is_empty() && found.open_chains == 0 => Target::Whole,
+        None if found.holes.is_empty() && found.open_chains.is_empty() => Target::Whole,
         None => {
             let (marked, left) = plan.between_borders(&found)?;
             Target::Part(marked, left)
@@ -302,7 +302,7 @@ fn prepare(
 
 /// The volume inside a closed mesh.
 fn volume(found: &Inspection) -> Option<f64> {
-    if !found.holes.is_empty() || found.open_chains > 0 {
+    if !found.holes.is_empty() || !found.open_chains.is_empty() {
         return None;
     }
     let mesh = &found.mesh;

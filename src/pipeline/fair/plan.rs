@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use super::super::attempt::extract;
 use super::super::opening::Opening;
+use super::super::progress::Watch;
 use super::super::restore::{count, fill_opening};
 use super::super::{FillError, Inspection, Progress};
 use super::{FairError, FairExtent, FairParams, FairReport, Faired};
@@ -19,7 +20,7 @@ use crate::params::{FillParams, VoxelSize};
 use crate::region::{
     KeptShape, Level, MeshData, NestedSettings, Solved, Start, TimeSpan, solve_nested,
 };
-use crate::report::{FillReport, HoleOutcome, RegionReport};
+use crate::report::{ClosedBy, FillReport, HoleOutcome, RegionReport};
 use crate::sdf::{RimSet, Sampler};
 use crate::stitch::{Surface, remesh_closed};
 
@@ -104,7 +105,7 @@ impl Plan {
         FillParams {
             voxel: VoxelSize::Length(self.voxel),
             variant: params.variant,
-            edge_ratio: params.edge_ratio,
+            edge_ratio: Some(params.edge_ratio),
             ..FillParams::default()
         }
     }
@@ -161,8 +162,10 @@ impl Plan {
         };
         let data = MeshData::new(&sampler, &found.mesh, &[], true).keeping(Some(kept));
         let settings = self.nested(found, params);
-        let solved = solve_nested(&data, &settings, &|| progress(0, 1));
-        if !progress(1, 1) {
+        let watch = Watch::new(progress, vec![1.0]);
+        watch.begin(&[]);
+        let solved = solve_nested(&data, &settings, &|| watch.keep_going());
+        if !watch.keep_going() {
             return Err(FillError::Cancelled.into());
         }
         if !solved.converged() {
@@ -174,6 +177,7 @@ impl Plan {
         let patch = remesh_closed(&extracted, &surface, solved.level.lattice.voxel, edge)?;
         let region = RegionReport {
             id: 1,
+            closed_by: ClosedBy::LevelSet,
             voxel: solved.level.lattice.voxel,
             converged: true,
             levels: solved.reports.clone(),
@@ -185,6 +189,7 @@ impl Plan {
             seconds: clock.elapsed().as_secs_f64(),
             ..RegionReport::default()
         };
+        watch.end(0, &region);
         let (faces, vertices) = (mesh.faces.len(), mesh.positions.len());
         Ok(Faired {
             mesh: Mesh::new(patch.positions, patch.faces),
@@ -199,7 +204,7 @@ impl Plan {
                     faces,
                     pieces: found.topology.piece_faces.len(),
                     defects: found.topology.defects,
-                    open_chains: found.open_chains,
+                    open_chains: found.open_chains.clone(),
                     regions: vec![region],
                     ..FillReport::default()
                 },

@@ -174,12 +174,14 @@ fn region_row(out: &mut String, r: &RegionReport) {
     add!(
         out,
         "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{across}</td><td>{steps}</td><td>{state}</td>\
-         <td>{energies}</td><td>{:.1}° / {:.1}°</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td></tr>",
+         <td>{energies}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2}</td></tr>",
         r.id,
         listed(&r.holes),
         number(r.diameter),
-        r.seam_angle_mean,
-        r.seam_angle_max,
+        match (r.seam_angle_mean, r.seam_angle_max) {
+            (Some(mean), Some(largest)) => format!("{mean:.1}° / {largest:.1}°"),
+            _ => "–".to_owned(),
+        },
         r.new_faces,
         if r.quality_mean > 0.0 {
             format!("{:.3}", r.quality_mean)

@@ -1,0 +1,82 @@
+//! Boundary chains that do not close, and why.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::topology::{NONE, Topology, end, start};
+use super::{Mesh, VertexFaces};
+
+/// Why a boundary chain does not close.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ChainReason {
+    /// At an end of it an edge has more than two faces, such as where faces are there twice.
+    NonManifold,
+    /// Faces at an end of it are oriented against each other and cannot be made to agree: the surface is one-sided there,
+    /// as a Möbius band or a Klein bottle is.
+    OneSided,
+}
+
+impl ChainReason {
+    /// The reason in words.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::NonManifold => "it ends where an edge has more than two faces",
+            Self::OneSided => "the surface is one-sided there: its faces cannot be oriented alike",
+        }
+    }
+}
+
+/// A part of the boundary that comes back to none of its vertices, so that it bounds no hole.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OpenChain {
+    /// Number of edges.
+    pub edges: usize,
+    /// Length in the mesh's units.
+    pub length: f64,
+    /// Positions of its two ends.
+    pub ends: [DVec3; 2],
+    /// Why it does not close.
+    pub reason: ChainReason,
+}
+
+/// Describes chains of boundary half-edges, each against the mesh's own direction.
+pub(super) fn describe_chains(
+    mesh: &Mesh,
+    topology: &Topology,
+    chains: &[Vec<u32>],
+) -> Vec<OpenChain> {
+    if chains.is_empty() {
+        return Vec::new();
+    }
+    let around = VertexFaces::new(mesh);
+    let is_non_manifold = |v: u32| {
+        around.of(v).iter().any(|&f| {
+            let half_edges = (0..3).map(|k| 3 * f + k);
+            topology.piece[f as usize] != NONE
+                && half_edges
+                    .filter(|&h| start(mesh, h) == v || end(mesh, h) == v)
+                    .any(|h| {
+                        topology.opposite[h as usize] == NONE && !topology.boundary[h as usize]
+                    })
+        })
+    };
+    let describe = |chain: &Vec<u32>| {
+        let at = |v: u32| mesh.positions[v as usize];
+        let (first, last) = (end(mesh, *chain.first()?), start(mesh, *chain.last()?));
+        Some(OpenChain {
+            edges: chain.len(),
+            length: chain
+                .iter()
+                .map(|&h| at(start(mesh, h)).distance(at(end(mesh, h))))
+                .sum(),
+            ends: [at(first), at(last)],
+            reason: if is_non_manifold(first) || is_non_manifold(last) {
+                ChainReason::NonManifold
+            } else {
+                ChainReason::OneSided
+            },
+        })
+    };
+    chains.iter().filter_map(describe).collect()
+}

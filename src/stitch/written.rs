@@ -1,0 +1,102 @@
+//! The check of patches as they are written: with rounded positions, in the mesh they were put into.
+
+use rayon::prelude::*;
+
+use super::intersect::intersecting;
+use crate::mesh::{Mesh, welded};
+use crate::spatial::{Bounds, BoxTree};
+
+/// For each patch of a mesh the number of its faces that intersect another face of the mesh.
+///
+/// The faces of the patches, of which there are `patches[i]` each, follow the first `kept` ones. Vertices at the same place
+/// count as one. Decided exactly in the positions of the mesh; faces that share a vertex or an edge intersect if they meet
+/// elsewhere too, and touching counts.
+///
+/// # Panics
+/// When the mesh has fewer faces than that, or uses vertices that it does not have.
+pub fn count_crossing(mesh: &Mesh, kept: usize, patches: &[usize]) -> Vec<usize> {
+    let new: usize = patches.iter().sum();
+    let bounds = |f: &[u32; 3]| Bounds::of(f.map(|v| mesh.positions[v as usize]));
+    let fresh = &mesh.faces[kept..kept + new];
+    let boxes: Vec<Bounds> = fresh.iter().map(bounds).collect();
+    let tree = BoxTree::new(&boxes);
+    let near: Vec<[u32; 3]> = mesh.faces[..kept]
+        .par_iter()
+        .filter(|f| tree.find(&boxes, &bounds(f), |_| true).is_some())
+        .copied()
+        .collect();
+    let part = Mesh::new(Vec::new(), [fresh, &near].concat());
+    let part = welded(&compact(mesh, part)).0;
+    let mut counts = vec![0; patches.len()];
+    let ends: Vec<usize> = patches
+        .iter()
+        .scan(0, |end, n| {
+            *end += n;
+            Some(*end)
+        })
+        .collect();
+    for (face, _) in intersecting(&part.positions, &part.faces, new) {
+        counts[ends.partition_point(|&end| end <= face as usize)] += 1;
+    }
+    counts
+}
+
+/// Gives some faces of a mesh positions of their own.
+fn compact(mesh: &Mesh, mut part: Mesh) -> Mesh {
+    let mut used: Vec<u32> = part.faces.iter().flatten().copied().collect();
+    used.sort_unstable();
+    used.dedup();
+    part.positions = used.iter().map(|&v| mesh.positions[v as usize]).collect();
+    for v in part.faces.iter_mut().flatten() {
+        *v = used.partition_point(|u| u < v) as u32;
+    }
+    part
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    #[test]
+    fn only_patches_that_cross_are_counted_and_vertices_at_one_place_are_one() {
+        let p = DVec3::new;
+        // A face; a patch beside it with vertices of its own; one that crosses the first face.
+        let positions = vec![
+            p(0.0, 0.0, 0.0),
+            p(1.0, 0.0, 0.0),
+            p(0.0, 1.0, 0.0),
+            p(1.0, 0.0, 0.0),
+            p(1.0, 1.0, 0.0),
+            p(0.0, 1.0, 0.0),
+            p(0.2, 0.2, -1.0),
+            p(0.3, 0.2, -1.0),
+            p(0.2, 0.2, 1.0),
+            p(9.0, 9.0, 9.0),
+        ];
+        let mesh = Mesh::new(positions, vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
+        assert_eq!(count_crossing(&mesh, 1, &[1, 1]), [0, 1]);
+        assert_eq!(count_crossing(&mesh, 1, &[1, 0, 1]), [0, 0, 1]);
+        assert_eq!(count_crossing(&mesh, 3, &[]), [0; 0]);
+    }
+
+    #[test]
+    fn a_patch_that_rounding_pushes_through_another_face_is_found() {
+        // Two sheets 1e-9 apart at 1: rounded to 32 bits they lie on each other.
+        let sheet = |z: f64| [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]].map(|[x, y]| DVec3::new(x, y, z));
+        let mut mesh = Mesh::new(
+            [
+                sheet(1.0),
+                sheet(1.0 + 1e-9).map(|q| q + DVec3::new(0.1, 0.1, 0.0)),
+            ]
+            .concat(),
+            vec![[0, 1, 2], [3, 4, 5]],
+        );
+        assert_eq!(count_crossing(&mesh, 1, &[1]), [0]);
+        for q in &mut mesh.positions {
+            *q = q.as_vec3().as_dvec3();
+        }
+        assert_eq!(count_crossing(&mesh, 1, &[1]), [1]);
+    }
+}
