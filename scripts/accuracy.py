@@ -80,7 +80,7 @@ def measure(program, name):
         "rms_per_mille": 1e3 * float(np.sqrt((patch**2).mean())),
         "max_per_mille": 1e3 * float(patch.max()),
         "floor_rms_per_mille": 1e3 * float(np.sqrt((floor**2).mean())),
-        "seam_angle_mean": max(region["seam_angle_mean"] for region in regions),
+        "seam_angle_mean": max(region["seam_angle_mean"] or 0.0 for region in regions),
         "quality_mean": min(region["quality_mean"] for region in regions),
         "seconds": report["seconds"],
     }

@@ -121,7 +121,7 @@ fn a_fill_writes_the_mesh_and_talks_on_standard_error_only() {
     assert_eq!(code(&output), 0, "{said}");
     assert!(output.stdout.is_empty());
     assert!(
-        said.contains("hole 1:") && said.contains("2 of 2 holes filled"),
+        said.contains("hole 1:") && said.contains("2 holes: 2 filled by the level set"),
         "{said}"
     );
     assert!(!said.contains(['\r', '\x1b']), "no progress bar: {said:?}");

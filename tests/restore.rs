@@ -170,7 +170,7 @@ fn damage_goes_as_well_as_a_hole_is_filled() {
             let error = rms(&case, &restored.mesh, restored.kept.mesh.positions.len());
             let region = &report.fill.regions[0];
             println!(
-                "{} {kind}: {error:.3e} against {floor:.3e} of fill, seam {:.2}",
+                "{} {kind}: {error:.3e} against {floor:.3e} of fill, seam {:.2?}",
                 case.name, region.seam_angle_mean
             );
             assert!(error <= 1.2 * floor + 1e-12, "{} {kind}", case.name);

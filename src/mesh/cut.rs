@@ -232,7 +232,7 @@ mod tests {
         let mut left = Remainder::new(&mesh, &removed, false).mesh;
         let mut topology = Topology::new(&mut left);
         let (holes, open) = crate::mesh::find_holes(&left, &mut topology);
-        assert_eq!((holes.len(), open), (2, 0));
+        assert_eq!((holes.len(), open.len()), (2, 0));
         assert_eq!(topology.defects.non_manifold_boundary_vertices, 0);
     }
 

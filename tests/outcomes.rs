@@ -1,0 +1,129 @@
+//! What the command line says of a run's end: outcomes counted apart, and exit codes.
+
+mod desk;
+mod shapes;
+
+use desk::{Desk, assert_code, text};
+use glam::DVec3;
+use isomend::io::Format;
+use isomend::{FillParams, Mesh};
+use shapes::{cut, polar, sphere};
+
+/// A sphere whose wide hole has a rim that crosses itself, so that only triangles between its vertices close it.
+fn hopeless() -> Mesh {
+    let mut mesh = cut(&sphere(10), |p| polar(p) < 30.0);
+    let rim = isomend::inspect(&mesh).unwrap().holes[0].rim.clone();
+    for (i, &v) in rim.iter().enumerate() {
+        let p = &mut mesh.positions[v as usize];
+        *p += DVec3::new(0.0, 0.0, if i % 2 == 0 { 2.0 } else { -2.0 });
+    }
+    mesh
+}
+
+#[test]
+fn the_last_line_counts_outcomes_apart() {
+    let desk = Desk::new();
+    let done = desk.run(&["fill", "ball.ply", "-o", "out.ply", "--keep-open", "2"]);
+    assert_code(&done, 0);
+    let said = text(&done.stderr);
+    let last = said.lines().last().unwrap();
+    let wanted = "2 holes: 1 filled by the level set, 0 closed by triangles between rim vertices, 1 left, 0 failed";
+    assert!(last.starts_with(wanted), "{last}");
+    assert!(last.contains("no patch crosses other faces"), "{last}");
+}
+
+#[test]
+fn strict_wants_a_steady_surface_that_is_joined() {
+    let desk = Desk::new();
+    desk.save("bad.ply", &hopeless(), Format::Ply);
+    let arguments = ["fill", "bad.ply", "-o", "out.ply", "--json", "out.json"];
+    let done = desk.run(&arguments);
+    assert_code(&done, 0);
+    let said = text(&done.stderr);
+    let document = desk.json("out.json");
+    assert_eq!(document["flawless"], false, "{said}");
+    assert_eq!(document["outcomes"]["triangulated"], 1, "{said}");
+    assert!(
+        said.contains("1 closed by triangles between rim vertices"),
+        "{said}"
+    );
+    let region = &document["regions"][0];
+    assert_eq!(region["closed_by"], "rim_triangles");
+    assert!(region["seam_angle_mean"].is_null());
+    assert!(!said.contains("seam"), "{said}");
+    assert_code(&desk.run(&[&arguments[..], &["--strict"]].concat()), 3);
+    let good = [
+        "fill", "ball.ply", "-o", "out.ply", "--strict", "--json", "out.json",
+    ];
+    assert_code(&desk.run(&good), 0);
+    assert_eq!(desk.json("out.json")["flawless"], true);
+}
+
+#[test]
+fn a_mesh_without_holes_is_said_to_be_copied() {
+    let desk = Desk::new();
+    desk.save("closed.ply", &sphere(4), Format::Ply);
+    let done = desk.run(&["fill", "closed.ply", "-o", "out.ply"]);
+    assert_code(&done, 0);
+    let said = text(&done.stderr);
+    assert!(
+        said.contains("no holes") && said.contains("copied unchanged"),
+        "{said}"
+    );
+}
+
+#[test]
+fn off_a_terminal_each_region_is_told_of_once_as_it_ends() {
+    let desk = Desk::new();
+    let done = desk.run(&["fill", "ball.ply", "-o", "out.ply"]);
+    let said = text(&done.stderr);
+    for hole in ["hole 1: ", "hole 2: "] {
+        let count = said.lines().filter(|l| l.starts_with(hole)).count();
+        assert_eq!(count, 1, "{said}");
+    }
+    desk.save("closed.ply", &sphere(6), Format::Ply);
+    let done = desk.run(&["fair", "closed.ply", "-o", "out.ply"]);
+    let said = text(&done.stderr);
+    assert_eq!(said.matches("all of the surface: ").count(), 1, "{said}");
+}
+
+#[test]
+fn crossings_are_counted_in_the_positions_that_are_written() {
+    // Far from the origin 32-bit floats are a third of an edge apart, so that faces fold over each other.
+    let desk = Desk::new();
+    let mut mesh = cut(&sphere(12), |p| polar(p) < 40.0);
+    for p in &mut mesh.positions {
+        *p += DVec3::new(500_000.0, 0.0, 0.0);
+    }
+    desk.text("far.obj", &obj(&mesh));
+    let count = |out: &str| {
+        let done = desk.run(&["fill", "far.obj", "-o", out, "--json", "out.json"]);
+        assert_code(&done, 0);
+        desk.json("out.json")["outcomes"]["crossing_faces"]
+            .as_u64()
+            .unwrap()
+    };
+    assert_eq!(count("out.obj"), 0);
+    assert!(count("out.stl") > 0);
+}
+
+fn obj(mesh: &Mesh) -> String {
+    let mut text = String::new();
+    for p in &mesh.positions {
+        text += &format!("v {} {} {}\n", p.x, p.y, p.z);
+    }
+    for [a, b, c] in &mesh.faces {
+        text += &format!("f {} {} {}\n", a + 1, b + 1, c + 1);
+    }
+    text
+}
+
+#[test]
+fn the_edge_ratio_is_the_energys_unless_it_is_given() {
+    let mut params = FillParams::default();
+    assert_eq!(params.edge_ratio(), 0.8);
+    params.energy = isomend::flow::Energy::CurvatureVariation;
+    assert_eq!(params.edge_ratio(), 0.45);
+    params.edge_ratio = Some(1.5);
+    assert_eq!(params.edge_ratio(), 1.5);
+}
