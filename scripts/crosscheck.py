@@ -22,11 +22,13 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from left_out import left_out
+
 try:
     import pymeshlab
 except ImportError as error:
     pymeshlab = None
-    print(f"MeshLab's checks are LEFT OUT: pymeshlab cannot be loaded ({error}); on Debian, apt install libgl1 libopengl0")
+    left_out("MeshLab's checks", f"pymeshlab cannot be loaded ({error}); on Debian, apt install libgl1 libopengl0")
 
 ROOT = Path(__file__).resolve().parent.parent
 FORMATS = ["ply", "obj", "stl", "gltf", "glb", "vtk", "vtp"]

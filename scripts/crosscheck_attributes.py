@@ -24,11 +24,13 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
+from left_out import left_out
+
 try:
     import pyvista as pv
 except ImportError as error:
     pv = None
-    print(f"VTK's checks are LEFT OUT: pyvista cannot be loaded ({error})")
+    left_out("VTK's checks", f"pyvista cannot be loaded ({error})")
 
 ROOT = Path(__file__).resolve().parent.parent
 VALIDATOR = ROOT / ".venv/node_modules/gltf-validator"
@@ -287,7 +289,7 @@ def main():
     parser.add_argument("files", nargs="*", type=Path, help="more GLB files with holes")
     arguments = parser.parse_args()
     if not shutil.which("node") or not VALIDATOR.is_dir():
-        print("the glTF validator is LEFT OUT: it needs node, and npm install --prefix .venv gltf-validator")
+        left_out("the glTF validator's checks", "they need node, and npm install --prefix .venv gltf-validator")
     failures = 0
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)

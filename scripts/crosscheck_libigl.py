@@ -21,17 +21,19 @@ from pathlib import Path
 
 import numpy as np
 
+from left_out import left_out
+
 try:
     import igl
     import pyvista as pv
 except ImportError as error:
-    print(f"libigl's checks are LEFT OUT: {error}")
+    left_out("libigl's checks", error)
     sys.exit(0)
 try:
     import pymeshlab
 except ImportError as error:
     pymeshlab = None
-    print(f"MeshLab's checks are LEFT OUT: pymeshlab cannot be loaded ({error}); on Debian, apt install libgl1 libopengl0")
+    left_out("MeshLab's checks", f"pymeshlab cannot be loaded ({error}); on Debian, apt install libgl1 libopengl0")
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))

@@ -18,11 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
+from left_out import left_out
+
 try:
     import pyvista as pv
     import vtk
 except ImportError as error:
-    print(f"VTK's checks are LEFT OUT: pyvista cannot be loaded ({error})")
+    left_out("VTK's checks", f"pyvista cannot be loaded ({error})")
     sys.exit(0)
 
 ROOT = Path(__file__).resolve().parent.parent

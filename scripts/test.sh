@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # All tests: those of cargo, then in a venv made here the cross-check of written files by trimesh and MeshLab, and the report in
-# a headless Chromium where there is one.
+# a headless Chromium where there is one. With CI=true a check that cannot run is a failure; else it is left out, which is said.
 # Needs Rust, a C compiler and Python 3.11 or newer.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -17,10 +17,10 @@ if [ ! -x "$python" ] || [ "$(cat .venv/installed 2>/dev/null)" != "$wanted" ]; 
 fi
 if command -v npm > /dev/null && [ ! -d .venv/node_modules/gltf-validator ]; then
     npm install --silent --no-save --prefix .venv gltf-validator@2.0.0-dev.3.10 ||
-        echo "the glTF validator could not be installed; its checks are left out"
+        echo "the glTF validator could not be installed"
 fi
 "$python" scripts/crosscheck.py
 "$python" -W ignore scripts/crosscheck_attributes.py
 "$python" scripts/crosscheck_volumes.py
-"$python" scripts/browser_test.py || [ $? -eq 77 ]
+"$python" scripts/browser_test.py
 "$python" scripts/crosscheck_libigl.py

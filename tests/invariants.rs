@@ -2,10 +2,12 @@
 
 mod shapes;
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 use isomend::io::{Format, Precision, WriteOptions, to_bytes};
-use isomend::report::HoleOutcome;
-use isomend::{FillParams, Filled, Mesh, SurfaceKind, fill, inspect};
+use isomend::report::{HoleOutcome, HoleReport};
+use isomend::{FillParams, Filled, Mesh, SurfaceKind, VoxelSize, fill, inspect};
 
 use shapes::{bits, cut, polar, topology, turn, turned};
 
@@ -241,4 +243,36 @@ fn the_seam_of_a_bumpy_sphere_is_no_sharper_than_its_bumps() {
     let around = mean_angle(&mesh);
     println!("{seam:.2} degrees, {around:.2} between the faces of the mesh");
     assert!(seam < 1.1 * around, "{seam} against {around}");
+}
+
+#[test]
+fn patches_of_holes_that_touch_twice_have_no_edge_in_common() {
+    // A ring of triangles without two of them: its upper and its lower border touch at two vertices, so that it has two
+    // borders that go round by both. They face each other and are filled together.
+    let around = 8u32;
+    let mut mesh = Mesh::default();
+    for z in [0.0, 0.5625] {
+        mesh.positions.extend((0..around).map(|i| {
+            let (y, x) = (PI * f64::from(i) / 4.0).sin_cos();
+            DVec3::new(x, y, z)
+        }));
+    }
+    for i in 0..around {
+        let [a, b] = [i, (i + 1) % around];
+        if i != 0 {
+            mesh.faces.push([a, b, a + around]);
+        }
+        if i != 3 {
+            mesh.faces.push([b, b + around, a + around]);
+        }
+    }
+    // A voxel so coarse that no level set reaches the rims, which are triangulated then.
+    let params = FillParams {
+        voxel: VoxelSize::Length(0.69),
+        ..FillParams::default()
+    };
+    let filled = fill(&mesh, &params).unwrap();
+    let triangulated = |h: &HoleReport| matches!(h.outcome, HoleOutcome::Triangulated(_));
+    assert!(filled.report.holes.len() == 2 && filled.report.holes.iter().all(triangulated));
+    assert_eq!(topology(&filled.mesh).0, 0, "edges without two faces");
 }

@@ -6,11 +6,14 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::builder::Resettable;
-use clap::{Arg, ArgAction, Command, CommandFactory, Id, ValueHint};
+use clap::{Arg, ArgAction, Command, Id, ValueHint};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::{Cli, Usage};
+/// A mistake on the command line or in a file of options that clap cannot know.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct Usage(pub String);
 
 /// Options that a file cannot hold.
 const NOT_IN_FILES: [&str; 3] = ["config", "help", "version"];
@@ -19,21 +22,36 @@ const NOT_IN_FILES: [&str; 3] = ["config", "help", "version"];
 ///
 /// # Errors
 /// When the file cannot be read, is no TOML, or holds what is no option of a command. The message names file and line.
-pub fn expand(arguments: Vec<OsString>) -> Result<Vec<OsString>, Usage> {
+pub fn expand(arguments: Vec<OsString>, program: &Command) -> Result<Vec<OsString>, Usage> {
     let Some(file) = named_file(&arguments) else {
         return Ok(arguments);
     };
-    let program = Cli::command();
+    let read = || {
+        std::fs::read_to_string(&file)
+            .map_err(|error| Usage(format!("cannot read {}: {error}", file.display())))
+    };
+    with_file(arguments, program, &file, read)
+}
+
+/// Puts the options of a file behind the name of the command; the file is not read where there is no such command.
+///
+/// # Errors
+/// As [`expand`].
+pub fn with_file(
+    arguments: Vec<OsString>,
+    program: &Command,
+    file: &Path,
+    read: impl FnOnce() -> Result<String, Usage>,
+) -> Result<Vec<OsString>, Usage> {
     let name = arguments[1].to_string_lossy();
     let Some(command) = program.find_subcommand(&*name) else {
         return Ok(arguments);
     };
-    let text = std::fs::read_to_string(&file)
-        .map_err(|error| Usage(format!("cannot read {}: {error}", file.display())))?;
+    let text = read()?;
     let source = Source {
-        file: &file,
+        file,
         text: &text,
-        program: &program,
+        program,
     };
     let given = given(command, &arguments[2..]);
     let new = source.arguments(command, &given)?;

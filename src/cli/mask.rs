@@ -125,7 +125,10 @@ impl MaskArgs {
             selectors.push(inside(path)?);
         }
         for path in &self.lists {
-            selectors.push(Selector::Faces(numbers(path)?));
+            let text = std::fs::read_to_string(path)
+                .with_context(|| format!("cannot read {}", path.display()))?;
+            let name = path.display().to_string();
+            selectors.push(Selector::Faces(numbers(&text, &name)?));
         }
         selectors.extend(self.colours.iter().map(|colour| Selector::Colour {
             rgb: colour.rgb,
@@ -174,12 +177,10 @@ fn inside(path: &Path) -> anyhow::Result<Selector> {
     })))
 }
 
-/// Face numbers: a JSON array, or one on each line, with `#` before remarks.
-fn numbers(path: &Path) -> anyhow::Result<Vec<usize>> {
-    let name = path.display();
-    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {name}"))?;
+/// Face numbers from the text of a file of that name: a JSON array, or one on each line, with `#` before remarks.
+pub fn numbers(text: &str, name: &str) -> anyhow::Result<Vec<usize>> {
     if text.trim_start().starts_with('[') {
-        return serde_json::from_str(&text)
+        return serde_json::from_str(text)
             .with_context(|| format!("{name} is no JSON array of face numbers"));
     }
     let mut numbers = Vec::new();

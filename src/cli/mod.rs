@@ -27,9 +27,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::{Args, Parser, Subcommand, ValueHint};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 use isomend::io::Format;
 
+pub use config::Usage;
 use console::Console;
 
 /// How a command ended when it did not fail.
@@ -52,11 +53,6 @@ impl From<End> for ExitCode {
         }
     }
 }
-
-/// A mistake on the command line or in a file of options that clap cannot know.
-#[derive(Debug, thiserror::Error)]
-#[error("{0}")]
-pub struct Usage(pub String);
 
 const EXIT_CODES: &str = "\
 Exit codes:
@@ -137,7 +133,7 @@ struct RunArgs {
 /// What went wrong is said.
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let end = interrupt::listen()
-        .and_then(|()| Ok(config::expand(arguments.collect())?))
+        .and_then(|()| Ok(config::expand(arguments.collect(), &Cli::command())?))
         .and_then(|arguments| run(Cli::parse_from(arguments)));
     match end {
         Ok(end) => end.into(),

@@ -1,6 +1,6 @@
 //! What can go wrong with a mesh file.
 
-use std::fmt;
+use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::Format;
@@ -26,6 +26,23 @@ impl fmt::Display for Place {
             Place::Byte(offset) => write!(f, ", byte {offset}"),
             Place::Item(kind, index) => write!(f, ", {kind} {index}"),
         }
+    }
+}
+
+/// What is wrong in words of which some may come from a file: made printable, and cut to a sensible length.
+struct Said<'a>(&'a str);
+
+impl fmt::Display for Said<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const LONGEST: usize = 400;
+        for (i, c) in self.0.chars().enumerate() {
+            match c {
+                _ if i == LONGEST => return f.write_char('…'),
+                c if c.is_control() => write!(f, "{}", c.escape_default())?,
+                c => f.write_char(c)?,
+            }
+        }
+        Ok(())
     }
 }
 
@@ -58,13 +75,13 @@ pub enum IoError {
         error: Box<IoError>,
     },
     /// The format is not known or not supported.
-    #[error("{what}; supported are {}", Format::LIST)]
+    #[error("{}; supported are {}", Said(what), Format::LIST)]
     UnknownFormat {
         /// What was found instead.
         what: String,
     },
     /// The file is well formed but holds something that is not read.
-    #[error("{format}: {what}; {advice}")]
+    #[error("{format}: {}; {advice}", Said(what))]
     Unsupported {
         /// The format of the file.
         format: Format,
@@ -74,7 +91,7 @@ pub enum IoError {
         advice: &'static str,
     },
     /// The file breaks the rules of its format.
-    #[error("{format}{place}: {what}; {advice}")]
+    #[error("{format}{place}: {}; {advice}", Said(what))]
     Malformed {
         /// The format of the file.
         format: Format,
@@ -107,7 +124,7 @@ pub enum IoError {
         faces: usize,
     },
     /// The mesh cannot be expressed in the format.
-    #[error("{format}: {what}; {advice}")]
+    #[error("{format}: {}; {advice}", Said(what))]
     NotWritable {
         /// The format to be written.
         format: Format,
@@ -154,6 +171,24 @@ impl IoError {
                 path: path.to_path_buf(),
                 error: Box::new(error),
             },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::refusal;
+    use super::*;
+
+    #[test]
+    fn words_of_a_file_are_cut_and_made_printable() {
+        let kind = format!("A\u{1b}[31m{}", "X".repeat(5000));
+        let vtk = format!("# vtk DataFile Version 3.0\n\nASCII\nDATASET {kind}\n");
+        let vtp = format!("<VTKFile type=\"{kind}\"></VTKFile>");
+        for (file, format) in [(vtk, Format::Vtk), (vtp, Format::Vtp)] {
+            let message = refusal(file.as_bytes(), format);
+            assert!(message.contains("XXX…"), "{message}");
+            assert!(message.len() < 1000 && !message.contains('\u{1b}'));
         }
     }
 }

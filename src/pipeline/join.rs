@@ -7,7 +7,8 @@ use crate::mesh::{Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
 use crate::report::{ClosedBy, HoleOutcome, RegionReport};
 use crate::stitch::{
-    Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch, triangulate_loop,
+    Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch,
+    triangulate_loop_beside,
 };
 
 /// How far round the extracted surface the mesh may be looked at, in parts of its size. More than the stitcher's own margin.
@@ -63,7 +64,7 @@ impl Work<'_> {
         rim.map(|&v| part.local(v)).collect()
     }
 
-    /// Triangulates each loop on its own.
+    /// Triangulates each loop on its own, with other diagonals than the loops before it.
     pub(super) fn triangulate(
         &self,
         group: &[usize],
@@ -79,13 +80,14 @@ impl Work<'_> {
         let mut outcomes = Vec::new();
         for &h in group {
             report.diameter = report.diameter.max(self.found.holes[h].diameter);
-            let outcome = match triangulate_loop(&part.mesh, &self.local_rim(&part, h)) {
-                Ok(new) => {
-                    faces.extend(new);
-                    HoleOutcome::Triangulated(why.to_owned())
-                }
-                Err(e) => HoleOutcome::Failed(format!("{why}; {e}")),
-            };
+            let outcome =
+                match triangulate_loop_beside(&part.mesh, &self.local_rim(&part, h), &faces) {
+                    Ok(new) => {
+                        faces.extend(new);
+                        HoleOutcome::Triangulated(why.to_owned())
+                    }
+                    Err(e) => HoleOutcome::Failed(format!("{why}; {e}")),
+                };
             outcomes.push((h, outcome));
         }
         report.new_faces = faces.len();

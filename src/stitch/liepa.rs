@@ -29,6 +29,16 @@ pub(super) struct Polygon<'a> {
 /// Takes time with the cube of the number of edges up to 300; longer loops are cut in their plane if they lie in one, else
 /// first reduced by cutting ears.
 pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, StitchError> {
+    triangulate_loop_beside(mesh, rim, &[])
+}
+
+/// [`triangulate_loop`] beside other new faces: no diagonal repeats an edge of theirs. Loops that touch at two vertices would
+/// otherwise both have the diagonal between these, which then had four faces.
+pub(crate) fn triangulate_loop_beside(
+    mesh: &Mesh,
+    rim: &[u32],
+    others: &[[u32; 3]],
+) -> Result<Vec<[u32; 3]>, StitchError> {
     let len = mesh.positions.len();
     if let Some(&vertex) = rim.iter().find(|&&v| v as usize >= len) {
         return Err(StitchError::Index {
@@ -43,7 +53,7 @@ pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, Stitc
     });
     let mut edges = std::collections::HashSet::new();
     let mut normals = HashMap::new();
-    for f in &mesh.faces {
+    for f in mesh.faces.iter().chain(others) {
         for k in 0..3 {
             let (a, b) = (f[k], f[(k + 1) % 3]);
             if corner.contains_key(&a) && corner.contains_key(&b) {

@@ -38,6 +38,7 @@ use crate::mesh::Mesh;
 
 pub use error::StitchError;
 pub use liepa::triangulate_loop;
+pub(crate) use liepa::triangulate_loop_beside;
 pub use seam::close_seam;
 pub use written::count_crossing;
 

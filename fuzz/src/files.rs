@@ -1,0 +1,194 @@
+//! Readers and writers of files.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use isomend::Mesh;
+use isomend::grid::Volume;
+use isomend::io::{
+    Format, IoError, Loaded, Model, Precision, WriteOptions, model_to_bytes, no_side_files,
+    read_bytes, read_volume_bytes, volume_to_bytes,
+};
+use isomend::mesh::attributes::LabelKind;
+
+/// Reads OBJ.
+pub fn obj(data: &[u8]) {
+    mesh(data, Format::Obj);
+}
+
+/// Reads PLY.
+pub fn ply(data: &[u8]) {
+    mesh(data, Format::Ply);
+}
+
+/// Reads STL.
+pub fn stl(data: &[u8]) {
+    mesh(data, Format::Stl);
+}
+
+/// Reads GLB where the bytes begin as GLB does, else glTF.
+pub fn gltf(data: &[u8]) {
+    let binary = data.starts_with(b"glTF");
+    mesh(data, if binary { Format::Glb } else { Format::Gltf });
+}
+
+/// Reads a VTK legacy file, as a mesh and as a volume.
+pub fn vtk(data: &[u8]) {
+    mesh(data, Format::Vtk);
+    if data.trim_ascii_start().starts_with(b"#") {
+        volume(data);
+    }
+}
+
+/// Reads a VTK XML file, as a mesh and as a volume.
+pub fn vtk_xml(data: &[u8]) {
+    mesh(data, Format::Vtp);
+    if !data.trim_ascii_start().starts_with(b"#") {
+        volume(data);
+    }
+}
+
+/// Reads a mesh of any format, writes it in every format, and reads that again.
+pub fn rewrite(data: &[u8]) {
+    let Ok(format) = Format::detect(data, Path::new("mesh.obj")) else {
+        return;
+    };
+    let Ok(loaded) = read_bytes(data, format, &no_side_files) else {
+        return;
+    };
+    for format in Format::ALL {
+        for ascii in [false, true] {
+            let options = WriteOptions {
+                precision: Precision::of(&loaded.mesh),
+                ascii,
+            };
+            write_and_read(&loaded, format, &options);
+        }
+    }
+}
+
+fn mesh(data: &[u8], format: Format) {
+    match read_bytes(data, format, &no_side_files) {
+        Ok(loaded) => check(&loaded),
+        Err(error) => check_message(&error),
+    }
+}
+
+/// What every mesh that was read must be.
+fn check(loaded: &Loaded) {
+    let (mesh, attributes) = (&loaded.mesh, &loaded.attributes);
+    let count = mesh.positions.len();
+    assert!(!mesh.faces.is_empty(), "a mesh without faces");
+    assert!(
+        mesh.faces.iter().flatten().all(|v| (*v as usize) < count),
+        "a face names a vertex that is not there"
+    );
+    assert!(
+        mesh.positions.iter().all(|p| p.is_finite()),
+        "a position is not finite"
+    );
+    assert_eq!(
+        loaded.f32_exact,
+        Precision::of(mesh) == Precision::F32,
+        "the precision is not as it is said to be"
+    );
+    for attribute in &attributes.vertex {
+        assert!(attribute.len() <= count, "'{}' is too long", attribute.name);
+    }
+    for attribute in &attributes.face {
+        let faces = mesh.faces.len();
+        assert!(attribute.len() <= faces, "'{}' is too long", attribute.name);
+    }
+    for attribute in &attributes.corner {
+        let name = &attribute.pool.name;
+        assert_eq!(attribute.corners.len(), mesh.faces.len(), "'{name}'");
+    }
+}
+
+/// A message must say something, and in a few lines.
+fn check_message(error: &IoError) {
+    let length = error.to_string().len();
+    assert!(
+        (10..4000).contains(&length),
+        "a message of {length} characters"
+    );
+}
+
+fn write_and_read(loaded: &Loaded, format: Format, options: &WriteOptions) {
+    let model = Model {
+        mesh: &loaded.mesh,
+        attributes: &loaded.attributes,
+        document: loaded.document.as_ref(),
+    };
+    let written = match model_to_bytes(&model, format, options) {
+        Ok(written) => written,
+        Err(error) => return check_message(&error),
+    };
+    let single = match format {
+        Format::Gltf | Format::Glb => true,
+        Format::Stl => !options.ascii || options.precision == Precision::F32,
+        _ => options.precision == Precision::F32 && format != Format::Obj,
+    };
+    let back = match read_bytes(&written.bytes, format, &no_side_files) {
+        Ok(back) => back,
+        // Rounding may leave no face with an area.
+        Err(_) if single && !loaded.f32_exact => return,
+        Err(error) => panic!("{format} {options:?} that was written cannot be read: {error}"),
+    };
+    check(&back);
+    let at = |mesh: &Mesh, vertex: u32| {
+        let position = mesh.positions[vertex as usize];
+        if single {
+            position.as_vec3().as_dvec3()
+        } else {
+            position
+        }
+    };
+    let (old, new) = (&loaded.mesh, &back.mesh);
+    assert_eq!(new.faces.len(), old.faces.len(), "{format} {options:?}");
+    for (f, read) in order(loaded, format).into_iter().zip(&new.faces) {
+        for (a, b) in old.faces[f].iter().zip(read) {
+            assert_eq!(at(old, *a), at(new, *b), "{format} {options:?}, face {f}");
+        }
+    }
+    if format != Format::Stl {
+        let count = old.positions.len();
+        let same = (0..count as u32).all(|v| at(old, v) == at(new, v));
+        assert!(same, "{format} {options:?}: the vertices are not in order");
+    }
+    if !matches!(format, Format::Stl | Format::Gltf | Format::Glb) {
+        assert_eq!(new.faces, old.faces, "{format} {options:?}");
+    }
+}
+
+/// The order in which the faces are written. A new glTF scene has a primitive for each material, and for patches.
+fn order(loaded: &Loaded, format: Format) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..loaded.mesh.faces.len()).collect();
+    if matches!(format, Format::Gltf | Format::Glb) && loaded.document.is_none() {
+        let materials = loaded.attributes.labels_of(LabelKind::Material);
+        let key = |f: usize| {
+            let material = materials.map(|m| m.of_face[f]);
+            (loaded.attributes.is_patch(f), material)
+        };
+        let mut firsts = HashMap::new();
+        for f in &order {
+            firsts.entry(key(*f)).or_insert(*f);
+        }
+        order.sort_by_key(|f| firsts[&key(*f)]);
+    }
+    order
+}
+
+/// Reads a volume, writes it, and reads that again.
+fn volume(data: &[u8]) {
+    let volume = match read_volume_bytes(data, None) {
+        Ok(volume) => volume,
+        Err(error) => return check_message(&error),
+    };
+    let Ok(bytes) = volume_to_bytes(&volume, "values", Precision::F64) else {
+        return;
+    };
+    let back = read_volume_bytes(&bytes, Some("values")).expect("it was written");
+    let bits = |v: &Volume| v.values.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+    assert_eq!(bits(&back), bits(&volume));
+}

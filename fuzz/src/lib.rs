@@ -1,0 +1,31 @@
+//! The functions that the fuzz targets and the mutation run share: each takes any bytes, and panics where isomend does
+//! not keep what it promises. `docs/fuzzing.md` says how to run them.
+
+mod cli;
+mod files;
+mod fill;
+mod mask;
+mod options;
+mod shapes;
+
+pub use files::{gltf, obj, ply, rewrite, stl, vtk, vtk_xml};
+pub use fill::{as_obj, fill};
+pub use mask::mask;
+pub use options::toml;
+
+/// A function that takes any bytes.
+pub type Target = fn(&[u8]);
+
+/// The functions by the names of their targets.
+pub const TARGETS: [(&str, Target); 10] = [
+    ("obj", obj),
+    ("ply", ply),
+    ("stl", stl),
+    ("gltf", gltf),
+    ("vtk", vtk),
+    ("vtk_xml", vtk_xml),
+    ("rewrite", rewrite),
+    ("fill", fill),
+    ("mask", mask),
+    ("toml", toml),
+];
