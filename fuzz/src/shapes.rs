@@ -14,9 +14,8 @@ const MOST_EDITS: usize = 24;
 const EXTREMES: [f64; 12] = [
     0.0, -0.0, 1.0, 1e-9, -1e-30, 1e-150, 5e-324, 1e6, -1e9, 1e15, -1e31, 1e60,
 ];
-/// Largest coordinate, and smallest largest one: the squares of areas are still finite, and normal numbers.
+/// Largest coordinate: the squares of areas are still finite.
 const LARGEST: f64 = 1e70;
-const SMALLEST: f64 = 1e-70;
 
 /// A mesh of at least one and at most 200 faces; all positions are finite.
 pub fn mesh(input: &mut Unstructured) -> Result<Mesh> {
@@ -198,14 +197,8 @@ fn edit(mesh: &mut Mesh, input: &mut Unstructured) -> Result<()> {
         11 => {
             let scale = 10f64.powi(input.int_in_range(-20..=20)?);
             let shift = *input.choose(&[0.0, 0.0, 1.0, 1e3, 1e6])?;
-            let largest = mesh
-                .positions
-                .iter()
-                .fold(0.0, |l: f64, p| l.max(p.abs().max_element()));
-            if largest * scale >= SMALLEST {
-                let all = mesh.positions.iter_mut();
-                all.for_each(|p| *p = *p * scale + DVec3::splat(shift * scale));
-            }
+            let all = mesh.positions.iter_mut();
+            all.for_each(|p| *p = *p * scale + DVec3::splat(shift * scale));
         }
         _ => mesh.positions.push(DVec3::splat(corner as f64)),
     }
