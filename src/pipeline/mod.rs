@@ -13,10 +13,11 @@ pub mod volume;
 
 use std::time::Instant;
 
+use glam::DVec3;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::mesh::{Hole, Mesh, OpenChain, Topology, find_holes, welded};
+use crate::mesh::{Hole, LARGEST, Mesh, OpenChain, SMALLEST, Topology, bounds, find_holes, welded};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::group_holes;
 use crate::report::{FillReport, HoleOutcome, HoleReport};
@@ -60,6 +61,26 @@ pub enum FillError {
     NotFinite {
         /// The vertex, from 0.
         vertex: usize,
+    },
+    /// A coordinate is so large that areas cannot be measured.
+    #[error(
+        "vertex {vertex} has a coordinate of {size:e}, which is too large to measure; the largest that can be is {LARGEST:e}: \
+         scale the mesh down, or remove the vertex if it is a mistake"
+    )]
+    TooLarge {
+        /// The vertex, from 0.
+        vertex: usize,
+        /// Its largest coordinate.
+        size: f64,
+    },
+    /// All vertices are so near each other that areas cannot be measured.
+    #[error(
+        "the vertices lie within {extent:e} of each other, which is too small to measure; the smallest mesh that can be \
+         measures {SMALLEST:e}: scale it up"
+    )]
+    TooSmall {
+        /// The longest side of the bounding box.
+        extent: f64,
     },
     /// A hole number that does not exist.
     #[error("there is no hole {id}; the mesh has {count} (`isomend inspect` lists them)")]
@@ -246,10 +267,20 @@ fn validate(mesh: &Mesh) -> Result<(), FillError> {
             });
         }
     }
-    match mesh.positions.iter().position(|p| !p.is_finite()) {
-        Some(vertex) => Err(FillError::NotFinite { vertex }),
-        None => Ok(()),
+    if let Some(vertex) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return Err(FillError::NotFinite { vertex });
     }
+    let size = |p: &DVec3| p.abs().max_element();
+    if let Some(vertex) = mesh.positions.iter().position(|p| size(p) > LARGEST) {
+        let size = size(&mesh.positions[vertex]);
+        return Err(FillError::TooLarge { vertex, size });
+    }
+    let (low, high) = bounds(mesh.positions.iter().copied());
+    let extent = (high - low).max_element();
+    if 0.0 < extent && extent < SMALLEST {
+        return Err(FillError::TooSmall { extent });
+    }
+    Ok(())
 }
 
 fn check_params(params: &FillParams) -> Result<(), FillError> {

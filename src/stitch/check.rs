@@ -1,11 +1,10 @@
 //! What a finished patch is held to: joined along the whole rim, manifold, and free of intersections.
 
-
 use glam::DVec3;
 
+use super::StitchInput;
 use super::assemble::Assembled;
 use super::intersect::intersecting;
-use super::StitchInput;
 use crate::spatial::Bounds;
 
 /// The patch's faces in output indices, followed by the mesh's faces near it.

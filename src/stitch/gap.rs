@@ -1,6 +1,5 @@
 //! Filling the gaps between the rim and the kept part with triangles.
 
-
 use glam::DVec3;
 
 use super::half_edge::PatchMesh;
