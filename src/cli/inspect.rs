@@ -8,11 +8,11 @@ use clap::Args;
 use isomend::Inspection;
 use isomend::io::Loaded;
 use isomend::mesh::mask::Selection;
-use isomend::report::{defect_lines, hole_table};
+use isomend::report::{defect_lines, hole_table, length, point};
 
 use super::console::{self, Console};
 use super::json::{InspectDocument, Target, bounds};
-use super::mask::MaskArgs;
+use super::mask::{Marked, MaskArgs};
 use super::{CommonArgs, End, input};
 
 const EXAMPLES: &str = "\
@@ -23,8 +23,9 @@ Examples:
 
 /// List the pieces, holes and defects of a mesh.
 ///
-/// Lengths are in the mesh's units. Planarity is the distance of the rim from its best plane, as root mean square over
-/// the hole's diameter: 0 is planar.
+/// Lengths are in the mesh's units. The normal is that of the rim's plane, out of the surface; the height is the rim's
+/// extent along it. Planarity is the distance of the rim from its best plane, as root mean square over the hole's diameter:
+/// 0 is planar.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct InspectArgs {
@@ -47,8 +48,9 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
     let loaded = input::read(&args.input, args.common.from, console)?;
     let found = isomend::inspect(&loaded.mesh)
         .with_context(|| format!("cannot inspect {}", input::shown(&args.input)))?;
-    let marked = args.mask.faces(&loaded)?;
-    let mask = marked.map(|marked| Selection::new(&loaded.mesh, &marked));
+    let marked = args.mask.marked(&loaded)?;
+    let selection = |marked: &Marked| Selection::new(&loaded.mesh, &marked.faces);
+    let mask = marked.as_ref().map(selection);
     if let Some(json) = &args.common.json {
         json.write(&InspectDocument::new(
             &args.input,
@@ -59,22 +61,26 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
     }
     if !matches!(args.common.json, Some(Target::Stdout)) {
         let mut text = table(&loaded, &found);
-        if let Some(mask) = &mask {
-            text += &mask_line(mask);
+        if let (Some(mask), Some(marked)) = (&mask, &marked) {
+            text += &mask_line(mask, &marked.missed);
         }
         console::print(&text).context("cannot write to standard output")?;
     }
     Ok(End::Done)
 }
 
-fn mask_line(mask: &Selection) -> String {
+fn mask_line(mask: &Selection, missed: &[String]) -> String {
     let Some([low, high]) = mask.bounds else {
-        return "\nmask: no faces\n".to_owned();
+        return format!("\nmask: no faces: {}\n", missed.join("; "));
     };
     let pieces = if mask.pieces == 1 { "piece" } else { "pieces" };
     format!(
-        "\nmask: {} faces in {} {pieces}, area {:.6}, from {:.5}, {:.5}, {:.5} to {:.5}, {:.5}, {:.5}\n",
-        mask.faces, mask.pieces, mask.area, low.x, low.y, low.z, high.x, high.y, high.z
+        "\nmask: {} faces in {} {pieces}, area {}, from {} to {}\n",
+        mask.faces,
+        mask.pieces,
+        length(mask.area),
+        point(low, low.distance(high)),
+        point(high, low.distance(high)),
     )
 }
 
@@ -88,7 +94,7 @@ fn table(loaded: &Loaded, found: &Inspection) -> String {
         let _ = writeln!(text, "{line}");
     };
     line(format!(
-        "{}: {} vertices, {} faces, {} {}, {} {}; size {:.6} x {:.6} x {:.6}",
+        "{}: {} vertices, {} faces, {} {}, {} {}; size {}",
         loaded.format,
         loaded.mesh.positions.len(),
         loaded.mesh.faces.len(),
@@ -100,9 +106,12 @@ fn table(loaded: &Loaded, found: &Inspection) -> String {
         } else {
             "holes"
         },
-        size.x,
-        size.y,
-        size.z,
+        size.to_array().map(length).join(" x "),
+    ));
+    line(format!(
+        "bounds: from {} to {}",
+        point(low, size.length()),
+        point(high, size.length())
     ));
     for defect in defect_lines(&found.topology.defects) {
         line(defect);
