@@ -34,7 +34,7 @@ pub struct CompareArgs {
     b: PathBuf,
 
     /// Samples on each mesh.
-    #[arg(long, value_name = "N", default_value = "100000", value_parser = arguments::count)]
+    #[arg(long, value_name = "N", default_value = "100000", value_parser = arguments::samples)]
     samples: usize,
 
     #[command(flatten)]

@@ -97,6 +97,12 @@ impl FillArgs {
 /// Reads, fills, writes.
 pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
     args.solve.check()?;
+    if matches!(args.surface, Surface::Whole) {
+        args.solve.check_whole()?;
+    }
+    if args.max_diameter.is_some() && matches!(args.holes, Choice::Some(_)) {
+        console.note("--max-diameter does nothing here: --holes names the holes that are filled");
+    }
     let params = args.params();
     args.files.each("fill", &args.common, console, |files| {
         one(args, files, &params, console)

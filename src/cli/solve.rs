@@ -12,7 +12,7 @@ use super::batch::Files;
 use super::console::{self, Console};
 use super::json::{Cut, FileInfo, FillDocument, PlanDocument};
 use super::report::{Before, Drawn};
-use super::{End, arguments, progress};
+use super::{End, Usage, arguments, progress};
 
 /// Edge ratio for the variation of curvature: longer chords are farther from its surface than that is from smooth data.
 const FINE_EDGE_RATIO: f64 = 0.45;
@@ -46,7 +46,7 @@ pub struct SolveArgs {
     time_step: Option<f64>,
 
     /// Most steps of the flow on each grid [default: 20, with I and II 200].
-    #[arg(long, value_name = "N", value_parser = arguments::count)]
+    #[arg(long, value_name = "N", value_parser = arguments::steps)]
     steps: Option<usize>,
 
     /// Length of the patch's edges over that of the edges round the hole [default: 0.8, with curvature-variation 0.45].
@@ -124,6 +124,15 @@ impl SolveArgs {
             }),
             ..FillParams::default()
         }
+    }
+
+    /// Refuses what has no effect on a level set's own triangles.
+    pub fn check_whole(&self) -> anyhow::Result<()> {
+        if self.edge_ratio.is_some() {
+            let what = "--edge-ratio is for patches; --surface whole has the triangles of the grid, whose size is --voxel";
+            return Err(Usage(what.to_owned()).into());
+        }
+        Ok(())
     }
 
     /// Whether the options go together.
