@@ -177,7 +177,8 @@ impl FilesArgs {
         }
         match (&self.inputs[..], outputs) {
             ([input], [Some(output)]) => {
-                self.report.check(input, &output.path, common.json.as_ref())
+                let mesh = Some(output.path.as_path());
+                self.report.check(input, mesh, common.json.as_ref())
             }
             ([_], _) => Ok(()),
             _ => Err(usage(

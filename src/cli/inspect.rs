@@ -13,12 +13,14 @@ use isomend::report::{defect_lines, hole_table, length, point};
 use super::console::{self, Console};
 use super::json::{InspectDocument, Target, bounds};
 use super::mask::{Marked, MaskArgs};
+use super::report::ReportArgs;
 use super::{CommonArgs, End, input};
 
 const EXAMPLES: &str = "\
 Examples:
   isomend inspect scan.ply                  a table of the holes, with their numbers
   isomend inspect scan.ply --json - | jq '.holes[].diameter'
+  isomend inspect scan.ply --report scan.html           the holes in a 3D view, with their numbers
   isomend inspect scan.ply --ball 10,4,2,3.5 --grow 1   what a mask marks";
 
 /// List the pieces, holes and defects of a mesh.
@@ -34,6 +36,9 @@ pub struct InspectArgs {
     input: PathBuf,
 
     #[command(flatten)]
+    report: ReportArgs,
+
+    #[command(flatten)]
     mask: MaskArgs,
 
     #[command(flatten)]
@@ -44,6 +49,10 @@ pub struct InspectArgs {
 pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
     if let Some(json) = &args.common.json {
         json.check(&[&args.input], &[])?;
+    }
+    if args.report.is_wanted() {
+        args.report
+            .check(&args.input, None, args.common.json.as_ref())?;
     }
     let loaded = input::read(&args.input, args.common.from, console)?;
     let found = isomend::inspect(&loaded.mesh)
@@ -58,6 +67,9 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
             &found,
             mask.as_ref(),
         ))?;
+    }
+    if args.report.is_wanted() {
+        args.report.write_looked_at(&args.input, &loaded, &found)?;
     }
     if !matches!(args.common.json, Some(Target::Stdout)) {
         let mut text = table(&loaded, &found);
