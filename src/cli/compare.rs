@@ -33,7 +33,7 @@ pub struct CompareArgs {
     #[arg(value_name = "B")]
     b: PathBuf,
 
-    /// Samples on each mesh.
+    /// Samples on each mesh, at most 100 million.
     #[arg(long, value_name = "N", default_value = "100000", value_parser = arguments::samples)]
     samples: usize,
 

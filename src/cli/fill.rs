@@ -36,7 +36,7 @@ pub struct FillArgs {
     #[arg(long, value_name = "all|ID,…", default_value = "all", value_parser = arguments::choice)]
     holes: Choice,
 
-    /// Leave holes open that are wider than this, in the mesh's units.
+    /// Leave holes open that are wider than this, in the mesh's units, unless --holes names them.
     #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
     max_diameter: Option<f64>,
 

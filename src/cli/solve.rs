@@ -22,7 +22,8 @@ const FINE_EDGE_RATIO: f64 = 0.45;
 pub struct SolveArgs {
     /// Voxel size in the mesh's units.
     ///
-    /// `auto` takes 32 voxels across the hole, more where its rim is finer, at most 160; with curvature-variation 80.
+    /// `auto` takes 32 voxels across the hole, up to 64 where its rim is finer or it is a slot, up to 96 in a region with a
+    /// small loop; with curvature-variation 2.5 times as many, at most 128. A length may be 1/1024 of the hole or more.
     #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
     voxel: VoxelSize,
 
