@@ -19,8 +19,8 @@ use thiserror::Error;
 
 use crate::mesh::{Hole, LARGEST, Mesh, OpenChain, SMALLEST, Topology, bounds, find_holes, welded};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
-use crate::region::group_holes;
-use crate::report::{FillReport, HoleOutcome, HoleReport};
+use crate::region::{Region, group_holes};
+use crate::report::{FillReport, HoleOutcome, HoleReport, length};
 use attempt::{RegionPatch, Work};
 use damaged::Damaged;
 pub use fair::{
@@ -95,6 +95,18 @@ pub enum FillError {
     Parameter {
         /// What is wrong and what would be right.
         what: String,
+    },
+    /// The voxel would need too large a grid.
+    #[error(
+        "a voxel of {} makes too large a grid for the widest hole that is to be filled; the smallest that fits is about \
+         {fits:.4e}",
+        length(*voxel)
+    )]
+    TooFine {
+        /// The voxel asked for.
+        voxel: f64,
+        /// One that fits.
+        fits: f64,
     },
     /// The caller asked to stop.
     #[error("stopped before it was done; nothing was written")]
@@ -173,6 +185,7 @@ fn fill_found(
     let clock = Instant::now();
     let (mut outcomes, chosen) = choose(found, params)?;
     let groups = groups(found, &chosen, &mut outcomes, &bridges(found, params)?);
+    check_voxel(found, &groups, params, damaged)?;
     let asked = |group: &[usize]| !attempt::is_trivial(found, params, group);
     let work = |group: &Vec<usize>| match asked(group) {
         true => attempt::expected_work(found, params, group),
@@ -300,6 +313,36 @@ fn check_params(params: &FillParams) -> Result<(), FillError> {
     }
     if params.time_step.is_some_and(|t| t.is_nan() || t <= 0.0) {
         return bad("the time step must be positive");
+    }
+    Ok(())
+}
+
+/// Refuses a voxel that is too small for the widest region. That of a fairing goes by the area, and is checked there.
+fn check_voxel(
+    found: &Inspection,
+    groups: &[Vec<usize>],
+    params: &FillParams,
+    damaged: Option<&Damaged>,
+) -> Result<(), FillError> {
+    let VoxelSize::Length(voxel) = params.voxel else {
+        return Ok(());
+    };
+    if damaged.is_some_and(|d| d.time().is_some()) {
+        return Ok(());
+    }
+    let mut widest: f64 = 0.0;
+    for group in groups
+        .iter()
+        .filter(|g| !attempt::is_trivial(found, params, g))
+    {
+        let part = damaged.and_then(|d| d.extent(group));
+        let part = part.map_or(0.0, |(low, high)| (high - low).max_element());
+        let holes = group.iter().map(|&h| found.holes[h].diameter);
+        widest = holes.fold(widest.max(part), f64::max);
+    }
+    let fits = Region::finest(widest);
+    if voxel < fits {
+        return Err(FillError::TooFine { voxel, fits });
     }
     Ok(())
 }
