@@ -267,15 +267,22 @@ def check_labels(browser, expect):
 
 def check_point(browser, expect):
     """A click on the surface shows and copies the point under it, with Alt a ball round it."""
-    x, y, wanted = browser.run("""(() => { const v = window.isomend.viewer, c = v.canvas; c.scrollIntoView({block: 'center'});
-        const o = JSON.parse(document.querySelector('#data').textContent).scene.origin, b = c.getBoundingClientRect();
-        for (let y = 0.5; y < 0.95; y += 0.03) for (let x = 0.3; x < 0.7; x += 0.03) {
-          const hit = v.pick(b.width * x, b.height * y);
-          if (hit.point && !hit.region) return [b.x + b.width * x, b.y + b.height * y, hit.point.map((p, i) => p + o[i])]; }
-        return [-1, -1, []]; })()""")
+    def place():
+        """A point of the window over old surface, and the point of the mesh there."""
+        browser.run("document.querySelector('#view').scrollIntoView({block: 'center'})")
+        browser.settled()
+        return browser.run("""(() => { const v = window.isomend.viewer, b = v.canvas.getBoundingClientRect();
+            const o = JSON.parse(document.querySelector('#data').textContent).scene.origin;
+            for (let y = 0.5; y < 0.95; y += 0.03) for (let x = 0.3; x < 0.7; x += 0.03) {
+              const hit = v.pick(b.width * x, b.height * y);
+              if (hit.point && !hit.region) return [b.x + b.width * x, b.y + b.height * y, hit.point.map((p, i) => p + o[i])]; }
+            return [-1, -1, []]; })()""")
+
+    x, y, wanted = place()
     if x < 0:
         expect(False, "no surface is under any point of the view")
         return
+    browser.run("window.isomend.point.copied = null")
     browser.click(x, y)
     browser.until("!!window.isomend.point.copied", "the point is copied")
     shown = browser.run("document.querySelector('#point-at').textContent")
@@ -294,9 +301,11 @@ def check_point(browser, expect):
     browser.click_on("#copy-ball")
     expect("positive" in browser.run("document.querySelector('#copied').textContent"), "a radius of 0 is taken")
     browser.run("document.querySelector('#ball-radius').value = '2.5'")
+    x, y, _ = place()
     browser.click(x, y, modifiers=1)
     browser.until("!!window.isomend.point.copied", "the ball is copied")
     ball = browser.run("window.isomend.point.copied")
+    shown = browser.run("document.querySelector('#point-at').textContent")
     expect(ball == f"--ball {shown},2.5", f"with Alt the ball is {ball}")
 
 

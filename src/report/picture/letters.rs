@@ -255,3 +255,36 @@ pub fn distance(p: Vec2, (a, b): (Vec2, Vec2)) -> (f32, f32) {
     let along = ((p - a).dot(b - a) / (b - a).length_squared().max(1e-6)).clamp(0.0, 1.0);
     (p.distance(a + along * (b - a)), along)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_number_looks_different_and_stays_in_its_place() {
+        let (width, middle) = (80, Vec2::splat(40.0));
+        let mut seen = Vec::new();
+        for n in (0..10).chain([10, 17, 200]) {
+            let mut pixels = vec![128u8; 3 * width * width];
+            number(&mut pixels, width, n, middle, [0.0; 3]);
+            let [low, high] = place_of_number(n, middle);
+            let inked: Vec<usize> = (0..width * width)
+                .filter(|i| pixels[3 * i] != 128)
+                .collect();
+            assert!(inked.iter().any(|i| pixels[3 * i] < 20), "{n} has ink");
+            assert!(
+                inked.iter().any(|i| pixels[3 * i] > 240),
+                "{n} has white round it"
+            );
+            for i in inked {
+                let p = Vec2::new((i % width) as f32, (i / width) as f32);
+                assert!(
+                    p.cmpge(low - 1.0).all() && p.cmple(high).all(),
+                    "{n} at {p}"
+                );
+            }
+            assert!(!seen.contains(&pixels), "{n} looks like another");
+            seen.push(pixels);
+        }
+    }
+}
