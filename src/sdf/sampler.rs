@@ -73,7 +73,7 @@ impl Smooth {
                 degenerate.push(face as u32);
                 continue;
             };
-            if seen[piece as usize] % count.div_ceil(LEVEL_SAMPLES) == 0 {
+            if seen[piece as usize].is_multiple_of(count.div_ceil(LEVEL_SAMPLES)) {
                 spread[piece as usize].push(face as u32);
             }
             seen[piece as usize] += 1;
