@@ -100,7 +100,7 @@ fn a_mask_that_marks_nothing_says_where_the_mesh_is() {
     assert_code(&done, 1);
     let said = text(&done.stderr);
     assert!(
-        said.contains("the mask's own bounds") && said.contains("2.2"),
+        said.contains("the mask's own bounds") && said.contains("2.149"),
         "{said}"
     );
     assert_eq!(desk.files(), ["ball.ply", "far.ply"]);

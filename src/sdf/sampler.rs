@@ -67,13 +67,13 @@ impl Smooth {
     fn new(mesh: &Mesh, topology: &Topology) -> Self {
         let mut degenerate = Vec::new();
         let mut spread: Vec<Vec<u32>> = vec![Vec::new(); topology.piece_faces.len()];
-        let mut seen = vec![0; topology.piece_faces.len()];
+        let mut seen = vec![0usize; topology.piece_faces.len()];
         for (face, &piece) in topology.piece.iter().enumerate() {
             let Some(count) = topology.piece_faces.get(piece as usize) else {
                 degenerate.push(face as u32);
                 continue;
             };
-            if seen[piece as usize] % count.div_ceil(LEVEL_SAMPLES) == 0 {
+            if seen[piece as usize].is_multiple_of(count.div_ceil(LEVEL_SAMPLES)) {
                 spread[piece as usize].push(face as u32);
             }
             seen[piece as usize] += 1;

@@ -63,11 +63,8 @@ impl Plan {
         marked: Option<&[bool]>,
         params: &FairParams,
     ) -> Result<Self, FairError> {
-        let Sizes {
-            edge,
-            area,
-            diagonal,
-        } = Sizes::new(found, marked).ok_or(FairError::NoSurface)?;
+        let sizes = Sizes::new(found, marked).ok_or(FairError::NoSurface)?;
+        let Sizes { edge, area, .. } = sizes;
         let bad = |what: &str| FillError::Parameter {
             what: what.to_owned(),
         };
@@ -95,26 +92,7 @@ impl Plan {
         if !(voxel.is_finite() && voxel > 0.0) {
             return Err(bad("the voxel size must be a positive length, or `auto`").into());
         }
-        let widest = match params.voxel {
-            VoxelSize::Auto => PER_FEATURE,
-            VoxelSize::Length(_) => MOST_STRENGTH,
-        };
-        let lengths = [
-            ("a strength", strength, widest * diagonal),
-            ("a voxel", voxel, diagonal),
-        ];
-        if let Some((what, given, fits)) = lengths.into_iter().find(|(_, x, most)| x > most) {
-            return Err(FairError::TooCoarse {
-                what,
-                given,
-                diagonal,
-                fits,
-            });
-        }
-        if area / (voxel * voxel) > MOST_SQUARES {
-            let fits = (area / MOST_SQUARES).sqrt();
-            return Err(FairError::TooFine { voxel, fits });
-        }
+        sizes.check(strength, voxel, params.voxel)?;
         Ok(Self {
             strength,
             span,
@@ -336,5 +314,30 @@ impl Sizes {
             area,
             diagonal: low.distance(high),
         })
+    }
+
+    /// Refuses lengths beyond which nothing of a surface of this size is left, or which need too many voxels.
+    fn check(&self, strength: f64, voxel: f64, asked: VoxelSize) -> Result<(), FairError> {
+        let widest = match asked {
+            VoxelSize::Auto => PER_FEATURE,
+            VoxelSize::Length(_) => MOST_STRENGTH,
+        };
+        let lengths = [
+            ("a strength", strength, widest * self.diagonal),
+            ("a voxel", voxel, self.diagonal),
+        ];
+        if let Some((what, given, fits)) = lengths.into_iter().find(|(_, x, most)| x > most) {
+            return Err(FairError::TooCoarse {
+                what,
+                given,
+                diagonal: self.diagonal,
+                fits,
+            });
+        }
+        if self.area / (voxel * voxel) > MOST_SQUARES {
+            let fits = (self.area / MOST_SQUARES).sqrt();
+            return Err(FairError::TooFine { voxel, fits });
+        }
+        Ok(())
     }
 }
