@@ -13,7 +13,7 @@ TOOLS = {
 }
 
 
-def renew_summary():
+def summary():
     """Errors and seconds of each hole, the smallest error bold, and the whole process."""
     head, *rows = cells("peers", "bench_peers.py")
     figures = {row[0]: dict(zip(head, row)) for row in rows if row[0] in TOOLS}
@@ -30,7 +30,12 @@ def renew_summary():
     seconds, megabytes = head[-2:]
     whole = (f"{figures[tool][seconds]} s, {figures[tool][megabytes]} MB" for tool in tools)
     lines.append("| the whole process | " + " | ".join(whole) + " |")
-    renew("summary", "summary.py", "\n".join(lines))
+    return "\n".join(lines)
+
+
+def renew_summary():
+    """Puts the table into the README."""
+    renew("summary", "summary.py", summary())
 
 
 if __name__ == "__main__":
