@@ -7,7 +7,8 @@
     cargo build --release && python3 scripts/browser_test.py [--isomend PROGRAM] [--keep FOLDER]
 
 For a fill, a restoration and a fairing: the page must become ready, draw something, show another view once a hole is clicked
-and once each option is switched, list every hole, ask for nothing from outside, and leave no error in the console. `--keep`
+and once each option is switched, list every hole, number the holes that are seen, tell and copy the point under a click, ask for
+nothing from outside, and leave no error in the console. So must that of `isomend inspect`, with one mesh. `--keep`
 leaves the pages and screenshots in a folder. Exits with 1 if anything is wrong. Where there is no Chromium it says so, which is
 a failure with CI=true."""
 
@@ -118,9 +119,9 @@ class Browser:
         self.call("Page.navigate", url=page.as_uri())
         self.until("document.readyState === 'complete' && !!document.documentElement.dataset.state", "the page is ready")
 
-    def click(self, x, y):
+    def click(self, x, y, modifiers=0):
         for kind in ("mousePressed", "mouseReleased"):
-            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1, modifiers=modifiers)
 
     def click_on(self, query):
         x, y = self.run(f"""(() => {{ const e = document.querySelector({json.dumps(query)}); e.scrollIntoView({{block: 'center'}});
@@ -216,8 +217,121 @@ def check(browser, page, keep):
         browser.settled()
         expect(browser.run("document.querySelectorAll('#holes [aria-pressed=true]').length") == 1,
                "a click on a patch chooses no hole")
+    check_labels(browser, expect)
+    check_point(browser, expect)
     outside = [url for url in browser.requests if not url.startswith(("file:", "data:", "about:"))]
     expect(not outside, f"the page asks for {outside[:3]}")
+    wrong.extend(f"console: {trouble}" for trouble in browser.troubles)
+    return wrong
+
+
+# The numbers that are shown, and where the rims of their holes are on the page.
+LABELS = """(() => { const { labels, viewer } = window.isomend;
+  return [...document.querySelectorAll('#labels .label:not([hidden])')].map((l) => Number(l.textContent)); })()"""
+
+
+def check_labels(browser, expect):
+    """Numbers stand at the holes, and are gone when seen from behind."""
+    browser.run("window.isomend.choose(null); document.querySelector('[name=show][value=before]').click()")
+    largest = browser.run("JSON.parse(document.querySelector('#data').textContent).holes[0].id")
+    browser.run(f"window.isomend.choose({largest})")
+    browser.settled()
+    rest = "window.isomend.labels.settled"
+    browser.until(rest, "the numbers are placed")
+    shown = browser.run(LABELS)
+    expect(largest in shown, f"from before hole {largest} the numbers are {shown}")
+    off = browser.run(f"""(() => {{ const l = [...document.querySelectorAll('#labels .label:not([hidden])')].find(l => l.textContent == {largest});
+        if (!l) return 1e9;
+        const a = l.getBoundingClientRect(), b = document.querySelector('#view').getBoundingClientRect();
+        return Math.hypot(a.x + a.width / 2 - b.x - b.width / 2, a.y + a.height / 2 - b.y - b.height / 2); }})()""")
+    expect(off < 3, f"the number of the hole in the middle is {off} pixels away from there")
+    browser.run("document.querySelector('[name=rims]').click()")
+    browser.settled()
+    browser.until(rest, "the numbers are placed")
+    expect(not browser.run(LABELS), "numbers are shown without rims")
+    browser.run("document.querySelector('[name=rims]').click()")
+    # From behind a hole that closed surface lies before.
+    hidden = browser.run("""(() => { const v = window.isomend.viewer, c = v.camera; v.flight = null;
+        const p = c.centre, back = c.axes[2].map(x => -x);
+        c.axes = [c.axes[0].map(x => -x), c.axes[1], back]; c.reach = v.mesh.radius; v.refresh();
+        const along = v.camera.axes[2], hit = v.pick(v.canvas.clientWidth / 2, v.canvas.clientHeight / 2);
+        return Boolean(hit.point) && hit.point.reduce((s, x, i) => s + (x - p[i]) * along[i], 0) > 0.5 * JSON.parse(
+          document.querySelector('#data').textContent).holes[0].diameter; })()""")
+    browser.settled()
+    browser.until(rest, "the numbers are placed")
+    if hidden:
+        shown = browser.run(LABELS)
+        expect(largest not in shown, f"from behind hole {largest} the numbers are {shown}")
+    return hidden
+
+
+def check_point(browser, expect):
+    """A click on the surface shows and copies the point under it, with Alt a ball round it."""
+    def place():
+        """A point of the window over old surface, and the point of the mesh there."""
+        browser.run("document.querySelector('#view').scrollIntoView({block: 'center'})")
+        browser.settled()
+        return browser.run("""(() => { const v = window.isomend.viewer, b = v.canvas.getBoundingClientRect();
+            const o = JSON.parse(document.querySelector('#data').textContent).scene.origin;
+            for (let y = 0.5; y < 0.95; y += 0.03) for (let x = 0.3; x < 0.7; x += 0.03) {
+              const hit = v.pick(b.width * x, b.height * y);
+              if (hit.point && !hit.region) return [b.x + b.width * x, b.y + b.height * y, hit.point.map((p, i) => p + o[i])]; }
+            return [-1, -1, []]; })()""")
+
+    x, y, wanted = place()
+    if x < 0:
+        expect(False, "no surface is under any point of the view")
+        return
+    browser.run("window.isomend.point.copied = null")
+    browser.click(x, y)
+    browser.until("!!window.isomend.point.copied", "the point is copied")
+    shown = browser.run("document.querySelector('#point-at').textContent")
+    numbers = [float(n) for n in shown.split(",")]
+    size = browser.run("window.isomend.viewer.mesh.radius")
+    expect(len(numbers) == 3 and all(abs(a - b) < 1e-4 * size for a, b in zip(numbers, wanted)),
+           f"the point is {shown}, not {wanted}")
+    expect(browser.run("window.isomend.point.copied") == shown, "the copy is not what is shown")
+    expect("copied: " + shown == browser.run("document.querySelector('#copied').textContent"), "the copy is not told")
+    browser.run("window.isomend.point.copied = null")
+    browser.click_on("#copy-ball")
+    browser.until("!!window.isomend.point.copied", "the ball is copied")
+    ball = browser.run("window.isomend.point.copied")
+    expect(ball.startswith(f"--ball {shown},") and abs(float(ball.split(",")[3]) / (size / 10) - 1) < 0.01, f"the ball is {ball}")
+    browser.run("document.querySelector('#ball-radius').value = '0'; window.isomend.point.copied = null")
+    browser.click_on("#copy-ball")
+    expect("positive" in browser.run("document.querySelector('#copied').textContent"), "a radius of 0 is taken")
+    browser.run("document.querySelector('#ball-radius').value = '2.5'")
+    x, y, _ = place()
+    browser.click(x, y, modifiers=1)
+    browser.until("!!window.isomend.point.copied", "the ball is copied")
+    ball = browser.run("window.isomend.point.copied")
+    shown = browser.run("document.querySelector('#point-at').textContent")
+    expect(ball == f"--ball {shown},2.5", f"with Alt the ball is {ball}")
+
+
+def check_inspection(browser, page, keep):
+    """What is wrong with the page of a mesh that is only looked at."""
+    wrong = []
+    browser.troubles.clear()
+    browser.open(page)
+    if browser.run("document.documentElement.dataset.state") != "ready":
+        return [browser.run("document.querySelector('#message').textContent")]
+
+    def expect(right, what):
+        if not right:
+            wrong.append(what)
+
+    expect(browser.settled()["part"] > 0.05, "nothing is drawn")
+    visible = "getComputedStyle(document.querySelector('%s')).display !== 'none'"
+    expect(not browser.run(visible % "fieldset.change"), "before and after are offered")
+    expect(not browser.run(visible % ".regions"), "regions are shown")
+    for key in ("2", "3", "c", "c"):
+        browser.call("Input.dispatchKeyEvent", type="keyDown", key=key)
+    expect(browser.run("window.isomend.viewer.options.show") == "before", "a key shows the other side")
+    expect(check_labels(browser, expect), "the longest hole cannot be looked at from behind")
+    if keep:
+        browser.screenshot(keep / f"{page.stem}_behind.png")
+    check_point(browser, expect)
     wrong.extend(f"console: {trouble}" for trouble in browser.troubles)
     return wrong
 
@@ -237,6 +351,10 @@ def make_pages(program, folder):
         page = folder / f"{name}.html"
         subprocess.run([program, *arguments, "--report", page, "-q"], check=True)
         yield page
+    page = folder / "inspect.html"
+    arguments = ["inspect", ROOT / "data/sphere.ply", "--report", page]
+    subprocess.run([program, *arguments], check=True, stdout=subprocess.DEVNULL)
+    yield page
 
 
 def main():
@@ -259,7 +377,8 @@ def main():
         browser = Browser(chromium, profile)
         try:
             for page in pages:
-                wrong = check(browser, page, keep)
+                looked_at = page.stem == "inspect"
+                wrong = (check_inspection if looked_at else check)(browser, page, keep)
                 print(f"report of {page.stem}: {'as it should be' if not wrong else 'WRONG'} ({page.stat().st_size} bytes)")
                 for what in wrong:
                     print("   ", what)

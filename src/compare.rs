@@ -10,9 +10,17 @@ use thiserror::Error;
 use crate::mesh::{Mesh, face_normal};
 use crate::spatial::Bvh;
 
+/// The most samples that are taken of a mesh.
+pub const MOST_SAMPLES: usize = 100_000_000;
+/// Samples that are measured at a time: about 50 MB.
+const CHUNK: usize = 1 << 20;
+
 /// Why two meshes cannot be compared.
 #[derive(Debug, Error)]
 pub enum CompareError {
+    /// There are no samples or too many.
+    #[error("the number of samples must lie between 1 and {MOST_SAMPLES}, but is {0}")]
+    Samples(usize),
     /// A mesh has no face with an area.
     #[error("the {which} mesh has no face with an area, so there is nothing to measure from or to")]
     Empty {
@@ -86,8 +94,11 @@ pub struct Kept {
 /// Compares two meshes by so many samples on each.
 ///
 /// # Errors
-/// When one of them has no face with an area.
+/// When one of them has no face with an area, or the samples are none or more than [`MOST_SAMPLES`].
 pub fn compare(a: &Mesh, b: &Mesh, samples: usize) -> Result<Comparison, CompareError> {
+    if !(1..=MOST_SAMPLES).contains(&samples) {
+        return Err(CompareError::Samples(samples));
+    }
     let facts = |mesh: &Mesh, which| {
         let facts = surface_facts(mesh);
         if facts.area > 0.0 {
@@ -180,16 +191,16 @@ struct Sample {
 }
 
 /// Points at equal steps of the area, face after face; inside a face they follow a sequence that fills it evenly.
-fn spread(mesh: &Mesh, count: usize) -> Vec<Sample> {
+fn spread(mesh: &Mesh, count: usize, mut visit: impl FnMut(Sample)) {
     let total: f64 = mesh.faces.iter().map(|f| twice_area(mesh, f)).sum();
     let step = total / count as f64;
-    let mut samples = Vec::with_capacity(count);
+    let mut number = 0usize;
     let (mut passed, mut next) = (0.0, 0.5 * step);
     for (f, face) in mesh.faces.iter().enumerate() {
         let [p, q, r] = face.map(|v| mesh.positions[v as usize]);
         passed += twice_area(mesh, face);
         while next < passed {
-            let k = samples.len() as f64;
+            let k = number as f64;
             // Roberts' R2 sequence, folded into the triangle.
             let (mut u, mut v) = (
                 (0.5 + 0.754_877_666_246_693 * k).fract(),
@@ -198,29 +209,76 @@ fn spread(mesh: &Mesh, count: usize) -> Vec<Sample> {
             if u + v > 1.0 {
                 (u, v) = (1.0 - u, 1.0 - v);
             }
-            samples.push(Sample {
+            visit(Sample {
                 point: p + u * (q - p) + v * (r - p),
                 face: f as u32,
             });
+            number += 1;
             next += step;
         }
     }
-    samples
+}
+
+/// Sums over samples, in their order.
+#[derive(Default)]
+struct Sums {
+    samples: usize,
+    distance: f64,
+    squared: f64,
+    angle: f64,
+    angles: usize,
+    largest_angle: f64,
+    max: f64,
+    max_at: DVec3,
+}
+
+impl Sums {
+    fn look_at(&mut self, point: DVec3, distance: f64) {
+        if distance > self.max {
+            (self.max, self.max_at) = (distance, point);
+        }
+    }
+
+    /// Measures samples in parallel, adds them one by one and drops them.
+    fn take(
+        &mut self,
+        samples: &mut Vec<Sample>,
+        measure: impl Fn(&Sample) -> (f64, f64) + Send + Sync,
+    ) {
+        let measured: Vec<(f64, f64)> = samples.par_iter().map(measure).collect();
+        for (sample, (distance, angle)) in samples.drain(..).zip(measured) {
+            self.samples += 1;
+            self.distance += distance;
+            self.squared += distance * distance;
+            self.look_at(sample.point, distance);
+            // A face without area has no normal.
+            if angle.is_finite() {
+                self.angle += angle;
+                self.angles += 1;
+                self.largest_angle = self.largest_angle.max(angle);
+            }
+        }
+    }
 }
 
 fn distances(from: &Mesh, to: &Mesh, count: usize) -> Distances {
     let bvh = Bvh::new(to, 0..to.faces.len() as u32);
-    let samples = spread(from, count);
-    let measured: Vec<(f64, f64)> = samples
-        .par_iter()
-        .map(|s| {
-            let Some(foot) = bvh.closest(s.point, f64::INFINITY) else {
-                return (f64::NAN, f64::NAN);
-            };
-            let angle = face_normal(from, s.face).angle_between(face_normal(to, foot.face));
-            (foot.distance, angle.to_degrees())
-        })
-        .collect();
+    let measure = |s: &Sample| {
+        let Some(foot) = bvh.closest(s.point, f64::INFINITY) else {
+            return (f64::NAN, f64::NAN);
+        };
+        let angle = face_normal(from, s.face).angle_between(face_normal(to, foot.face));
+        (foot.distance, angle.to_degrees())
+    };
+    let mut sums = Sums::default();
+    let mut samples = Vec::with_capacity(count.min(CHUNK));
+    spread(from, count, |sample| {
+        samples.push(sample);
+        if samples.len() == CHUNK {
+            sums.take(&mut samples, measure);
+        }
+    });
+    sums.take(&mut samples, measure);
     // The farthest point of a polyhedron is often a vertex.
     let used: HashSet<u32> = from.faces.iter().flatten().copied().collect();
     let mut corners: Vec<u32> = used.into_iter().collect();
@@ -232,30 +290,18 @@ fn distances(from: &Mesh, to: &Mesh, count: usize) -> Distances {
             foot.map_or(f64::NAN, |f| f.distance)
         })
         .collect();
-    let points = samples
-        .iter()
-        .map(|s| s.point)
-        .zip(measured.iter().map(|m| m.0));
-    let corners = corners
-        .iter()
-        .map(|&v| from.positions[v as usize])
-        .zip(at_corners);
-    let (max_at, max) =
-        points.chain(corners).fold(
-            (DVec3::ZERO, 0.0),
-            |best, x| if x.1 > best.1 { x } else { best },
-        );
-    let n = measured.len().max(1) as f64;
-    // A face without area has no normal.
-    let angles = || measured.iter().map(|m| m.1).filter(|a| a.is_finite());
+    for (v, distance) in corners.into_iter().zip(at_corners) {
+        sums.look_at(from.positions[v as usize], distance);
+    }
+    let n = sums.samples.max(1) as f64;
     Distances {
-        samples: measured.len(),
-        max,
-        max_at,
-        rms: (measured.iter().map(|m| m.0 * m.0).sum::<f64>() / n).sqrt(),
-        mean: measured.iter().map(|m| m.0).sum::<f64>() / n,
-        normal_mean: angles().sum::<f64>() / angles().count().max(1) as f64,
-        normal_max: angles().fold(0.0, f64::max),
+        samples: sums.samples,
+        max: sums.max,
+        max_at: sums.max_at,
+        rms: (sums.squared / n).sqrt(),
+        mean: sums.distance / n,
+        normal_mean: sums.angle / sums.angles.max(1) as f64,
+        normal_max: sums.largest_angle,
     }
 }
 
@@ -352,6 +398,20 @@ mod tests {
             (fine.willmore_energy / (8.0 * PI) - 1.0).abs() < 0.02,
             "{fine:?}"
         );
+    }
+
+    #[test]
+    fn samples_are_bounded_and_come_in_pieces() {
+        let mesh = shapes::icosphere(1);
+        for wrong in [0, MOST_SAMPLES + 1, usize::MAX] {
+            let refused = compare(&mesh, &mesh, wrong);
+            assert!(matches!(refused, Err(CompareError::Samples(n)) if n == wrong));
+        }
+        // More than fit into one piece: none is lost or counted twice.
+        let samples = CHUNK + 1000;
+        let same = compare(&mesh, &mesh, samples).expect("a comparison");
+        assert_eq!(same.a_to_b.samples, samples);
+        assert!(same.a_to_b.rms < 1e-12);
     }
 
     #[test]

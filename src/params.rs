@@ -5,10 +5,10 @@ use crate::flow::{Energy, Variant};
 /// The voxel size of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum VoxelSize {
-    /// 32 voxels across the hole, more where its rim is finer or a region holds a small loop, at most 160; 2.5 times as many,
-    /// to 128, with the variation of curvature.
+    /// 32 voxels across the hole, up to 64 where its rim is finer or it is a slot, up to 96 where a region holds a small loop;
+    /// 2.5 times as many, at most 128, with the variation of curvature.
     Auto,
-    /// A length in the mesh's units.
+    /// A length in the mesh's units; at least 1/1024 of the widest hole.
     Length(f64),
 }
 

@@ -95,9 +95,6 @@ fn files_whose_bytes_are_shifted_end_in_time() {
     for place in [384, 391, 400, 413, 434, 521, 1034, 2222] {
         let mut shifted = stl.clone();
         shifted.remove(place);
-        if let Ok(d) = std::env::var("DUMP") {
-            std::fs::write(format!("{d}/sh{place}.stl"), &shifted).unwrap();
-        }
         let nothing = &isomend::io::no_side_files;
         let Ok(loaded) = isomend::io::read_bytes(&shifted, Format::Stl, nothing) else {
             continue;
@@ -158,9 +155,14 @@ fn a_one_sided_surface_has_chains_that_do_not_close() {
 #[test]
 fn faces_that_are_there_twice_are_the_reason_of_a_chain() {
     let mut mesh = cut(&sphere(6), |p| polar(p) < 50.0);
-    let rim = inspect(&mesh).unwrap().holes[0].rim[0];
-    let twice = mesh.faces.iter().find(|f| f.contains(&rim)).copied();
-    mesh.faces.extend(twice);
+    let rim = inspect(&mesh).unwrap().holes[0].rim.clone();
+    let edge = [rim[0], rim[1]];
+    let twice = mesh
+        .faces
+        .iter()
+        .find(|f| edge.iter().all(|v| f.contains(v)));
+    let twice = *twice.unwrap();
+    mesh.faces.push(twice);
     let found = inspect(&mesh).unwrap();
     assert!(
         found
@@ -171,4 +173,17 @@ fn faces_that_are_there_twice_are_the_reason_of_a_chain() {
         found.open_chains,
         found.holes
     );
+}
+
+#[test]
+fn meshes_that_cannot_be_measured_are_refused_by_the_library_too() {
+    for (scale, words) in [
+        (1e80, "too large to measure"),
+        (1e-168, "too small to measure"),
+    ] {
+        let mut mesh = cut(&sphere(6), |p| polar(p) < 50.0);
+        mesh.positions.iter_mut().for_each(|p| *p *= scale);
+        let error = inspect(&mesh).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
 }

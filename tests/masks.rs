@@ -122,7 +122,17 @@ fn wrong_masks_are_refused() {
     let desk = Desk::new();
     desk.refused(&["--box", "1,2,3"], 2, "6 numbers");
     desk.refused(&["--ball", "0,0,0,nan"], 2, "4 numbers");
-    desk.refused(&["--ball", "0,0,0,-1"], 1, "radius");
+    for radius in ["-1", "0"] {
+        desk.refused(&["--ball", &format!("0,0,0,{radius}")], 2, "radius");
+    }
+    for (corners, axis) in [
+        ("1,0,0,0,1,1", "low x, 1, exceeds"),
+        ("0,1,0,1,-1,1", "low y, 1, exceeds"),
+        ("0,0,1,1,1,0.5", "low z, 1, exceeds"),
+        ("0,0,inf,1,1,1", "6 numbers"),
+    ] {
+        desk.refused(&["--box", corners], 2, axis);
+    }
     desk.refused(&["--colour", "red"], 2, "hexadecimal");
     desk.refused(&["--colour", "ff0000,999"], 2, "tolerance");
     desk.refused(&["--colour", "ff0000"], 1, "colour");

@@ -89,11 +89,11 @@ fn off_a_terminal_each_region_is_told_of_once_as_it_ends() {
 
 #[test]
 fn crossings_are_counted_in_the_positions_that_are_written() {
-    // Far from the origin 32-bit floats are a third of an edge apart, so that faces fold over each other.
+    // Far from the origin 32-bit floats are an edge and a half apart, so that faces fold over each other.
     let desk = Desk::new();
     let mut mesh = cut(&sphere(12), |p| polar(p) < 40.0);
     for p in &mut mesh.positions {
-        *p += DVec3::new(500_000.0, 0.0, 0.0);
+        *p += DVec3::new(2_000_000.0, 0.0, 0.0);
     }
     desk.text("far.obj", &obj(&mesh));
     let count = |out: &str| {

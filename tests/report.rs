@@ -12,7 +12,7 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use isomend::io::{Format, Precision, WriteOptions, to_bytes};
-use isomend::report::picture::picture;
+use isomend::report::picture::{picture, picture_of_one};
 use isomend::report::view::{Change, Scene, Side};
 use isomend::{FillParams, Mesh, fill};
 use serde_json::Value;
@@ -134,10 +134,18 @@ impl Picture {
 
     /// Pixels of the left and of the right half that are orange.
     fn orange(&self) -> [usize; 2] {
+        self.count(|[r, g, b]| r - b > 70 && r - g > 40)
+    }
+
+    /// Pixels of the left and of the right half that have the colour of rims and numbers.
+    fn blue(&self) -> [usize; 2] {
+        self.count(|[r, g, b]| b - r > 70 && b - g > 30)
+    }
+
+    fn count(&self, belongs: impl Fn([i32; 3]) -> bool) -> [usize; 2] {
         let mut counts = [0; 2];
         for (i, rgb) in self.pixels.chunks(3).enumerate() {
-            let [r, g, b] = [rgb[0], rgb[1], rgb[2]].map(i32::from);
-            if r - b > 70 && r - g > 40 {
+            if belongs([rgb[0], rgb[1], rgb[2]].map(i32::from)) {
                 counts[usize::from(i % self.width > self.width / 2)] += 1;
             }
         }
@@ -266,6 +274,45 @@ fn the_picture_shows_patches_on_the_right() {
     let pixels = picture.pixels.len() / 3;
     assert_eq!(left, 0);
     assert!(right > pixels / 20, "{right} of {pixels}");
+}
+
+#[test]
+fn holes_are_outlined_and_numbered_where_they_are_seen() {
+    let desk = Desk::new("ball.ply");
+    desk.done("fill", &["--picture", "out.png"]);
+    let [left, right] = Picture::read(&desk.path("out.png")).blue();
+    assert!(left > 500 && right > 500, "{left} {right}");
+    // Seen from its hole, and from behind, where the sphere hides rim and number.
+    let mesh = cut(&sphere(12), |c| polar(c) < 40.0);
+    let found = isomend::inspect(&mesh).unwrap();
+    let rim: Vec<DVec3> = found.holes[0]
+        .rim
+        .iter()
+        .map(|&v| mesh.positions[v as usize])
+        .collect();
+    let blue = |rims: Vec<Vec<DVec3>>| {
+        let change = Change {
+            before: &mesh,
+            after: &mesh,
+            kept: mesh.faces.len(),
+            gone: vec![false; mesh.faces.len()],
+            patches: Vec::new(),
+            rims,
+        };
+        let drawn = picture_of_one(&Scene::new(&change, usize::MAX)).unwrap();
+        Picture::new(&drawn).blue()
+    };
+    let [front, back] = blue(vec![rim.clone()]);
+    assert!(front > 500 && back == 0, "{front} {back}");
+    // A second hole at the same place has a number that the first one's hides, one much shorter rim apart shows another.
+    let twice = blue(vec![rim.clone(), rim.clone()]);
+    assert_eq!(twice, [front, back]);
+    let small: Vec<DVec3> = rim
+        .iter()
+        .map(|p| (*p * 0.1 + DVec3::new(0.35, 0.0, 0.0)).with_z(p.z))
+        .collect();
+    let [both, _] = blue(vec![rim, small]);
+    assert!(both > front + 100, "{both} after {front}");
 }
 
 #[test]

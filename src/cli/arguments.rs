@@ -28,6 +28,34 @@ pub fn count(text: &str) -> Result<usize, String> {
     }
 }
 
+/// Most threads; more than a machine has only cost memory.
+const MOST_THREADS: usize = 1024;
+/// Most steps of a flow on a grid: each is kept in the report.
+const MOST_STEPS: usize = 1_000_000;
+
+/// A positive whole number with a largest value.
+fn count_to(text: &str, most: usize) -> Result<usize, String> {
+    match count(text) {
+        Ok(n) if n <= most => Ok(n),
+        _ => Err(format!("a whole number from 1 to {most} is needed")),
+    }
+}
+
+/// A number of threads.
+pub fn threads(text: &str) -> Result<usize, String> {
+    count_to(text, MOST_THREADS)
+}
+
+/// A number of steps.
+pub fn steps(text: &str) -> Result<usize, String> {
+    count_to(text, MOST_STEPS)
+}
+
+/// A number of samples of a surface.
+pub fn samples(text: &str) -> Result<usize, String> {
+    count_to(text, isomend::compare::MOST_SAMPLES)
+}
+
 /// A finite number.
 pub fn finite(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -138,6 +166,26 @@ mod tests {
             assert!(ids(wrong).is_err(), "{wrong}");
         }
         assert!(bridge("3").is_err() && bridge("3+3").is_err());
+    }
+
+    #[test]
+    fn counts_are_bounded() {
+        for parse in [threads, steps, samples] {
+            assert_eq!(parse("8"), Ok(8));
+            for wrong in [
+                "0",
+                "-1",
+                "1.5",
+                "18446744073709551615",
+                "99999999999999999999",
+            ] {
+                assert!(
+                    parse(wrong).is_err_and(|e| e.contains("from 1 to")),
+                    "{wrong}"
+                );
+            }
+        }
+        assert!(threads("1024").is_ok() && threads("1025").is_err());
     }
 
     #[test]

@@ -104,6 +104,7 @@ impl FilesArgs {
         console: &Console,
         work: impl Fn(&Files<'_>) -> anyhow::Result<End>,
     ) -> anyhow::Result<End> {
+        self.check_trial()?;
         let outputs = self.outputs()?;
         let inputs: Vec<&Path> = self.inputs.iter().map(PathBuf::as_path).collect();
         if let Some(json) = &common.json {
@@ -150,6 +151,17 @@ impl FilesArgs {
         Ok(worst(&ends))
     }
 
+    /// Refuses to draw what a trial run does not make.
+    fn check_trial(&self) -> anyhow::Result<()> {
+        if self.dry_run && self.report.is_wanted() {
+            return Err(usage(
+                "--dry-run makes no mesh that --report and --picture could show; leave them out, or let `isomend inspect` draw \
+                 the holes",
+            ));
+        }
+        Ok(())
+    }
+
     /// Whether what is to be drawn can be.
     fn check_drawings(
         &self,
@@ -161,7 +173,8 @@ impl FilesArgs {
         }
         match (&self.inputs[..], outputs) {
             ([input], [Some(output)]) => {
-                self.report.check(input, &output.path, common.json.as_ref())
+                let mesh = Some(output.path.as_path());
+                self.report.check(input, mesh, common.json.as_ref())
             }
             ([_], _) => Ok(()),
             _ => Err(usage(

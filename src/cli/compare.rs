@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use isomend::compare::{Comparison, Distances, SurfaceFacts, compare};
+use isomend::report::{length, point};
 use serde::Serialize;
 
 use super::console::{self, Console};
@@ -32,8 +33,8 @@ pub struct CompareArgs {
     #[arg(value_name = "B")]
     b: PathBuf,
 
-    /// Samples on each mesh.
-    #[arg(long, value_name = "N", default_value = "100000", value_parser = arguments::count)]
+    /// Samples on each mesh, at most 100 million.
+    #[arg(long, value_name = "N", default_value = "100000", value_parser = arguments::samples)]
     samples: usize,
 
     #[command(flatten)]
@@ -86,14 +87,25 @@ pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
 fn table(c: &Comparison) -> String {
     let facts = |name: &str, s: &SurfaceFacts| {
         format!(
-            "{name}: {} vertices, {} faces, area {:.6}, bending energy {:.4} without {} border vertices\n",
-            s.vertices, s.faces, s.area, s.willmore_energy, s.border_vertices
+            "{name}: {} vertices, {} faces, area {}, bending energy {:.4} without {} border vertices\n",
+            s.vertices,
+            s.faces,
+            length(s.area),
+            s.willmore_energy,
+            s.border_vertices
         )
     };
+    // Of the order of the model: coordinates that are much smaller are rounding.
+    let size = c.a.area.sqrt();
     let row = |name: &str, d: &Distances| {
         format!(
-            "{name:>7} {:>12.4e} {:>12.4e} {:>12.4e} {:>12.3} {:>12.3}  {:.5}, {:.5}, {:.5}\n",
-            d.max, d.rms, d.mean, d.normal_mean, d.normal_max, d.max_at.x, d.max_at.y, d.max_at.z
+            "{name:>7} {:>12.4e} {:>12.4e} {:>12.4e} {:>12.3} {:>12.3}  {}\n",
+            d.max,
+            d.rms,
+            d.mean,
+            d.normal_mean,
+            d.normal_max,
+            point(d.max_at, size)
         )
     };
     let k = &c.kept;

@@ -4,7 +4,7 @@ use anyhow::Context;
 use clap::{ArgGroup, Args};
 use isomend::flow::Variant;
 use isomend::io::Loaded;
-use isomend::report::{RegionReport, level_lines};
+use isomend::report::{RegionReport, length, level_lines};
 use isomend::{
     FairExtent, FairParams, FairPlan, FairReport, Faired, FillParams, SurfaceKind, VoxelSize,
 };
@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::batch::{Files, FilesArgs};
 use super::console::{self, Console};
 use super::json::FileInfo;
-use super::mask::MaskArgs;
+use super::mask::{Marked, MaskArgs};
 use super::report::Drawn;
 use super::solve::Scheme;
 use super::{CommonArgs, End, arguments, progress};
@@ -101,7 +101,7 @@ pub fn run(args: &FairArgs, console: &Console) -> anyhow::Result<End> {
 
 fn one(args: &FairArgs, files: &Files<'_>, console: &Console) -> anyhow::Result<End> {
     let loaded = files.read(args.common.from, console)?;
-    let marked = args.mask.faces(&loaded)?;
+    let marked = args.mask.marked(&loaded)?.map(Marked::some).transpose()?;
     // A glTF document goes through as it is, and so do the numbers of its vertices.
     let params = args.params(files.to_gltf() && loaded.document.is_some());
     let failed = "cannot fair the mesh";
@@ -141,8 +141,10 @@ fn preview(plan: &FairPlan, loaded: &Loaded, files: &Files<'_>) -> anyhow::Resul
             false => String::new(),
         };
         let text = format!(
-            "{heading}features narrower than {:.5} would go, time {:.4e}, voxel {:.5}\n{what}\n",
-            plan.strength, plan.time, plan.voxel
+            "{heading}features narrower than {} would go, time {:.4e}, voxel {}\n{what}\n",
+            length(plan.strength),
+            plan.time,
+            length(plan.voxel)
         );
         console::print(&text).context("cannot write to standard output")?;
     }
@@ -249,8 +251,10 @@ fn region_line(region: &RegionReport) -> String {
 
 fn tell(report: &FairReport, console: &Console) {
     console.say(&format!(
-        "features narrower than {:.5} went, time {:.4e}, voxel {:.5}",
-        report.strength, report.time, report.voxel
+        "features narrower than {} went, time {:.4e}, voxel {}",
+        length(report.strength),
+        report.time,
+        length(report.voxel)
     ));
     if !report.whole {
         console.say(&format!(
@@ -274,8 +278,9 @@ fn tell(report: &FairReport, console: &Console) {
         }
     }
     console.say(&format!(
-        "moved by {:.5} at most, {:.5} root mean square",
-        report.moved_max, report.moved_rms
+        "moved by {} at most, {} root mean square",
+        length(report.moved_max),
+        length(report.moved_rms)
     ));
     if let Some(drift) = report.volume_drift() {
         console.say(&format!("the volume changed by {:+.3} %", 100.0 * drift));

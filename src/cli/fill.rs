@@ -37,7 +37,7 @@ pub struct FillArgs {
     #[arg(long, value_name = "all|ID,…", default_value = "all", value_parser = arguments::choice)]
     holes: Choice,
 
-    /// Leave holes open that are wider than this, in the mesh's units.
+    /// Leave holes open that are wider than this, in the mesh's units, unless --holes names them.
     #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
     max_diameter: Option<f64>,
 
@@ -98,6 +98,12 @@ impl FillArgs {
 /// Reads, fills, writes.
 pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
     args.solve.check()?;
+    if matches!(args.surface, Surface::Whole) {
+        args.solve.check_whole()?;
+    }
+    if args.max_diameter.is_some() && matches!(args.holes, Choice::Some(_)) {
+        console.note("--max-diameter does nothing here: --holes names the holes that are filled");
+    }
     let params = args.params();
     args.files.each("fill", &args.common, console, |files| {
         one(args, files, &params, console)

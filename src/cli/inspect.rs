@@ -8,29 +8,35 @@ use clap::Args;
 use isomend::Inspection;
 use isomend::io::Loaded;
 use isomend::mesh::mask::Selection;
-use isomend::report::{chain_lines, defect_lines, hole_table};
+use isomend::report::{chain_lines, defect_lines, hole_table, length, point};
 
 use super::console::{self, Console};
 use super::json::{InspectDocument, Target, bounds};
-use super::mask::MaskArgs;
+use super::mask::{Marked, MaskArgs};
+use super::report::ReportArgs;
 use super::{CommonArgs, End, input};
 
 const EXAMPLES: &str = "\
 Examples:
   isomend inspect scan.ply                  a table of the holes, with their numbers
   isomend inspect scan.ply --json - | jq '.holes[].diameter'
+  isomend inspect scan.ply --report scan.html           the holes in a 3D view, with their numbers
   isomend inspect scan.ply --ball 10,4,2,3.5 --grow 1   what a mask marks";
 
 /// List the pieces, holes and defects of a mesh.
 ///
-/// Lengths are in the mesh's units. Planarity is the distance of the rim from its best plane, as root mean square over
-/// the hole's diameter: 0 is planar.
+/// Lengths are in the mesh's units. The normal is that of the rim's plane, out of the surface; the height is the rim's
+/// extent along it. Planarity is the distance of the rim from its best plane, as root mean square over the hole's diameter:
+/// 0 is planar.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct InspectArgs {
     /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input.
     #[arg(value_name = "IN")]
     input: PathBuf,
+
+    #[command(flatten)]
+    report: ReportArgs,
 
     #[command(flatten)]
     mask: MaskArgs,
@@ -44,11 +50,16 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
     if let Some(json) = &args.common.json {
         json.check(&[&args.input], &[])?;
     }
+    if args.report.is_wanted() {
+        args.report
+            .check(&args.input, None, args.common.json.as_ref())?;
+    }
     let loaded = input::read(&args.input, args.common.from, console)?;
     let found = isomend::inspect(&loaded.mesh)
         .with_context(|| format!("cannot inspect {}", input::shown(&args.input)))?;
-    let marked = args.mask.faces(&loaded)?;
-    let mask = marked.map(|marked| Selection::new(&loaded.mesh, &marked));
+    let marked = args.mask.marked(&loaded)?;
+    let selection = |marked: &Marked| Selection::new(&loaded.mesh, &marked.faces);
+    let mask = marked.as_ref().map(selection);
     if let Some(json) = &args.common.json {
         json.write(&InspectDocument::new(
             &args.input,
@@ -57,24 +68,31 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
             mask.as_ref(),
         ))?;
     }
+    if args.report.is_wanted() {
+        args.report.write_looked_at(&args.input, &loaded, &found)?;
+    }
     if !matches!(args.common.json, Some(Target::Stdout)) {
         let mut text = table(&loaded, &found);
-        if let Some(mask) = &mask {
-            text += &mask_line(mask);
+        if let (Some(mask), Some(marked)) = (&mask, &marked) {
+            text += &mask_line(mask, &marked.missed);
         }
         console::print(&text).context("cannot write to standard output")?;
     }
     Ok(End::Done)
 }
 
-fn mask_line(mask: &Selection) -> String {
+fn mask_line(mask: &Selection, missed: &[String]) -> String {
     let Some([low, high]) = mask.bounds else {
-        return "\nmask: no faces\n".to_owned();
+        return format!("\nmask: no faces: {}\n", missed.join("; "));
     };
     let pieces = if mask.pieces == 1 { "piece" } else { "pieces" };
     format!(
-        "\nmask: {} faces in {} {pieces}, area {:.6}, from {:.5}, {:.5}, {:.5} to {:.5}, {:.5}, {:.5}\n",
-        mask.faces, mask.pieces, mask.area, low.x, low.y, low.z, high.x, high.y, high.z
+        "\nmask: {} faces in {} {pieces}, area {}, from {} to {}\n",
+        mask.faces,
+        mask.pieces,
+        length(mask.area),
+        point(low, low.distance(high)),
+        point(high, low.distance(high)),
     )
 }
 
@@ -88,7 +106,7 @@ fn table(loaded: &Loaded, found: &Inspection) -> String {
         let _ = writeln!(text, "{line}");
     };
     line(format!(
-        "{}: {} vertices, {} faces, {} {}, {} {}; size {:.6} x {:.6} x {:.6}",
+        "{}: {} vertices, {} faces, {} {}, {} {}; size {}",
         loaded.format,
         loaded.mesh.positions.len(),
         loaded.mesh.faces.len(),
@@ -100,9 +118,12 @@ fn table(loaded: &Loaded, found: &Inspection) -> String {
         } else {
             "holes"
         },
-        size.x,
-        size.y,
-        size.z,
+        size.to_array().map(length).join(" x "),
+    ));
+    line(format!(
+        "bounds: from {} to {}",
+        point(low, size.length()),
+        point(high, size.length())
     ));
     for defect in defect_lines(&found.topology.defects) {
         line(defect);

@@ -8,7 +8,7 @@ use super::{Cli, End, console};
 /// Print a script that completes isomend's commands and options in a shell.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  isomend completions bash > ~/.local/share/bash-completion/completions/isomend"
+    after_help = "Example:\n  mkdir -p ~/.local/share/bash-completion/completions\n  isomend completions bash > ~/.local/share/bash-completion/completions/isomend"
 )]
 pub struct CompletionsArgs {
     /// The shell.

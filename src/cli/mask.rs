@@ -10,9 +10,11 @@ use isomend::glam::DVec3;
 use isomend::io::{Loaded, read_path};
 use isomend::mesh::mask::{Mask, Selector};
 use isomend::mesh::welded;
+use isomend::report::missed_lines;
 use isomend::spatial::{Bvh, WindingTree};
 
 use super::arguments;
+use super::json::bounds;
 
 /// Options that choose faces; what several of them choose adds up.
 #[derive(Clone, Debug, Default, Args)]
@@ -24,11 +26,11 @@ pub struct MaskArgs {
         value_name = "X0,Y0,Z0,X1,Y1,Z1",
         allow_hyphen_values = true
     )]
-    boxes: Vec<Numbers<6>>,
+    boxes: Vec<BoxArg>,
 
     /// Mark the faces in a ball: its centre and radius.
     #[arg(long = "ball", value_name = "X,Y,Z,R", allow_hyphen_values = true)]
-    balls: Vec<Numbers<4>>,
+    balls: Vec<BallArg>,
 
     /// Mark the faces inside a closed mesh.
     #[arg(long = "mask", value_name = "FILE")]
@@ -56,22 +58,62 @@ pub struct MaskArgs {
 }
 
 /// Numbers with commas between them.
-#[derive(Clone, Copy, Debug)]
-pub struct Numbers<const N: usize>([f64; N]);
+fn separated<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let numbers: Option<Vec<f64>> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite()))
+        .collect();
+    numbers
+        .and_then(|numbers| numbers.try_into().ok())
+        .ok_or_else(|| format!("{N} numbers with commas between them are needed"))
+}
 
-impl<const N: usize> FromStr for Numbers<N> {
+/// A box by its corners.
+#[derive(Clone, Copy, Debug)]
+struct BoxArg([DVec3; 2]);
+
+impl BoxArg {
+    fn selector(self) -> Selector {
+        let [low, high] = self.0;
+        Selector::Box { low, high }
+    }
+}
+
+impl FromStr for BoxArg {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let numbers: Option<Vec<f64>> = text
-            .split(',')
-            .map(|part| part.trim().parse().ok().filter(|v: &f64| v.is_finite()))
-            .collect();
-        numbers
-            .and_then(|numbers| numbers.try_into().ok())
-            .map(Numbers)
-            .ok_or_else(|| format!("{N} numbers with commas between them are needed"))
+        let [a, b, c, x, y, z] = separated(text)?;
+        let new = Self([DVec3::new(a, b, c), DVec3::new(x, y, z)]);
+        checked(&new.selector())?;
+        Ok(new)
     }
+}
+
+/// A ball by its centre and radius.
+#[derive(Clone, Copy, Debug)]
+struct BallArg(DVec3, f64);
+
+impl BallArg {
+    fn selector(self) -> Selector {
+        let Self(centre, radius) = self;
+        Selector::Ball { centre, radius }
+    }
+}
+
+impl FromStr for BallArg {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let [x, y, z, radius] = separated(text)?;
+        let new = Self(DVec3::new(x, y, z), radius);
+        checked(&new.selector())?;
+        Ok(new)
+    }
+}
+
+fn checked(selector: &Selector) -> Result<(), String> {
+    selector.check().map_err(|error| error.to_string())
 }
 
 /// A colour and how far off others may be.
@@ -101,28 +143,43 @@ impl FromStr for Colour {
     }
 }
 
+/// A mask, and the bounds of the closed meshes among its selectors.
+pub struct Chosen {
+    mask: Mask,
+    inside: Vec<[DVec3; 2]>,
+}
+
+/// What a mask marks of a mesh.
+pub struct Marked {
+    /// For each face whether it is marked.
+    pub faces: Vec<bool>,
+    /// Where nothing is marked, why.
+    pub missed: Vec<String>,
+}
+
+impl Marked {
+    /// The marks.
+    ///
+    /// # Errors
+    /// When there is none, with the reason.
+    pub fn some(self) -> anyhow::Result<Vec<bool>> {
+        if !self.missed.is_empty() {
+            bail!("the mask marks no face: {}", self.missed.join("; "));
+        }
+        Ok(self.faces)
+    }
+}
+
 impl MaskArgs {
     /// The mask that is asked for; `None` where none of its options is given.
-    pub fn mask(&self) -> anyhow::Result<Option<Mask>> {
-        let mut selectors = Vec::new();
-        for Numbers([a, b, c, x, y, z]) in &self.boxes {
-            let (one, other) = (DVec3::new(*a, *b, *c), DVec3::new(*x, *y, *z));
-            selectors.push(Selector::Box {
-                low: one.min(other),
-                high: one.max(other),
-            });
-        }
-        for Numbers([x, y, z, radius]) in &self.balls {
-            if *radius <= 0.0 {
-                bail!("the radius of --ball must be positive, but is {radius}");
-            }
-            selectors.push(Selector::Ball {
-                centre: DVec3::new(*x, *y, *z),
-                radius: *radius,
-            });
-        }
+    pub fn mask(&self) -> anyhow::Result<Option<Chosen>> {
+        let mut selectors: Vec<Selector> = self.boxes.iter().map(|b| b.selector()).collect();
+        selectors.extend(self.balls.iter().map(|b| b.selector()));
+        let mut inside = Vec::new();
         for path in &self.meshes {
-            selectors.push(inside(path)?);
+            let (selector, bounds) = within(path)?;
+            selectors.push(selector);
+            inside.push(bounds);
         }
         for path in &self.lists {
             let text = std::fs::read_to_string(path)
@@ -142,24 +199,32 @@ impl MaskArgs {
             }
             return Ok(None);
         }
-        Ok(Some(Mask {
+        let mask = Mask {
             selectors,
             grow: self.grow.unwrap_or(0.0),
             shrink: self.shrink.unwrap_or(0.0),
-        }))
+        };
+        Ok(Some(Chosen { mask, inside }))
     }
 
     /// Which faces of a mesh are marked; `None` where no mask is asked for.
-    pub fn faces(&self, loaded: &Loaded) -> anyhow::Result<Option<Vec<bool>>> {
-        let Some(mask) = self.mask()? else {
+    pub fn marked(&self, loaded: &Loaded) -> anyhow::Result<Option<Marked>> {
+        let Some(Chosen { mask, inside }) = self.mask()? else {
             return Ok(None);
         };
-        Ok(Some(mask.faces(&loaded.mesh, &loaded.attributes)?))
+        let (mesh, attributes) = (&loaded.mesh, &loaded.attributes);
+        let faces = mask.faces(mesh, attributes)?;
+        let missed = if faces.contains(&true) {
+            Vec::new()
+        } else {
+            missed_lines(&mask, &inside, mesh, attributes)
+        };
+        Ok(Some(Marked { faces, missed }))
     }
 }
 
-/// What lies inside a closed mesh, by its generalized winding number.
-fn inside(path: &Path) -> anyhow::Result<Selector> {
+/// What lies inside a closed mesh, by its generalized winding number; and the bounds of the mesh.
+fn within(path: &Path) -> anyhow::Result<(Selector, [DVec3; 2])> {
     let loaded = read_path(path, None)?;
     let (mesh, _) = welded(&loaded.mesh);
     let found =
@@ -172,9 +237,8 @@ fn inside(path: &Path) -> anyhow::Result<Selector> {
     }
     let bvh = Bvh::new(&found.mesh, 0..found.mesh.faces.len() as u32);
     let tree = WindingTree::new(&bvh);
-    Ok(Selector::Inside(Arc::new(move |p| {
-        tree.winding_number(&bvh, p).abs() > 0.5
-    })))
+    let selector = Selector::Inside(Arc::new(move |p| tree.winding_number(&bvh, p).abs() > 0.5));
+    Ok((selector, bounds(&loaded.mesh)))
 }
 
 /// Face numbers from the text of a file of that name: a JSON array, or one on each line, with `#` before remarks.

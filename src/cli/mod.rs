@@ -27,6 +27,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Context;
+use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 use isomend::io::Format;
 
@@ -116,7 +117,7 @@ struct RunArgs {
     config: Option<PathBuf>,
 
     /// Number of threads [default: one per core]. The result does not depend on it.
-    #[arg(long, value_name = "N", value_parser = arguments::count)]
+    #[arg(long, value_name = "N", value_parser = arguments::threads)]
     threads: Option<usize>,
 
     /// Print nothing but errors, and holes that could not be filled.
@@ -134,7 +135,8 @@ struct RunArgs {
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let end = interrupt::listen()
         .and_then(|()| Ok(config::expand(arguments.collect(), &Cli::command())?))
-        .and_then(|arguments| run(Cli::parse_from(arguments)));
+        .and_then(|arguments| Ok(parsed(arguments)?))
+        .and_then(run);
     match end {
         Ok(end) => end.into(),
         Err(error) => {
@@ -147,6 +149,24 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
             }
         }
     }
+}
+
+/// The command line as clap reads it; what it refuses ends the program, with what clap has to say.
+///
+/// # Errors
+/// For a command whose name others use for what two of these do, where clap would name one that merely sounds like it.
+fn parsed(arguments: Vec<OsString>) -> Result<Cli, Usage> {
+    let error = match Cli::try_parse_from(arguments) {
+        Ok(cli) => return Ok(cli),
+        Err(error) => error,
+    };
+    let unknown = error.get(ContextKind::InvalidSubcommand);
+    if matches!(unknown, Some(ContextValue::String(name)) if name == "repair") {
+        let what = "there is no command 'repair' yet; `isomend fill` closes holes, `isomend restore` replaces a marked region, \
+                    `isomend inspect` lists defects";
+        return Err(Usage(what.to_owned()));
+    }
+    error.exit()
 }
 
 /// Runs a command.

@@ -38,6 +38,7 @@ impl Output {
     /// Checks what can be known before the mesh is.
     pub fn new(path: &Path, to: Option<Format>, ascii: bool) -> anyhow::Result<Self> {
         check_writable(path)?;
+        check_text(path, format_of(path, to)?, ascii)?;
         let output = Self {
             path: path.to_path_buf(),
             format: format_of(path, to)?,
@@ -56,6 +57,7 @@ impl Output {
 
     /// As [`Output::new`], in a folder that is made when the mesh is written.
     pub fn in_folder(path: &Path, to: Option<Format>, ascii: bool) -> anyhow::Result<Self> {
+        check_text(path, format_of(path, to)?, ascii)?;
         let there = path.parent().is_some_and(Path::is_dir);
         if there {
             check_writable(path)?;
@@ -232,6 +234,22 @@ fn refer_to_material(attributes: &mut Attributes) -> bool {
         attributes.libraries.push(PATCH_LIBRARY.to_owned());
     }
     true
+}
+
+/// Refuses text where the format has none: GLB is binary, and VTP packs its numbers.
+fn check_text(path: &Path, format: Format, ascii: bool) -> anyhow::Result<()> {
+    let other = match format {
+        Format::Glb => "gltf",
+        Format::Vtp => "vtk",
+        _ => return Ok(()),
+    };
+    if ascii {
+        let name = path.display();
+        let what =
+            format!("--ascii: {name} is written as {format}, which has no text form; {other} has");
+        return Err(Usage(what).into());
+    }
+    Ok(())
 }
 
 /// The format to write: the one that is asked for, else that of the extension.

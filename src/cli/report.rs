@@ -4,13 +4,16 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
-use isomend::Mesh;
-use isomend::report::FillReport;
+use isomend::glam::DVec3;
+use isomend::io::Loaded;
+use isomend::mesh::Hole;
 use isomend::report::html::{Page, page};
-use isomend::report::picture::picture;
+use isomend::report::picture::{picture, picture_of_one};
 use isomend::report::view::{Change, Scene};
+use isomend::report::{FillReport, HoleOutcome, HoleReport, point};
+use isomend::{Inspection, Mesh};
 
-use super::json::Target;
+use super::json::{Target, bounds};
 use super::output;
 
 /// Most faces that are drawn.
@@ -19,11 +22,12 @@ const FACES: usize = 300_000;
 /// Options of what is drawn.
 #[derive(Debug, Args)]
 pub struct ReportArgs {
-    /// Write a page to look at: both meshes in a 3D view, holes, plots and tables, in one HTML file that needs nothing else.
+    /// Write a page to look at: a 3D view with the holes and their numbers, plots and tables, in one HTML file that needs
+    /// nothing else.
     #[arg(long, value_name = "FILE.html")]
     report: Option<PathBuf>,
 
-    /// Draw the mesh before and after into a PNG file.
+    /// Draw the mesh with its holes, before and after where it changes, into a PNG file.
     #[arg(long, value_name = "FILE.png")]
     picture: Option<PathBuf>,
 }
@@ -66,8 +70,14 @@ impl ReportArgs {
     }
 
     /// Refuses files that cannot be written, have another file's name or are another output.
-    pub fn check(&self, input: &Path, mesh: &Path, json: Option<&Target>) -> anyhow::Result<()> {
-        let mut taken = vec![("the input", input), ("the mesh", mesh)];
+    pub fn check(
+        &self,
+        input: &Path,
+        mesh: Option<&Path>,
+        json: Option<&Target>,
+    ) -> anyhow::Result<()> {
+        let mut taken = vec![("the input", input)];
+        taken.extend(mesh.map(|mesh| ("the mesh", mesh)));
         if let Some(Target::File(path)) = json {
             taken.push(("the report of --json", path));
         }
@@ -99,6 +109,32 @@ impl ReportArgs {
         Ok(())
     }
 
+    /// Draws a mesh that is only looked at.
+    pub fn write_looked_at(
+        &self,
+        input: &Path,
+        loaded: &Loaded,
+        found: &Inspection,
+    ) -> anyhow::Result<()> {
+        let mesh = &loaded.mesh;
+        let change = Change {
+            before: mesh,
+            after: mesh,
+            kept: mesh.faces.len(),
+            gone: vec![false; mesh.faces.len()],
+            patches: Vec::new(),
+            rims: rims(mesh, found.holes.iter()),
+        };
+        let scene = Scene::new(&change, FACES);
+        if let Some(path) = &self.report {
+            output::write_text(path, &page_of_one(input, loaded, found, &scene))?;
+        }
+        if let Some(path) = &self.picture {
+            output::write_bytes(path, &picture_of_one(&scene)?)?;
+        }
+        Ok(())
+    }
+
     /// Writes what was asked for.
     pub fn write(&self, drawn: &Drawn) -> anyhow::Result<()> {
         let scene = drawn.scene();
@@ -114,7 +150,6 @@ impl ReportArgs {
 
 impl Drawn<'_> {
     fn scene(&self) -> Scene {
-        let positions = &self.first.positions;
         let gone = match self.before {
             Some(before) => before.gone.clone(),
             None => vec![self.kept == 0; self.first.faces.len()],
@@ -125,12 +160,7 @@ impl Drawn<'_> {
             kept: self.kept,
             gone,
             patches: self.report.regions.iter().map(|r| r.new_faces).collect(),
-            rims: self
-                .report
-                .holes
-                .iter()
-                .map(|h| h.hole.rim.iter().map(|&v| positions[v as usize]).collect())
-                .collect(),
+            rims: rims(self.first, self.report.holes.iter().map(|h| &h.hole)),
         };
         Scene::new(&change, FACES)
     }
@@ -157,9 +187,8 @@ impl Drawn<'_> {
         if !defects.is_empty() {
             facts.push(("defects of the input", defects.join("; ")));
         }
-        let name = |path: &Path| path.file_name().map(|n| n.to_string_lossy().into_owned());
         page(&Page {
-            title: &name(self.input).unwrap_or_default(),
+            title: &title(self.input),
             command: self.command,
             command_line: &command_line(),
             version: env!("CARGO_PKG_VERSION"),
@@ -168,8 +197,63 @@ impl Drawn<'_> {
             holes: &report.holes,
             regions: &report.regions,
             scene,
+            single: false,
         })
     }
+}
+
+/// The page of a mesh that is only looked at.
+fn page_of_one(input: &Path, loaded: &Loaded, found: &Inspection, scene: &Scene) -> String {
+    let [low, high] = bounds(&loaded.mesh);
+    let size = low.distance(high);
+    let mut facts = vec![
+        ("input", input.display().to_string()),
+        ("vertices", loaded.mesh.positions.len().to_string()),
+        ("faces", loaded.mesh.faces.len().to_string()),
+        ("pieces", found.topology.piece_faces.len().to_string()),
+        ("from", point(low, size)),
+        ("to", point(high, size)),
+    ];
+    let defects = isomend::report::defect_lines(&found.topology.defects);
+    if !defects.is_empty() {
+        facts.push(("defects", defects.join("; ")));
+    }
+    let holes: Vec<HoleReport> = found
+        .holes
+        .iter()
+        .map(|hole| HoleReport {
+            hole: hole.clone(),
+            outcome: HoleOutcome::Left(String::new()),
+            region: 0,
+        })
+        .collect();
+    page(&Page {
+        title: &title(input),
+        command: "inspect",
+        command_line: &command_line(),
+        version: env!("CARGO_PKG_VERSION"),
+        facts: &facts,
+        notes: &loaded.notes,
+        holes: &holes,
+        regions: &[],
+        scene,
+        single: true,
+    })
+}
+
+fn title(input: &Path) -> String {
+    let name = input.file_name();
+    name.map(|n| n.to_string_lossy().into_owned())
+        .unwrap_or_default()
+}
+
+/// The rims of holes as points.
+fn rims<'a>(mesh: &Mesh, holes: impl Iterator<Item = &'a Hole>) -> Vec<Vec<DVec3>> {
+    let points = |hole: &Hole| {
+        let rim = hole.rim.iter();
+        rim.map(|&v| mesh.positions[v as usize]).collect()
+    };
+    holes.map(points).collect()
 }
 
 /// The command line, quoted for a shell where it has to be.

@@ -61,7 +61,8 @@ pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
 
 fn one(args: &RestoreArgs, files: &Files<'_>, console: &Console) -> anyhow::Result<End> {
     let loaded = files.read(args.common.from, console)?;
-    let marked = args.mask.faces(&loaded)?.unwrap_or_default();
+    let marked = args.mask.marked(&loaded)?.context("no region is marked")?;
+    let marked = marked.some()?;
     // A glTF document goes through as it is, and so do the numbers of its vertices.
     let params = RestoreParams {
         fill: args.solve.params(),

@@ -8,6 +8,7 @@ use clap::Args;
 use isomend::grid::Volume;
 use isomend::io::{Precision, volume_to_bytes};
 use isomend::pipeline::volume::{MeasuredSeconds, VolumeParams, measure_volume};
+use isomend::report::length;
 use isomend::{VoxelSize, glam::DVec3};
 use serde::Serialize;
 
@@ -146,6 +147,6 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
 fn summary(volume: &Volume) -> String {
     let [x, y, z] = volume.dims;
     let [low, high] = volume.range();
-    let voxel = volume.spacing.x;
-    format!("{x} x {y} x {z} nodes, {voxel:.6} apart; distances from {low:.6} to {high:.6}")
+    let [voxel, low, high] = [volume.spacing.x, low, high].map(length);
+    format!("{x} x {y} x {z} nodes, {voxel} apart; distances from {low} to {high}")
 }

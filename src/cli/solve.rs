@@ -11,14 +11,15 @@ use super::batch::Files;
 use super::console::{self, Console};
 use super::json::{Cut, FileInfo, FillDocument, PlanDocument};
 use super::report::{Before, Drawn};
-use super::{End, arguments};
+use super::{End, Usage, arguments};
 
 /// Options of the solve and of what is written.
 #[derive(Debug, Args)]
 pub struct SolveArgs {
     /// Voxel size in the mesh's units.
     ///
-    /// `auto` takes 32 voxels across the hole, more where its rim is finer, at most 160; with curvature-variation 80.
+    /// `auto` takes 32 voxels across the hole, up to 64 where its rim is finer or it is a slot, up to 96 in a region with a
+    /// small loop; with curvature-variation 2.5 times as many, at most 128. A length may be 1/1024 of the hole or more.
     #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
     voxel: VoxelSize,
 
@@ -42,7 +43,7 @@ pub struct SolveArgs {
     time_step: Option<f64>,
 
     /// Most steps of the flow on each grid [default: 20, with I and II 200].
-    #[arg(long, value_name = "N", value_parser = arguments::count)]
+    #[arg(long, value_name = "N", value_parser = arguments::steps)]
     steps: Option<usize>,
 
     /// Length of the patch's edges over that of the edges round the hole [default: 0.8, with curvature-variation 0.45].
@@ -122,6 +123,15 @@ impl SolveArgs {
             edge_ratio: self.edge_ratio,
             ..FillParams::default()
         }
+    }
+
+    /// Refuses what has no effect on a level set's own triangles.
+    pub fn check_whole(&self) -> anyhow::Result<()> {
+        if self.edge_ratio.is_some() {
+            let what = "--edge-ratio is for patches; --surface whole has the triangles of the grid, whose size is --voxel";
+            return Err(Usage(what.to_owned()).into());
+        }
+        Ok(())
     }
 
     /// Whether the options go together.

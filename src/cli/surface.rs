@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::console::Console;
 use super::input::{self, is_stream};
 use super::output::Output;
-use super::{End, RunArgs, arguments, json};
+use super::{End, RunArgs, Usage, arguments, json};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -55,7 +55,7 @@ pub struct SurfaceArgs {
     #[arg(long)]
     ascii: bool,
 
-    /// Write 64-bit coordinates where the format has them.
+    /// Write 64-bit coordinates: PLY, VTK legacy and VTP (OBJ has them anyway).
     #[arg(long)]
     f64: bool,
 
@@ -82,6 +82,13 @@ struct Document<'a> {
 /// Reads, extracts, writes.
 pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
     let output = Output::new(&args.output, args.to, args.ascii)?;
+    if args.f64 && matches!(output.format, Format::Stl | Format::Gltf | Format::Glb) {
+        let format = output.format;
+        let what = format!(
+            "--f64: {format} has 32-bit coordinates only; ply, obj, vtk and vtp have others"
+        );
+        return Err(Usage(what).into());
+    }
     if let Some(json) = &args.json {
         json.check(&[&args.input], &[&args.output])?;
     }

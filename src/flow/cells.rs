@@ -7,8 +7,8 @@ use rayon::prelude::*;
 
 use super::band::{Band, Cell, WIDTH, corner_numbers};
 use super::element::{ELEMENT, Gradients, against_gradients, dot, gauss_gradients, gradient};
-use super::steady::Variant;
-use super::system::Stencil;
+use super::settings::Variant;
+use super::stencil::Stencil;
 
 const CHUNK: usize = 1024;
 /// Keeps |∇φ| from zero.

@@ -1,33 +1,8 @@
 //! What an energy has to offer to the flow.
 
-use serde::Serialize;
-
 use super::band::Band;
-use super::steady::Variant;
+use super::settings::Variant;
 use super::system::System;
-
-/// The energy whose steady state a fill is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Energy {
-    /// `½∫ h²`: exact on spheres, minimal surfaces, Clifford tori and their Möbius images, and the most robust.
-    #[default]
-    Willmore,
-    /// `½∫ |∇h|²` along the surface: nearly exact on cylinders and cones too, much closer on ellipsoids, continuous in
-    /// curvature across the rim. It starts from the steady state of the Willmore energy.
-    CurvatureVariation,
-}
-
-impl Energy {
-    /// Length of a patch's edges over that of the edges round the hole, unless it is given. Shorter for the variation of
-    /// curvature, whose surface is nearer to smooth data than chords of the usual length are to it.
-    pub fn edge_ratio(self) -> f64 {
-        match self {
-            Self::Willmore => 0.8,
-            Self::CurvatureVariation => 0.45,
-        }
-    }
-}
 
 /// An energy of a level set on a narrow band. Fields are values at the band's nodes, lengths are in voxels.
 pub trait BandEnergy: Sized {

@@ -4,8 +4,9 @@ use serde::Serialize;
 
 use super::band::{Band, MARGIN, WIDTH};
 use super::energy::BandEnergy;
+use super::outcome::{FlowOutcome, StepRecord};
+use super::settings::{FlowSettings, REACH};
 use super::state::BandState;
-use super::steady::{FlowOutcome, FlowSettings, REACH, StepRecord};
 use super::willmore::WillmoreBand;
 use crate::grid::{SparseGrid, add, offset};
 use crate::sdf::redistance;

@@ -3,8 +3,9 @@
 use super::band::{Band, MARGIN, WIDTH};
 use super::coarse::{feet, hierarchy};
 use super::energy::{BandEnergy, Evaluation};
+use super::outcome::StepRecord;
 use super::pull::{BandPull, Pull};
-use super::steady::{FlowSettings, StepRecord};
+use super::settings::FlowSettings;
 use super::system::System;
 use crate::grid::SparseGrid;
 use crate::linalg::{

@@ -1,138 +1,24 @@
 //! Steps of the flow, to its steady state or for a number of steps.
 
-use serde::Serialize;
-
-use super::band::{Band, MARGIN, WIDTH};
-use super::energy::{BandEnergy, Energy};
+use super::band::Band;
+use super::energy::BandEnergy;
+use super::outcome::{FlowOutcome, LONG, StepRecord};
 use super::pull::Pull;
+use super::settings::{Energy, FlowSettings, REACH};
 use super::state::BandState;
 use super::variation::VariationBand;
 use super::willmore::WillmoreBand;
 use crate::grid::SparseGrid;
 use crate::sdf::redistance;
 
-/// How far out redistancing goes, in voxels: one layer more, so that the band's outermost nodes have their distance.
-pub(super) const REACH: f64 = WIDTH + MARGIN + 1.0;
-/// After so many steps single nodes that do not come to rest are let be.
-const LONG: usize = 8;
 /// Then a surface that moves by less than this on average (root mean square, in voxels) is steady once its energy falls by
 /// no more than this part in three steps: what is left is the roughness of the data.
 const ROUGH_MOVEMENT: f64 = 0.01;
 const ROUGH_FALL: f64 = 5e-3;
 /// Five steps of more than a voxel that leave more of the energy than this part are idle.
 const IDLE: f64 = 0.95;
-/// Up to so many voxels across a hole κ is as set.
-const KAPPA_ACROSS: f64 = 20.0;
 /// κ is raised by doubling, up to this.
 const KAPPA_LIMIT: f64 = 16.0;
-
-/// Which approximation of the Hessian a step uses. All share their steady states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub enum Variant {
-    /// `L2 M⁻¹ L3`, nonsymmetric: the paper's first scheme.
-    I,
-    /// `L3 M⁻¹ L3`: the paper's second scheme.
-    II,
-    /// `L2 M⁻¹ L2`.
-    GaussNewton,
-}
-
-/// How the flow is run.
-#[derive(Clone, Copy, Debug)]
-pub struct FlowSettings {
-    /// What the flow makes small.
-    pub energy: Energy,
-    /// The metric of a step of the Willmore flow; the variation of curvature knows Gauss-Newton alone.
-    pub variant: Variant,
-    /// Time step in units of h⁴ (h⁶ with the variation of curvature); infinite for the steady state at once.
-    pub time_step: f64,
-    /// Most steps to take.
-    pub max_steps: usize,
-    /// Converged when no node within one voxel of the surface moves by more than this, in voxels; or, on rough data, once
-    /// the surface hardly moves and its energy has settled.
-    pub tolerance: f64,
-    /// Relative error of the linear solves (relative residual, for the variants that are not preconditioned by multigrid).
-    pub solver_tolerance: f64,
-    /// Weight κ of the eikonal term to begin with; on nested grids that of the finest, half of it on the next, but at
-    /// least 1. It should grow with the number of voxels across: with 1 the surface drifts on fine grids.
-    pub kappa: f64,
-}
-
-impl Default for FlowSettings {
-    fn default() -> Self {
-        Self {
-            energy: Energy::Willmore,
-            variant: Variant::GaussNewton,
-            time_step: f64::INFINITY,
-            max_steps: 20,
-            tolerance: 2e-4,
-            solver_tolerance: 2e-2,
-            kappa: 1.0,
-        }
-    }
-}
-
-impl FlowSettings {
-    /// The same for a hole of so many voxels across: the eikonal weight κ grows with their number beyond 20. At a fixed
-    /// weight the surface drifts on fine grids, by a distance of the order of a voxel over κ.
-    #[must_use]
-    pub fn across(self, voxels: f64) -> Self {
-        Self {
-            kappa: self.kappa * (voxels / KAPPA_ACROSS).max(1.0),
-            ..self
-        }
-    }
-}
-
-/// One step.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct StepRecord {
-    /// Energy before it.
-    pub energy: f64,
-    /// Largest movement of a node within one voxel of the surface, in voxels.
-    pub movement: f64,
-    /// Root mean square movement of those nodes.
-    pub mean_movement: f64,
-    /// Fraction of the step taken.
-    pub fraction: f64,
-    /// Iterations of the linear solver.
-    pub iterations: usize,
-}
-
-impl StepRecord {
-    /// No node moves by more than the tolerance; or, after many steps, where the data are rough and single nodes do not come
-    /// to rest, none by many times as much and the surface as a whole by less than it.
-    fn is_steady(&self, tolerance: f64, steps: usize) -> bool {
-        let calm = self.movement < tolerance
-            || (steps >= LONG
-                && self.movement < 30.0 * tolerance
-                && self.mean_movement < tolerance);
-        calm && self.fraction > 0.9
-    }
-}
-
-/// How the flow ended.
-#[derive(Clone, Debug, Serialize)]
-pub struct FlowOutcome {
-    /// What was made small.
-    pub energy: Energy,
-    /// The steps.
-    pub steps: Vec<StepRecord>,
-    /// Largest movement of a node within one voxel of the surface in the step that led to the result, in voxels.
-    pub movement: f64,
-    /// Whether the stopping test was met.
-    pub converged: bool,
-    /// Whether it ended because the energy hardly changed any more, though nodes still moved: along some way the energy is flat.
-    pub flat: bool,
-    /// Number of unknowns of the last band.
-    pub unknowns: usize,
-    /// The surface's part of the energy at the start.
-    pub energy_before: f64,
-    /// The surface's part of the energy at the end.
-    pub energy_after: f64,
-    /// Weight of the eikonal term at the end.
-    pub kappa: f64,
-}
 
 /// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`; `pull` holds it to a given surface.
 /// `keep_going` may end it early.

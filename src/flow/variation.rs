@@ -14,7 +14,7 @@ use super::cells::{
 };
 use super::element::{ELEMENT, dot, gauss_gradients};
 use super::energy::{BandEnergy, Evaluation};
-use super::steady::Variant;
+use super::settings::Variant;
 use super::system::{Factors, RowWeights, System};
 
 /// A band with the variation of curvature on it.

@@ -13,7 +13,7 @@ use super::cells::{
     nodal, stencils,
 };
 use super::energy::{BandEnergy, Evaluation};
-use super::steady::Variant;
+use super::settings::Variant;
 use super::system::{Factors, RowWeights, System};
 
 /// A band with what is computed from φ on it.

@@ -271,7 +271,8 @@ fn rounded(mesh: &Mesh, format: Format) -> Result<(Vec<[f32; 3]>, Vec<String>), 
             return Err(IoError::NotWritable {
                 format,
                 what: format!(
-                    "the coordinates {position} of vertex {vertex} are too large for 32-bit floats"
+                    "the coordinates {:?} of vertex {vertex} are too large for 32-bit floats",
+                    position.to_array()
                 ),
                 advice: "write OBJ, or PLY in double precision",
             });

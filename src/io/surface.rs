@@ -4,13 +4,7 @@ use glam::DVec3;
 
 use super::{Format, IoError, Loaded, Place};
 use crate::mesh::polygon::Triangulator;
-use crate::mesh::{Attributes, Mesh, bounds};
-
-/// The largest coordinate: the fourth power of lengths up to three times as large, of which squares of areas are made, is a
-/// number.
-pub(super) const LARGEST: f64 = 1e75;
-/// The smallest extent: the fourth power of the thousandth of such a length is a number of full precision.
-pub(super) const SMALLEST: f64 = 1e-70;
+use crate::mesh::{Attributes, LARGEST, Mesh, SMALLEST, bounds};
 
 /// A surface under construction. Vertices keep the order of the file; polygons are cut once all points are known.
 pub(super) struct Surface {

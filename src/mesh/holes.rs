@@ -9,6 +9,9 @@ use super::{
     topology::{NONE, Topology, end, start},
 };
 
+/// A vector area below this part of the areas it is the sum of is rounding.
+const FLAT: f64 = 1e-9;
+
 /// A hole: one simple boundary loop.
 #[derive(Clone, Debug, Serialize)]
 pub struct Hole {
@@ -31,8 +34,13 @@ pub struct Hole {
     pub width: f64,
     /// Root mean square distance of the vertices from their best plane, over the diameter: 0 is planar.
     pub planarity: f64,
+    /// Extent of the rim along its normal: the largest less the smallest height of its vertices. 0 is planar.
+    pub height: f64,
     /// Mean of the vertices, weighted by edge length.
     pub centre: DVec3,
+    /// Unit normal of the rim's plane by its vector area, to the side to which the faces of a patch show: out of the surface.
+    /// Zero where the rim encloses no area, such as the two sides of a slit.
+    pub normal: DVec3,
     /// The piece of the mesh it bounds, from 0.
     pub piece: u32,
     /// Whether it is taken for the outer border of an open sheet.
@@ -154,6 +162,11 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
     } else {
         0.0
     };
+    let normal = normal(&points, centre, diameter);
+    let heights = points.iter().map(|p| (*p - centre).dot(normal));
+    let (low, high) = heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+        (l.min(x), h.max(x))
+    });
     Hole {
         id: 0,
         edges: rim.len(),
@@ -163,9 +176,27 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
         diameter,
         width,
         planarity,
+        height: high - low,
         centre,
+        normal,
         piece: topology.piece[half_edges[0] as usize / 3],
         outer_border: false,
+    }
+}
+
+/// Unit normal of a closed loop by its vector area; zero where that is nothing but rounding.
+///
+/// Measured in diameters, so that squares of very large and very small lengths stay numbers.
+fn normal(points: &[DVec3], centre: DVec3, diameter: f64) -> DVec3 {
+    let at = |i: usize| (points[i % points.len()] - centre) / diameter;
+    let parts = (0..points.len()).map(|i| at(i).cross(at(i + 1)));
+    let (sum, size) = parts.fold((DVec3::ZERO, 0.0), |(sum, size), part| {
+        (sum + part, size + part.length())
+    });
+    if sum.length() > FLAT * size {
+        sum.normalize()
+    } else {
+        DVec3::ZERO
     }
 }
 

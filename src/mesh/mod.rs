@@ -27,6 +27,12 @@ pub use topology::{Defects, Topology};
 pub(crate) use weld::Welder;
 pub use weld::{weld_map, welded};
 
+/// The largest coordinate: the fourth power of lengths up to three times as large, of which squares of areas are made, is a
+/// number.
+pub(crate) const LARGEST: f64 = 1e75;
+/// The smallest extent: the fourth power of the thousandth of such a length is a number of full precision.
+pub(crate) const SMALLEST: f64 = 1e-70;
+
 /// An indexed triangle mesh.
 ///
 /// Faces are counter-clockwise seen from outside. Coordinates are in the units of the file the mesh came from.

@@ -54,6 +54,69 @@ fn a_rim_runs_against_the_faces_beside_it() {
 }
 
 #[test]
+fn a_hole_has_the_normal_of_its_patch_and_a_height() {
+    let mut mesh = punch(&icosphere(3), |c| c.x > 0.8);
+    let (_, holes) = holes_of(&mut mesh);
+    // A zigzag of triangles about the plane x = 0.8.
+    assert!(holes[0].normal.dot(DVec3::X) > 0.99, "{}", holes[0].normal);
+    assert!((holes[0].normal.length() - 1.0).abs() < 1e-12);
+    assert!(holes[0].height > 0.01 && holes[0].height < 0.2);
+    let mut inside_out = mesh.clone();
+    inside_out.faces.iter_mut().for_each(|f| f.swap(1, 2));
+    assert!(holes_of(&mut inside_out).1[0].normal.x < -0.99);
+    // A step of height 0.25 in the border of a sheet's hole, at any scale.
+    for scale in [1.0, 1e-100, 1e100] {
+        let middle = DVec3::new(5.0, 5.0, 0.0);
+        let mut sheet = punch(&sheet(), |c| c.distance(middle) < 2.0);
+        for p in &mut sheet.positions {
+            p.z = if p.distance(middle) < 3.0 && p.x > 5.5 {
+                0.25
+            } else {
+                0.0
+            };
+            *p *= scale;
+        }
+        let (_, holes) = holes_of(&mut sheet);
+        let hole = &holes[1];
+        assert!(hole.normal.z > 0.95, "{scale}: {}", hole.normal);
+        assert!(
+            (hole.height / scale / 0.25 - 1.0).abs() < 1.0,
+            "{scale}: {}",
+            hole.height
+        );
+    }
+}
+
+#[test]
+fn a_slit_has_no_normal() {
+    let mut mesh = sheet();
+    // The two sides of a cut along an edge: the faces above it get vertices of their own.
+    let along: Vec<u32> = (0..mesh.positions.len() as u32)
+        .filter(|&v| {
+            let p = mesh.positions[v as usize];
+            p.y == 5.0 && p.x > 2.0 && p.x < 8.0
+        })
+        .collect();
+    assert!(along.len() > 2);
+    for v in along {
+        let copy = mesh.positions.len() as u32;
+        let p = mesh.positions[v as usize];
+        mesh.positions.push(p);
+        for f in 0..mesh.faces.len() {
+            let centre = mesh.corners(f as u32).iter().map(|c| c.y).sum::<f64>() / 3.0;
+            if centre > 5.0 {
+                for c in mesh.faces[f].iter_mut().filter(|c| **c == v) {
+                    *c = copy;
+                }
+            }
+        }
+    }
+    let (_, holes) = holes_of(&mut mesh);
+    assert_eq!(holes.len(), 2);
+    assert_eq!((holes[1].normal, holes[1].height), (DVec3::ZERO, 0.0));
+}
+
+#[test]
 fn a_loose_triangle_is_a_crumb() {
     let mut mesh = icosphere(1);
     let first = mesh.positions.len() as u32;

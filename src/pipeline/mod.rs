@@ -13,13 +13,14 @@ pub mod volume;
 
 use std::time::Instant;
 
+use glam::DVec3;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::mesh::{Hole, Mesh, OpenChain, Topology, find_holes, welded};
+use crate::mesh::{Hole, LARGEST, Mesh, OpenChain, SMALLEST, Topology, bounds, find_holes, welded};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
-use crate::region::group_holes;
-use crate::report::{FillReport, HoleOutcome, HoleReport};
+use crate::region::{Region, group_holes};
+use crate::report::{FillReport, HoleOutcome, HoleReport, length};
 use attempt::{RegionPatch, Work};
 use damaged::Damaged;
 pub use fair::{
@@ -61,6 +62,26 @@ pub enum FillError {
         /// The vertex, from 0.
         vertex: usize,
     },
+    /// A coordinate is so large that areas cannot be measured.
+    #[error(
+        "vertex {vertex} has a coordinate of {size:e}, which is too large to measure; the largest that can be is {LARGEST:e}: \
+         scale the mesh down, or remove the vertex if it is a mistake"
+    )]
+    TooLarge {
+        /// The vertex, from 0.
+        vertex: usize,
+        /// Its largest coordinate.
+        size: f64,
+    },
+    /// All vertices are so near each other that areas cannot be measured.
+    #[error(
+        "the vertices lie within {extent:e} of each other, which is too small to measure; the smallest mesh that can be \
+         measures {SMALLEST:e}: scale it up"
+    )]
+    TooSmall {
+        /// The longest side of the bounding box.
+        extent: f64,
+    },
     /// A hole number that does not exist.
     #[error("there is no hole {id}; the mesh has {count} (`isomend inspect` lists them)")]
     NoSuchHole {
@@ -74,6 +95,18 @@ pub enum FillError {
     Parameter {
         /// What is wrong and what would be right.
         what: String,
+    },
+    /// The voxel would need too large a grid.
+    #[error(
+        "a voxel of {} makes too large a grid for the widest hole that is to be filled; the smallest that fits is about \
+         {fits:.4e}",
+        length(*voxel)
+    )]
+    TooFine {
+        /// The voxel asked for.
+        voxel: f64,
+        /// One that fits.
+        fits: f64,
     },
     /// The caller asked to stop.
     #[error("stopped before it was done; nothing was written")]
@@ -152,6 +185,7 @@ fn fill_found(
     let clock = Instant::now();
     let (mut outcomes, chosen) = choose(found, params)?;
     let groups = groups(found, &chosen, &mut outcomes, &bridges(found, params)?);
+    check_voxel(found, &groups, params, damaged)?;
     let asked = |group: &[usize]| !attempt::is_trivial(found, params, group);
     let work = |group: &Vec<usize>| match asked(group) {
         true => attempt::expected_work(found, params, group),
@@ -246,10 +280,20 @@ fn validate(mesh: &Mesh) -> Result<(), FillError> {
             });
         }
     }
-    match mesh.positions.iter().position(|p| !p.is_finite()) {
-        Some(vertex) => Err(FillError::NotFinite { vertex }),
-        None => Ok(()),
+    if let Some(vertex) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return Err(FillError::NotFinite { vertex });
     }
+    let size = |p: &DVec3| p.abs().max_element();
+    if let Some(vertex) = mesh.positions.iter().position(|p| size(p) > LARGEST) {
+        let size = size(&mesh.positions[vertex]);
+        return Err(FillError::TooLarge { vertex, size });
+    }
+    let (low, high) = bounds(mesh.positions.iter().copied());
+    let extent = (high - low).max_element();
+    if 0.0 < extent && extent < SMALLEST {
+        return Err(FillError::TooSmall { extent });
+    }
+    Ok(())
 }
 
 fn check_params(params: &FillParams) -> Result<(), FillError> {
@@ -269,6 +313,36 @@ fn check_params(params: &FillParams) -> Result<(), FillError> {
     }
     if params.time_step.is_some_and(|t| t.is_nan() || t <= 0.0) {
         return bad("the time step must be positive");
+    }
+    Ok(())
+}
+
+/// Refuses a voxel that is too small for the widest region. That of a fairing goes by the area, and is checked there.
+fn check_voxel(
+    found: &Inspection,
+    groups: &[Vec<usize>],
+    params: &FillParams,
+    damaged: Option<&Damaged>,
+) -> Result<(), FillError> {
+    let VoxelSize::Length(voxel) = params.voxel else {
+        return Ok(());
+    };
+    if damaged.is_some_and(|d| d.time().is_some()) {
+        return Ok(());
+    }
+    let mut widest: f64 = 0.0;
+    for group in groups
+        .iter()
+        .filter(|g| !attempt::is_trivial(found, params, g))
+    {
+        let part = damaged.and_then(|d| d.extent(group));
+        let part = part.map_or(0.0, |(low, high)| (high - low).max_element());
+        let holes = group.iter().map(|&h| found.holes[h].diameter);
+        widest = holes.fold(widest.max(part), f64::max);
+    }
+    let fits = Region::finest(widest);
+    if voxel < fits {
+        return Err(FillError::TooFine { voxel, fits });
     }
     Ok(())
 }

@@ -1,6 +1,8 @@
 //! What a fill would do, without doing it.
 
-use super::{FillError, Inspection, attempt, bridges, check_params, choose, groups, inspect};
+use super::{
+    FillError, Inspection, attempt, bridges, check_params, check_voxel, choose, groups, inspect,
+};
 use crate::mesh::Mesh;
 use crate::params::{FillParams, SurfaceKind};
 use crate::report::{HoleOutcome, Plan, PlannedHole, PlannedOutcome, PlannedRegion};
@@ -22,6 +24,7 @@ pub fn plan(mesh: &Mesh, params: &FillParams) -> Result<Plan, FillError> {
 pub(super) fn plan_found(found: &Inspection, params: &FillParams) -> Result<Plan, FillError> {
     let (mut outcomes, chosen) = choose(found, params)?;
     let groups = groups(found, &chosen, &mut outcomes, &bridges(found, params)?);
+    check_voxel(found, &groups, params, None)?;
     let mut planned: Vec<(PlannedOutcome, usize)> = outcomes
         .into_iter()
         .map(|outcome| match outcome {

@@ -4,7 +4,8 @@ use std::sync::OnceLock;
 
 use glam::DVec3;
 
-use super::level::{DistanceData, Level, NodeData, Wanted};
+use super::distance::{DistanceData, NodeData, Wanted};
+use super::level::Level;
 use crate::mesh::{Hole, Mesh};
 use crate::sdf::{RimSet, Sampler};
 use crate::spatial::{Bvh, WindingTree};

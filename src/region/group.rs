@@ -26,6 +26,8 @@ const ACROSS_SMALLEST: f64 = 14.0;
 /// A finer try goes up to this, if the first did not.
 const ACROSS_RETRY: f64 = 72.0;
 const ACROSS_LIMIT: f64 = 160.0;
+/// Voxels across a hole where the voxel is given, at most.
+const FINEST: f64 = 1024.0;
 /// Free space round the rims: this part of the diameter, and this many coarse voxels.
 const MARGIN_PART: f64 = 0.5;
 const MARGIN_NODES: f64 = 7.0;
@@ -223,6 +225,12 @@ impl RimSamples {
 }
 
 impl Region {
+    /// The smallest voxel of a region whose widest hole has a diameter. What a grid costs goes with the square of the
+    /// diameter in voxels: at this one it has some ten million unknowns, of about a kilobyte each.
+    pub fn finest(diameter: f64) -> f64 {
+        diameter / FINEST
+    }
+
     /// The lattice of a group of holes. `growth` widens the box, `refine` divides the voxel (both 1 at first) and, where it
     /// doubles it, the coarsest voxel too. The box holds `part` too, where there is a surface to start from.
     pub fn new(
@@ -242,7 +250,7 @@ impl Region {
             .map(|h| h.diameter)
             .fold(diameter, f64::min);
         let voxel = match voxel {
-            VoxelSize::Length(v) => v.max(diameter / 1024.0),
+            VoxelSize::Length(v) => v.max(Self::finest(diameter)),
             VoxelSize::Auto => {
                 let edge = chosen().map(|h| h.length).sum::<f64>()
                     / chosen().map(|h| h.edges as f64).sum::<f64>();

@@ -1,6 +1,7 @@
 //! The region of a group of holes: its lattice, its data, and the nested solve on it.
 
 mod data;
+mod distance;
 mod group;
 mod level;
 mod nested;
@@ -9,6 +10,7 @@ mod sampling;
 mod tests;
 
 pub use data::{KeptShape, LevelSurface, MeshData};
+pub use distance::{DistanceData, NodeData, Wanted};
 pub use group::{Region, group_holes};
-pub use level::{DistanceData, Level, NodeData, Wanted};
+pub use level::Level;
 pub use nested::{LevelReport, NestedSettings, Solved, Start, TimeSpan, solve_nested};

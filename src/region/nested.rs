@@ -4,7 +4,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::level::{DistanceData, Level};
+use super::distance::DistanceData;
+use super::level::Level;
 use crate::flow::{Energy, Evolution, FlowOutcome, FlowSettings, Pause, biharmonic_fill, relax};
 use crate::grid::{Lattice, NodeIndex};
 

@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::level::{DistanceData, NodeData, Wanted};
+use super::distance::{DistanceData, NodeData, Wanted};
 use crate::grid::{
     BLOCK_NODES, Lattice, NodeIndex, SparseGrid, as_point, dilate, linear, value_and_gradient,
 };

@@ -1,6 +1,8 @@
 //! What a run found and did.
 
 pub mod html;
+mod lengths;
+mod missed;
 pub mod picture;
 mod plan;
 mod text;
@@ -11,6 +13,8 @@ use serde::Serialize;
 use crate::mesh::{Defects, Hole, OpenChain};
 use crate::region::LevelReport;
 
+pub use lengths::{length, point};
+pub use missed::missed_lines;
 pub use plan::{Plan, PlannedHole, PlannedOutcome, PlannedRegion, plan_lines};
 pub use text::{
     chain_lines, defect_lines, hole_table, level_lines, region_lines, summary_lines, tally_line,

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::defect_lines;
 use super::text::{chain_lines, joined, ranges};
+use super::{defect_lines, length};
 use crate::mesh::{Defects, Hole, OpenChain};
 
 /// What would happen to a hole.
@@ -76,9 +76,10 @@ pub fn plan_lines(plan: &Plan) -> Vec<String> {
     for r in &plan.regions {
         if let (Some(voxel), Some([x, y, z])) = (r.voxel, r.dims) {
             lines.push(format!(
-                "hole {}: would be filled; diameter {:.5}, voxel {voxel:.6} ({:.0} across), in a box of {x} x {y} x {z} nodes",
+                "hole {}: would be filled; diameter {}, voxel {} ({:.0} across), in a box of {x} x {y} x {z} nodes",
                 joined(&r.holes),
-                r.diameter,
+                length(r.diameter),
+                length(voxel),
                 r.diameter / voxel
             ));
         }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::{ClosedBy, FillReport, HoleOutcome, RegionReport};
+use super::{ClosedBy, FillReport, HoleOutcome, RegionReport, length, point};
 use crate::flow::Energy;
 use crate::mesh::{Defects, Hole, OpenChain};
 
@@ -13,31 +13,64 @@ const MOST_CHAINS: usize = 12;
 /// Most different reasons why holes were not solved.
 const MOST_REASONS: usize = 50;
 
+/// Least widths of the columns of a table of holes; longer cells widen them. Negative: from the left.
+const HOLE_COLUMNS: [(&str, isize); 10] = [
+    ("hole", 5),
+    ("edges", 6),
+    ("length", 12),
+    ("diameter", 12),
+    ("height", 12),
+    ("planarity", 9),
+    ("centre", -30),
+    ("normal", -22),
+    ("piece", 5),
+    ("kind", -4),
+];
+
 /// A table of holes, one line each, with a heading.
 pub fn hole_table(holes: &[Hole]) -> Vec<String> {
-    let mut lines = vec![format!(
-        "{:>5} {:>6} {:>12} {:>12} {:>9}  {:<38} {:>5}  {}",
-        "hole", "edges", "length", "diameter", "planarity", "centre", "piece", "kind"
-    )];
-    for h in holes {
-        let centre = format!("{:.5}, {:.5}, {:.5}", h.centre.x, h.centre.y, h.centre.z);
-        lines.push(format!(
-            "{:>5} {:>6} {:>12.6} {:>12.6} {:>9.4}  {:<38} {:>5}  {}",
-            h.id,
-            h.edges,
-            h.length,
-            h.diameter,
-            h.planarity,
-            centre,
-            h.piece,
-            if h.outer_border {
-                "outer border"
-            } else {
-                "hole"
-            }
-        ));
+    let mut rows = vec![HOLE_COLUMNS.map(|(name, _)| name.to_owned())];
+    rows.extend(holes.iter().map(hole_cells));
+    let mut widths = HOLE_COLUMNS.map(|(_, width)| width.unsigned_abs());
+    for row in &rows {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = (*width).max(cell.chars().count());
+        }
     }
-    lines
+    rows.iter()
+        .map(|row| {
+            let mut line = String::new();
+            for ((cell, width), (_, side)) in row.iter().zip(widths).zip(HOLE_COLUMNS) {
+                line += &match side {
+                    ..0 => format!("  {cell:<width$}"),
+                    _ if line.is_empty() => format!("{cell:>width$}"),
+                    _ => format!(" {cell:>width$}"),
+                };
+            }
+            line.trim_end().to_owned()
+        })
+        .collect()
+}
+
+fn hole_cells(h: &Hole) -> [String; 10] {
+    let kind = if h.outer_border {
+        "outer border"
+    } else {
+        "hole"
+    };
+    let normal = h.normal.to_array().map(|x| format!("{x:.3}"));
+    [
+        h.id.to_string(),
+        h.edges.to_string(),
+        length(h.length),
+        length(h.diameter),
+        length(h.height),
+        format!("{:.4}", h.planarity),
+        point(h.centre, h.diameter),
+        normal.join(", "),
+        h.piece.to_string(),
+        kind.to_owned(),
+    ]
 }
 
 /// What is wrong with a mesh, one line each.
@@ -71,7 +104,11 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
 
 /// A line for a region: what closed it, and how.
 pub fn region_lines(r: &RegionReport) -> String {
-    let mut line = format!("hole {}: diameter {:.5}, ", joined(&r.holes), r.diameter);
+    let mut line = format!(
+        "hole {}: diameter {}, ",
+        joined(&r.holes),
+        length(r.diameter)
+    );
     line += &match r.closed_by {
         ClosedBy::LevelSet => solved(r),
         ClosedBy::Seam => "closed with thin triangles between the sides of a seam".to_owned(),
@@ -123,9 +160,9 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
         let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
         let movement = flow.movement;
         lines.push(format!(
-            "  voxel {:.6}{}: {} nodes, {} unknowns, {} steps, {} iterations, last movement {:.1e} voxels{}, \
+            "  voxel {}{}: {} nodes, {} unknowns, {} steps, {} iterations, last movement {:.1e} voxels{}, \
              sampled in {:.2} s, solved in {:.2} s",
-            level.voxel,
+            length(level.voxel),
             match flow.energy {
                 Energy::Willmore => "",
                 _ => ", variation of curvature",
@@ -192,9 +229,7 @@ pub(super) fn ranges(numbers: &[usize]) -> String {
 /// Boundary chains that do not close, the first of them one line each.
 pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
     let line = |c: &OpenChain| {
-        let [a, b] = c
-            .ends
-            .map(|p| format!("{:.5}, {:.5}, {:.5}", p.x, p.y, p.z));
+        let [a, b] = c.ends.map(|p| point(p, c.length));
         format!(
             "a boundary chain of {} edges does not close, from {a} to {b}: {}",
             c.edges,

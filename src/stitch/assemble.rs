@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::check::check_joined;
 use super::cut::{self, Kept};
 use super::gap::{self, Loops};
 use super::half_edge::PatchMesh;
+use super::joined::check_joined;
 use super::matching;
 use super::rim::Rims;
 use super::{Patch, StitchError, StitchInput, StitchReport};

@@ -1,12 +1,10 @@
 //! What a finished patch is held to: joined along the whole rim, manifold, and free of intersections.
 
-use std::collections::{HashMap, HashSet};
-
 use glam::DVec3;
 
+use super::StitchInput;
 use super::assemble::Assembled;
 use super::intersect::intersecting;
-use super::{StitchError, StitchInput};
 use crate::spatial::Bounds;
 
 /// The patch's faces in output indices, followed by the mesh's faces near it.
@@ -52,54 +50,5 @@ impl Surroundings {
         let count = faces.len();
         faces.extend_from_slice(&self.near);
         intersecting(&self.positions, &faces, count)
-    }
-}
-
-/// Fails unless the patch uses each rim edge once and in the right direction, and no other edge of the mesh.
-pub(super) fn check_joined(input: &StitchInput, faces: &[[u32; 3]]) -> Result<(), StitchError> {
-    let mesh = input.mesh;
-    let len = mesh.positions.len() as u32;
-    let at = |v: u32| mesh.positions.get(v as usize).copied().unwrap_or_default();
-    let sides = |f: &[u32; 3]| [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])];
-    let mut rim: HashMap<(u32, u32), bool> = HashMap::new();
-    for lp in input.loops {
-        (0..lp.len()).for_each(|i| {
-            rim.insert((lp[i], lp[(i + 1) % lp.len()]), false);
-        });
-    }
-    let on_rim: HashSet<u32> = input.loops.iter().flatten().copied().collect();
-    let mut taken: HashSet<(u32, u32)> = HashSet::new();
-    for (a, b) in mesh.faces.iter().flat_map(sides) {
-        if on_rim.contains(&a) && on_rim.contains(&b) {
-            taken.insert((a.min(b), a.max(b)));
-        }
-    }
-    let mut edges = HashSet::with_capacity(3 * faces.len());
-    for (a, b) in faces.iter().flat_map(sides) {
-        let fresh = edges.insert((a, b));
-        let allowed = match rim.get_mut(&(a, b)) {
-            Some(used) => !std::mem::replace(used, true),
-            None => a >= len || b >= len || !taken.contains(&(a.min(b), a.max(b))),
-        };
-        if a == b || !fresh || !allowed {
-            return Err(StitchError::NotManifold {
-                position: at(a.min(b)),
-            });
-        }
-    }
-    let open = faces
-        .iter()
-        .flat_map(sides)
-        .find(|&(a, b)| !edges.contains(&(b, a)) && !rim.contains_key(&(a, b)));
-    let unused = rim
-        .iter()
-        .filter(|(_, used)| !**used)
-        .map(|(&e, _)| e)
-        .min();
-    match open.or(unused) {
-        Some((a, b)) => Err(StitchError::NotManifold {
-            position: at(a.min(b)),
-        }),
-        None => Ok(()),
     }
 }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
-use super::gap::{Used, sides};
+use super::edges::{Used, sides};
 use super::half_edge::PatchMesh;
 use super::rim::Rims;
 

@@ -1,7 +1,5 @@
 //! Filling the gaps between the rim and the kept part with triangles.
 
-use std::collections::HashSet;
-
 use glam::DVec3;
 
 use super::half_edge::PatchMesh;
@@ -162,11 +160,3 @@ fn direct(
         found => found,
     }
 }
-
-/// Directed edges of faces.
-pub(super) fn sides(face: [u32; 3]) -> [(u32, u32); 3] {
-    [(face[0], face[1]), (face[1], face[2]), (face[2], face[0])]
-}
-
-/// Directed edges that are in use.
-pub(super) type Used = HashSet<(u32, u32)>;

@@ -23,6 +23,7 @@ pub mod shapes;
 mod spline;
 mod start;
 mod step;
+mod system;
 
 pub use contour::{Segment, level_line, pieces_inside};
 pub use evolution::Evolution;
@@ -36,4 +37,5 @@ pub use redistance::{keeps_rule, redistance, redistance_interval, zero_points};
 pub use report::{Cell, Chart, Claim, Curve, Levels, Panel, StudyReport, Table};
 pub use spline::{Jet, Spline};
 pub use start::harmonic_fill;
-pub use step::{PlaneFlow, PlaneStep, StepSystem, Tolerance};
+pub use step::{PlaneFlow, PlaneStep, Tolerance};
+pub use system::StepSystem;

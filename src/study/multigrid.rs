@@ -5,7 +5,7 @@
 //! suits both a clamped border (φ = 0 and ∂νφ = 0 for corrections) and a natural one.
 
 use super::plane::PlaneEnergy;
-use super::step::StepSystem;
+use super::system::StepSystem;
 use crate::linalg::{Accumulator, Csr, Multigrid};
 
 /// Grids of up to so many cells a side are not coarsened.

@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use super::super::surface::{LARGEST, SMALLEST};
 use super::super::{Format, IoError, Place, text};
 use super::markup::{Array, Attributes, Document, Piece, Section, attribute, split_appended};
 use super::payload::{Budget, Expected};
 use super::xml::Decoder;
 use crate::grid::Volume;
+use crate::mesh::{LARGEST, SMALLEST};
 
 /// What the values of a file may take unpacked: this many bytes, and this many times the size of the file.
 const ALLOWANCE: [usize; 2] = [96 << 20, 64];

@@ -103,6 +103,7 @@ impl Mask {
         }
         let mut selected = vec![false; mesh.faces.len()];
         for selector in &self.selectors {
+            selector.check()?;
             select(selector, mesh, attributes, &mut selected)?;
         }
         if self.grow > 0.0 || self.shrink > 0.0 {
@@ -121,6 +122,44 @@ impl Mask {
             }
         }
         Ok(selected)
+    }
+}
+
+impl Selector {
+    /// Whether its numbers make sense: a box whose low corner exceeds its high one would mark nothing.
+    ///
+    /// # Errors
+    /// [`MaskError::Parameter`], with the axis or the number.
+    pub fn check(&self) -> Result<(), MaskError> {
+        let bad = |what: String| Err(MaskError::Parameter(what));
+        match self {
+            Self::Box { low, high } => {
+                let sides = low.to_array().into_iter().zip(high.to_array());
+                for (axis, (low, high)) in ["x", "y", "z"].into_iter().zip(sides) {
+                    if !(low.is_finite() && high.is_finite()) {
+                        return bad(format!(
+                            "the {axis} of the box must be numbers, but are {low} and {high}"
+                        ));
+                    }
+                    if low > high {
+                        return bad(format!(
+                            "the box ends before it begins: its low {axis}, {low}, exceeds its high one, {high}; swap them"
+                        ));
+                    }
+                }
+                Ok(())
+            }
+            Self::Ball { centre, radius } if !(centre.is_finite() && radius.is_finite()) => {
+                bad("the centre and the radius of the ball must be numbers".to_owned())
+            }
+            Self::Ball { radius, .. } if *radius <= 0.0 => bad(format!(
+                "the radius of the ball must be positive, but is {radius}"
+            )),
+            Self::Colour { tolerance, .. } if !(0.0..=1.0).contains(tolerance) => bad(format!(
+                "the tolerance of a colour must lie between 0 and 1, but is {tolerance}"
+            )),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -16,7 +16,7 @@ use crate::flow::Variant;
 use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
 use crate::params::{FillParams, VoxelSize};
-use crate::report::FillReport;
+use crate::report::{FillReport, length};
 use crate::spatial::Bvh;
 use plan::Plan;
 
@@ -72,7 +72,8 @@ pub enum FairError {
     NoSurface,
     /// The model would need too many voxels.
     #[error(
-        "a voxel of {voxel} is too small for a surface of this area; the smallest that fits is about {fits:.4e}"
+        "a voxel of {} is too small for a surface of this area; the smallest that fits is about {fits:.4e}",
+        length(*voxel)
     )]
     TooFine {
         /// The voxel asked for.
@@ -80,6 +81,25 @@ pub enum FairError {
         /// One that fits.
         fits: f64,
     },
+    /// A length is larger than what is faired.
+    #[error(
+        "{what} of {} is too large for what is faired, whose diagonal is {diagonal:.4e}; the largest that makes sense is \
+         about {fits:.4e}",
+        length(*given)
+    )]
+    TooCoarse {
+        /// Which length, such as `a voxel`.
+        what: &'static str,
+        /// The length.
+        given: f64,
+        /// The diagonal of what is faired.
+        diagonal: f64,
+        /// A length that fits.
+        fits: f64,
+    },
+    /// There is no surface left.
+    #[error("no surface is left after the flow; fair less, or take a smaller voxel")]
+    Vanished,
     /// Nothing is left between the strips along the borders.
     #[error(
         "the mesh is open, and its borders are everywhere nearer than the strip of {strip:.4e} that stays as it is along \

@@ -33,6 +33,8 @@ const LEAST_PER_EDGE: f64 = 1.0 / 3.0;
 /// The voxel grows where the area is more than so many of its squares; more than that many are refused.
 const USUAL_SQUARES: f64 = 4e5;
 const MOST_SQUARES: f64 = 4e6;
+/// The strength is at most so many diagonals of what is faired, where the voxel does not follow it: by then all is steady.
+const MOST_STRENGTH: f64 = 1e3;
 /// Steps as parts of the time since the start: where the time matters, and where only the size of what goes does.
 const EXACT: f64 = 0.15;
 const COARSE: f64 = 1.0;
@@ -61,7 +63,11 @@ impl Plan {
         marked: Option<&[bool]>,
         params: &FairParams,
     ) -> Result<Self, FairError> {
-        let (edge, area) = sizes(found, marked).ok_or(FairError::NoSurface)?;
+        let Sizes {
+            edge,
+            area,
+            diagonal,
+        } = Sizes::new(found, marked).ok_or(FairError::NoSurface)?;
         let bad = |what: &str| FillError::Parameter {
             what: what.to_owned(),
         };
@@ -88,6 +94,22 @@ impl Plan {
         };
         if !(voxel.is_finite() && voxel > 0.0) {
             return Err(bad("the voxel size must be a positive length, or `auto`").into());
+        }
+        let widest = match params.voxel {
+            VoxelSize::Auto => PER_FEATURE,
+            VoxelSize::Length(_) => MOST_STRENGTH,
+        };
+        let lengths = [
+            ("a strength", strength, widest * diagonal),
+            ("a voxel", voxel, diagonal),
+        ];
+        if let Some((what, given, fits)) = lengths.into_iter().find(|(_, x, most)| x > most) {
+            return Err(FairError::TooCoarse {
+                what,
+                given,
+                diagonal,
+                fits,
+            });
         }
         if area / (voxel * voxel) > MOST_SQUARES {
             let fits = (area / MOST_SQUARES).sqrt();
@@ -172,6 +194,9 @@ impl Plan {
             return Err(self.stuck(&solved));
         }
         let extracted = extract(&solved.level);
+        if extracted.faces.is_empty() {
+            return Err(FairError::Vanished);
+        }
         let edge = params.edge_ratio * self.edge;
         let surface = LevelSet(&solved.level);
         let patch = remesh_closed(&extracted, &surface, solved.level.lattice.voxel, edge)?;
@@ -283,15 +308,33 @@ impl Surface for LevelSet<'_> {
     }
 }
 
-/// Mean edge and area of the faces that are to be faired.
-fn sizes(found: &Inspection, marked: Option<&[bool]>) -> Option<(f64, f64)> {
-    let (mut edges, mut count, mut area) = (0.0, 0.0, 0.0);
-    let wanted = |f: &u32| marked.is_none_or(|m| m[*f as usize]);
-    for f in found.topology.faces().filter(wanted) {
-        let [a, b, c] = found.mesh.corners(f);
-        edges += a.distance(b) + b.distance(c) + c.distance(a);
-        count += 3.0;
-        area += 0.5 * (b - a).cross(c - a).length();
+/// The faces that are to be faired.
+struct Sizes {
+    /// Their mean edge.
+    edge: f64,
+    /// Their area.
+    area: f64,
+    /// The diagonal of their bounding box.
+    diagonal: f64,
+}
+
+impl Sizes {
+    /// None where they have no area.
+    fn new(found: &Inspection, marked: Option<&[bool]>) -> Option<Self> {
+        let (mut edges, mut count, mut area) = (0.0, 0.0, 0.0);
+        let wanted = |f: &u32| marked.is_none_or(|m| m[*f as usize]);
+        for f in found.topology.faces().filter(wanted) {
+            let [a, b, c] = found.mesh.corners(f);
+            edges += a.distance(b) + b.distance(c) + c.distance(a);
+            count += 3.0;
+            area += 0.5 * (b - a).cross(c - a).length();
+        }
+        let faces = found.topology.faces().filter(wanted);
+        let (low, high) = bounds(faces.flat_map(|f| found.mesh.corners(f)));
+        (count > 0.0 && area > 0.0).then(|| Self {
+            edge: edges / count,
+            area,
+            diagonal: low.distance(high),
+        })
     }
-    (count > 0.0 && area > 0.0).then(|| (edges / count, area))
 }

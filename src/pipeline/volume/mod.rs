@@ -12,6 +12,7 @@ use super::{FillError, validate};
 use crate::grid::Volume;
 use crate::mesh::{Mesh, Topology, bounds, welded};
 use crate::params::VoxelSize;
+use crate::report::length;
 use crate::spatial::Bvh;
 use signs::Signs;
 
@@ -60,9 +61,9 @@ pub enum VolumeError {
     },
     /// The volume would be too large.
     #[error(
-        "a voxel of {voxel} makes {} x {} x {} nodes, more than the {MOST_NODES} there may be; the smallest voxel that \
-         fits is about {fits:.4e}",
-        dims[0], dims[1], dims[2]
+        "a voxel of {} makes {} x {} x {} nodes, more than the {MOST_NODES} there may be; the smallest voxel that fits is \
+         about {fits:.4e}",
+        length(*voxel), dims[0], dims[1], dims[2]
     )]
     TooLarge {
         /// The voxel size asked for.
@@ -181,6 +182,14 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
     let refuse = |what: String| Err(VolumeError::Parameter { what });
     if !(voxel.is_finite() && voxel > 0.0) {
         return refuse("the voxel size must be a positive length, or `auto`".to_owned());
+    }
+    let longest = size.max_element();
+    if voxel > longest {
+        return refuse(format!(
+            "a voxel of {} is larger than the model, whose longest side is {longest:.4e}; the usual voxel is {:.4e}",
+            length(voxel),
+            longest / AUTO_VOXELS
+        ));
     }
     if let Some(band) = params.band
         && !(band.is_finite() && band >= voxel)

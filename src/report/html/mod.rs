@@ -16,11 +16,13 @@ use super::{HoleOutcome, HoleReport, RegionReport};
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 7] = [
     include_str!("geometry.js"),
     include_str!("camera.js"),
     include_str!("shaders.js"),
     include_str!("viewer.js"),
+    include_str!("labels.js"),
+    include_str!("point.js"),
     include_str!("page.js"),
 ];
 
@@ -44,6 +46,8 @@ pub struct Page<'a> {
     pub regions: &'a [RegionReport],
     /// The meshes.
     pub scene: &'a Scene,
+    /// Whether the mesh is only looked at: there is no other one, and holes have no outcome.
+    pub single: bool,
 }
 
 /// A hole for the script.
@@ -71,7 +75,10 @@ pub fn page(page: &Page) -> String {
             open: is_open(&h.outcome),
         })
         .collect();
-    let data = serde_json::json!({ "scene": header, "holes": holes });
+    let data = serde_json::json!({ "scene": header, "holes": holes, "single": page.single });
+    let words = tables::Words {
+        single: page.single,
+    };
     let scripts = SCRIPTS.join("\n");
     filled(TEMPLATE, |name| match name {
         "title" => escaped(page.title),
@@ -80,11 +87,13 @@ pub fn page(page: &Page) -> String {
         "command-line" => escaped(page.command_line),
         "style" => STYLE.to_owned(),
         "script" => scripts.clone(),
-        "status" => tables::status(page.holes),
+        "kind" => if page.single { "inspect" } else { "changed" }.to_owned(),
+        "plain" => if page.single { "Surface" } else { "Patches" }.to_owned(),
+        "status" => words.status(page.holes),
         "facts" => tables::facts(page.facts),
         "notes" => tables::notes(page.notes, scene),
-        "hole-list" => tables::hole_list(page.holes),
-        "hole-table" => tables::hole_table(page.holes),
+        "hole-list" => words.hole_list(page.holes),
+        "hole-table" => words.hole_table(page.holes),
         "regions" => tables::region_table(page.regions),
         "plots" => plot::plots(page.regions),
         "data" => data.to_string().replace('<', "\\u003c"),

@@ -25,6 +25,8 @@ pub struct Header {
     /// Positions are these steps times whole numbers, less `radius`.
     step: f64,
     radius: f64,
+    /// The point that positions are relative to.
+    origin: [f64; 3],
     /// Numbers of faces of both meshes, and of new ones.
     kept: usize,
     new: usize,
@@ -75,6 +77,7 @@ pub fn packed(scene: &Scene) -> (String, Header) {
     let header = Header {
         step,
         radius,
+        origin: scene.origin.to_array(),
         kept: scene.kept,
         new: scene.regions.len(),
         curvature,

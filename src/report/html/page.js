@@ -5,7 +5,7 @@ const all = (query) => [...document.querySelectorAll(query)];
 const data = JSON.parse(find("#data").textContent);
 const message = find("#message");
 const holes = new Map(data.holes.map((hole, index) => [hole.id, { ...hole, index }]));
-let viewer = null, current = null;
+let viewer = null, labels = null, point = null, current = null;
 
 function say(text, trouble = false) {
   message.textContent = text;
@@ -30,6 +30,7 @@ function option(name, value) {
 function showSides() {
   const show = viewer.options.show;
   find(".stage").classList.toggle("both", show === "both");
+  find("#left").hidden = data.single;
   find("#left").textContent = show === "after" ? "After" : "Before";
   find("#right").hidden = show !== "both";
 }
@@ -160,7 +161,9 @@ function usePointers(canvas) {
   const up = (event) => {
     const was = down.delete(event.pointerId);
     if (!was || down.size || moved > 4 || event.type !== "pointerup" || event.button !== 0) return;
-    const id = holeAt(viewer.pick(...at(event)));
+    const met = viewer.pick(...at(event));
+    if (met.point) point.choose(met.point, event.altKey || event.ctrlKey || event.metaKey);
+    const id = holeAt(met);
     if (id !== null && id !== current) choose(id);
   };
   canvas.addEventListener("pointerup", up);
@@ -194,19 +197,19 @@ function useKeys(canvas) {
     viewer.refresh();
   });
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const options = viewer.options, colours = ["plain", "curvature", "distance"];
+    if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=text]")) return;
+    const options = viewer.options, colours = data.single ? ["plain", "curvature"] : ["plain", "curvature", "distance"];
     const actions = {
       0: reset,
       1: () => option("show", "before"),
-      2: () => option("show", "after"),
-      3: () => option("show", "both"),
+      2: () => data.single || option("show", "after"),
+      3: () => data.single || option("show", "both"),
       n: () => step(1),
       p: () => step(-1),
       w: () => option("wire", !options.wire),
       f: () => option("flat", !options.flat),
       r: () => option("rims", !options.rims),
-      c: () => option("colour", colours[(colours.indexOf(options.colour) + 1) % 3]),
+      c: () => option("colour", colours[(colours.indexOf(options.colour) + 1) % colours.length]),
     };
     actions[event.key.toLowerCase()]?.();
   });
@@ -236,12 +239,14 @@ async function begin() {
   if (typeof DecompressionStream === "undefined") throw new Error("this browser cannot unpack the meshes; a newer one can");
   const mesh = await unpack(find("#geometry").textContent, data.scene);
   viewer = new Viewer(find("#view"), mesh, data.holes.map((hole) => hole.open));
-  window.isomend = { viewer, choose };
+  labels = new Labels(viewer, find("#labels"), data.holes);
+  point = new Point(data.scene, (at) => labels.pin(at));
+  window.isomend = { viewer, choose, labels, point };
   for (const input of all(".tools input")) {
     input.addEventListener("change", () => option(input.name, input.type === "radio" ? input.value : input.checked));
     if (input.type === "checkbox") option(input.name, input.checked);
   }
-  option("show", innerWidth < 700 ? "after" : "both");
+  option("show", data.single ? "before" : innerWidth < 700 ? "after" : "both");
   find("#reset").addEventListener("click", reset);
   usePointers(viewer.canvas);
   useKeys(viewer.canvas);

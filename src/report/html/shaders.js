@@ -109,3 +109,26 @@ out vec4 colour;
 void main() {
   colour = vec4(isOpen > .5 ? left : done, strength);
 }`;
+
+// Depth alone, in the bytes of a colour: the distance along the view as a part of `far`.
+
+const DEPTH_VERTEX = `#version 300 es
+precision highp float;
+in vec3 position;
+uniform mat4 matrix;
+out float depth;
+void main() {
+  gl_Position = matrix * vec4(position, 1.0);
+  depth = gl_Position.w;
+}`;
+
+const DEPTH_FRAGMENT = `#version 300 es
+precision highp float;
+in float depth;
+uniform float far;
+out vec4 colour;
+void main() {
+  float d = clamp(depth / far, 0., .999999) * 255.;
+  vec3 bytes = vec3(floor(d), floor(fract(d) * 255.), floor(fract(fract(d) * 255.) * 255.));
+  colour = vec4(bytes / 255., 1.);
+}`;

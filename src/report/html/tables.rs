@@ -6,28 +6,98 @@ use super::super::view::Scene;
 use super::super::{HoleOutcome, HoleReport, RegionReport};
 use super::{add, escaped, listed, number};
 
-/// How many holes came out how, in words.
-pub fn status(holes: &[HoleReport]) -> String {
-    let mut out = String::new();
-    for class in ["filled", "triangulated", "left", "failed"] {
-        let word = in_words(class);
-        let count = holes
-            .iter()
-            .filter(|h| named(&h.outcome).0 == class)
-            .count();
-        if count > 0 {
-            add!(out, "<li class=\"{class}\">{count} {word}</li>");
-        }
-    }
-    out
+/// What things are called: after a change, or where a mesh is only looked at.
+#[derive(Clone, Copy)]
+pub struct Words {
+    /// Whether it is only looked at.
+    pub single: bool,
 }
 
-/// What is printed for a class.
-fn in_words(class: &str) -> &str {
-    match class {
-        "left" => "left open",
-        "failed" => "not filled",
-        other => other,
+impl Words {
+    /// What is printed for a class.
+    fn of(self, class: &str) -> &str {
+        match class {
+            "left" if self.single => "open",
+            "left" => "left open",
+            "failed" => "not filled",
+            other => other,
+        }
+    }
+
+    /// How many holes came out how, in words.
+    pub fn status(self, holes: &[HoleReport]) -> String {
+        let mut out = String::new();
+        for class in ["filled", "triangulated", "left", "failed"] {
+            let word = self.of(class);
+            let count = holes
+                .iter()
+                .filter(|h| named(&h.outcome).0 == class)
+                .count();
+            if count > 0 {
+                add!(out, "<li class=\"{class}\">{count} {word}</li>");
+            }
+        }
+        out
+    }
+
+    /// Buttons for the holes.
+    pub fn hole_list(self, holes: &[HoleReport]) -> String {
+        let mut out = String::new();
+        for h in holes {
+            let (class, why) = named(&h.outcome);
+            add!(
+                out,
+                "<li><button type=\"button\" class=\"hole {class}\" data-hole=\"{id}\" aria-pressed=\"false\">\
+             <span class=\"name\">{what} {id}</span><span class=\"outcome\">{}</span>\
+             <span class=\"size\">{} across, {} edges</span>",
+                self.of(class),
+                number(h.hole.diameter),
+                h.hole.edges,
+                id = h.hole.id,
+                what = if h.hole.outer_border {
+                    "Border"
+                } else {
+                    "Hole"
+                },
+            );
+            if !why.is_empty() {
+                add!(out, "<span class=\"why\">{}</span>", escaped(why));
+            }
+            out.push_str("</button></li>");
+        }
+        out
+    }
+
+    /// The table of holes.
+    pub fn hole_table(self, holes: &[HoleReport]) -> String {
+        let mut out = String::new();
+        for h in holes {
+            let (class, why) = named(&h.outcome);
+            let [x, y, z] = h.hole.centre.to_array().map(number);
+            let normal = h.hole.normal.to_array().map(|x| format!("{x:.3}"));
+            let normal = normal.join(", ").replace('-', "−");
+            add!(
+                out,
+                "<tr><th scope=\"row\"><a href=\"#hole-{id}\" data-hole=\"{id}\">{id}</a></th><td>{}</td><td>{}</td><td>{}</td>\
+             <td>{}</td><td>{}</td><td>{:.4}</td><td>{x}, {y}, {z}</td><td>{normal}</td><td>{}</td><td class=\"text\"><span class=\"tag {class}\">{}\
+             </span> {}</td></tr>",
+                h.hole.edges,
+                number(h.hole.length),
+                number(h.hole.diameter),
+                number(h.hole.width),
+                number(h.hole.height),
+                h.hole.planarity,
+                if h.region == 0 {
+                    "–".to_owned()
+                } else {
+                    h.region.to_string()
+                },
+                self.of(class),
+                escaped(why),
+                id = h.hole.id,
+            );
+        }
+        out
     }
 }
 
@@ -68,63 +138,6 @@ pub fn notes(notes: &[String], scene: &Scene) -> String {
              coarser. The mesh that was written has them all.</li>",
             scene.faces.len(),
             scene.all_faces
-        );
-    }
-    out
-}
-
-/// Buttons for the holes.
-pub fn hole_list(holes: &[HoleReport]) -> String {
-    let mut out = String::new();
-    for h in holes {
-        let (class, why) = named(&h.outcome);
-        add!(
-            out,
-            "<li><button type=\"button\" class=\"hole {class}\" data-hole=\"{id}\" aria-pressed=\"false\">\
-             <span class=\"name\">{what} {id}</span><span class=\"outcome\">{}</span>\
-             <span class=\"size\">{} across, {} edges</span>",
-            in_words(class),
-            number(h.hole.diameter),
-            h.hole.edges,
-            id = h.hole.id,
-            what = if h.hole.outer_border {
-                "Border"
-            } else {
-                "Hole"
-            },
-        );
-        if !why.is_empty() {
-            add!(out, "<span class=\"why\">{}</span>", escaped(why));
-        }
-        out.push_str("</button></li>");
-    }
-    out
-}
-
-/// The table of holes.
-pub fn hole_table(holes: &[HoleReport]) -> String {
-    let mut out = String::new();
-    for h in holes {
-        let (class, why) = named(&h.outcome);
-        let [x, y, z] = h.hole.centre.to_array().map(number);
-        add!(
-            out,
-            "<tr><th scope=\"row\"><a href=\"#hole-{id}\" data-hole=\"{id}\">{id}</a></th><td>{}</td><td>{}</td><td>{}</td>\
-             <td>{}</td><td>{:.4}</td><td>{x}, {y}, {z}</td><td>{}</td><td class=\"text\"><span class=\"tag {class}\">{}\
-             </span> {}</td></tr>",
-            h.hole.edges,
-            number(h.hole.length),
-            number(h.hole.diameter),
-            number(h.hole.width),
-            h.hole.planarity,
-            if h.region == 0 {
-                "–".to_owned()
-            } else {
-                h.region.to_string()
-            },
-            in_words(class),
-            escaped(why),
-            id = h.hole.id,
         );
     }
     out

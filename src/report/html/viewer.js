@@ -21,6 +21,8 @@ class Viewer {
     this.gl = gl;
     this.surface = this.program(SURFACE_VERTEX, SURFACE_FRAGMENT);
     this.rim = this.program(RIM_VERTEX, RIM_FRAGMENT);
+    this.depth = this.program(DEPTH_VERTEX, DEPTH_FRAGMENT, gl.getAttribLocation(this.surface.program, "position"));
+    this.depthTarget = null;
     this.corners = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
     gl.bufferData(gl.ARRAY_BUFFER, cornerBuffer(this.mesh), gl.STATIC_DRAW);
@@ -46,7 +48,7 @@ class Viewer {
     gl.bindVertexArray(null);
   }
 
-  program(vertex, fragment) {
+  program(vertex, fragment, position = -1) {
     const gl = this.gl, program = gl.createProgram();
     for (const [type, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
       const shader = gl.createShader(type);
@@ -57,6 +59,7 @@ class Viewer {
       }
       gl.attachShader(program, shader);
     }
+    if (position >= 0) gl.bindAttribLocation(program, position, "position");
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
       throw new Error("the shaders do not go together: " + gl.getProgramInfoLog(program));
@@ -97,6 +100,7 @@ class Viewer {
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     const colours = this.colours();
     gl.disable(gl.SCISSOR_TEST);
+    gl.depthMask(true);
     gl.clearColor(...colours.sky, 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.SCISSOR_TEST);
@@ -109,6 +113,62 @@ class Viewer {
       if (this.options.rims && this.mesh.rims.length) this.drawRims(matrix, pane.width, canvas.height, ratio, colours, pane.side);
     }
     this.frames++;
+    this.drawn?.();
+  }
+
+  /** How far away the surface of a pane is: a function of a place as `place` gives it. Drawn small, and read back. */
+  depths(pane) {
+    const gl = this.gl, { program, at } = this.depth, scale = Math.min(1, 480 / Math.max(pane.width, this.canvas.height));
+    const width = Math.max(1, Math.round(pane.width * scale)), height = Math.max(1, Math.round(this.canvas.height * scale));
+    if (gl.isContextLost()) return () => -Infinity;
+    if (this.depthTarget?.width !== width || this.depthTarget?.height !== height) this.depthTarget = this.target(width, height);
+    const far = Math.hypot(...this.camera.eye) + 2 * this.mesh.radius;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.depthTarget.frame);
+    gl.viewport(0, 0, width, height);
+    gl.disable(gl.SCISSOR_TEST);
+    gl.disable(gl.BLEND);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthMask(true);
+    gl.clearColor(1, 1, 1, 1);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    gl.useProgram(program);
+    gl.bindVertexArray(this.surfaceArray);
+    gl.uniformMatrix4fv(at("matrix"), false, this.camera.matrix(pane.width / this.canvas.height));
+    gl.uniform1f(at("far"), far);
+    for (const part of this.partsOf(pane.side)) {
+      const [first, end] = this.mesh.parts[part];
+      if (end > first) gl.drawArrays(gl.TRIANGLES, 3 * first, 3 * (end - first));
+    }
+    const bytes = new Uint8Array(4 * width * height), half = Math.min(width, height) / 2;
+    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    return ({ x, y }) => {
+      const column = Math.floor(width / 2 + x * half), row = Math.floor(height / 2 + y * half);
+      let most = -Infinity;
+      for (let i = Math.max(0, column - 1); i <= Math.min(width - 1, column + 1); i++) {
+        for (let j = Math.max(0, row - 1); j <= Math.min(height - 1, row + 1); j++) {
+          const k = 4 * (j * width + i);
+          const part = (bytes[k] + bytes[k + 1] / 255 + bytes[k + 2] / 65025) / 255;
+          most = Math.max(most, bytes[k] === 255 ? Infinity : part * far);
+        }
+      }
+      return most;
+    };
+  }
+
+  /** A picture that is not shown. */
+  target(width, height) {
+    const gl = this.gl, old = this.depthTarget, frame = gl.createFramebuffer();
+    const colour = gl.createRenderbuffer(), depth = gl.createRenderbuffer();
+    if (old) [old.colour, old.depth].forEach((buffer) => gl.deleteRenderbuffer(buffer));
+    if (old) gl.deleteFramebuffer(old.frame);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    for (const [buffer, format, place] of [[colour, gl.RGBA8, gl.COLOR_ATTACHMENT0], [depth, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]]) {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
+      gl.renderbufferStorage(gl.RENDERBUFFER, format, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
+    }
+    return { frame, colour, depth, width, height };
   }
 
   drawSurface(side, matrix, colours) {
@@ -205,6 +265,14 @@ class Viewer {
     const d = minus(point, this.camera.eye), [r, u, t] = this.camera.axes;
     const depth = -dot(d, t), s = Math.tan(HALF_FIELD) * depth;
     return { x: dot(d, r) / s, y: dot(d, u) / s, depth, unit: s };
+  }
+
+  /** Where a point of the scene is on the page, from the canvas's corner; null outside of the pane. */
+  onPage(point, pane) {
+    const p = this.place(point), ratio = this.canvas.width / this.canvas.clientWidth || 1, height = this.canvas.height;
+    const half = Math.min(pane.width, height) / 2, x = pane.width / 2 + p.x * half, y = height / 2 - p.y * half;
+    if (!(p.depth > 0 && x >= 0 && x <= pane.width && y >= 0 && y <= height)) return null;
+    return [(pane.left + x) / ratio, y / ratio];
   }
 
   /** Moves the camera to a place in a short time. */

@@ -108,10 +108,24 @@ fn subject(scene: &Scene, belongs: impl Fn(u32) -> bool) -> Option<Subject> {
 /// A direction for scenes without patches: to the first rim, or from a corner.
 fn rim_or_corner(scene: &Scene, up: Vec3) -> Vec3 {
     let rim = scene.rims.first().filter(|rim| !rim.is_empty());
+    if let Some(facing) = rim.and_then(|rim| rim_facing(rim)) {
+        return facing;
+    }
     let centre = rim.map(|rim| rim.iter().copied().sum::<Vec3>() / rim.len() as f32);
     let side = if up == Vec3::Y { Vec3::Z } else { -Vec3::Y };
     let towards = centre.and_then(Vec3::try_normalize);
     towards.unwrap_or(Vec3::new(0.5, 0.0, 0.0) + side + 0.4 * up)
+}
+
+/// The direction that a rim faces, where it encloses an area to speak of.
+fn rim_facing(rim: &[Vec3]) -> Option<Vec3> {
+    let (mut area, mut length) = (Vec3::ZERO, 0.0);
+    for (i, &p) in rim.iter().enumerate() {
+        let next = rim[(i + 1) % rim.len()];
+        area += (p - rim[0]).cross(next - rim[0]);
+        length += p.distance(next);
+    }
+    (area.length() > 1e-2 * length * length).then(|| area.normalize_or_zero())
 }
 
 /// Where one may look from: the patch's normal, the way out from the middle, and all round.

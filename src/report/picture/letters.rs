@@ -1,4 +1,4 @@
-//! The words over the panels, as strokes.
+//! The words over the panels and the numbers of holes, as strokes.
 
 use glam::Vec2;
 
@@ -76,6 +76,145 @@ const A: Strokes = &[
 ];
 const T: Strokes = &[&[(0.0, 0.0), (4.2, 0.0)], &[(2.1, 0.0), (2.1, 6.0)]];
 
+const ROUND: &[(f32, f32)] = &[
+    (2.0, 2.8),
+    (0.8, 3.2),
+    (0.2, 4.3),
+    (0.8, 5.6),
+    (2.0, 6.0),
+    (3.2, 5.6),
+    (3.8, 4.3),
+    (3.2, 3.2),
+    (2.0, 2.8),
+];
+const DIGITS: [Strokes; 10] = [
+    &[&[
+        (2.0, 0.0),
+        (0.9, 0.5),
+        (0.3, 1.7),
+        (0.3, 4.3),
+        (0.9, 5.5),
+        (2.0, 6.0),
+        (3.1, 5.5),
+        (3.7, 4.3),
+        (3.7, 1.7),
+        (3.1, 0.5),
+        (2.0, 0.0),
+    ]],
+    &[&[(0.7, 1.3), (2.3, 0.0), (2.3, 6.0)]],
+    &[&[
+        (0.3, 1.5),
+        (0.8, 0.4),
+        (2.0, 0.0),
+        (3.2, 0.4),
+        (3.6, 1.5),
+        (3.2, 2.6),
+        (0.3, 6.0),
+        (3.8, 6.0),
+    ]],
+    &[&[
+        (0.3, 0.8),
+        (1.9, 0.0),
+        (3.2, 0.4),
+        (3.5, 1.4),
+        (3.1, 2.4),
+        (1.7, 2.8),
+        (3.2, 3.2),
+        (3.8, 4.3),
+        (3.3, 5.5),
+        (1.9, 6.0),
+        (0.2, 5.2),
+    ]],
+    &[&[(2.9, 6.0), (2.9, 0.0), (0.1, 4.3), (4.0, 4.3)]],
+    &[&[
+        (3.5, 0.0),
+        (0.8, 0.0),
+        (0.5, 2.7),
+        (1.9, 2.3),
+        (3.3, 2.8),
+        (3.8, 4.1),
+        (3.3, 5.5),
+        (1.9, 6.0),
+        (0.3, 5.3),
+    ]],
+    &[&[(3.3, 0.3), (2.0, 0.4), (0.8, 1.7), (0.2, 4.3)], ROUND],
+    &[&[(0.2, 0.0), (3.8, 0.0), (1.5, 6.0)]],
+    &[
+        &[
+            (2.0, 0.0),
+            (0.9, 0.4),
+            (0.5, 1.4),
+            (0.9, 2.4),
+            (2.0, 2.8),
+            (3.1, 2.4),
+            (3.5, 1.4),
+            (3.1, 0.4),
+            (2.0, 0.0),
+        ],
+        ROUND,
+    ],
+    &[
+        &[
+            (2.0, 0.0),
+            (0.8, 0.4),
+            (0.2, 1.7),
+            (0.8, 2.8),
+            (2.0, 3.2),
+            (3.2, 2.8),
+            (3.8, 1.7),
+            (3.2, 0.4),
+            (2.0, 0.0),
+        ],
+        &[(3.8, 1.7), (3.2, 4.3), (2.0, 5.6), (0.7, 5.7)],
+    ],
+];
+/// Height of a number in pixels, half the width of its strokes, and that of the white round them.
+const NUMBER: f32 = 14.0;
+const NUMBER_PEN: f32 = 1.0;
+const HALO: f32 = 3.2;
+/// Width of a digit and the next gap, in sixths of the height.
+const ADVANCE: f32 = 5.4;
+
+type Lines = Vec<(Vec2, Vec2)>;
+
+/// A word as lines, from its top left corner, in pixels.
+fn lines(word: &[Strokes], corner: Vec2, unit: f32, advance: f32) -> Lines {
+    let letters = word.iter().enumerate();
+    letters
+        .flat_map(|(i, letter)| letter.iter().map(move |stroke| (i, stroke)))
+        .flat_map(|(i, stroke)| {
+            let place =
+                move |&(x, y): &(f32, f32)| corner + Vec2::new(x + advance * i as f32, y) * unit;
+            stroke.windows(2).map(move |w| (place(&w[0]), place(&w[1])))
+        })
+        .collect()
+}
+
+/// Draws lines of a width and a colour into the part of a picture from `low` to `high`.
+fn draw(
+    pixels: &mut [u8],
+    width: usize,
+    [low, high]: [Vec2; 2],
+    lines: &Lines,
+    (pen, colour): (f32, [f32; 3]),
+) {
+    let rows = pixels.len() / (3 * width);
+    let (low, high) = (low.max(Vec2::ZERO), high.max(Vec2::ZERO));
+    for y in low.y as usize..(high.y as usize).min(rows) {
+        for x in low.x as usize..(high.x as usize).min(width) {
+            let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+            let near = lines
+                .iter()
+                .map(|l| distance(p, *l).0)
+                .fold(f32::MAX, f32::min);
+            let ink = (pen + 0.5 - near).clamp(0.0, 1.0);
+            for (byte, colour) in pixels[3 * (y * width + x)..][..3].iter_mut().zip(colour) {
+                *byte = (f32::from(*byte) * (1.0 - ink) + colour * ink) as u8;
+            }
+        }
+    }
+}
+
 /// Writes the name of a side at the upper edge of a picture of so many pixels in a row, from `left` on.
 pub fn write(pixels: &mut [u8], width: usize, left: usize, side: Side) {
     let word: &[Strokes] = match side {
@@ -83,34 +222,69 @@ pub fn write(pixels: &mut [u8], width: usize, left: usize, side: Side) {
         Side::After => &[A, F, T, E, R],
     };
     let unit = HEIGHT / 6.0;
-    let lines: Vec<(Vec2, Vec2)> = word
-        .iter()
-        .enumerate()
-        .flat_map(|(i, letter)| letter.iter().map(move |stroke| (i, stroke)))
-        .flat_map(|(i, stroke)| {
-            let place =
-                move |&(x, y): &(f32, f32)| MARGIN + Vec2::new(x + 6.0 * i as f32, y) * unit;
-            stroke.windows(2).map(move |w| (place(&w[0]), place(&w[1])))
-        })
+    let corner = Vec2::new(left as f32 + MARGIN, MARGIN);
+    let lines = lines(word, corner, unit, 6.0);
+    let end = corner + Vec2::new(unit * 6.0 * word.len() as f32 + 2.0, HEIGHT + 4.0);
+    let area = [Vec2::new(left as f32, 0.0), end];
+    draw(pixels, width, area, &lines, (PEN, [INK; 3]));
+}
+
+/// The box that a number in the middle of a point takes, in pixels.
+pub fn place_of_number(number: usize, middle: Vec2) -> [Vec2; 2] {
+    let digits = number.to_string().len() as f32;
+    let half = 0.5 * Vec2::new(NUMBER / 6.0 * (ADVANCE * digits - 1.4), NUMBER);
+    [middle - half - HALO - 1.0, middle + half + HALO + 1.0]
+}
+
+/// Writes a number in the middle of a point, with white round it.
+pub fn number(pixels: &mut [u8], width: usize, number: usize, middle: Vec2, colour: [f32; 3]) {
+    let word: Vec<Strokes> = number
+        .to_string()
+        .bytes()
+        .map(|b| DIGITS[usize::from(b - b'0')])
         .collect();
-    let right = (MARGIN + unit * 6.0 * word.len() as f32) as usize + 2;
-    for y in 0..((MARGIN + HEIGHT) as usize + 4) {
-        for x in 0..right.min(width - left) {
-            let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
-            let near = lines
-                .iter()
-                .map(|l| distance(p, *l))
-                .fold(f32::MAX, f32::min);
-            let ink = (PEN + 0.5 - near).clamp(0.0, 1.0);
-            for byte in &mut pixels[3 * (y * width + left + x)..][..3] {
-                *byte = (f32::from(*byte) * (1.0 - ink) + INK * ink) as u8;
-            }
-        }
+    let area = place_of_number(number, middle);
+    let lines = lines(&word, area[0] + HALO + 1.0, NUMBER / 6.0, ADVANCE);
+    for (pen, colour) in [(HALO, [255.0; 3]), (NUMBER_PEN, colour)] {
+        draw(pixels, width, area, &lines, (pen, colour));
     }
 }
 
-/// Distance of a point from a line.
-fn distance(p: Vec2, (a, b): (Vec2, Vec2)) -> f32 {
+/// Distance of a point from a line, and how far along the line its nearest point is, from 0 to 1.
+pub fn distance(p: Vec2, (a, b): (Vec2, Vec2)) -> (f32, f32) {
     let along = ((p - a).dot(b - a) / (b - a).length_squared().max(1e-6)).clamp(0.0, 1.0);
-    p.distance(a + along * (b - a))
+    (p.distance(a + along * (b - a)), along)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_number_looks_different_and_stays_in_its_place() {
+        let (width, middle) = (80, Vec2::splat(40.0));
+        let mut seen = Vec::new();
+        for n in (0..10).chain([10, 17, 200]) {
+            let mut pixels = vec![128u8; 3 * width * width];
+            number(&mut pixels, width, n, middle, [0.0; 3]);
+            let [low, high] = place_of_number(n, middle);
+            let inked: Vec<usize> = (0..width * width)
+                .filter(|i| pixels[3 * i] != 128)
+                .collect();
+            assert!(inked.iter().any(|i| pixels[3 * i] < 20), "{n} has ink");
+            assert!(
+                inked.iter().any(|i| pixels[3 * i] > 240),
+                "{n} has white round it"
+            );
+            for i in inked {
+                let p = Vec2::new((i % width) as f32, (i / width) as f32);
+                assert!(
+                    p.cmpge(low - 1.0).all() && p.cmple(high).all(),
+                    "{n} at {p}"
+                );
+            }
+            assert!(!seen.contains(&pixels), "{n} looks like another");
+            seen.push(pixels);
+        }
+    }
 }

@@ -1,10 +1,11 @@
 //! A picture of a mesh before and after, drawn without a graphics card or a browser.
 //!
-//! The upper row shows the whole, the lower one the largest patch with its triangles. The same scene gives the same bytes,
-//! whatever the number of threads.
+//! The upper row shows the whole, the lower one the largest patch with its triangles. Holes are outlined and
+//! numbered. The same scene gives the same bytes, whatever the number of threads.
 
 mod camera;
 mod letters;
+mod overlay;
 mod raster;
 mod shade;
 
@@ -27,28 +28,53 @@ const HEAD: usize = 44;
 #[error("cannot encode the picture: {0}")]
 pub struct PictureError(#[from] png::EncodingError);
 
-/// Draws a scene and returns the bytes of a PNG file: before and after, and below them the largest patch from near by.
+/// What is drawn on a panel: the side, from where, and whether with edges.
+type Panel = (Side, Camera, bool);
+
+/// Draws a scene and returns the bytes of a PNG file: before and after, and below them the largest patch from near by; the rims
+/// of holes, and the numbers of the longest ones.
 ///
 /// # Errors
 /// When the encoder fails, which it does not for want of anything but memory.
 pub fn picture(scene: &Scene) -> Result<Vec<u8>, PictureError> {
     let views = views(scene);
-    let rows: Vec<(Camera, bool)> = [Some((views.whole, false)), views.close.map(|c| (c, true))]
+    let rows: Vec<[Panel; 2]> = [Some((views.whole, false)), views.close.map(|c| (c, true))]
         .into_iter()
         .flatten()
+        .map(|(camera, edges)| [Side::Before, Side::After].map(|side| (side, camera, edges)))
         .collect();
+    drawn(scene, &rows, true)
+}
+
+/// Draws a mesh that is not changed: its longest hole from before, and its other side.
+///
+/// # Errors
+/// As [`picture`].
+pub fn picture_of_one(scene: &Scene) -> Result<Vec<u8>, PictureError> {
+    let camera = views(scene).whole;
+    let back = Camera::new(-camera.towards, camera.up, camera.centre, camera.reach);
+    drawn(
+        scene,
+        &[[camera, back].map(|camera| (Side::Before, camera, false))],
+        false,
+    )
+}
+
+/// Rows of panels, with the names of the sides over them.
+fn drawn(scene: &Scene, rows: &[[Panel; 2]], named: bool) -> Result<Vec<u8>, PictureError> {
     let size = |panels: usize| panels * PANEL + (panels - 1) * GAP;
-    let (width, height) = (size(2), HEAD + size(rows.len()));
+    let head = if named { HEAD } else { 0 };
+    let (width, height) = (size(2), head + size(rows.len()));
     let mut pixels = vec![255u8; 3 * width * height];
-    for (row, (camera, edges)) in rows.iter().enumerate() {
-        for (column, side) in [Side::Before, Side::After].into_iter().enumerate() {
-            let panel = shade::panel(scene, side, camera, *edges, [PANEL, SAMPLES]);
+    for (row, panels) in rows.iter().enumerate() {
+        for (column, (side, camera, edges)) in panels.iter().enumerate() {
+            let panel = shade::panel(scene, *side, camera, *edges, [PANEL, SAMPLES]);
             let left = column * (PANEL + GAP);
-            if row == 0 {
-                letters::write(&mut pixels, width, left, side);
+            if row == 0 && named {
+                letters::write(&mut pixels, width, left, *side);
             }
             for (y, line) in panel.chunks(3 * PANEL).enumerate() {
-                let at = 3 * ((HEAD + row * (PANEL + GAP) + y) * width + left);
+                let at = 3 * ((head + row * (PANEL + GAP) + y) * width + left);
                 pixels[at..at + line.len()].copy_from_slice(line);
             }
         }

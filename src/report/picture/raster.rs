@@ -49,7 +49,7 @@ impl Camera {
     }
 
     /// Right, up and depth of a point, in units of half the height; larger depths are nearer.
-    fn place(&self, p: Vec3) -> Vec3 {
+    pub fn place(&self, p: Vec3) -> Vec3 {
         let d = (p - self.centre) / self.reach;
         Vec3::new(d.dot(self.right), d.dot(self.up), d.dot(self.towards))
     }
@@ -102,6 +102,17 @@ pub struct Seen {
     pub faces: Vec<Projected>,
     /// For each sample the index in `faces`, or [`NONE`].
     pub nearest: Vec<u32>,
+}
+
+impl Seen {
+    /// The depth of what is seen at a sample, in units of half the height; larger is nearer.
+    pub fn depth(&self, x: usize, y: usize) -> f32 {
+        let Some(face) = self.faces.get(self.nearest[y * self.width + x] as usize) else {
+            return f32::NEG_INFINITY;
+        };
+        let weights = face.weights(x as f32 + 0.5, y as f32 + 0.5);
+        (0..3).map(|k| weights[k] * face.corners[k].z).sum()
+    }
 }
 
 /// Draws one side of a scene into so many samples.

@@ -4,6 +4,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use super::super::view::{Scene, Side};
+use super::overlay;
 use super::raster::{Camera, NONE, Projected, Seen, draw};
 
 /// Colours are linear from 0 to 1 until the end.
@@ -60,6 +61,7 @@ pub fn panel(
                 }
             }
         });
+    overlay::draw(&mut out, scene, camera, &seen, [pixels, samples]);
     out
 }
 

@@ -24,7 +24,7 @@ pub struct Change<'a> {
     pub gone: Vec<bool>,
     /// How many of the new faces belong to each region, in order.
     pub patches: Vec<usize>,
-    /// The closed rims of the holes.
+    /// The closed rims of the holes, in the order of the holes' numbers, from 1.
     pub rims: Vec<Vec<DVec3>>,
 }
 
@@ -48,7 +48,7 @@ pub struct Scene {
     pub kept: usize,
     /// For each face only after its region, from 1; 0 where it is of none.
     pub regions: Vec<u32>,
-    /// The closed rims of the holes.
+    /// The closed rims of the holes, in the order of the holes' numbers, from 1.
     pub rims: Vec<Vec<Vec3>>,
     /// Faces that the two meshes have between them.
     pub all_faces: usize,

@@ -1,0 +1,58 @@
+//! What a flow did, and how it ended.
+
+use serde::Serialize;
+
+use super::settings::Energy;
+
+/// After so many steps single nodes that do not come to rest no longer keep the surface from counting as steady.
+pub(super) const LONG: usize = 8;
+
+/// One step.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct StepRecord {
+    /// Energy before it.
+    pub energy: f64,
+    /// Largest movement of a node within one voxel of the surface, in voxels.
+    pub movement: f64,
+    /// Root mean square movement of those nodes.
+    pub mean_movement: f64,
+    /// Fraction of the step taken.
+    pub fraction: f64,
+    /// Iterations of the linear solver.
+    pub iterations: usize,
+}
+
+impl StepRecord {
+    /// No node moves by more than the tolerance; or, after many steps, where the data are rough and single nodes do not come
+    /// to rest, none by many times as much and the surface as a whole by less than it.
+    pub(super) fn is_steady(&self, tolerance: f64, steps: usize) -> bool {
+        let calm = self.movement < tolerance
+            || (steps >= LONG
+                && self.movement < 30.0 * tolerance
+                && self.mean_movement < tolerance);
+        calm && self.fraction > 0.9
+    }
+}
+
+/// How the flow ended.
+#[derive(Clone, Debug, Serialize)]
+pub struct FlowOutcome {
+    /// What was made small.
+    pub energy: Energy,
+    /// The steps.
+    pub steps: Vec<StepRecord>,
+    /// Largest movement of a node within one voxel of the surface in the step that led to the result, in voxels.
+    pub movement: f64,
+    /// Whether the stopping test was met.
+    pub converged: bool,
+    /// Whether it ended because the energy hardly changed any more, though nodes still moved: along some way the energy is flat.
+    pub flat: bool,
+    /// Number of unknowns of the last band.
+    pub unknowns: usize,
+    /// The surface's part of the energy at the start.
+    pub energy_before: f64,
+    /// The surface's part of the energy at the end.
+    pub energy_after: f64,
+    /// Weight of the eikonal term at the end.
+    pub kappa: f64,
+}

@@ -1,0 +1,91 @@
+//! How a flow is run.
+
+use serde::Serialize;
+
+use super::band::{MARGIN, WIDTH};
+
+/// How far out redistancing goes, in voxels: one layer more, so that the band's outermost nodes have their distance.
+pub(super) const REACH: f64 = WIDTH + MARGIN + 1.0;
+/// Up to so many voxels across a hole κ is as set.
+const KAPPA_ACROSS: f64 = 20.0;
+
+/// The energy whose steady state a fill is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Energy {
+    /// `½∫ h²`: exact on spheres, minimal surfaces, Clifford tori and their Möbius images, and the most robust.
+    #[default]
+    Willmore,
+    /// `½∫ |∇h|²` along the surface: nearly exact on cylinders and cones too, much closer on ellipsoids, continuous in
+    /// curvature across the rim. It starts from the steady state of the Willmore energy.
+    CurvatureVariation,
+}
+
+impl Energy {
+    /// Length of a patch's edges over that of the edges round the hole, unless it is given. Shorter for the variation of
+    /// curvature, whose surface is nearer to smooth data than chords of the usual length are to it.
+    pub fn edge_ratio(self) -> f64 {
+        match self {
+            Self::Willmore => 0.8,
+            Self::CurvatureVariation => 0.45,
+        }
+    }
+}
+
+/// Which approximation of the Hessian a step uses. All share their steady states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub enum Variant {
+    /// `L2 M⁻¹ L3`, nonsymmetric: the paper's first scheme.
+    I,
+    /// `L3 M⁻¹ L3`: the paper's second scheme.
+    II,
+    /// `L2 M⁻¹ L2`.
+    GaussNewton,
+}
+
+/// How the flow is run.
+#[derive(Clone, Copy, Debug)]
+pub struct FlowSettings {
+    /// What the flow makes small.
+    pub energy: Energy,
+    /// The metric of a step of the Willmore flow; the variation of curvature knows Gauss-Newton alone.
+    pub variant: Variant,
+    /// Time step in units of h⁴ (h⁶ with the variation of curvature); infinite for the steady state at once.
+    pub time_step: f64,
+    /// Most steps to take.
+    pub max_steps: usize,
+    /// Converged when no node within one voxel of the surface moves by more than this, in voxels; or, on rough data, once
+    /// the surface hardly moves and its energy has settled.
+    pub tolerance: f64,
+    /// Relative error of the linear solves (relative residual, for the variants that are not preconditioned by multigrid).
+    pub solver_tolerance: f64,
+    /// Weight κ of the eikonal term to begin with; on nested grids that of the finest, half of it on the next, but at
+    /// least 1. It should grow with the number of voxels across: with 1 the surface drifts on fine grids.
+    pub kappa: f64,
+}
+
+impl Default for FlowSettings {
+    fn default() -> Self {
+        Self {
+            energy: Energy::Willmore,
+            variant: Variant::GaussNewton,
+            time_step: f64::INFINITY,
+            max_steps: 20,
+            tolerance: 2e-4,
+            solver_tolerance: 2e-2,
+            kappa: 1.0,
+        }
+    }
+}
+
+impl FlowSettings {
+    /// The same for a hole of so many voxels across: the eikonal weight κ grows with their number beyond 20. At a fixed
+    /// weight the surface drifts on fine grids, by a distance of the order of a voxel over κ.
+    #[must_use]
+    pub fn across(self, voxels: f64) -> Self {
+        Self {
+            kappa: self.kappa * (voxels / KAPPA_ACROSS).max(1.0),
+            ..self
+        }
+    }
+}

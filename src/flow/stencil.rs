@@ -1,0 +1,45 @@
+//! One row of a matrix on the lattice.
+
+use crate::linalg::Real;
+
+/// A 27-point stencil: nine groups of three entries, and minus their sum.
+///
+/// Groups are applied four entries wide; the fourth sum is that of the entries of the next group and is dropped.
+#[derive(Clone)]
+pub struct Stencil([f32; 28]);
+
+impl Stencil {
+    /// The stencil of a row whose 27 entries add up to zero.
+    pub fn new(row: &[f64; 27]) -> Self {
+        let mut entries = [0.0; 28];
+        let mut sum = 0.0;
+        for (entry, &v) in entries.iter_mut().zip(row) {
+            *entry = v as f32;
+            sum += f64::from(*entry);
+        }
+        entries[27] = -sum as f32;
+        Self(entries)
+    }
+
+    pub(super) fn entry(&self, k: usize) -> f64 {
+        let value = f64::from(self.0[k]);
+        if k == 13 {
+            value + f64::from(self.0[27])
+        } else {
+            value
+        }
+    }
+
+    #[inline]
+    pub(super) fn apply<T: Real>(&self, starts: &[u32; 9], own: usize, x: &[T]) -> T {
+        let mut sums = [T::ZERO; 4];
+        for (c, &start) in starts.iter().enumerate() {
+            let near = &x[start as usize..start as usize + 4];
+            let group = &self.0[3 * c..3 * c + 4];
+            for d in 0..4 {
+                sums[d] += T::of(group[d]) * near[d];
+            }
+        }
+        (sums[0] + sums[1]) + (sums[2] + T::of(self.0[27]) * x[own])
+    }
+}

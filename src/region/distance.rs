@@ -1,0 +1,50 @@
+//! What a region is told of the distances round it.
+
+use glam::DVec3;
+
+/// What is known at a point.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeData {
+    /// Signed distance in world units, negative inside.
+    pub signed: f64,
+    /// Unsigned distance to the known surface in world units.
+    pub distance: f64,
+    /// Whether the point is nearest to a rim, so that the missing surface may be nearer.
+    pub free: bool,
+}
+
+/// What of a sample is wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Wanted {
+    /// The sign at a free point may be wrong: the start of the flow gives it another value.
+    pub rough: bool,
+    /// Beyond this the distance need not be that to the smooth surface.
+    pub reach: f64,
+}
+
+/// A signed distance with a hole in it.
+pub trait DistanceData: Sync {
+    /// The data at `x`; `limit` is an upper bound of the distance, infinite where none is known.
+    fn sample(&self, x: DVec3, limit: f64) -> NodeData;
+    /// The same as far as it is wanted, and the closest point of the known surface where there is one to tell.
+    fn sample_for(&self, x: DVec3, limit: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
+        let _ = wanted;
+        (self.sample(x, limit), None)
+    }
+    /// Whether `x` is close enough to a hole for the rule of thin parts.
+    fn near_hole(&self, x: DVec3) -> bool;
+    /// A first guess of the signed distance at a free point, from a triangulation of the holes; none where there is none.
+    fn guess(&self, x: DVec3) -> Option<f64> {
+        let _ = x;
+        None
+    }
+    /// The weight of the pull to a surface whose shape is kept, in 1 / length⁴; 0 where there is none.
+    fn pull(&self) -> f64 {
+        0.0
+    }
+    /// The signed distance to that surface at a free point; none where it says nothing about the missing one.
+    fn kept_shape(&self, x: DVec3) -> Option<f64> {
+        let _ = x;
+        None
+    }
+}

@@ -1,0 +1,92 @@
+// Numbers at the holes and the mark at a chosen point: elements over the canvas.
+
+/** The longest holes get numbers. */
+const MOST_LABELS = 200;
+/** Vertices of a rim that are looked at, and the part of them that must be seen. */
+const LOOKED_AT = 24, SEEN_PART = 0.25;
+/** What lies before the middle of a hole by more than this part of its diameter hides its number: its own patch bulges less. */
+const BULGE = 0.45;
+/** Numbers nearer to each other than this, in pixels of the page, are not both shown. */
+const APART = 15;
+
+class Labels {
+  constructor(viewer, layer, holes) {
+    this.viewer = viewer;
+    this.layer = layer;
+    this.pinned = null;
+    this.items = holes.slice(0, MOST_LABELS).map((hole, i) => {
+      const all = viewer.mesh.rims[i] || new Float32Array(), n = all.length / 3, step = Math.max(1, Math.ceil(n / LOOKED_AT));
+      const rim = [];
+      for (let k = 0; k < n; k += step) rim.push([...all.subarray(3 * k, 3 * k + 3)]);
+      return { hole, rim, seen: {}, elements: {} };
+    });
+    viewer.drawn = () => this.place();
+  }
+
+  /** An element of a pane, made when it is needed first. */
+  element(elements, side, name, text) {
+    if (!elements[side]) {
+      const element = elements[side] = document.createElement("span");
+      element.className = name;
+      element.textContent = text;
+      this.layer.append(element);
+    }
+    return elements[side];
+  }
+
+  /** Puts all where they belong in what was just drawn; which are hidden is found out once the view rests. */
+  place() {
+    this.settled = false;
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.look(), 120);
+    this.arrange();
+  }
+
+  look() {
+    for (const pane of this.viewer.panes()) {
+      const depth = this.viewer.depths(pane);
+      for (const item of this.items) item.seen[pane.side] = this.isSeen(item, depth);
+    }
+    this.arrange();
+    this.settled = true;
+  }
+
+  isSeen({ hole, rim }, depth) {
+    const { viewer } = this, slack = 0.015 * viewer.camera.reach + 0.03 * hole.diameter;
+    const free = (point, lift) => {
+      const p = viewer.place(point);
+      return p.depth > 0 && p.depth - lift <= depth(p);
+    };
+    if (!rim.length || !free(hole.centre, Math.max(slack, BULGE * hole.diameter))) return false;
+    return rim.filter((point) => free(point, slack)).length >= SEEN_PART * rim.length;
+  }
+
+  arrange() {
+    const panes = this.viewer.panes(), rims = this.viewer.options.rims;
+    const shown = new Set();
+    for (const pane of panes) {
+      const taken = [];
+      for (const { hole, seen, elements } of this.items) {
+        const at = rims && seen[pane.side] && this.viewer.onPage(hole.centre, pane);
+        if (!at || taken.some((p) => Math.hypot(p[0] - at[0], p[1] - at[1]) < APART)) continue;
+        taken.push(at);
+        shown.add(this.show(this.element(elements, pane.side, "label", hole.id), at));
+      }
+      const at = this.pinned && this.viewer.onPage(this.pinned.point, pane);
+      if (at) shown.add(this.show(this.element(this.pinned.elements, pane.side, "pin", ""), at));
+    }
+    for (const element of this.layer.children) element.hidden = !shown.has(element);
+  }
+
+  show(element, [x, y]) {
+    element.style.left = x.toFixed(1) + "px";
+    element.style.top = y.toFixed(1) + "px";
+    return element;
+  }
+
+  /** Marks a point of the scene. */
+  pin(point) {
+    this.pinned = { point, elements: this.pinned?.elements || {} };
+    this.arrange();
+  }
+}

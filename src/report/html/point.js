@@ -1,0 +1,56 @@
+// The point under a click: its coordinates, and a ball round it for a mask.
+
+/** A number with as many digits as the page holds of the mesh: a millionth of its size. */
+function coordinate(x, radius) {
+  const decimals = Math.ceil(-Math.log10(2e-6 * radius));
+  return String(Number(decimals >= 0 && decimals <= 15 ? x.toFixed(decimals) : x.toPrecision(7)) + 0);
+}
+
+/** Puts text on the clipboard; by an element where a browser has none for files. */
+async function copy(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch { /* Not allowed here. */ }
+  const area = document.createElement("textarea");
+  area.value = text;
+  document.body.append(area);
+  area.select();
+  const done = document.execCommand("copy");
+  area.remove();
+  return done;
+}
+
+class Point {
+  constructor(header, pin) {
+    this.header = header;
+    this.pin = pin;
+    this.at = null;
+    this.radius = document.querySelector("#ball-radius");
+    this.radius.value = Number((header.radius / 10).toPrecision(3));
+    document.querySelector("#copy-point").addEventListener("click", () => this.take(false));
+    document.querySelector("#copy-ball").addEventListener("click", () => this.take(true));
+  }
+
+  /** Shows a point of the scene, and copies it, or a ball round it. */
+  choose(point, ball) {
+    this.at = point.map((x, i) => coordinate(x + this.header.origin[i], this.header.radius)).join(",");
+    document.querySelector("#point-at").textContent = this.at;
+    for (const button of document.querySelectorAll("#point button")) button.disabled = false;
+    this.pin(point);
+    return this.take(ball);
+  }
+
+  async take(ball) {
+    const radius = Number(this.radius.value), said = document.querySelector("#copied");
+    if (ball && !(radius > 0 && isFinite(radius))) {
+      said.textContent = "the radius must be a positive number";
+      this.radius.focus();
+      return;
+    }
+    const text = ball ? `--ball ${this.at},${radius}` : this.at;
+    const done = await copy(text);
+    this.copied = text;
+    said.textContent = done ? `copied: ${text}` : `copy it by hand: ${text}`;
+  }
+}

@@ -1,0 +1,140 @@
+//! The rims of holes and their numbers over a panel.
+
+use glam::{Vec2, Vec3};
+
+use super::super::view::Scene;
+use super::letters;
+use super::raster::{Camera, Seen};
+
+/// Colour of rims and numbers, and half the width of rims in pixels.
+const BLUE: [f32; 3] = [16.0, 74.0, 150.0];
+const HALF_WIDTH: f32 = 1.0;
+/// Rims come before the surface that they lie on by this part of the panel's half height.
+const LIFT: f32 = 0.01;
+/// Most numbers on a panel: those of the longest holes.
+const NUMBERS: usize = 200;
+/// Vertices of a rim that are looked at, and the part of them that must be seen for its number to be drawn.
+const LOOKED_AT: usize = 64;
+const SEEN_PART: f32 = 0.25;
+/// A number is hidden by what lies before the middle of its hole by more than this part of the hole's size: its own patch
+/// bulges less.
+const BULGE: f32 = 0.45;
+
+/// A panel that is drawn on.
+struct Sheet<'a> {
+    camera: &'a Camera,
+    seen: &'a Seen,
+    /// Pixels along a side, and samples along a pixel's side.
+    pixels: usize,
+    samples: usize,
+}
+
+/// Draws all rims, and the numbers of the longest holes whose rims are seen.
+pub fn draw(
+    out: &mut [u8],
+    scene: &Scene,
+    camera: &Camera,
+    seen: &Seen,
+    [pixels, samples]: [usize; 2],
+) {
+    let sheet = Sheet {
+        camera,
+        seen,
+        pixels,
+        samples,
+    };
+    let mut ink = vec![0.0f32; pixels * pixels];
+    for rim in &scene.rims {
+        for (i, &a) in rim.iter().enumerate() {
+            sheet.line(&mut ink, [a, rim[(i + 1) % rim.len()]]);
+        }
+    }
+    for (rgb, ink) in out.chunks_mut(3).zip(&ink).filter(|(_, ink)| **ink > 0.0) {
+        for (byte, colour) in rgb.iter_mut().zip(BLUE) {
+            *byte = (f32::from(*byte) * (1.0 - ink) + colour * ink) as u8;
+        }
+    }
+    let mut taken: Vec<[Vec2; 2]> = Vec::new();
+    for (rim, number) in scene.rims.iter().zip(1..).take(NUMBERS) {
+        let Some(middle) = sheet.middle(rim) else {
+            continue;
+        };
+        let place = letters::place_of_number(number, middle);
+        let clear =
+            |other: &[Vec2; 2]| place[0].cmpgt(other[1]).any() || place[1].cmplt(other[0]).any();
+        let inside =
+            place[0].cmpge(Vec2::ZERO).all() && place[1].cmple(Vec2::splat(pixels as f32)).all();
+        if inside && taken.iter().all(clear) {
+            letters::number(out, pixels, number, middle, BLUE);
+            taken.push(place);
+        }
+    }
+}
+
+impl Sheet<'_> {
+    /// Where a point is in pixels, and its depth.
+    fn place(&self, p: Vec3) -> Vec3 {
+        let q = self.camera.place(p);
+        let half = 0.5 * self.pixels as f32;
+        Vec3::new(half + q.x * half, half - q.y * half, q.z)
+    }
+
+    /// Whether nothing lies before a point of the panel; `None` outside of it.
+    fn is_seen(&self, p: Vec3, lift: f32) -> Option<bool> {
+        let side = self.pixels as f32;
+        if !(p.x >= 0.0 && p.y >= 0.0 && p.x < side && p.y < side) {
+            return None;
+        }
+        let sample = |x: f32| (x * self.samples as f32) as usize;
+        let surface = self.seen.depth(sample(p.x), sample(p.y));
+        Some(p.z + lift >= surface)
+    }
+
+    /// Adds a line to the ink of the pixels where it is seen.
+    fn line(&self, ink: &mut [f32], ends: [Vec3; 2]) {
+        let [a, b] = ends.map(|p| self.place(p));
+        if !(a.is_finite() && b.is_finite()) {
+            return;
+        }
+        let (from, to) = (a.truncate(), b.truncate());
+        let reach = Vec2::splat(HALF_WIDTH + 1.0);
+        let most = Vec2::splat(self.pixels as f32 - 1.0);
+        let low = (from.min(to) - reach).max(Vec2::ZERO);
+        let high = (from.max(to) + reach).min(most);
+        if low.cmpgt(high).any() {
+            return;
+        }
+        for y in low.y as usize..=high.y as usize {
+            for x in low.x as usize..=high.x as usize {
+                let p = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+                let (away, along) = letters::distance(p, (from, to));
+                let strength = (HALF_WIDTH + 0.5 - away).clamp(0.0, 1.0);
+                let slot = &mut ink[y * self.pixels + x];
+                let depth = a.z + along * (b.z - a.z);
+                if strength > *slot && self.is_seen(p.extend(depth), LIFT) == Some(true) {
+                    *slot = strength;
+                }
+            }
+        }
+    }
+
+    /// The middle of a rim on the panel, where enough of the rim is seen.
+    fn middle(&self, rim: &[Vec3]) -> Option<Vec2> {
+        let start = (Vec3::INFINITY, Vec3::NEG_INFINITY, Vec3::ZERO);
+        let (low, high, sum) = rim
+            .iter()
+            .fold(start, |(l, h, s), &p| (l.min(p), h.max(p), s + p));
+        let middle = self.place(sum / rim.len() as f32);
+        let size = low.distance(high) / self.camera.reach;
+        if !self.is_seen(middle, BULGE * size)? {
+            return None;
+        }
+        let step = rim.len().div_ceil(LOOKED_AT).max(1);
+        let looked_at = rim.iter().step_by(step);
+        let seen = looked_at
+            .clone()
+            .filter(|p| self.is_seen(self.place(**p), LIFT) == Some(true));
+        let enough = seen.count() as f32 >= SEEN_PART * looked_at.count() as f32;
+        enough.then_some(middle.truncate())
+    }
+}
