@@ -1,11 +1,7 @@
-//! The mesh file formats and how a file's format is told.
+//! The mesh file formats.
 
 use std::fmt;
 use std::path::Path;
-use std::str::FromStr;
-
-use super::IoError;
-use super::text;
 
 /// A file format that can be read and written: of meshes, and of volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -62,66 +58,6 @@ impl Format {
     pub fn from_extension(path: &Path) -> Option<Format> {
         path.extension()?.to_str()?.parse().ok()
     }
-
-    /// Tells the format from the content where the content is unmistakable.
-    ///
-    /// # Errors
-    /// When the content is unmistakably of a kind that is not supported, such as OFF or a compressed archive.
-    pub fn sniff(bytes: &[u8]) -> Result<Option<Format>, IoError> {
-        if let Some(name) = foreign(bytes) {
-            return Err(IoError::UnknownFormat {
-                what: format!("the content is {name}, which is not supported"),
-            });
-        }
-        if bytes.starts_with(b"glTF") {
-            return Ok(Some(Format::Glb));
-        }
-        let start = text::skip_blank(text::strip_bom(bytes));
-        if start.starts_with(b"ply") && start.get(3).is_some_and(u8::is_ascii_whitespace) {
-            return Ok(Some(Format::Ply));
-        }
-        if starts_with_ignoring_case(start, b"# vtk DataFile") {
-            return Ok(Some(Format::Vtk));
-        }
-        if start.starts_with(b"<")
-            && text::find(&start[..start.len().min(4096)], b"<VTKFile").is_some()
-        {
-            return Ok(Some(Format::Vtp));
-        }
-        if start.starts_with(b"{") && text::find(start, b"\"asset\"").is_some() {
-            return Ok(Some(Format::Gltf));
-        }
-        if starts_with_ignoring_case(start, b"solid") || super::stl::has_binary_size(bytes) {
-            return Ok(Some(Format::Stl));
-        }
-        Ok(None)
-    }
-
-    /// The format of a file: told from the content where it can be, else from the name.
-    ///
-    /// # Errors
-    /// When neither content nor name is of a supported format; the message lists the supported ones.
-    pub fn detect(bytes: &[u8], path: &Path) -> Result<Format, IoError> {
-        if let Some(format) = Format::sniff(bytes)? {
-            return Ok(format);
-        }
-        if let Some(format) = Format::from_extension(path) {
-            return Ok(format);
-        }
-        if super::obj::looks_like_obj(bytes) {
-            return Ok(Format::Obj);
-        }
-        let what = match path.extension() {
-            Some(extension) => format!(
-                "neither the content nor the extension .{} tells a supported format",
-                extension.display()
-            ),
-            None => {
-                "the content does not tell the format and the name has no extension".to_string()
-            }
-        };
-        Err(IoError::UnknownFormat { what })
-    }
 }
 
 impl fmt::Display for Format {
@@ -136,127 +72,5 @@ impl fmt::Display for Format {
             Format::Vtp => "VTP",
             Format::Vti => "VTI",
         })
-    }
-}
-
-impl FromStr for Format {
-    type Err = IoError;
-
-    /// Takes an extension with or without the dot, in any case.
-    fn from_str(name: &str) -> Result<Self, IoError> {
-        let wanted = name.trim_start_matches('.');
-        Format::ALL
-            .into_iter()
-            .find(|format| format.extension().eq_ignore_ascii_case(wanted))
-            .ok_or_else(|| IoError::UnknownFormat {
-                what: format!("'{name}' is not a supported mesh format"),
-            })
-    }
-}
-
-/// The name of a well-known format that is not supported, told from its first bytes.
-fn foreign(bytes: &[u8]) -> Option<&'static str> {
-    const MAGIC: [(&[u8], &str); 8] = [
-        (
-            b"PK\x03\x04",
-            "a ZIP archive (3MF, or a packed mesh: unpack it first)",
-        ),
-        (b"\x1f\x8b", "gzip data (unpack it first)"),
-        (b"Kaydara FBX", "FBX"),
-        (b"ISO-10303-21", "STEP"),
-        (b"DRACO", "Draco"),
-        (b"BZh", "bzip2 data (unpack it first)"),
-        (b"\xfd7zXZ", "xz data (unpack it first)"),
-        (b"\x89HDF", "HDF5"),
-    ];
-    if let Some((_, name)) = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)) {
-        return Some(name);
-    }
-    let first_word = text::skip_blank(bytes)
-        .split(u8::is_ascii_whitespace)
-        .next()?;
-    let off: [&[u8]; 6] = [b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"4OFF"];
-    if off.contains(&first_word) {
-        return Some("OFF");
-    }
-    (first_word == b"$MeshFormat").then_some("a Gmsh mesh")
-}
-
-fn starts_with_ignoring_case(bytes: &[u8], prefix: &[u8]) -> bool {
-    bytes
-        .get(..prefix.len())
-        .is_some_and(|start| start.eq_ignore_ascii_case(prefix))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn content_goes_before_the_name() {
-        let path = Path::new("wrong.obj");
-        assert_eq!(
-            Format::detect(b"ply\nformat ascii 1.0\n", path).unwrap(),
-            Format::Ply
-        );
-        assert_eq!(
-            Format::detect(b"# vtk DataFile Version 3.0\n", path).unwrap(),
-            Format::Vtk
-        );
-        assert_eq!(
-            Format::detect(
-                b"<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\">",
-                path
-            )
-            .unwrap(),
-            Format::Vtp
-        );
-        assert_eq!(
-            Format::detect(b" {\"asset\":{\"version\":\"2.0\"}}", path).unwrap(),
-            Format::Gltf
-        );
-        assert_eq!(
-            Format::detect(b"glTF\x02\0\0\0", path).unwrap(),
-            Format::Glb
-        );
-        assert_eq!(Format::detect(b"solid name\n", path).unwrap(), Format::Stl);
-        assert_eq!(Format::detect(b"v 0 0 0\n", path).unwrap(), Format::Obj);
-    }
-
-    #[test]
-    fn binary_stl_is_told_by_its_size() {
-        let mut bytes = vec![0u8; 134];
-        bytes[80] = 1;
-        assert_eq!(
-            Format::detect(&bytes, Path::new("scan")).unwrap(),
-            Format::Stl
-        );
-    }
-
-    #[test]
-    fn unsupported_formats_are_refused_with_the_supported_ones_listed() {
-        for (bytes, name) in [
-            (&b"OFF\n3 1 0\n"[..], "OFF"),
-            (b"PK\x03\x04rest", "ZIP"),
-            (b"hello", ".xyz"),
-        ] {
-            let message = Format::detect(bytes, Path::new("mesh.xyz"))
-                .unwrap_err()
-                .to_string();
-            assert!(
-                message.contains(name) && message.contains(Format::LIST),
-                "{message}"
-            );
-        }
-    }
-
-    #[test]
-    fn names_are_taken_with_or_without_the_dot_in_any_case() {
-        assert_eq!(".PLY".parse::<Format>().unwrap(), Format::Ply);
-        assert_eq!("glb".parse::<Format>().unwrap(), Format::Glb);
-        assert!("off".parse::<Format>().is_err());
-        for format in Format::ALL {
-            assert_eq!(format.extension().parse::<Format>().unwrap(), format);
-        }
     }
 }

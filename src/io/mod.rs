@@ -22,6 +22,7 @@
 
 #[cfg(test)]
 mod corner_tests;
+mod detect;
 mod error;
 mod files;
 mod format;

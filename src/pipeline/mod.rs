@@ -2,6 +2,7 @@
 
 mod attempt;
 mod damaged;
+mod error;
 mod fair;
 mod join;
 mod opening;
@@ -15,14 +16,14 @@ use std::time::Instant;
 
 use glam::DVec3;
 use rayon::prelude::*;
-use thiserror::Error;
 
 use crate::mesh::{Hole, LARGEST, Mesh, OpenChain, SMALLEST, Topology, bounds, find_holes, welded};
 use crate::params::{FillParams, SurfaceKind, VoxelSize};
 use crate::region::{Region, group_holes};
-use crate::report::{FillReport, HoleOutcome, HoleReport, length};
+use crate::report::{FillReport, HoleOutcome, HoleReport};
 use attempt::{RegionPatch, Work};
 use damaged::Damaged;
+pub use error::{FillError, RestoreError};
 pub use fair::{
     FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, fair, fair_with_progress,
     plan_fair,
@@ -31,87 +32,13 @@ pub use plan::plan;
 use progress::Watch;
 pub use progress::{Event, Progress, Step};
 pub use restore::{
-    RestoreError, RestoreParams, RestorePlan, RestoreReport, Restored, plan_restore, restore,
+    RestoreParams, RestorePlan, RestoreReport, Restored, plan_restore, restore,
     restore_with_progress,
 };
 use sources::Sources;
 
 /// Loops of at most this many edges are triangulated without new vertices.
 const TRIVIAL_EDGES: usize = 4;
-
-/// Why nothing could be filled.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum FillError {
-    /// The mesh has no faces.
-    #[error("the mesh has no faces; there is nothing to fill")]
-    Empty,
-    /// A face refers to a vertex that is not there.
-    #[error("face {face} refers to vertex {vertex}, but there are only {count} vertices")]
-    Index {
-        /// The face, from 0.
-        face: usize,
-        /// The vertex.
-        vertex: u32,
-        /// Number of vertices.
-        count: usize,
-    },
-    /// A position is not finite.
-    #[error("vertex {vertex} has a coordinate that is not a finite number; repair the file first")]
-    NotFinite {
-        /// The vertex, from 0.
-        vertex: usize,
-    },
-    /// A coordinate is so large that areas cannot be measured.
-    #[error(
-        "vertex {vertex} has a coordinate of {size:e}, which is too large to measure; the largest that can be is {LARGEST:e}: \
-         scale the mesh down, or remove the vertex if it is a mistake"
-    )]
-    TooLarge {
-        /// The vertex, from 0.
-        vertex: usize,
-        /// Its largest coordinate.
-        size: f64,
-    },
-    /// All vertices are so near each other that areas cannot be measured.
-    #[error(
-        "the vertices lie within {extent:e} of each other, which is too small to measure; the smallest mesh that can be \
-         measures {SMALLEST:e}: scale it up"
-    )]
-    TooSmall {
-        /// The longest side of the bounding box.
-        extent: f64,
-    },
-    /// A hole number that does not exist.
-    #[error("there is no hole {id}; the mesh has {count} (`isomend inspect` lists them)")]
-    NoSuchHole {
-        /// The number asked for.
-        id: usize,
-        /// Number of holes.
-        count: usize,
-    },
-    /// A parameter makes no sense.
-    #[error("{what}")]
-    Parameter {
-        /// What is wrong and what would be right.
-        what: String,
-    },
-    /// The voxel would need too large a grid.
-    #[error(
-        "a voxel of {} makes too large a grid for the widest hole that is to be filled; the smallest that fits is about \
-         {fits:.4e}",
-        length(*voxel)
-    )]
-    TooFine {
-        /// The voxel asked for.
-        voxel: f64,
-        /// One that fits.
-        fits: f64,
-    },
-    /// The caller asked to stop.
-    #[error("stopped before it was done; nothing was written")]
-    Cancelled,
-}
 
 /// A filled mesh.
 #[derive(Clone, Debug)]

@@ -3,12 +3,11 @@
 use std::time::Instant;
 
 use serde::Serialize;
-use thiserror::Error;
 
 use super::damaged::Damaged;
 use super::opening::Opening;
 use super::plan::plan_found;
-use super::{FillError, Filled, Progress, check_params, fill_found, inspect};
+use super::{FillError, Filled, Progress, RestoreError, check_params, fill_found, inspect};
 use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
 use crate::params::FillParams;
@@ -28,67 +27,6 @@ pub struct RestoreParams {
     pub keep_shape: f64,
     /// Keeps vertices that no face uses any more, so that those of the input keep their numbers.
     pub keep_vertices: bool,
-}
-
-/// Why nothing could be restored.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum RestoreError {
-    /// The mesh or the parameters of the fill make no sense.
-    #[error(transparent)]
-    Fill(#[from] FillError),
-    /// There are not as many marks as faces.
-    #[error("there are {marks} marks for {faces} faces; one for each is needed")]
-    Marks {
-        /// Number of marks.
-        marks: usize,
-        /// Number of faces.
-        faces: usize,
-    },
-    /// No face is marked.
-    #[error("the mask marks no face; `isomend inspect` with the same mask shows what it marks")]
-    NothingMarked,
-    /// Nothing of a piece is left to continue.
-    #[error(
-        "the mask covers the whole of a piece of {faces} faces, so that nothing is left to continue; mark less, or take the \
-         piece away"
-    )]
-    WholePiece {
-        /// Its faces.
-        faces: usize,
-    },
-    /// The region is open to one side.
-    #[error(
-        "the mask reaches the outer border of an open sheet near {x:.6}, {y:.6}, {z:.6}, where there is nothing to continue; \
-         leave a strip of faces along the border"
-    )]
-    Border {
-        /// Where.
-        x: f64,
-        /// Where.
-        y: f64,
-        /// Where.
-        z: f64,
-    },
-    /// The part of the shape to be kept is no such part.
-    #[error("the part of the shape to keep must lie between 0 and 1, but is {0}")]
-    KeepShape(f64),
-}
-
-impl RestoreError {
-    /// There must be a mark for each face, and some face must be marked.
-    pub(super) fn check_marks(mesh: &Mesh, marked: &[bool]) -> Result<(), Self> {
-        if marked.len() != mesh.faces.len() {
-            return Err(Self::Marks {
-                marks: marked.len(),
-                faces: mesh.faces.len(),
-            });
-        }
-        if !marked.contains(&true) {
-            return Err(Self::NothingMarked);
-        }
-        Ok(())
-    }
 }
 
 /// What a restoration found and did.

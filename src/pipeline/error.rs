@@ -1,0 +1,141 @@
+//! Why nothing could be filled or restored.
+
+use thiserror::Error;
+
+use crate::mesh::{LARGEST, Mesh, SMALLEST};
+use crate::report::length;
+
+/// Why nothing could be filled.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FillError {
+    /// The mesh has no faces.
+    #[error("the mesh has no faces; there is nothing to fill")]
+    Empty,
+    /// A face refers to a vertex that is not there.
+    #[error("face {face} refers to vertex {vertex}, but there are only {count} vertices")]
+    Index {
+        /// The face, from 0.
+        face: usize,
+        /// The vertex.
+        vertex: u32,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// A position is not finite.
+    #[error("vertex {vertex} has a coordinate that is not a finite number; repair the file first")]
+    NotFinite {
+        /// The vertex, from 0.
+        vertex: usize,
+    },
+    /// A coordinate is so large that areas cannot be measured.
+    #[error(
+        "vertex {vertex} has a coordinate of {size:e}, which is too large to measure; the largest that can be is {LARGEST:e}: \
+         scale the mesh down, or remove the vertex if it is a mistake"
+    )]
+    TooLarge {
+        /// The vertex, from 0.
+        vertex: usize,
+        /// Its largest coordinate.
+        size: f64,
+    },
+    /// All vertices are so near each other that areas cannot be measured.
+    #[error(
+        "the vertices lie within {extent:e} of each other, which is too small to measure; the smallest mesh that can be \
+         measures {SMALLEST:e}: scale it up"
+    )]
+    TooSmall {
+        /// The longest side of the bounding box.
+        extent: f64,
+    },
+    /// A hole number that does not exist.
+    #[error("there is no hole {id}; the mesh has {count} (`isomend inspect` lists them)")]
+    NoSuchHole {
+        /// The number asked for.
+        id: usize,
+        /// Number of holes.
+        count: usize,
+    },
+    /// A parameter makes no sense.
+    #[error("{what}")]
+    Parameter {
+        /// What is wrong and what would be right.
+        what: String,
+    },
+    /// The voxel would need too large a grid.
+    #[error(
+        "a voxel of {} makes too large a grid for the widest hole that is to be filled; the smallest that fits is about \
+         {fits:.4e}",
+        length(*voxel)
+    )]
+    TooFine {
+        /// The voxel asked for.
+        voxel: f64,
+        /// One that fits.
+        fits: f64,
+    },
+    /// The caller asked to stop.
+    #[error("stopped before it was done; nothing was written")]
+    Cancelled,
+}
+
+/// Why nothing could be restored.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum RestoreError {
+    /// The mesh or the parameters of the fill make no sense.
+    #[error(transparent)]
+    Fill(#[from] FillError),
+    /// There are not as many marks as faces.
+    #[error("there are {marks} marks for {faces} faces; one for each is needed")]
+    Marks {
+        /// Number of marks.
+        marks: usize,
+        /// Number of faces.
+        faces: usize,
+    },
+    /// No face is marked.
+    #[error("the mask marks no face; `isomend inspect` with the same mask shows what it marks")]
+    NothingMarked,
+    /// Nothing of a piece is left to continue.
+    #[error(
+        "the mask covers the whole of a piece of {faces} faces, so that nothing is left to continue; mark less, or take the \
+         piece away"
+    )]
+    WholePiece {
+        /// Its faces.
+        faces: usize,
+    },
+    /// The region is open to one side.
+    #[error(
+        "the mask reaches the outer border of an open sheet near {x:.6}, {y:.6}, {z:.6}, where there is nothing to continue; \
+         leave a strip of faces along the border"
+    )]
+    Border {
+        /// Where.
+        x: f64,
+        /// Where.
+        y: f64,
+        /// Where.
+        z: f64,
+    },
+    /// The part of the shape to be kept is no such part.
+    #[error("the part of the shape to keep must lie between 0 and 1, but is {0}")]
+    KeepShape(f64),
+}
+
+impl RestoreError {
+    /// There must be a mark for each face, and some face must be marked.
+    pub(super) fn check_marks(mesh: &Mesh, marked: &[bool]) -> Result<(), Self> {
+        if marked.len() != mesh.faces.len() {
+            return Err(Self::Marks {
+                marks: marked.len(),
+                faces: mesh.faces.len(),
+            });
+        }
+        if !marked.contains(&true) {
+            return Err(Self::NothingMarked);
+        }
+        Ok(())
+    }
+}
