@@ -4,11 +4,11 @@
 # ///
 """Fill the analytic meshes of data/ and measure the patches against the exact surfaces.
 
-    cargo build --release && python3 scripts/accuracy.py [--json FILE] [--readme]
+    cargo build --release && python3 scripts/accuracy.py [--json FILE] [--docs]
 
 Distances are from the patch to the exact surface, over points spread evenly on its faces, in 1/1000 of the hole's
 diameter. 'floor' is the same for the mesh's own faces round the hole, which are flat where the surface is not.
-With --readme the table goes into README.md, between the markers."""
+With --docs the table goes into docs/accuracy.md, between the markers."""
 
 import argparse
 import json
@@ -23,7 +23,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 from make_data import SHAPES, exact_distance  # noqa: E402
-from readme import renew  # noqa: E402
+from tables import renew  # noqa: E402
 
 TITLES = {
     "sphere": "sphere, cap of 60° removed",
@@ -104,13 +104,13 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
     parser.add_argument("--json", help="write the figures here")
-    parser.add_argument("--readme", action="store_true", help="put the table into README.md")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/accuracy.md")
     arguments = parser.parse_args()
     rows = [measure(arguments.isomend, name) for name in SHAPES]
     print(table(rows))
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(rows, indent=1) + "\n")
-    if arguments.readme:
+    if arguments.docs:
         renew("accuracy", "accuracy.py", table(rows))
 
 

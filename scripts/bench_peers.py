@@ -7,7 +7,7 @@
 # ///
 """Time isomend beside CGAL, libigl, MeshLib and MeshLab on the same holes, and its distances beside the quickest libraries.
 
-    cargo build --release && uv run scripts/bench_peers.py [--json FILE] [--readme]
+    cargo build --release && uv run scripts/bench_peers.py [--json FILE] [--docs]
 
 (or in any virtual environment with the packages of the first lines). Every fill is a process of its own; the tools take
 turns, in another order each round, and medians count. 'fill' is the filling alone, as the library's own call takes it,
@@ -39,7 +39,8 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
-from readme import renew  # noqa: E402
+from summary import renew_summary  # noqa: E402
+from tables import renew  # noqa: E402
 
 CASES = ["sphere 60°", "sphere 60°, fine", "sphere 60°, ragged", "sphere 60°, noise 3 %", "torus, outer, fine", "bunny, back"]
 TOOLS = {
@@ -395,7 +396,7 @@ def main():
     parser.add_argument("--cases", nargs="+", default=CASES, help="some of the cases")
     parser.add_argument("--only", choices=("fills", "distances"))
     parser.add_argument("--json", help="write all figures here")
-    parser.add_argument("--readme", action="store_true", help="put the tables into README.md")
+    parser.add_argument("--docs", action="store_true", help="put the tables into docs/speed.md, and their summary into the README")
     parser.add_argument("--worker", nargs=3, help=argparse.SUPPRESS)
     parser.add_argument("--distances", nargs=3, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
@@ -429,8 +430,10 @@ def main():
     print(text)
     if arguments.json:
         Path(arguments.json).write_text(json.dumps(result, indent=1) + "\n")
-    if arguments.readme:
+    if arguments.docs:
         renew("peers", "bench_peers.py", text)
+        if "fills" in result:
+            renew_summary()
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@
 # ///
 """Fill the same holes with isomend and with libigl's k-harmonic fairing, and measure both against the truth.
 
-    cargo build --release && uv run scripts/compare_libigl.py [--json FILE] [--markdown FILE] [--picture FILE] [--readme]
+    cargo build --release && uv run scripts/compare_libigl.py [--json FILE] [--markdown FILE] [--picture FILE] [--docs]
 
 (or in any virtual environment with the packages of the first lines). The holes are cut, always alike, out of analytic
 surfaces, whose distance is exact, and out of the Stanford bunny that the package pymeshlab holds.
@@ -44,7 +44,7 @@ from meshlib import mrmeshnumpy, mrmeshpy
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 import make_data as data  # noqa: E402
-from readme import renew  # noqa: E402
+from tables import renew  # noqa: E402
 
 NECK = 0.55
 ELLIPSOID = np.array([1.0, 0.7, 0.5])
@@ -565,7 +565,7 @@ def main():
     parser.add_argument("--json", help="write all figures here")
     parser.add_argument("--markdown", help="write all figures as a table here")
     parser.add_argument("--picture", help="draw the picture here")
-    parser.add_argument("--readme", action="store_true", help="put the table into README.md and draw data/libigl.png")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/accuracy.md and draw data/libigl.png")
     arguments = parser.parse_args()
     rows, chosen = [], []
     for case in cases(arguments.cases):
@@ -580,10 +580,10 @@ def main():
         Path(arguments.json).write_text(json.dumps(rows, indent=1) + "\n")
     if arguments.markdown:
         Path(arguments.markdown).write_text(detailed(rows) + "\n")
-    picture = arguments.picture or (ROOT / "data/libigl.png" if arguments.readme else None)
+    picture = arguments.picture or (ROOT / "data/libigl.png" if arguments.docs else None)
     if picture:
         draw(sorted(chosen, key=lambda entry: PICTURE.index(entry[0].name)), picture)
-    if arguments.readme:
+    if arguments.docs:
         renew("libigl", "compare_libigl.py", table(rows))
 
 

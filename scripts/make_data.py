@@ -301,6 +301,16 @@ def sheet(cells):
     return cut(v, f, np.hypot(centre[:, 0] + 0.2, centre[:, 1] - 0.1) < 0.3)
 
 
+def painted(count):
+    """The unit sphere with a dent that is painted red and rough; and the colours of its vertices."""
+    v, f = sphere_mesh(count, 7)
+    angle = np.degrees(np.arccos(v @ np.divide([2, -3, 6], 7)))
+    depth = 0.15 * np.exp(-((angle / 12) ** 2)) + np.random.default_rng(7).normal(scale=0.008, size=len(v))
+    inside = angle < 28
+    colours = np.where(inside[:, None], [255, 0, 0], [190, 190, 190])
+    return v * (1 - depth * inside)[:, None], f, colours
+
+
 # --- what looks like a scan -----------------------------------------------------------------------------------------
 
 ELLIPSOIDS = [  # centre, radii: all hold the origin, so that every ray from it leaves them once
@@ -408,15 +418,20 @@ def exact_distance(name, points):
     return np.abs(SHAPES[name][1](points @ TURN))
 
 
-def write_ply(path, v, f, double=False):
-    """A binary PLY, with 32-bit coordinates or, if asked, 64-bit ones."""
+def write_ply(path, v, f, colours=None, double=False):
+    """A binary PLY, with 32-bit coordinates or, if asked, 64-bit ones, and colours of vertices if there are any."""
     kind, code = ("double", "<f8") if double else ("float", "<f4")
+    names = "" if colours is None else "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
     with open(path, "wb") as out:
         out.write(
             f"ply\nformat binary_little_endian 1.0\nelement vertex {len(v)}\nproperty {kind} x\nproperty {kind} y\n"
-            f"property {kind} z\nelement face {len(f)}\nproperty list uchar int vertex_indices\nend_header\n".encode()
+            f"property {kind} z\n{names}element face {len(f)}\nproperty list uchar int vertex_indices\nend_header\n".encode()
         )
-        out.write(np.ascontiguousarray(v, code).tobytes())
+        points = np.zeros(len(v), dtype=[("at", code, 3)] + [("colour", "u1", 3)] * (colours is not None))
+        points["at"] = v
+        if colours is not None:
+            points["colour"] = colours
+        out.write(points.tobytes())
         rows = np.zeros(len(f), dtype=[("n", "u1"), ("v", "<i4", 3)])
         rows["n"], rows["v"] = 3, f
         out.write(rows.tobytes())
@@ -434,6 +449,7 @@ def main():
         v, f = make()
         write_ply(folder / f"{name}.ply", v @ TURN.T, f)
     write_ply(folder / "scan.ply", *scan(7000))
+    write_ply(folder / "painted.ply", *painted(2000))
     write_obj(folder / "sheet.obj", *sheet(36))
     for path in sorted(folder.glob("*.ply")) + sorted(folder.glob("*.obj")):
         print(f"{path.name}: {path.stat().st_size / 1000:.0f} kB")

@@ -4,7 +4,7 @@
 # ///
 """Measure how time and memory of `isomend fill` grow, and the exponents: against D/h, triangles outside the hole, holes, threads.
 
-    cargo build --release && python3 scripts/scaling.py [--json FILE] [--markdown FILE] [--readme] [--quick]
+    cargo build --release && python3 scripts/scaling.py [--json FILE] [--markdown FILE] [--docs] [--quick]
     python3 scripts/scaling.py --cut 50 IN.ply OUT.ply        # only cut holes into a large mesh, to time it
     python3 scripts/scaling.py --large 10000000 10 OUT.ply    # only make a mesh of that many triangles with holes
 
@@ -25,7 +25,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 from make_data import write_ply  # noqa: E402
-from readme import renew  # noqa: E402
+from tables import renew  # noqa: E402
 
 RING, TUBE = 3.0, 1.0
 
@@ -283,7 +283,7 @@ def main():
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", help="the program")
     parser.add_argument("--json", help="write the figures here")
     parser.add_argument("--markdown", help="write the table here")
-    parser.add_argument("--readme", action="store_true", help="put the table into README.md")
+    parser.add_argument("--docs", action="store_true", help="put the table into docs/speed.md")
     parser.add_argument("--json-in", help="take the studies that are not run from this file of an earlier --json")
     parser.add_argument("--only", choices=STUDIES, nargs="+", default=list(STUDIES), help="these studies alone")
     parser.add_argument("--times", type=int, default=3, help="runs of each, of which the median counts")
@@ -310,7 +310,7 @@ def main():
         Path(arguments.json).write_text(json.dumps(studies, indent=1) + "\n")
     if arguments.markdown:
         Path(arguments.markdown).write_text(text + "\n")
-    if arguments.readme:
+    if arguments.docs:
         renew("scaling", "scaling.py", text)
 
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs all experiments of the paper; tables, reports, plots and fields go to a folder, and the README's tables of them are
-# renewed. About half an hour on two cores.
+# Runs all experiments of the paper; tables, reports, plots and fields go to a folder, and the tables of them
+# in docs/experiments.md are renewed. About half an hour on two cores.
 set -euo pipefail
 folder=${1:?usage: scripts/study.sh DIR [NAME...]}
 shift
@@ -21,4 +21,4 @@ for name in "$@"; do
     target/release/isomend study "${name%%-*}" --csv "$folder/$name.csv" --json "$folder/$name.json" \
         --plot "$folder/$name.svg" "${options[@]}" | tee "$folder/$name.txt" || [ $? -eq 3 ]
 done
-python3 scripts/readme_studies.py "$folder"
+python3 scripts/study_tables.py "$folder"

@@ -1,12 +1,14 @@
 #!/usr/bin/env bash
-# All tests: those of cargo, then in a venv made here the cross-check of written files by trimesh and MeshLab, and the report in
-# a headless Chromium where there is one. With CI=true a check that cannot run is a failure; else it is left out, which is said.
+# All tests: those of cargo, the commands of the pages, then in a venv made here the cross-check of written files by trimesh and
+# MeshLab, and the report in a headless Chromium where there is one. With CI=true a check that cannot run is a failure; else it
+# is left out, which is said.
 # Needs Rust, a C compiler and Python 3.11 or newer.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 cargo test --release
 cargo build --release
+python3 scripts/check_docs.py
 
 python=.venv/bin/python
 wanted=$(cat scripts/requirements.txt)

@@ -96,7 +96,11 @@ pub use pipeline::{
     restore_with_progress,
 };
 
-/// The README's examples, run as tests.
+/// The examples of the pages, run as tests.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
+mod pages {
+    #[doc = include_str!("../README.md")]
+    struct Readme;
+    #[doc = include_str!("../docs/library.md")]
+    struct Library;
+}

@@ -1,4 +1,4 @@
-//! Reports as JSON. The README describes the fields; they are kept stable.
+//! Reports as JSON. `docs/json.md` describes the fields; they are kept stable.
 
 use std::cell::RefCell;
 use std::convert::Infallible;

@@ -1,4 +1,4 @@
-"""Renews the README's tables of `isomend study` from the reports of a folder: `scripts/readme_studies.py DIR`.
+"""Renews the tables of `isomend study` in docs/experiments.md: `scripts/study_tables.py DIR` reads the reports in a folder.
 
 `scripts/study.sh DIR` makes the reports and calls this. Tables whose report is not in the folder stay as they are.
 """
@@ -8,7 +8,7 @@ import math
 import pathlib
 import sys
 
-from readme import renew
+from tables import renew
 
 EXPERIMENTS = ["cap", "table1", "circle", "graph", "merge", "orthogonal", "surfaces"]
 
@@ -77,7 +77,7 @@ def main():
     paths = [folder / f"{name}.json" for name in EXPERIMENTS]
     if all(path.exists() for path in paths):
         studies = [json.loads(path.read_text()) for path in paths]
-        renew("experiments", "readme_studies.py", "\n".join(claims(studies)))
+        renew("experiments", "study_tables.py", "\n".join(claims(studies)))
     for name, make in [
         ("patches", errors),
         ("patches-curvature-variation", errors),
@@ -85,7 +85,7 @@ def main():
     ]:
         path = folder / f"{name}.json"
         if path.exists():
-            renew(name, "readme_studies.py", "\n".join(make(json.loads(path.read_text()))))
+            renew(name, "study_tables.py", "\n".join(make(json.loads(path.read_text()))))
 
 
 if __name__ == "__main__":

@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
-# Renews all tables and pictures of the README: scripts/renew_readme.sh DIR
+# Renews all tables and pictures of the README and of docs: scripts/renew_docs.sh DIR
 #
 # DIR takes a Python environment with what the scripts name in their first lines, and the reports, plots and fields of the
 # experiments. An hour or two on two cores; leave the machine alone meanwhile, since many of the figures are times. For the
 # tables beside CGAL its headers are needed (Debian: libcgal-dev), for the picture of a report Chromium.
 set -euo pipefail
-folder=${1:?usage: scripts/renew_readme.sh DIR}
+folder=${1:?usage: scripts/renew_docs.sh DIR}
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 cd "$(dirname "$0")/.."
 
-scripts=(accuracy compare_libigl bench_peers scaling readme_picture readme_report)
+scripts=(accuracy compare_libigl bench_peers scaling readme_picture report_picture)
 python=$folder/venv/bin/python
 [ -x "$python" ] || python3 -m venv "$folder/venv"
 needed() {
@@ -29,7 +29,7 @@ needed "${scripts[@]}" > "$folder/requirements.txt"
 cargo build --release
 scripts/study.sh "$folder"
 for name in accuracy compare_libigl bench_peers scaling; do
-    "$python" "scripts/$name.py" --readme
+    "$python" "scripts/$name.py" --docs
 done
 "$python" scripts/readme_picture.py
-"$python" scripts/readme_report.py
+"$python" scripts/report_picture.py

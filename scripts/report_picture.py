@@ -2,9 +2,9 @@
 # requires-python = ">=3.11"
 # dependencies = ["pillow==13.0.0", "websocket-client==1.9.2"]
 # ///
-"""Draw data/report.png, the README's picture of a report: the page of data/scan.ply in headless Chromium.
+"""Draw data/report.png, the picture of a report in docs/options.md: the page of data/scan.ply in headless Chromium.
 
-    cargo build --release && python3 scripts/readme_report.py [--isomend PROGRAM]"""
+    cargo build --release && python3 scripts/report_picture.py [--isomend PROGRAM]"""
 
 import argparse
 import io

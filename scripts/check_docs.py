@@ -1,0 +1,140 @@
+"""Check the pages: their commands run, their links lead somewhere, their tables are those of the scripts, the README is short.
+
+    cargo build --release && python3 scripts/check_docs.py [--isomend PROGRAM] [PAGE...]
+
+Commands run in a folder of their own, one for each page, in the order of the page; those of `isomend study`, which take
+minutes, are only parsed, and what follows a `|` is left out where there is no such program. Output that a page shows behind
+`$ COMMAND` must be what comes. It needs nothing beside Python."""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from summary import summary
+from tables import PAGES, ROOT, cells, split
+
+MOST_BYTES = 12_000
+HELPERS = ("jq", "man")
+COMMANDS = ("fill", "restore", "fair", "inspect", "compare", "study", "sdf", "surface", "completions", "man")
+
+
+def blocks(text, language):
+    return re.findall(rf"^```{language}\n(.*?)^```$", text, re.M | re.S)
+
+
+def anchors(page):
+    """The anchors of a page's headings, as code hosts make them."""
+    headings = re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.M | re.S), re.M)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def check_links(page):
+    wrong = []
+    for link in re.findall(r"\]\(([^)\s]+)\)", page.read_text()):
+        if "://" in link:
+            continue
+        path, _, anchor = link.partition("#")
+        target = (page.parent / path) if path else page
+        if not target.exists() or (anchor and anchor not in anchors(target)):
+            wrong.append(f"the link {link} leads nowhere")
+    return wrong
+
+
+def commands(text):
+    """The commands of a page with what they are to print, if that is told."""
+    found = []
+    for match in re.finditer(r"^```(sh|console)\n(.*?)^```$", text, re.M | re.S):
+        if match[1] == "console":
+            line, _, output = match[2].partition("\n")
+            found.append((line.removeprefix("$ "), output))
+        else:
+            found += [(line.split("  #")[0].strip(), None) for line in match[2].splitlines()]
+    return [(line, output) for line, output in found if line.split(" ")[0] in ("isomend", "mkdir")]
+
+
+def run(line, folder, environment):
+    return subprocess.run(["bash", "-o", "pipefail", "-c", line], cwd=folder, env=environment, capture_output=True, text=True)
+
+
+def check_commands(text, program):
+    wrong = []
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        (folder / "bin").mkdir()
+        (folder / "bin/isomend").symlink_to(program)
+        desk = folder / "desk"
+        desk.mkdir()
+        (desk / "data").symlink_to(ROOT / "data")
+        environment = os.environ | {"PATH": f"{folder / 'bin'}:{os.environ['PATH']}", "HOME": str(folder)}
+        todo = commands(text)
+        for number, options in enumerate(blocks(text, "toml")):
+            if "[fill]" in options:
+                (desk / f"{number}.toml").write_text(options)
+                todo.append((f"isomend fill data/scan.ply --dry-run --config {number}.toml", None))
+        for line, output in todo:
+            for name in HELPERS:
+                if not shutil.which(name):
+                    line = line.split(f" | {name} ")[0]
+            done = run(f"{line} --help" if line.startswith("isomend study") else line, desk, environment)
+            if done.returncode:
+                wrong.append(f"'{line}' ended with {done.returncode}: {done.stderr.strip()}")
+            elif output is not None and done.stdout != output:
+                wrong.append(f"'{line}' prints something else now:\n{done.stdout}")
+    return wrong
+
+
+def check_options(text, program):
+    """Every option of every command is told of, and there is every option that is told of."""
+    there = set()
+    for command in COMMANDS:
+        text_of = subprocess.run([program, command, "--help"], capture_output=True, text=True, check=True).stdout
+        there |= set(re.findall(r"^ +(?:-\w, )?(--[a-z][a-z0-9-]*)", text_of, re.M))
+    text = re.sub(r"\]\([^)]*\)", "", text)
+    told = set(re.findall(r"--[a-z][a-z0-9-]*", text)) | {"--finest", "--csv", "--plot", "--series"}
+    return [f"the option {o} is not told of" for o in sorted(there - told - {"--quiet", "--verbose"})] + [
+        f"there is no option {o}" for o in sorted(told - there - {"--version"})
+    ]
+
+
+def check_tables():
+    wrong = []
+    for name, page in PAGES.items():
+        script = re.search(rf"<!-- {name}: scripts/(\S+) -->", (ROOT / page).read_text())
+        if not script or not (ROOT / "scripts" / script[1]).exists():
+            wrong.append(f"{page} has no table {name} of a script")
+        elif not cells(name, script[1]):
+            wrong.append(f"the table {name} in {page} is empty")
+    if split("summary", "summary.py")[2] != summary():
+        wrong.append("the table of README.md is not that of docs/speed.md: run scripts/summary.py")
+    return wrong
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend", help="the program")
+    parser.add_argument("pages", nargs="*", type=Path, help="pages whose commands are run [default: all]")
+    arguments = parser.parse_args()
+    program = arguments.isomend.resolve()
+    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+    wrong = check_tables()
+    size = (ROOT / "README.md").stat().st_size
+    if size > MOST_BYTES:
+        wrong.append(f"README.md has {size} bytes, more than {MOST_BYTES}")
+    wrong += check_options((ROOT / "docs/options.md").read_text(), program)
+    for page in pages:
+        found = check_links(page)
+        if not arguments.pages or page in [p.resolve() for p in arguments.pages]:
+            found += check_commands(page.read_text(), program)
+        wrong += [f"{page.relative_to(ROOT)}: {what}" for what in found]
+    if wrong:
+        sys.exit("\n".join(wrong))
+    print(f"{len(pages)} pages are as they should be")
+
+
+if __name__ == "__main__":
+    main()
