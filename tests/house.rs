@@ -49,7 +49,7 @@ impl Source {
     fn definition(&self, path: &Module) -> Option<Module> {
         let depth = (0..=path.len())
             .rev()
-            .find(|&n| self.files.contains_key(&path[..n].to_vec()))?;
+            .find(|&n| self.files.contains_key(&path[..n]))?;
         let module = path[..depth].to_vec();
         let name = path.get(depth);
         if let Some(name) = name.filter(|_| self.is_folder(&module)) {

@@ -8,7 +8,7 @@ use isomend::mesh::attributes::{Attribute, Attributes, LabelKind, Labels, Role, 
 use isomend::mesh::mask::{Mask, Selection, Selector};
 use isomend::{Mesh, RestoreParams};
 
-use crate::cli::mask::{Colour, Numbers, numbers};
+use crate::cli::mask::{BallArg, BoxArg, Colour, numbers};
 use crate::shapes;
 
 /// Marks faces of a small mesh, measures them, and plans to restore them; then reads the bytes that are left as the
@@ -22,8 +22,8 @@ pub fn mask(data: &[u8]) {
         apply(&mask, &mesh, &attributes);
     }
     let text = String::from_utf8_lossy(input.take_rest());
-    let _ = text.parse::<Numbers<6>>();
-    let _ = text.parse::<Numbers<4>>();
+    let _ = text.parse::<BoxArg>();
+    let _ = text.parse::<BallArg>();
     let _ = text.parse::<Colour>();
     let _ = numbers(&text, "faces.txt");
 }

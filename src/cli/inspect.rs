@@ -11,7 +11,7 @@ use isomend::mesh::mask::Selection;
 use isomend::report::{chain_lines, defect_lines, hole_table, length, point};
 
 use super::console::{self, Console};
-use super::json::{InspectDocument, Target, bounds};
+use super::json::{InspectDocument, Target};
 use super::mask::{Marked, MaskArgs};
 use super::report::ReportArgs;
 use super::{CommonArgs, End, input};
@@ -98,7 +98,7 @@ fn mask_line(mask: &Selection, missed: &[String]) -> String {
 
 fn table(loaded: &Loaded, found: &Inspection) -> String {
     let pieces = found.topology.piece_faces.len();
-    let [low, high] = bounds(&loaded.mesh);
+    let [low, high] = loaded.mesh.bounds();
     let size = high - low;
     let mut text = String::new();
     let mut line = |line: String| {

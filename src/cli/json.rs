@@ -255,7 +255,7 @@ impl<'a> InspectDocument<'a> {
             notes: &loaded.notes,
             vertices: loaded.mesh.positions.len(),
             faces: loaded.mesh.faces.len(),
-            bounds: bounds(&loaded.mesh),
+            bounds: loaded.mesh.bounds(),
             pieces: found.topology.piece_faces.len(),
             piece_faces: &found.topology.piece_faces,
             defects: found.topology.defects,
@@ -264,11 +264,4 @@ impl<'a> InspectDocument<'a> {
             mask,
         }
     }
-}
-
-/// Smallest and largest coordinates of the vertices that faces use.
-pub fn bounds(mesh: &Mesh) -> [DVec3; 2] {
-    let used = mesh.faces.iter().flatten();
-    let (low, high) = isomend::mesh::bounds(used.map(|&v| mesh.positions[v as usize]));
-    [low, high]
 }

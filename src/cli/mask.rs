@@ -14,7 +14,6 @@ use isomend::report::missed_lines;
 use isomend::spatial::{Bvh, WindingTree};
 
 use super::arguments;
-use super::json::bounds;
 
 /// Options that choose faces; what several of them choose adds up.
 #[derive(Clone, Debug, Default, Args)]
@@ -70,7 +69,7 @@ fn separated<const N: usize>(text: &str) -> Result<[f64; N], String> {
 
 /// A box by its corners.
 #[derive(Clone, Copy, Debug)]
-struct BoxArg([DVec3; 2]);
+pub struct BoxArg([DVec3; 2]);
 
 impl BoxArg {
     fn selector(self) -> Selector {
@@ -92,7 +91,7 @@ impl FromStr for BoxArg {
 
 /// A ball by its centre and radius.
 #[derive(Clone, Copy, Debug)]
-struct BallArg(DVec3, f64);
+pub struct BallArg(DVec3, f64);
 
 impl BallArg {
     fn selector(self) -> Selector {
@@ -238,7 +237,7 @@ fn within(path: &Path) -> anyhow::Result<(Selector, [DVec3; 2])> {
     let bvh = Bvh::new(&found.mesh, 0..found.mesh.faces.len() as u32);
     let tree = WindingTree::new(&bvh);
     let selector = Selector::Inside(Arc::new(move |p| tree.winding_number(&bvh, p).abs() > 0.5));
-    Ok((selector, bounds(&loaded.mesh)))
+    Ok((selector, loaded.mesh.bounds()))
 }
 
 /// Face numbers from the text of a file of that name: a JSON array, or one on each line, with `#` before remarks.

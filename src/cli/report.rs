@@ -13,7 +13,7 @@ use isomend::report::view::{Change, Scene};
 use isomend::report::{FillReport, HoleOutcome, HoleReport, point};
 use isomend::{Inspection, Mesh};
 
-use super::json::{Target, bounds};
+use super::json::Target;
 use super::output;
 
 /// Most faces that are drawn.
@@ -204,7 +204,7 @@ impl Drawn<'_> {
 
 /// The page of a mesh that is only looked at.
 fn page_of_one(input: &Path, loaded: &Loaded, found: &Inspection, scene: &Scene) -> String {
-    let [low, high] = bounds(&loaded.mesh);
+    let [low, high] = loaded.mesh.bounds();
     let size = low.distance(high);
     let mut facts = vec![
         ("input", input.display().to_string()),

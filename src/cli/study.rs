@@ -92,10 +92,7 @@ pub fn run(args: &StudyArgs, console: &Console) -> anyhow::Result<End> {
         folder: args.series.as_deref(),
         written: Mutex::new(BTreeMap::new()),
     };
-    let report = match experiment(args, &recorder) {
-        Ok(report) => report,
-        Err(error) => return Err(error.into()),
-    };
+    let report = experiment(args, &recorder)?;
     recorder.finish()?;
     if let Some(path) = &args.csv {
         output::write_text(path, &report.csv())?;

@@ -50,6 +50,16 @@ impl Mesh {
         Self { positions, faces }
     }
 
+    /// Smallest and largest coordinates of the vertices that faces use; infinite, the wrong way round, where there are none.
+    ///
+    /// # Panics
+    /// When a face uses a vertex that there is not.
+    pub fn bounds(&self) -> [DVec3; 2] {
+        let used = self.faces.iter().flatten();
+        let (low, high) = bounds(used.map(|&v| self.positions[v as usize]));
+        [low, high]
+    }
+
     /// The corners of a face.
     ///
     /// # Panics
