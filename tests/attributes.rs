@@ -534,3 +534,37 @@ fn faces_taken_out_of_a_document_are_gone_where_they_were_only() {
         assert_eq!(again.mesh.positions, cut.positions[..n]);
     }
 }
+
+#[test]
+fn values_without_a_name_get_one_where_a_format_needs_it() {
+    let vtp = r#"<VTKFile type="PolyData" version="1.0" byte_order="LittleEndian"><PolyData>
+        <Piece NumberOfPoints="3" NumberOfPolys="1">
+        <PointData><DataArray type="Float64" Name="" format="ascii">1 2 3</DataArray></PointData>
+        <Points><DataArray type="Float32" NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0</DataArray></Points>
+        <Polys><DataArray type="Int32" Name="connectivity" format="ascii">0 1 2</DataArray>
+        <DataArray type="Int32" Name="offsets" format="ascii">3</DataArray></Polys></Piece></PolyData></VTKFile>"#;
+    let nothing = &no_side_files;
+    let loaded = read_bytes(vtp.as_bytes(), Format::Vtp, nothing).unwrap();
+    for format in [Format::Ply, Format::Vtk, Format::Vtp] {
+        for ascii in [false, true] {
+            let options = WriteOptions {
+                ascii,
+                ..WriteOptions::default()
+            };
+            let model = Model {
+                mesh: &loaded.mesh,
+                attributes: &loaded.attributes,
+                document: None,
+            };
+            let bytes = model_to_bytes(&model, format, &options).unwrap().bytes;
+            let again = read_bytes(&bytes, format, nothing).unwrap();
+            let values = &again.attributes.vertex;
+            assert_eq!(values.len(), 1, "{format}");
+            assert_eq!(
+                values[0].get(2),
+                loaded.attributes.vertex[0].get(2),
+                "{format}"
+            );
+        }
+    }
+}

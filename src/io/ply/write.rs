@@ -138,7 +138,9 @@ fn usual_name(attribute: &Attribute, component: usize) -> String {
         Role::Other => {
             let word = |c: char| if c.is_ascii_graphic() { c } else { '_' };
             let name: String = attribute.name.chars().map(word).collect();
-            if attribute.components == 1 {
+            if name.is_empty() && attribute.components == 1 {
+                "unnamed".to_owned()
+            } else if attribute.components == 1 {
                 name
             } else {
                 format!("{name}_{component}")

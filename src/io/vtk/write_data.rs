@@ -34,7 +34,12 @@ fn items(attributes: &[&Attribute], format: Format, of_points: bool) -> Vec<Item
     let (mut names, mut uses) = (text::Distinct::default(), Vec::new());
     let (mut items, mut field) = (Vec::new(), Vec::new());
     for attribute in attributes {
-        let name = names.name(name(attribute));
+        let mut name = name(attribute);
+        if name.is_empty() && format == Format::Vtk {
+            // An empty name would leave the array without one of its words.
+            name = "unnamed".to_owned();
+        }
+        let name = names.name(name);
         let mut use_ = use_of(attribute, of_points);
         if uses.contains(&use_) {
             use_ = VtkUse::Plain;
