@@ -187,3 +187,25 @@ fn meshes_that_cannot_be_measured_are_refused_by_the_library_too() {
         assert!(error.contains(words), "{error}");
     }
 }
+
+#[test]
+fn small_rims_far_apart_share_a_lattice_that_fits() {
+    // Two small spheres with a hole each, far apart, that are to be bridged.
+    let small = cut(&sphere(6), |p| polar(p) < 40.0);
+    let mut mesh = Mesh::default();
+    for away in [0.0, 1e9] {
+        let base = mesh.positions.len() as u32;
+        let there = small.positions.iter().map(|p| *p + away * DVec3::Z);
+        mesh.positions.extend(there);
+        mesh.faces
+            .extend(small.faces.iter().map(|f| f.map(|v| v + base)));
+    }
+    let params = FillParams {
+        bridge: vec![vec![1, 2]],
+        ..FillParams::default()
+    };
+    let plan = isomend::plan(&mesh, &params).unwrap();
+    let dims = plan.regions[0].dims.unwrap();
+    let nodes: f64 = dims.iter().map(|&n| n as f64).product();
+    assert!(nodes > 0.0 && nodes < 3e10, "{dims:?}");
+}

@@ -50,6 +50,12 @@ impl Lattice {
         (p - self.origin) / self.voxel
     }
 
+    /// About how many blocks of nodes the lattice round a box with `margin` on all sides has.
+    pub fn blocks(low: DVec3, high: DVec3, margin: DVec3, voxel: f64) -> f64 {
+        let nodes = ((high - low + 2.0 * margin) / voxel).ceil() + 1.0;
+        (nodes / f64::from(BLOCK)).ceil().element_product()
+    }
+
     /// The lattice round a box with `margin` on all sides, and its size in nodes: whole blocks.
     pub fn around(low: DVec3, high: DVec3, margin: DVec3, voxel: f64) -> (Self, NodeIndex) {
         let nodes = ((high - low + 2.0 * margin) / voxel).ceil() + 1.0;

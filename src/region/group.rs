@@ -31,6 +31,9 @@ const FINEST: f64 = 1024.0;
 /// Free space round the rims: this part of the diameter, and this many coarse voxels.
 const MARGIN_PART: f64 = 0.5;
 const MARGIN_NODES: f64 = 7.0;
+/// Most blocks of nodes of a region's box on its coarsest level, which is sampled as a whole: 16 million nodes. A hole gets about
+/// 1300, facing rims a few diameters apart up to 1e5.
+const MOST_BLOCKS: f64 = 2.5e5;
 /// Less where the rims themselves reach far: by this part of their extent, to this part of the diameter.
 const MARGIN_TAKEN: f64 = 0.35;
 const LEAST_MARGIN: f64 = 0.15;
@@ -281,8 +284,14 @@ impl Region {
         // Along a rim that is wide already the surface bulges less far beyond it.
         let bulge = (MARGIN_PART * widest - MARGIN_TAKEN * (high - low))
             .max(DVec3::splat(LEAST_MARGIN * widest));
-        let margin = growth * bulge + MARGIN_NODES * coarse;
-        let (lattice, dims) = Lattice::around(low, high, margin, coarse);
+        let margin = |coarse: f64| growth * bulge + MARGIN_NODES * coarse;
+        let blocks = |coarse: f64| Lattice::blocks(low, high, margin(coarse), coarse);
+        // Rims that are far apart for their size, such as specks that one cut left on both sides of a model.
+        let (mut voxel, mut coarse) = (voxel, coarse);
+        while blocks(coarse) > MOST_BLOCKS && coarse < (high - low).max_element() {
+            (voxel, coarse) = (2.0 * voxel, 2.0 * coarse);
+        }
+        let (lattice, dims) = Lattice::around(low, high, margin(coarse), coarse);
         Self {
             holes: group.to_vec(),
             diameter,
