@@ -13,7 +13,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// The part with the given faces, in rising order, and the given vertices beside theirs.
+    /// The part with the given faces, in the order given, and the given vertices beside theirs.
     ///
     /// # Panics
     /// When a number is past the end of the faces or of the positions.

@@ -40,6 +40,8 @@ pub(super) struct Watch<'a> {
     progress: &'a Progress<'a>,
     /// The work that each region is expected to be.
     work: Vec<f64>,
+    /// The sum of it.
+    all: f64,
     /// Regions done, and their work.
     done: Mutex<(usize, f64)>,
     stop: AtomicBool,
@@ -49,6 +51,7 @@ impl<'a> Watch<'a> {
     pub(super) fn new(progress: &'a Progress<'a>, work: Vec<f64>) -> Self {
         Self {
             progress,
+            all: work.iter().sum(),
             work,
             done: Mutex::new((0, 0.0)),
             stop: AtomicBool::new(false),
@@ -81,12 +84,11 @@ impl<'a> Watch<'a> {
 
     fn tell(&self, event: Event) -> bool {
         let (done, work) = *self.done.lock().unwrap_or_else(PoisonError::into_inner);
-        let all: f64 = self.work.iter().sum();
         let step = Step {
             done,
             all: self.work.len(),
-            part: if all > 0.0 {
-                (work / all).min(1.0)
+            part: if self.all > 0.0 {
+                (work / self.all).min(1.0)
             } else {
                 1.0
             },

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::intersect::intersecting;
-use crate::mesh::{Mesh, welded};
+use crate::mesh::{Mesh, Part, welded};
 use crate::spatial::{Bounds, BoxTree};
 
 /// For each patch of a mesh the number of its faces that intersect another face of the mesh.
@@ -20,13 +20,13 @@ pub fn count_crossing(mesh: &Mesh, kept: usize, patches: &[usize]) -> Vec<usize>
     let fresh = &mesh.faces[kept..kept + new];
     let boxes: Vec<Bounds> = fresh.iter().map(bounds).collect();
     let tree = BoxTree::new(&boxes);
-    let near: Vec<[u32; 3]> = mesh.faces[..kept]
-        .par_iter()
-        .filter(|f| tree.find(&boxes, &bounds(f), |_| true).is_some())
-        .copied()
-        .collect();
-    let part = Mesh::new(Vec::new(), [fresh, &near].concat());
-    let part = welded(&compact(mesh, part)).0;
+    let mut faces: Vec<u32> = (kept as u32..(kept + new) as u32).collect();
+    let near = |f: &u32| {
+        let around = bounds(&mesh.faces[*f as usize]);
+        tree.find(&boxes, &around, |_| true).is_some()
+    };
+    faces.par_extend((0..kept as u32).into_par_iter().filter(near));
+    let part = welded(&Part::new(mesh, &faces, std::iter::empty()).mesh).0;
     let mut counts = vec![0; patches.len()];
     let ends: Vec<usize> = patches
         .iter()
@@ -39,18 +39,6 @@ pub fn count_crossing(mesh: &Mesh, kept: usize, patches: &[usize]) -> Vec<usize>
         counts[ends.partition_point(|&end| end <= face as usize)] += 1;
     }
     counts
-}
-
-/// Gives some faces of a mesh positions of their own.
-fn compact(mesh: &Mesh, mut part: Mesh) -> Mesh {
-    let mut used: Vec<u32> = part.faces.iter().flatten().copied().collect();
-    used.sort_unstable();
-    used.dedup();
-    part.positions = used.iter().map(|&v| mesh.positions[v as usize]).collect();
-    for v in part.faces.iter_mut().flatten() {
-        *v = used.partition_point(|u| u < v) as u32;
-    }
-    part
 }
 
 #[cfg(test)]
