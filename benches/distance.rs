@@ -10,7 +10,7 @@ mod common;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isomend::glam::DVec3;
 use isomend::grid::SparseGrid;
-use isomend::pipeline::volume::{VolumeParams, signed_distance_volume};
+use isomend::mend::volume::{VolumeParams, signed_distance_volume};
 use isomend::sdf::redistance;
 use isomend::spatial::{Bvh, WindingTree};
 use isomend::{Mesh, VoxelSize};
@@ -69,10 +69,9 @@ fn volumes(criterion: &mut Criterion) {
     let (mesh, voxel) = (torus(), 3.0 * VOXEL);
     let mut group = common::group(criterion, "volumes");
     for (name, band) in [("full", None), ("band", Some(3.0 * voxel))] {
-        let params = VolumeParams {
-            voxel: VoxelSize::Length(voxel),
-            band,
-        };
+        let mut params = VolumeParams::default();
+        params.voxel = VoxelSize::Length(voxel);
+        params.band = band;
         let volume = || signed_distance_volume(&mesh, &params).expect("a sound mesh");
         group.throughput(Throughput::Elements(volume().values.len() as u64));
         group.bench_function(name, |b| b.iter(volume));

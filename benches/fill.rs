@@ -18,10 +18,8 @@ fn voxels(criterion: &mut Criterion) {
     let mesh = common::open_ball(30);
     let mut group = common::group(criterion, "fill, voxels across");
     for across in [16, 32, 64, 128] {
-        let params = FillParams {
-            voxel: VoxelSize::Length(1.0 / f64::from(across)),
-            ..FillParams::default()
-        };
+        let mut params = FillParams::default();
+        params.voxel = VoxelSize::Length(1.0 / f64::from(across));
         group.bench_function(across.to_string(), |b| b.iter(|| run(&mesh, &params)));
     }
 }
@@ -31,10 +29,8 @@ fn triangles(criterion: &mut Criterion) {
     let mut group = common::group(criterion, "fill, triangles");
     for n in [24, 71, 224] {
         let mesh = common::with_holes(n, 5, 0.995);
-        let params = FillParams {
-            voxel: VoxelSize::Length(0.2 / 32.0),
-            ..FillParams::default()
-        };
+        let mut params = FillParams::default();
+        params.voxel = VoxelSize::Length(0.2 / 32.0);
         group.bench_function(mesh.faces.len().to_string(), |b| {
             b.iter(|| run(&mesh, &params))
         });

@@ -12,7 +12,7 @@ use isomend::glam::DVec3;
 use isomend::grid::Volume;
 use isomend::sdf::{RimSet, Sampler};
 use isomend::stitch::{StitchInput, StitchParams, Surface, stitch};
-use isomend::{Mesh, inspect};
+use isomend::{Inspection, Mesh};
 
 /// The values of a function on `nodes`³ nodes of the cube from −`half` to `half`.
 fn volume(nodes: usize, half: f64, value: impl Fn(DVec3) -> f64) -> Volume {
@@ -69,7 +69,7 @@ impl Surface for Ball<'_> {
 fn stitching(criterion: &mut Criterion) {
     let mut group = common::group(criterion, "stitching");
     for (n, nodes) in [(20, 48), (60, 144)] {
-        let found = inspect(&common::open_ball(n)).expect("a sound mesh");
+        let found = Inspection::new(common::open_ball(n)).expect("a sound mesh");
         let sampler = Sampler::new(&found.mesh, &found.topology);
         let rims = RimSet::new(found.holes.iter(), true);
         let field = volume(nodes, 1.25, |p| p.length() - 1.0);

@@ -5,9 +5,9 @@ use std::error::Error;
 use std::path::Path;
 
 use isomend::io::{Model, Precision, WriteOptions, read_path, write_model};
-use isomend::report::{FillReport, summary_lines};
+use isomend::report::summary_lines;
 use isomend::stitch::attributes::transfer;
-use isomend::{FillParams, fill, inspect};
+use isomend::{Control, FillParams, FillReport, inspect};
 
 /// Fills the holes of `input` that are at most so wide, in the mesh's units, and writes `output` in the format of its
 /// extension.
@@ -18,11 +18,9 @@ pub fn run(input: &Path, output: &Path, widest: f64) -> Result<FillReport, Box<d
         .holes
         .iter()
         .filter(|hole| !hole.outer_border && hole.diameter <= widest);
-    let params = FillParams {
-        holes: Some(chosen.map(|hole| hole.id).collect()),
-        ..FillParams::default()
-    };
-    let filled = fill(&loaded.mesh, &params)?;
+    let mut params = FillParams::default();
+    params.holes = Some(chosen.map(|hole| hole.id).collect());
+    let filled = found.fill(&params, &Control::new())?;
     let done = transfer(&loaded.mesh, &loaded.attributes, filled.mesh);
     let model = Model {
         mesh: &done.mesh,

@@ -71,33 +71,36 @@ pub mod compare;
 pub mod extract;
 pub mod flow;
 pub mod grid;
+#[cfg(feature = "io")]
 pub mod io;
+#[cfg(all(feature = "io", feature = "report"))]
+pub mod job;
 pub mod linalg;
+pub mod mend;
 pub mod mesh;
-pub mod params;
-pub mod pipeline;
 pub mod region;
+#[cfg(feature = "report")]
 pub mod report;
 pub mod sdf;
 pub mod spatial;
 pub mod stitch;
+#[cfg(feature = "study")]
 pub mod study;
 
+pub use flow::{Energy, Variant};
 pub use glam;
+pub use mend::{
+    Cancel, ClosedBy, Control, Event, FailedReason, FairError, FairExtent, FairParams, FairReport,
+    Faired, FillError, FillParams, FillReport, Filled, HoleOutcome, HoleReport, Inspection,
+    LeftReason, Progress, RegionPatch, RegionReport, RegionTask, Regions, RestoreError,
+    RestoreParams, RestoreReport, Restored, Step, SurfaceKind, Tally, TriangulatedReason,
+    TryFailure, fair, fill, inspect, restore,
+};
 pub use mesh::Mesh;
-pub use params::{FillParams, SurfaceKind, VoxelSize};
-pub use pipeline::{
-    FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, fair, fair_with_progress,
-    plan_fair,
-};
-pub use pipeline::{FillError, Filled, Inspection, fill, fill_with_progress, inspect, plan};
-pub use pipeline::{
-    RestoreError, RestoreParams, RestorePlan, RestoreReport, Restored, plan_restore, restore,
-    restore_with_progress,
-};
+pub use region::VoxelSize;
 
 /// The examples of the pages, run as tests.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "cli"))]
 mod pages {
     #[doc = include_str!("../README.md")]
     struct Readme;

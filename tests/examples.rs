@@ -14,9 +14,9 @@ use std::fmt::Write;
 use std::fs;
 
 use glam::DVec3;
+use isomend::HoleOutcome;
 use isomend::io::read_path;
 use isomend::mesh::attributes::Role;
-use isomend::report::HoleOutcome;
 
 #[test]
 fn a_ball_without_its_top_is_filled_to_the_sphere() {

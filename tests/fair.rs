@@ -46,10 +46,9 @@ fn rms(mesh: &Mesh, distance: impl Fn(DVec3) -> f64) -> f64 {
 type Case = (Mesh, fn(DVec3) -> f64, i64);
 
 fn strength(length: f64) -> FairParams {
-    FairParams {
-        extent: FairExtent::Strength(length),
-        ..FairParams::default()
-    }
+    let mut params = FairParams::default();
+    params.extent = FairExtent::Strength(length);
+    params
 }
 
 fn assert_closed(mesh: &Mesh, euler: i64) {
@@ -108,10 +107,8 @@ fn a_sphere_stays_and_strength_is_a_time() {
     assert!(rms(&by_strength.mesh, |p| p.length() - 1.0) < 4e-3);
     let time = (length / std::f64::consts::TAU).powi(4);
     assert!((by_strength.report.time / time - 1.0).abs() < 1e-12);
-    let by_time = FairParams {
-        extent: FairExtent::Time(time),
-        ..FairParams::default()
-    };
+    let mut by_time = FairParams::default();
+    by_time.extent = FairExtent::Time(time);
     let by_time = fair(&mesh, None, &by_time).expect("a faired mesh");
     assert!((by_time.report.strength / length - 1.0).abs() < 1e-12);
     let steps = |r: &FairReport| r.fill.regions[0].levels[0].flow.steps.len();
@@ -224,10 +221,8 @@ fn what_makes_no_sense_is_refused() {
         error,
         FairError::Restore(RestoreError::NothingMarked)
     ));
-    let tiny = FairParams {
-        voxel: isomend::VoxelSize::Length(1e-5),
-        ..FairParams::default()
-    };
+    let mut tiny = FairParams::default();
+    tiny.voxel = isomend::VoxelSize::Length(1e-5);
     let error = fair(&mesh, None, &tiny).unwrap_err();
     assert!(matches!(error, FairError::TooFine { .. }), "{error}");
     let cap = shapes::cut(&mesh, |p| p.z < 0.8);

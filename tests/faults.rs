@@ -9,8 +9,7 @@ use desk::{Desk, ball, bytes};
 use glam::DVec3;
 use isomend::io::Format;
 use isomend::mesh::ChainReason;
-use isomend::report::HoleOutcome;
-use isomend::{FillParams, Mesh, fill, inspect};
+use isomend::{FillParams, HoleOutcome, Mesh, fill, inspect};
 use shapes::{cut, polar, sphere};
 
 /// Far more than these fills take, and far less than they took.
@@ -200,11 +199,9 @@ fn small_rims_far_apart_share_a_lattice_that_fits() {
         mesh.faces
             .extend(small.faces.iter().map(|f| f.map(|v| v + base)));
     }
-    let params = FillParams {
-        bridge: vec![vec![1, 2]],
-        ..FillParams::default()
-    };
-    let plan = isomend::plan(&mesh, &params).unwrap();
+    let mut params = FillParams::default();
+    params.bridge = vec![vec![1, 2]];
+    let plan = inspect(&mesh).unwrap().plan(&params).unwrap();
     let dims = plan.regions[0].dims.unwrap();
     let nodes: f64 = dims.iter().map(|&n| n as f64).product();
     assert!(nodes > 0.0 && nodes < 3e10, "{dims:?}");

@@ -6,8 +6,9 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 use isomend::io::{Format, Precision, WriteOptions, to_bytes};
-use isomend::report::{HoleOutcome, HoleReport};
-use isomend::{FillParams, Filled, Mesh, SurfaceKind, VoxelSize, fill, inspect};
+use isomend::{
+    FillParams, Filled, HoleOutcome, HoleReport, Mesh, SurfaceKind, VoxelSize, fill, inspect,
+};
 
 use shapes::{bits, cut, polar, topology, turn, turned};
 
@@ -177,10 +178,8 @@ fn a_closed_mesh_comes_back_as_it_is() {
 #[test]
 fn the_whole_level_set_covers_the_hole() {
     let mesh = turned(cut(&shapes::sphere(10), |p| polar(p) < 50.0));
-    let params = FillParams {
-        surface: SurfaceKind::Whole,
-        ..FillParams::default()
-    };
+    let mut params = FillParams::default();
+    params.surface = SurfaceKind::Whole;
     let filled = fill(&mesh, &params).unwrap();
     let top = turn() * DVec3::Z;
     let nearest = filled
@@ -267,10 +266,8 @@ fn patches_of_holes_that_touch_twice_have_no_edge_in_common() {
         }
     }
     // A voxel so coarse that no level set reaches the rims, which are triangulated then.
-    let params = FillParams {
-        voxel: VoxelSize::Length(0.69),
-        ..FillParams::default()
-    };
+    let mut params = FillParams::default();
+    params.voxel = VoxelSize::Length(0.69);
     let filled = fill(&mesh, &params).unwrap();
     let triangulated = |h: &HoleReport| matches!(h.outcome, HoleOutcome::Triangulated(_));
     assert!(filled.report.holes.len() == 2 && filled.report.holes.iter().all(triangulated));

@@ -155,10 +155,8 @@ fn damage_goes_as_well_as_a_hole_is_filled() {
     for case in cases() {
         let marked = ball(case.centre, case.radius, &case.mesh);
         let hole = shapes::cut(&case.mesh, |p| p.distance(case.centre) <= case.radius);
-        let params = FillParams {
-            holes: Some(holes_in(&hole, &case)),
-            ..FillParams::default()
-        };
+        let mut params = FillParams::default();
+        params.holes = Some(holes_in(&hole, &case));
         let filled = fill(&hole, &params).unwrap();
         let floor = rms(&case, &filled.mesh, hole.positions.len());
         for kind in ["dent", "bump", "noise"] {
@@ -195,10 +193,8 @@ fn the_shape_that_is_kept_loses_its_noise_only() {
     let marked = ball(case.centre, case.radius, &case.mesh);
     let error = |kind: &str, keep_shape: f64| {
         let mesh = damaged(case, kind);
-        let params = RestoreParams {
-            keep_shape,
-            ..RestoreParams::default()
-        };
+        let mut params = RestoreParams::default();
+        params.keep_shape = keep_shape;
         let restored = restore(&mesh, &marked, &params).unwrap();
         assert_kept(&mesh, &restored);
         rms(case, &restored.mesh, restored.kept.mesh.positions.len())
@@ -293,10 +289,8 @@ fn what_cannot_be_restored_is_refused() {
     let sheet = shapes::sheet(12);
     let border = refused(&sheet, &ball(DVec3::X, 0.4, &sheet));
     assert!(matches!(border, RestoreError::Border { .. }), "{border}");
-    let keep_shape = RestoreParams {
-        keep_shape: 1.5,
-        ..RestoreParams::default()
-    };
+    let mut keep_shape = RestoreParams::default();
+    keep_shape.keep_shape = 1.5;
     let marked = ball(DVec3::Z, 0.4, &mesh);
     let part = restore(&mesh, &marked, &keep_shape).unwrap_err();
     assert!(matches!(part, RestoreError::KeepShape(_)), "{part}");

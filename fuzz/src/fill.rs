@@ -7,8 +7,10 @@ use isomend::flow::Energy;
 use isomend::glam::DVec3;
 use isomend::io::{Format, WriteOptions, to_bytes};
 use isomend::mesh::weld_map;
-use isomend::report::{FillReport, HoleOutcome};
-use isomend::{FillParams, Inspection, Mesh, SurfaceKind, VoxelSize};
+use isomend::{
+    Control, FailedReason, FillParams, FillReport, HoleOutcome, Inspection, Mesh, SurfaceKind,
+    VoxelSize,
+};
 
 use crate::shapes;
 
@@ -23,9 +25,12 @@ pub fn fill(data: &[u8]) {
     let Ok(params) = params(&found, &mut input) else {
         return;
     };
-    let plan = isomend::plan(&mesh, &params).expect("what can be inspected can be planned");
+    let plan = found
+        .plan(&params)
+        .expect("what can be inspected can be planned");
     assert_eq!(plan.holes.len(), found.holes.len());
-    let filled = isomend::fill(&mesh, &params).expect("what can be inspected can be filled");
+    let filled = found.fill(&params, &Control::new());
+    let filled = filled.expect("what can be inspected can be filled");
     assert_eq!(filled.report.holes.len(), found.holes.len());
     check_report(&filled.report);
     assert!(
@@ -72,11 +77,9 @@ fn params(found: &Inspection, input: &mut Unstructured) -> Result<FillParams> {
         _ => VoxelSize::Auto,
     };
     let ids: Vec<usize> = found.holes.iter().map(|h| h.id).collect();
-    let mut params = FillParams {
-        voxel,
-        steps: Some(3),
-        ..FillParams::default()
-    };
+    let mut params = FillParams::default();
+    params.voxel = voxel;
+    params.steps = Some(3);
     let bits = input.arbitrary::<u8>()?;
     if bits & 1 == 1 {
         params.holes = Some(ids.clone());
@@ -105,13 +108,8 @@ fn check_report(report: &FillReport) {
         for value in [h.length, h.diameter, h.width, h.planarity] {
             assert!(value.is_finite(), "{what}: {value}");
         }
-        let reason = match &hole.outcome {
-            HoleOutcome::Filled => "by the level set",
-            HoleOutcome::Triangulated(why) | HoleOutcome::Left(why) | HoleOutcome::Failed(why) => {
-                why
-            }
-        };
-        assert!(!reason.is_empty() && reason != "not reached", "{what}");
+        let reached = hole.outcome != HoleOutcome::Failed(FailedReason::NotReached);
+        assert!(reached, "{what}");
         let closed = matches!(
             hole.outcome,
             HoleOutcome::Filled | HoleOutcome::Triangulated(_)
@@ -125,7 +123,7 @@ fn check_report(report: &FillReport) {
     for region in &report.regions {
         let values = [
             region.diameter,
-            region.voxel,
+            region.voxel.unwrap_or(0.0),
             region.seam_angle_mean.unwrap_or(0.0),
             region.seam_angle_max.unwrap_or(0.0),
             region.quality_mean,

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use arbitrary::{Result, Unstructured};
 use isomend::glam::DVec3;
+use isomend::job::parse_face_numbers;
 use isomend::mesh::attributes::{Attribute, Attributes, LabelKind, Labels, Role, Scalar};
 use isomend::mesh::mask::{Mask, Selection, Selector};
 use isomend::{Mesh, RestoreParams};
 
-use crate::cli::mask::{BallArg, BoxArg, Colour, numbers};
+use crate::cli::mask::{BallArg, BoxArg, Colour};
 use crate::shapes;
 
 /// Marks faces of a small mesh, measures them, and plans to restore them; then reads the bytes that are left as the
@@ -25,7 +26,7 @@ pub fn mask(data: &[u8]) {
     let _ = text.parse::<BoxArg>();
     let _ = text.parse::<BallArg>();
     let _ = text.parse::<Colour>();
-    let _ = numbers(&text, "faces.txt");
+    let _ = parse_face_numbers(&text, "faces.txt");
 }
 
 fn apply(mask: &Mask, mesh: &Mesh, attributes: &Attributes) {
@@ -50,7 +51,8 @@ fn apply(mask: &Mask, mesh: &Mesh, attributes: &Attributes) {
     let more = more.expect("it is the same but for the shrinking");
     let shrunk = marked.iter().zip(&more).all(|(m, n)| *n || !*m);
     assert!(shrunk, "shrinking marks a face");
-    if let Ok(plan) = isomend::plan_restore(mesh, &marked, &RestoreParams::default()) {
+    let found = isomend::inspect(mesh).expect("it has faces, and their vertices are finite");
+    if let Ok(plan) = found.plan_restore(&marked, &RestoreParams::default()) {
         assert_eq!(plan.marked_faces, count);
         assert!((count..=mesh.faces.len()).contains(&plan.removed_faces));
     }

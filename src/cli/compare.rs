@@ -2,16 +2,15 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::Args;
-use isomend::compare::{Comparison, Distances, SurfaceFacts, compare};
+use isomend::compare::{Comparison, Distances, SurfaceFacts};
+use isomend::job;
 use isomend::report::{length, point};
-use serde::Serialize;
 
 use super::console::{self, Console};
-use super::input::is_stream;
-use super::json::{FileInfo, Target};
-use super::{CommonArgs, End, Usage, arguments, input};
+use super::input::{self, is_stream};
+use super::json::Target;
+use super::{CommonArgs, End, Usage, arguments};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -41,45 +40,25 @@ pub struct CompareArgs {
     pub(super) common: CommonArgs,
 }
 
-/// The report of `isomend compare`.
-#[derive(Serialize)]
-struct CompareDocument<'a> {
-    command: &'static str,
-    version: &'static str,
-    first: FileInfo,
-    second: FileInfo,
-    #[serde(flatten)]
-    comparison: &'a Comparison,
-}
-
 /// Reads both and compares.
 pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
     if let Some(json) = &args.common.json {
-        json.check(&[&args.a, &args.b], &[])?;
+        json.check(&[&args.a, &args.b].map(|path| input::place(path)), &[])?;
     }
     if is_stream(&args.a) && is_stream(&args.b) {
         return Err(Usage("only one of the two meshes can be standard input".to_owned()).into());
     }
-    let a = input::read(&args.a, args.common.from, console)?;
-    let b = input::read(&args.b, args.common.from, console)?;
-    let comparison = compare(&a.mesh, &b.mesh, args.samples).with_context(|| {
-        format!(
-            "cannot compare {} with {}",
-            input::shown(&args.a),
-            input::shown(&args.b)
-        )
-    })?;
+    let first = input::source(&args.a, args.common.from)?;
+    let a = input::read(&first, console)?;
+    let second = input::source(&args.b, args.common.from)?;
+    let b = input::read(&second, console)?;
+    let compared =
+        job::compare([(&first, &a), (&second, &b)], args.samples).map_err(super::told)?;
     if let Some(json) = &args.common.json {
-        json.write(&CompareDocument {
-            command: "compare",
-            version: env!("CARGO_PKG_VERSION"),
-            first: FileInfo::new(&args.a, a.format, &a.mesh),
-            second: FileInfo::new(&args.b, b.format, &b.mesh),
-            comparison: &comparison,
-        })?;
+        json.write(&compared.document())?;
     }
     if !matches!(args.common.json, Some(Target::Stdout)) {
-        console::print(&table(&comparison)).context("cannot write to standard output")?;
+        console::print_out(&table(&compared.comparison))?;
     }
     Ok(End::Done)
 }

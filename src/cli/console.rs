@@ -3,8 +3,10 @@
 use std::io::{IsTerminal, Write};
 
 use anstyle::{AnsiColor, Style};
+use anyhow::Context;
 use log::{Level, LevelFilter, Log, Metadata, Record};
 
+const NO_OUTPUT: &str = "cannot write to standard output";
 /// Of headings.
 const HEADING: Style = Style::new().bold();
 /// Of what failed.
@@ -86,8 +88,18 @@ fn say(line: &str) {
 }
 
 /// Writes text to standard output, in colour as on standard error.
-pub fn print(text: &str) -> std::io::Result<()> {
+fn print(text: &str) -> std::io::Result<()> {
     written(anstream::stdout().lock(), text.as_bytes())
+}
+
+/// As [`print`], with a message.
+pub fn print_out(text: &str) -> anyhow::Result<()> {
+    print(text).context(NO_OUTPUT)
+}
+
+/// As [`write_file`], with a message.
+pub fn write_file_out(bytes: &[u8]) -> anyhow::Result<()> {
+    write_file(bytes).context(NO_OUTPUT)
 }
 
 /// Writes text to standard output as it is.
@@ -96,7 +108,7 @@ pub fn write(text: &[u8]) -> std::io::Result<()> {
 }
 
 /// Writes a file to standard output, all of which must arrive.
-pub fn write_file(bytes: &[u8]) -> std::io::Result<()> {
+fn write_file(bytes: &[u8]) -> std::io::Result<()> {
     if is_closed() {
         return Err(std::io::Error::other("it is closed; name a file"));
     }

@@ -1,14 +1,14 @@
 //! `isomend fill`: find holes and fill them.
 
 use clap::{Args, ValueEnum};
-use isomend::report::region_lines;
+use isomend::job::Work;
 use isomend::{FillParams, SurfaceKind};
 
 use super::arguments::{self, Choice, Ids};
-use super::batch::{Files, FilesArgs};
 use super::console::Console;
-use super::solve::{Mended, SolveArgs};
-use super::{CommonArgs, End, progress};
+use super::files::{FilesArgs, Task};
+use super::solve::SolveArgs;
+use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -78,20 +78,19 @@ enum Surface {
 impl FillArgs {
     fn params(&self) -> FillParams {
         let list = |ids: &Ids| ids.0.clone();
-        FillParams {
-            holes: match &self.holes {
-                Choice::All => None,
-                Choice::Some(ids) => Some(ids.clone()),
-            },
-            max_diameter: self.max_diameter,
-            keep_open: self.keep_open.as_ref().map(list).unwrap_or_default(),
-            bridge: self.bridge.iter().map(list).collect(),
-            surface: match self.surface {
-                Surface::Stitched => SurfaceKind::Stitched,
-                Surface::Whole => SurfaceKind::Whole,
-            },
-            ..self.solve.params()
-        }
+        let mut params = self.solve.params();
+        params.holes = match &self.holes {
+            Choice::All => None,
+            Choice::Some(ids) => Some(ids.clone()),
+        };
+        params.max_diameter = self.max_diameter;
+        params.keep_open = self.keep_open.as_ref().map(list).unwrap_or_default();
+        params.bridge = self.bridge.iter().map(list).collect();
+        params.surface = match self.surface {
+            Surface::Stitched => SurfaceKind::Stitched,
+            Surface::Whole => SurfaceKind::Whole,
+        };
+        params
     }
 }
 
@@ -104,33 +103,10 @@ pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
     if args.max_diameter.is_some() && matches!(args.holes, Choice::Some(_)) {
         console.note("--max-diameter does nothing here: --holes names the holes that are filled");
     }
-    let params = args.params();
-    args.files.each("fill", &args.common, console, |files| {
-        one(args, files, &params, console)
-    })
-}
-
-fn one(
-    args: &FillArgs,
-    files: &Files<'_>,
-    params: &FillParams,
-    console: &Console,
-) -> anyhow::Result<End> {
-    let loaded = files.read(args.common.from, console)?;
-    if files.output.is_none() {
-        return files.preview(&loaded, &isomend::plan(&loaded.mesh, params)?, None);
-    }
-    let mut filled = progress::watched(console, region_lines, |progress| {
-        isomend::fill_with_progress(&loaded.mesh, params, progress)
-    })?;
-    let done = Mended {
-        mesh: filled.mesh,
-        first: &loaded,
-        params,
-        report: &mut filled.report,
-        cut: None,
-        before: None,
+    let task = Task {
+        work: Work::Fill(args.params()),
+        common: &args.common,
         strict: args.solve.strict,
     };
-    files.finish(done, console)
+    args.files.each(&task, console)
 }

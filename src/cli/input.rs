@@ -4,50 +4,61 @@ use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use isomend::io::{Format, Loaded, no_side_files, read_bytes, read_path};
+use isomend::io::{Format, IoError, Loaded};
+use isomend::job::{JobError, Place, Source};
 
 use super::console::Console;
+
+/// The name of standard input in messages.
+const STANDARD_INPUT: &str = "standard input";
 
 /// Whether a path stands for standard input or output.
 pub fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
-/// The name of an input in messages.
-pub fn shown(path: &Path) -> String {
-    if is_stream(path) {
-        "standard input".to_owned()
-    } else {
-        path.display().to_string()
+/// The place that a path of an input stands for.
+pub fn place(path: &Path) -> Place {
+    match is_stream(path) {
+        true => Place::Bytes(STANDARD_INPUT.to_owned()),
+        false => Place::from(path),
     }
 }
 
-/// Reads a mesh and passes on what its reader has to say.
-pub fn read(path: &Path, from: Option<Format>, console: &Console) -> anyhow::Result<Loaded> {
-    if path.is_dir() {
-        bail!("{} is a folder: name a mesh file in it", path.display());
-    }
-    let loaded = if is_stream(path) {
-        let bytes = standard_input()?;
-        let format = match from {
-            Some(format) => format,
-            None => Format::detect(&bytes, Path::new(""))
-                .context("standard input, whose format --from can tell")?,
-        };
-        read_bytes(&bytes, format, &no_side_files).context("standard input")?
-    } else {
-        read_path(path, from)?
+/// What a path stands for; standard input is read to its end.
+pub fn source(path: &Path, from: Option<Format>) -> anyhow::Result<Source> {
+    let mut source = match is_stream(path) {
+        true => Source::bytes(STANDARD_INPUT, standard_input()?),
+        false => Source::from(path),
     };
-    let name = shown(path);
-    let vertices = u32::try_from(loaded.mesh.positions.len());
-    vertices
-        .ok()
-        .filter(|n| *n < u32::MAX / 4)
-        .with_context(|| format!("{name} has too many vertices"))?;
-    for note in &loaded.notes {
-        console.note(&format!("{name}: {note}"));
-    }
+    source.format = from;
+    Ok(source)
+}
+
+/// Reads a mesh and passes on what its reader has to say.
+pub fn read(source: &Source, console: &Console) -> anyhow::Result<Loaded> {
+    let loaded = source.read().map_err(|error| told(error, source))?;
+    tell_notes(&source.place, &loaded, console);
     Ok(loaded)
+}
+
+/// Passes on what the reader of a mesh has to say.
+pub fn tell_notes(place: &Place, loaded: &Loaded, console: &Console) {
+    for note in &loaded.notes {
+        console.note(&format!("{}: {note}", place.name()));
+    }
+}
+
+/// An error with the option that helps where the format of standard input cannot be told.
+pub fn told(error: JobError, source: &Source) -> anyhow::Error {
+    let unknown = |e: &IoError| matches!(e, IoError::UnknownFormat { .. });
+    match error {
+        JobError::Bytes { error, .. } if source.format.is_none() && unknown(&error) => {
+            anyhow::Error::from(error)
+                .context(format!("{STANDARD_INPUT}, whose format --from can tell"))
+        }
+        error => super::told(error),
+    }
 }
 
 /// All bytes of standard input.

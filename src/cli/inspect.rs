@@ -3,18 +3,19 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::Args;
 use isomend::Inspection;
 use isomend::io::Loaded;
+use isomend::job;
 use isomend::mesh::mask::Selection;
 use isomend::report::{chain_lines, defect_lines, hole_table, length, point};
 
 use super::console::{self, Console};
-use super::json::{InspectDocument, Target};
-use super::mask::{Marked, MaskArgs};
+use super::input;
+use super::json::Target;
+use super::mask::MaskArgs;
 use super::report::ReportArgs;
-use super::{CommonArgs, End, input};
+use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -47,36 +48,27 @@ pub struct InspectArgs {
 
 /// Reads and lists.
 pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
-    if let Some(json) = &args.common.json {
-        json.check(&[&args.input], &[])?;
+    let json = args.common.json.as_ref();
+    let place = input::place(&args.input);
+    if let Some(json) = json {
+        json.check(std::slice::from_ref(&place), &[])?;
     }
-    if args.report.is_wanted() {
-        args.report
-            .check(&args.input, None, args.common.json.as_ref())?;
+    let drawings = args.report.drawings(json)?;
+    drawings.check(&place, None).map_err(super::told)?;
+    let mask = args.mask.mask()?;
+    let source = input::source(&args.input, args.common.from)?;
+    let loaded = input::read(&source, console)?;
+    let inspected =
+        job::inspect(&source, &loaded, mask.as_ref(), &drawings).map_err(super::told)?;
+    if let Some(json) = json {
+        json.write(&inspected.document())?;
     }
-    let loaded = input::read(&args.input, args.common.from, console)?;
-    let found = isomend::inspect(&loaded.mesh)
-        .with_context(|| format!("cannot inspect {}", input::shown(&args.input)))?;
-    let marked = args.mask.marked(&loaded)?;
-    let selection = |marked: &Marked| Selection::new(&loaded.mesh, &marked.faces);
-    let mask = marked.as_ref().map(selection);
-    if let Some(json) = &args.common.json {
-        json.write(&InspectDocument::new(
-            &args.input,
-            &loaded,
-            &found,
-            mask.as_ref(),
-        ))?;
-    }
-    if args.report.is_wanted() {
-        args.report.write_looked_at(&args.input, &loaded, &found)?;
-    }
-    if !matches!(args.common.json, Some(Target::Stdout)) {
-        let mut text = table(&loaded, &found);
-        if let (Some(mask), Some(marked)) = (&mask, &marked) {
+    if !matches!(json, Some(Target::Stdout)) {
+        let mut text = table(&loaded, &inspected.found);
+        if let Some((mask, marked)) = &inspected.marked {
             text += &mask_line(mask, &marked.missed);
         }
-        console::print(&text).context("cannot write to standard output")?;
+        console::print_out(&text)?;
     }
     Ok(End::Done)
 }

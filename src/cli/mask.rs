@@ -1,17 +1,13 @@
 //! The options that mark a region of the surface.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
-use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use isomend::glam::DVec3;
-use isomend::io::{Loaded, read_path};
-use isomend::mesh::mask::{Mask, Selector};
-use isomend::mesh::welded;
-use isomend::report::missed_lines;
-use isomend::spatial::{Bvh, WindingTree};
+use isomend::job::{MaskSpec, PaintedColour};
+use isomend::mesh::mask::Selector;
 
 use super::arguments;
 
@@ -117,10 +113,7 @@ fn checked(selector: &Selector) -> Result<(), String> {
 
 /// A colour and how far off others may be.
 #[derive(Clone, Copy, Debug)]
-pub struct Colour {
-    rgb: [f64; 3],
-    tolerance: f64,
-}
+pub struct Colour(PaintedColour);
 
 impl FromStr for Colour {
     type Err = String;
@@ -133,131 +126,35 @@ impl FromStr for Colour {
             .and_then(|h| u32::from_str_radix(h, 16).ok());
         let tolerance = tolerance.trim().parse::<f64>().ok();
         match (number, tolerance.filter(|t| (0.0..=255.0).contains(t))) {
-            (Some(n), Some(tolerance)) => Ok(Self {
+            (Some(n), Some(tolerance)) => Ok(Self(PaintedColour {
                 rgb: [n >> 16, n >> 8, n].map(|c| f64::from(c & 255) / 255.0),
                 tolerance: tolerance / 255.0,
-            }),
+            })),
             _ => Err("six hexadecimal digits are needed, and perhaps a tolerance from 0 to 255, such as ff8000,20".to_owned()),
         }
     }
 }
 
-/// A mask, and the bounds of the closed meshes among its selectors.
-pub struct Chosen {
-    mask: Mask,
-    inside: Vec<[DVec3; 2]>,
-}
-
-/// What a mask marks of a mesh.
-pub struct Marked {
-    /// For each face whether it is marked.
-    pub faces: Vec<bool>,
-    /// Where nothing is marked, why.
-    pub missed: Vec<String>,
-}
-
-impl Marked {
-    /// The marks.
-    ///
-    /// # Errors
-    /// When there is none, with the reason.
-    pub fn some(self) -> anyhow::Result<Vec<bool>> {
-        if !self.missed.is_empty() {
-            bail!("the mask marks no face: {}", self.missed.join("; "));
-        }
-        Ok(self.faces)
-    }
-}
-
 impl MaskArgs {
     /// The mask that is asked for; `None` where none of its options is given.
-    pub fn mask(&self) -> anyhow::Result<Option<Chosen>> {
-        let mut selectors: Vec<Selector> = self.boxes.iter().map(|b| b.selector()).collect();
-        selectors.extend(self.balls.iter().map(|b| b.selector()));
-        let mut inside = Vec::new();
-        for path in &self.meshes {
-            let (selector, bounds) = within(path)?;
-            selectors.push(selector);
-            inside.push(bounds);
-        }
-        for path in &self.lists {
-            let text = std::fs::read_to_string(path)
-                .with_context(|| format!("cannot read {}", path.display()))?;
-            let name = path.display().to_string();
-            selectors.push(Selector::Faces(numbers(&text, &name)?));
-        }
-        selectors.extend(self.colours.iter().map(|colour| Selector::Colour {
-            rgb: colour.rgb,
-            tolerance: colour.tolerance,
-        }));
-        let materials = self.materials.iter().cloned();
-        selectors.extend(materials.map(Selector::Material));
-        if selectors.is_empty() {
+    pub fn mask(&self) -> anyhow::Result<Option<MaskSpec>> {
+        let spec = MaskSpec {
+            boxes: self.boxes.iter().map(|b| b.0).collect(),
+            balls: self.balls.iter().map(|b| (b.0, b.1)).collect(),
+            inside: self.meshes.clone(),
+            faces: Vec::new(),
+            face_files: self.lists.clone(),
+            colours: self.colours.iter().map(|c| c.0).collect(),
+            materials: self.materials.clone(),
+            grow: self.grow,
+            shrink: self.shrink,
+        };
+        if spec.is_empty() {
             if self.grow.or(self.shrink).is_some() {
                 bail!("--grow and --shrink change a mask, but none is given, such as --ball");
             }
             return Ok(None);
         }
-        let mask = Mask {
-            selectors,
-            grow: self.grow.unwrap_or(0.0),
-            shrink: self.shrink.unwrap_or(0.0),
-        };
-        Ok(Some(Chosen { mask, inside }))
+        Ok(Some(spec))
     }
-
-    /// Which faces of a mesh are marked; `None` where no mask is asked for.
-    pub fn marked(&self, loaded: &Loaded) -> anyhow::Result<Option<Marked>> {
-        let Some(Chosen { mask, inside }) = self.mask()? else {
-            return Ok(None);
-        };
-        let (mesh, attributes) = (&loaded.mesh, &loaded.attributes);
-        let faces = mask.faces(mesh, attributes)?;
-        let missed = if faces.contains(&true) {
-            Vec::new()
-        } else {
-            missed_lines(&mask, &inside, mesh, attributes)
-        };
-        Ok(Some(Marked { faces, missed }))
-    }
-}
-
-/// What lies inside a closed mesh, by its generalized winding number; and the bounds of the mesh.
-fn within(path: &Path) -> anyhow::Result<(Selector, [DVec3; 2])> {
-    let loaded = read_path(path, None)?;
-    let (mesh, _) = welded(&loaded.mesh);
-    let found =
-        isomend::inspect(&mesh).with_context(|| format!("cannot use {}", path.display()))?;
-    if found.topology.boundary.contains(&true) {
-        bail!(
-            "{} cannot be a mask: it is not closed; `isomend fill` closes it",
-            path.display()
-        );
-    }
-    let bvh = Bvh::new(&found.mesh, 0..found.mesh.faces.len() as u32);
-    let tree = WindingTree::new(&bvh);
-    let selector = Selector::Inside(Arc::new(move |p| tree.winding_number(&bvh, p).abs() > 0.5));
-    Ok((selector, loaded.mesh.bounds()))
-}
-
-/// Face numbers from the text of a file of that name: a JSON array, or one on each line, with `#` before remarks.
-pub fn numbers(text: &str, name: &str) -> anyhow::Result<Vec<usize>> {
-    if text.trim_start().starts_with('[') {
-        return serde_json::from_str(text)
-            .with_context(|| format!("{name} is no JSON array of face numbers"));
-    }
-    let mut numbers = Vec::new();
-    for (i, line) in text.lines().enumerate() {
-        let line = line.split('#').next().unwrap_or("").trim();
-        if !line.is_empty() {
-            let number = line.parse();
-            numbers.push(number.with_context(|| {
-                format!(
-                    "{name}, line {}: '{line}' is not the number of a face",
-                    i + 1
-                )
-            })?);
-        }
-    }
-    Ok(numbers)
 }

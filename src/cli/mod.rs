@@ -1,11 +1,11 @@
 //! One file per command. Raw arguments become validated parameters once; all printing is done here.
 
 mod arguments;
-mod batch;
 mod compare;
 mod config;
 mod console;
 mod fair;
+mod files;
 mod fill;
 mod input;
 mod inspect;
@@ -13,7 +13,6 @@ mod interrupt;
 mod json;
 mod manual;
 mod mask;
-mod output;
 mod progress;
 mod report;
 mod restore;
@@ -21,15 +20,18 @@ mod sdf;
 mod solve;
 mod study;
 mod surface;
+mod tell;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 use isomend::io::Format;
+use isomend::job::JobError;
+use isomend::{FairError, FillError};
 
 pub use config::Usage;
 use console::Console;
@@ -167,6 +169,25 @@ fn parsed(arguments: Vec<OsString>) -> Result<Cli, Usage> {
         return Err(Usage(what.to_owned()));
     }
     error.exit()
+}
+
+/// An error of a job, with the options that help; what is wrong with what was asked for is wrong usage.
+fn told(error: JobError) -> anyhow::Error {
+    let usage = |what: String| Usage(what).into();
+    match error {
+        JobError::NoTextForm { .. } => usage(format!("--ascii: {error}")),
+        JobError::Places { what } => usage(what),
+        JobError::NoFormat { .. } => anyhow!("{error}; or give --to"),
+        JobError::OpenMask { .. } => anyhow!("{error}; `isomend fill` does so"),
+        JobError::Fill(FillError::NoSuchHole { .. }) => {
+            anyhow!("{error} (`isomend inspect` lists them)")
+        }
+        JobError::Fair(FairError::OnlyBorder { .. }) => {
+            let error = anyhow::Error::from(error);
+            anyhow!("{error:#}; a smaller --strength fairs less")
+        }
+        error => error.into(),
+    }
 }
 
 /// Runs a command.

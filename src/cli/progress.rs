@@ -5,8 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use isomend::pipeline::{Event, Progress, Step};
-use isomend::report::RegionReport;
+use isomend::{Event, Progress, RegionReport, Step};
 
 use super::console::Console;
 
@@ -36,10 +35,7 @@ pub fn watched<R>(
         let bar = bar();
         *DRAWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
         let busy = Mutex::new(BTreeSet::new());
-        let result = run(&|step| {
-            show(&bar, &busy, step);
-            true
-        });
+        let result = run(&|step| show(&bar, &busy, step));
         clear();
         return result;
     }
@@ -49,7 +45,6 @@ pub fn watched<R>(
         {
             console.say(&line(region));
         }
-        true
     })
 }
 

@@ -1,16 +1,15 @@
 //! `isomend restore`: replaces a marked region.
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
-use isomend::report::region_lines;
-use isomend::{RestoreParams, Restored};
+use isomend::RestoreParams;
+use isomend::job::Work;
 
-use super::batch::{Files, FilesArgs};
 use super::console::Console;
-use super::json::Cut;
+use super::files::{FilesArgs, Task};
 use super::mask::MaskArgs;
-use super::solve::{Mended, SolveArgs};
-use super::{CommonArgs, End, arguments, progress};
+use super::solve::SolveArgs;
+use super::{CommonArgs, End, arguments};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -50,64 +49,17 @@ pub struct RestoreArgs {
 
 /// Reads, cuts, fills, writes.
 pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
-    if args.mask.mask()?.is_none() {
+    let Some(mask) = args.mask.mask()? else {
         bail!("no region is marked; give --ball, --box, --mask, --faces, --colour or --material");
-    }
-    args.solve.check()?;
-    args.files.each("restore", &args.common, console, |files| {
-        one(args, files, console)
-    })
-}
-
-fn one(args: &RestoreArgs, files: &Files<'_>, console: &Console) -> anyhow::Result<End> {
-    let loaded = files.read(args.common.from, console)?;
-    let marked = args.mask.marked(&loaded)?.context("no region is marked")?;
-    let marked = marked.some()?;
-    // A glTF document goes through as it is, and so do the numbers of its vertices.
-    let params = RestoreParams {
-        fill: args.solve.params(),
-        keep_shape: args.keep_shape,
-        keep_vertices: files.to_gltf() && loaded.document.is_some(),
     };
-    let failed = "cannot restore the marked region";
-    if files.output.is_none() {
-        let plan = isomend::plan_restore(&loaded.mesh, &marked, &params).context(failed)?;
-        let cut = Cut {
-            marked_faces: plan.marked_faces,
-            removed_faces: plan.removed_faces,
-            removed_vertices: plan.removed_vertices,
-            keep_shape: args.keep_shape,
-        };
-        return files.preview(&loaded, &plan.fill, Some(cut));
-    }
-    let mut restored = progress::watched(console, region_lines, |progress| {
-        isomend::restore_with_progress(&loaded.mesh, &marked, &params, progress)
-    })
-    .context(failed)?;
-    let cut = tell(&restored, console);
-    let before = files.before(&loaded, &restored.kept);
-    let done = Mended {
-        mesh: restored.mesh,
-        first: &loaded.restricted(&restored.kept),
-        params: &params.fill,
-        report: &mut restored.report.fill,
-        cut: Some(cut),
-        before,
+    args.solve.check()?;
+    let mut params = RestoreParams::default();
+    params.fill = args.solve.params();
+    params.keep_shape = args.keep_shape;
+    let task = Task {
+        work: Work::Restore(mask, params),
+        common: &args.common,
         strict: args.solve.strict,
     };
-    files.finish(done, console)
-}
-
-fn tell(restored: &Restored, console: &Console) -> Cut {
-    let report = &restored.report;
-    console.say(&format!(
-        "{} faces marked, {} cut out",
-        report.marked_faces, report.removed_faces
-    ));
-    Cut {
-        marked_faces: report.marked_faces,
-        removed_faces: report.removed_faces,
-        removed_vertices: report.removed_vertices,
-        keep_shape: report.keep_shape,
-    }
+    args.files.each(&task, console)
 }

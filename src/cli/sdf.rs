@@ -5,17 +5,19 @@ use std::time::Instant;
 
 use anyhow::Context;
 use clap::Args;
+use isomend::glam::DVec3;
 use isomend::grid::Volume;
-use isomend::io::{Precision, volume_to_bytes};
-use isomend::pipeline::volume::{MeasuredSeconds, VolumeParams, measure_volume};
+use isomend::io::{Precision, save, volume_to_bytes};
+use isomend::job::{Document, FileInfo, Place};
+use isomend::mend::volume::{MeasuredSeconds, VolumeParams, measure_volume};
 use isomend::report::length;
-use isomend::{VoxelSize, glam::DVec3};
 use serde::Serialize;
 
 use super::arguments::{self, Band};
 use super::console::Console;
 use super::input::is_stream;
-use super::{CommonArgs, End, input, json, output};
+use super::solve::VoxelArg;
+use super::{CommonArgs, End, console, input};
 
 /// The name of the array that is written.
 const NAME: &str = "distance";
@@ -26,12 +28,16 @@ Examples:
   isomend sdf bust.ply -o bust.vti --voxel 0.5 --band 2 only what lies near the surface is measured
   isomend surface bust.vti -o inner.ply --level -1      and back: one unit inside";
 
+const VOXEL: &str =
+    "Distance of neighbouring nodes in the mesh's units; `auto` takes 1/128 of the longest side";
+
 /// Write the signed distance of a whole model as a volume (VTI), negative inside.
 ///
 /// Distances are those to the triangles. Inside is where the generalized winding number exceeds one half, so that a model
 /// with holes has an inside too. The values are point data named `distance`, compressed with zlib.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
+#[command(mut_arg("voxel", |voxel| voxel.help(VOXEL).long_help(VOXEL)))]
 pub struct SdfArgs {
     /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input.
     #[arg(value_name = "IN")]
@@ -41,9 +47,8 @@ pub struct SdfArgs {
     #[arg(short, long, value_name = "OUT.vti")]
     output: PathBuf,
 
-    /// Distance of neighbouring nodes in the mesh's units; `auto` takes 1/128 of the longest side.
-    #[arg(long, value_name = "LENGTH|auto", default_value = "auto", value_parser = arguments::voxel)]
-    voxel: VoxelSize,
+    #[command(flatten)]
+    voxel: VoxelArg,
 
     /// Cut distances off at this length, which is faster; `full` keeps all.
     #[arg(long, value_name = "LENGTH|full", default_value = "full", value_parser = arguments::band)]
@@ -58,10 +63,8 @@ pub struct SdfArgs {
 }
 
 #[derive(Serialize)]
-struct Document {
-    command: &'static str,
-    version: &'static str,
-    input: json::FileInfo,
+struct Body {
+    input: FileInfo,
     output: String,
     array: &'static str,
     dims: [usize; 3],
@@ -96,19 +99,19 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
             args.output.with_extension("vti").display()
         );
     }
-    output::check_writable(&args.output)?;
+    let (place, output) = (input::place(&args.input), input::place(&args.output));
+    output.check_writable()?;
     if let Some(json) = &args.common.json {
-        json.check(&[&args.input], &[&args.output])?;
+        json.check(std::slice::from_ref(&place), std::slice::from_ref(&output))?;
     }
     let start = Instant::now();
-    let loaded = input::read(&args.input, args.common.from, console)?;
+    let loaded = input::read(&input::source(&args.input, args.common.from)?, console)?;
     let reading = start.elapsed().as_secs_f64();
-    let params = VolumeParams {
-        voxel: args.voxel,
-        band: args.band.0,
-    };
+    let mut params = VolumeParams::default();
+    params.voxel = args.voxel.voxel;
+    params.band = args.band.0;
     let measured = measure_volume(&loaded.mesh, &params)
-        .with_context(|| format!("cannot measure {}", input::shown(&args.input)))?;
+        .with_context(|| format!("cannot measure {}", place.name()))?;
     let volume = &measured.volume;
     let before_writing = Instant::now();
     let precision = if args.f64 {
@@ -118,7 +121,12 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     };
     let bytes = volume_to_bytes(volume, NAME, precision)
         .with_context(|| args.output.display().to_string())?;
-    output::write_bytes(&args.output, &bytes)?;
+    match &output {
+        Place::File(path) => {
+            save(path, &bytes).with_context(|| format!("cannot write {}", path.display()))?;
+        }
+        Place::Bytes(_) => console::write_file_out(&bytes)?,
+    }
     let seconds = Seconds {
         reading,
         measuring: measured.seconds,
@@ -127,10 +135,8 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     };
     console.say(&summary(volume));
     if let Some(json) = &args.common.json {
-        json.write(&Document {
-            command: "sdf",
-            version: env!("CARGO_PKG_VERSION"),
-            input: json::FileInfo::new(&args.input, loaded.format, &loaded.mesh),
+        let body = Body {
+            input: FileInfo::new(&place, loaded.format, &loaded.mesh),
             output: args.output.display().to_string(),
             array: NAME,
             dims: volume.dims,
@@ -139,7 +145,8 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
             range: volume.range(),
             measured: measured.nodes,
             seconds,
-        })?;
+        };
+        json.write(&Document::new("sdf", body))?;
     }
     Ok(End::Done)
 }

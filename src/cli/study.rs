@@ -8,6 +8,7 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum, ValueHint};
 use isomend::flow::Energy;
 use isomend::io::{Precision, write_volume_path};
+use isomend::job::{Document, Place, write_text};
 use isomend::study::experiments::{
     CapSettings, CircleSettings, GraphSettings, MergeSettings, OrthogonalSettings, PatchesSettings,
     SurfacesSettings, Table1Settings, cap, circle, graph, merge, orthogonal, patches, surfaces,
@@ -19,7 +20,7 @@ use serde::Serialize;
 use super::console::{self, Console};
 use super::json::Target;
 use super::solve::EnergyArg;
-use super::{End, RunArgs, arguments, output};
+use super::{End, RunArgs, arguments};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -95,23 +96,22 @@ pub fn run(args: &StudyArgs, console: &Console) -> anyhow::Result<End> {
     let report = experiment(args, &recorder)?;
     recorder.finish()?;
     if let Some(path) = &args.csv {
-        output::write_text(path, &report.csv())?;
+        write_text(path, &report.csv())?;
     }
     if let Some(path) = &args.plot {
         let svg = to_svg(&report).map_err(|error| anyhow::anyhow!("cannot draw: {error}"))?;
-        output::write_text(path, &svg)?;
+        write_text(path, &svg)?;
     }
     if let Some(json) = &args.json {
-        json.write(&StudyDocument {
-            command: "study",
-            version: env!("CARGO_PKG_VERSION"),
+        let body = StudyBody {
             holds: report.holds(),
             report: &report,
-        })?;
+        };
+        json.write(&Document::new("study", body))?;
     }
     if !matches!(args.json, Some(Target::Stdout)) {
         let text = report.text_lines().join("\n") + "\n";
-        console::print(&text).context("cannot write to standard output")?;
+        console::print_out(&text)?;
     }
     Ok(if report.holds() {
         End::Done
@@ -126,7 +126,7 @@ fn check(args: &StudyArgs) -> anyhow::Result<()> {
         json.check(&[], &[])?;
     }
     for path in args.csv.iter().chain(&args.plot) {
-        output::check_writable(path)?;
+        Place::from(path.as_path()).check_writable()?;
     }
     if let Some(path) = &args.plot {
         let extension = path.extension().unwrap_or_default();
@@ -188,9 +188,7 @@ fn experiment(args: &StudyArgs, observer: &Recorder) -> Result<StudyReport, Stud
 
 /// The report of `isomend study`.
 #[derive(Serialize)]
-struct StudyDocument<'a> {
-    command: &'static str,
-    version: &'static str,
+struct StudyBody<'a> {
     /// Whether every claim holds.
     holds: bool,
     #[serde(flatten)]
@@ -221,7 +219,7 @@ impl Recorder<'_> {
                 text += &format!("<DataSet timestep=\"{time:e}\" part=\"0\" file=\"{file}\"/>\n");
             }
             text += "</Collection>\n</VTKFile>\n";
-            output::write_text(&folder.join(format!("{series}.pvd")), &text)?;
+            write_text(&folder.join(format!("{series}.pvd")), &text)?;
         }
         Ok(())
     }

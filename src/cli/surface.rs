@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use isomend::extract::level_surface;
-use isomend::io::{Format, Model, Precision, WriteOptions, read_volume_bytes, read_volume_path};
+use isomend::io::{Format, Model, Precision, read_volume_bytes, read_volume_path};
+use isomend::job::{Document, FileInfo};
 use isomend::mesh::Attributes;
 use serde::Serialize;
 
-use super::console::Console;
+use super::console::{self, Console};
 use super::input::{self, is_stream};
-use super::output::Output;
-use super::{End, RunArgs, Usage, arguments, json};
+use super::{End, RunArgs, Usage, arguments, files, json};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -68,20 +68,20 @@ pub struct SurfaceArgs {
 }
 
 #[derive(Serialize)]
-struct Document<'a> {
-    command: &'static str,
-    version: &'static str,
+struct Body<'a> {
     input: String,
     dims: [usize; 3],
     range: [f64; 2],
     level: f64,
-    output: json::FileInfo,
+    output: FileInfo,
     notes: &'a [String],
 }
 
 /// Reads, extracts, writes.
 pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
-    let output = Output::new(&args.output, args.to, args.ascii)?;
+    let mut output = files::output(&args.output, args.to)?;
+    output.ascii = args.ascii;
+    files::check(&output)?;
     if args.f64 && matches!(output.format, Format::Stl | Format::Gltf | Format::Glb) {
         let format = output.format;
         let what = format!(
@@ -90,7 +90,10 @@ pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
         return Err(Usage(what).into());
     }
     if let Some(json) = &args.json {
-        json.check(&[&args.input], &[&args.output])?;
+        json.check(
+            &[input::place(&args.input)],
+            std::slice::from_ref(&output.place),
+        )?;
     }
     let array = args.array.as_deref();
     let volume = if is_stream(&args.input) {
@@ -99,39 +102,37 @@ pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
         read_volume_path(&args.input, array)?
     };
     let mesh = level_surface(&volume, args.level, args.close)
-        .with_context(|| format!("{} has no such surface", input::shown(&args.input)))?;
-    let options = WriteOptions {
-        precision: if args.f64 {
-            Precision::F64
-        } else {
-            Precision::F32
-        },
-        ascii: args.ascii,
+        .with_context(|| format!("{} has no such surface", input::place(&args.input).name()))?;
+    let precision = match args.f64 {
+        true => Precision::F64,
+        false => Precision::F32,
     };
     let model = Model {
         mesh: &mesh,
         attributes: &Attributes::default(),
         document: None,
     };
-    let mut notes = output.write_as_is(&model, &options)?;
+    let (mut notes, bytes) = output.write(&model, precision).map_err(super::told)?;
+    if output.place.path().is_none() {
+        console::write_file_out(&bytes)?;
+    }
     // Positions between nodes have no exact value that rounding could lose.
     notes.retain(|note| !note.starts_with("positions were rounded"));
     notes
         .iter()
-        .for_each(|note| console.note(&format!("{}: {note}", output.name())));
+        .for_each(|note| console.note(&format!("{}: {note}", output.place.name())));
     let (vertices, faces) = (mesh.positions.len(), mesh.faces.len());
     console.say(&format!("{vertices} vertices, {faces} faces"));
     if let Some(json) = &args.json {
-        json.write(&Document {
-            command: "surface",
-            version: env!("CARGO_PKG_VERSION"),
+        let body = Body {
             input: args.input.display().to_string(),
             dims: volume.dims,
             range: volume.range(),
             level: args.level,
-            output: json::FileInfo::new(&output.path, output.format, &mesh),
+            output: FileInfo::new(&output.place, output.format, &mesh),
             notes: &notes,
-        })?;
+        };
+        json.write(&Document::new("surface", body))?;
     }
     Ok(End::Done)
 }

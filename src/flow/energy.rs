@@ -1,13 +1,32 @@
 //! What an energy has to offer to the flow.
 
 use super::band::Band;
-use super::settings::Variant;
+use super::settings::{Energy, Variant};
 use super::system::System;
+
+/// What an energy asks of those who minimise it.
+#[derive(Clone, Copy, Debug)]
+pub struct Needs {
+    /// How many steps beyond the mask its nodal curvature is needed.
+    pub dilations: usize,
+    /// The energies whose steady states lead to its start on the coarsest grid, one after another.
+    pub start: &'static [Energy],
+    /// The automatic voxel over the usual one, and how many voxels across a hole this may lead to.
+    pub voxel: (f64, f64),
+    /// Length of a patch's edges over that of the edges round the hole, unless it is given.
+    pub edge_ratio: f64,
+    /// The tolerance of the stopping test over the usual one.
+    pub tolerance: f64,
+    /// The metrics that its steps can have; another one counts as the first.
+    pub metrics: &'static [Variant],
+    /// The more robust energy that takes its place where it finds no surface.
+    pub fallback: Option<Energy>,
+}
 
 /// An energy of a level set on a narrow band. Fields are values at the band's nodes, lengths are in voxels.
 pub trait BandEnergy: Sized {
-    /// How many steps beyond the mask its nodal curvature is needed.
-    const DILATIONS: usize;
+    /// What it asks for.
+    const NEEDS: Needs;
 
     /// The energy on a band, with the weight κ of the eikonal term.
     fn new(band: Band, kappa: f64) -> Self;

@@ -137,7 +137,7 @@ impl Evolution {
     ) -> Pause {
         while self.time < until {
             let distances = redistance(grid, phi, mask, REACH);
-            let band = Band::new(grid, &distances, mask, WillmoreBand::DILATIONS);
+            let band = Band::new(grid, &distances, mask, WillmoreBand::NEEDS.dilations);
             self.unknowns = band.unknowns;
             if band.unknowns == 0 {
                 return Pause::Gone;

@@ -1,6 +1,6 @@
 //! What a flow did, and how it ended.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::settings::Energy;
 
@@ -8,7 +8,7 @@ use super::settings::Energy;
 pub(super) const LONG: usize = 8;
 
 /// One step.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepRecord {
     /// Energy before it.
     pub energy: f64,
@@ -35,7 +35,7 @@ impl StepRecord {
 }
 
 /// How the flow ended.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlowOutcome {
     /// What was made small.
     pub energy: Energy,

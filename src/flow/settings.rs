@@ -1,6 +1,6 @@
 //! How a flow is run.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::band::{MARGIN, WIDTH};
 
@@ -10,7 +10,7 @@ pub(super) const REACH: f64 = WIDTH + MARGIN + 1.0;
 const KAPPA_ACROSS: f64 = 20.0;
 
 /// The energy whose steady state a fill is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Energy {
     /// `½∫ h²`: exact on spheres, minimal surfaces, Clifford tori and their Möbius images, and the most robust.
@@ -21,25 +21,16 @@ pub enum Energy {
     CurvatureVariation,
 }
 
-impl Energy {
-    /// Length of a patch's edges over that of the edges round the hole, unless it is given. Shorter for the variation of
-    /// curvature, whose surface is nearer to smooth data than chords of the usual length are to it.
-    pub fn edge_ratio(self) -> f64 {
-        match self {
-            Self::Willmore => 0.8,
-            Self::CurvatureVariation => 0.45,
-        }
-    }
-}
-
 /// Which approximation of the Hessian a step uses. All share their steady states.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Variant {
     /// `L2 M⁻¹ L3`, nonsymmetric: the paper's first scheme.
     I,
     /// `L3 M⁻¹ L3`: the paper's second scheme.
     II,
     /// `L2 M⁻¹ L2`.
+    #[default]
+    #[serde(rename = "gauss-newton")]
     GaussNewton,
 }
 

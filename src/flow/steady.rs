@@ -4,10 +4,8 @@ use super::band::Band;
 use super::energy::BandEnergy;
 use super::outcome::{FlowOutcome, LONG, StepRecord};
 use super::pull::Pull;
-use super::settings::{Energy, FlowSettings, REACH};
+use super::settings::{FlowSettings, REACH};
 use super::state::BandState;
-use super::variation::VariationBand;
-use super::willmore::WillmoreBand;
 use crate::grid::SparseGrid;
 use crate::sdf::redistance;
 
@@ -20,27 +18,8 @@ const IDLE: f64 = 0.95;
 /// κ is raised by doubling, up to this.
 const KAPPA_LIMIT: f64 = 16.0;
 
-/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`; `pull` holds it to a given surface.
-/// `keep_going` may end it early.
-///
-/// A step solves `A d = −∇E`, clips `d` to one voxel at each node and is halved until the energy falls; κ is raised when
-/// steps grow. So it always ends.
-pub fn relax(
-    grid: &SparseGrid,
-    phi: &mut Vec<f64>,
-    mask: &[bool],
-    settings: &FlowSettings,
-    pull: Option<&Pull>,
-    keep_going: &dyn Fn() -> bool,
-) -> FlowOutcome {
-    let run = match settings.energy {
-        Energy::Willmore => relax_with::<WillmoreBand>,
-        Energy::CurvatureVariation => relax_with::<VariationBand>,
-    };
-    run(grid, phi, mask, settings, pull, keep_going)
-}
-
-fn relax_with<E: BandEnergy>(
+/// Lets `phi` flow to the steady state of an energy; see [`super::relax`].
+pub(super) fn relax_with<E: BandEnergy>(
     grid: &SparseGrid,
     phi: &mut Vec<f64>,
     mask: &[bool],
@@ -71,7 +50,7 @@ fn relax_with<E: BandEnergy>(
             Some(now) => now,
             None => {
                 let distances = redistance(grid, phi, mask, REACH);
-                let band = Band::new(grid, &distances, mask, E::DILATIONS);
+                let band = Band::new(grid, &distances, mask, E::NEEDS.dilations);
                 let next = BandState::<E>::new(grid, band, &distances, outcome.kappa, pull);
                 if outcome.steps.last().is_some_and(|s| next.leaps(s.energy)) {
                     break;

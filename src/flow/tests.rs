@@ -15,7 +15,7 @@ fn ball<E: BandEnergy>() -> (E, Vec<f64>) {
         phi.push(r - 7.0 + bump);
         mask.push(n[2] > 2.0);
     }
-    let band = Band::new(&grid, &phi, &mask, E::DILATIONS);
+    let band = Band::new(&grid, &phi, &mask, E::NEEDS.dilations);
     let values = band.gather(&phi);
     (E::new(band, 1.0), values)
 }

@@ -13,8 +13,8 @@ use super::cells::{
     nodal, norm, packed, stencils,
 };
 use super::element::{ELEMENT, dot, gauss_gradients};
-use super::energy::{BandEnergy, Evaluation};
-use super::settings::Variant;
+use super::energy::{BandEnergy, Evaluation, Needs};
+use super::settings::{Energy, Variant};
 use super::system::{Factors, RowWeights, System};
 
 /// A band with the variation of curvature on it.
@@ -26,7 +26,18 @@ pub struct VariationBand {
 }
 
 impl BandEnergy for VariationBand {
-    const DILATIONS: usize = 2;
+    const NEEDS: Needs = Needs {
+        dilations: 2,
+        start: &[Energy::Willmore],
+        // Its surface is closer to smooth data than the width of the usual voxel's band lets it come out, and than chords of
+        // the usual length are to it.
+        voxel: (0.4, 128.0),
+        edge_ratio: 0.45,
+        // The surface comes to rest in many small steps, and the last of them says little of how far it still has to go.
+        tolerance: 0.15,
+        metrics: &[Variant::GaussNewton],
+        fallback: Some(Energy::Willmore),
+    };
 
     fn new(band: Band, kappa: f64) -> Self {
         let counted = |cell: &Cell| {

@@ -12,7 +12,7 @@ use super::cells::{
     CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, eikonal, gathered, in_slabs,
     nodal, stencils,
 };
-use super::energy::{BandEnergy, Evaluation};
+use super::energy::{BandEnergy, Evaluation, Needs};
 use super::settings::Variant;
 use super::system::{Factors, RowWeights, System};
 
@@ -25,7 +25,16 @@ pub struct WillmoreBand {
 }
 
 impl BandEnergy for WillmoreBand {
-    const DILATIONS: usize = 1;
+    const NEEDS: Needs = Needs {
+        dilations: 1,
+        start: &[],
+        voxel: (1.0, f64::INFINITY),
+        // On scans fewer, longer edges are no farther from the truth, but vertices cost time.
+        edge_ratio: 0.8,
+        tolerance: 1.0,
+        metrics: &[Variant::GaussNewton, Variant::I, Variant::II],
+        fallback: None,
+    };
 
     fn new(band: Band, kappa: f64) -> Self {
         Self { band, kappa }

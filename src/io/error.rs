@@ -164,7 +164,7 @@ impl IoError {
     }
 
     /// Names the file the error is in.
-    pub(super) fn in_file(self, path: &Path) -> Self {
+    pub(crate) fn in_file(self, path: &Path) -> Self {
         match self {
             IoError::Read { .. } | IoError::Write { .. } | IoError::InFile { .. } => self,
             error => IoError::InFile {

@@ -1,7 +1,7 @@
 //! Boundary loops, and the holes they bound.
 
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::{
     Mesh, OpenChain,
@@ -13,16 +13,14 @@ use super::{
 const FLAT: f64 = 1e-9;
 
 /// A hole: one simple boundary loop.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Hole {
     /// Number of the hole, from 1, by falling length.
     pub id: usize,
     /// Its vertices, in the direction the faces of a patch use its edges (against the mesh's own).
-    #[serde(skip)]
     pub rim: Vec<u32>,
     /// For each edge `rim[i] → rim[i + 1]`, the direction in which the surface would continue: unit, in the plane of the
     /// face at that edge, pointing out of it.
-    #[serde(skip)]
     pub conormals: Vec<DVec3>,
     /// Number of edges.
     pub edges: usize,

@@ -5,6 +5,7 @@ pub mod attributes;
 mod chains;
 pub mod cut;
 pub mod holes;
+mod lengths;
 pub mod mask;
 pub mod measures;
 mod part;
@@ -17,13 +18,16 @@ pub mod topology;
 mod weld;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 pub use adjacency::{VertexFaces, face_normal, vertex_normal};
 pub use attributes::Attributes;
 pub use chains::{ChainReason, OpenChain};
 pub use holes::{Hole, find_holes};
+pub use lengths::{length, point};
 pub use part::Part;
 pub use topology::{Defects, Topology};
+#[cfg(feature = "io")]
 pub(crate) use weld::Welder;
 pub use weld::{weld_map, welded};
 
@@ -36,7 +40,7 @@ pub(crate) const SMALLEST: f64 = 1e-70;
 /// An indexed triangle mesh.
 ///
 /// Faces are counter-clockwise seen from outside. Coordinates are in the units of the file the mesh came from.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// Vertex positions.
     pub positions: Vec<DVec3>,

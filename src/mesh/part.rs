@@ -34,6 +34,11 @@ impl Part {
         part
     }
 
+    /// For each of its vertices the whole's number, rising.
+    pub fn vertices(&self) -> &[u32] {
+        &self.vertices
+    }
+
     /// The part's number of a vertex of the whole that is in it.
     pub fn local(&self, vertex: u32) -> u32 {
         self.vertices.partition_point(|&v| v < vertex) as u32

@@ -1,10 +1,10 @@
 //! Which holes are filled together, and on which lattice.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use crate::grid::{Lattice, NodeIndex};
 use crate::mesh::{Hole, Mesh, bounds};
-use crate::params::VoxelSize;
 use crate::spatial::{Bounds, BoxTree};
 
 /// Rims that face each other are one opening up to this gap, in diameters of the larger one.
@@ -38,11 +38,21 @@ const MOST_BLOCKS: f64 = 2.5e5;
 const MARGIN_TAKEN: f64 = 0.35;
 const LEAST_MARGIN: f64 = 0.15;
 
-/// Holes that are filled together on one lattice.
+/// The voxel size of a region.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VoxelSize {
+    /// 32 voxels across the hole, up to 64 where its rim is finer or it is a slot, up to 96 where a region holds a small loop;
+    /// 2.5 times as many, at most 128, with the variation of curvature.
+    #[default]
+    Auto,
+    /// A length in the mesh's units; at least 1/1024 of the widest hole.
+    Length(f64),
+}
+
+/// The lattice on which holes are filled together.
 #[derive(Clone, Debug)]
 pub struct Region {
-    /// Indices of its holes.
-    pub holes: Vec<usize>,
     /// Largest diameter of its holes.
     pub diameter: f64,
     /// Voxel size on the finest level.
@@ -234,18 +244,23 @@ impl Region {
         diameter / FINEST
     }
 
-    /// The lattice of a group of holes. `growth` widens the box, `refine` divides the voxel (both 1 at first) and, where it
+    /// Nodes of its box on the finest level along the axes.
+    pub fn finest_dims(&self) -> [usize; 3] {
+        let finer = 1 << self.refinements.min(16);
+        self.dims.map(|n| n as usize * finer)
+    }
+
+    /// The lattice of holes that are filled together. `growth` widens the box, `refine` divides the voxel (both 1 at first) and, where it
     /// doubles it, the coarsest voxel too. The box holds `part` too, where there is a surface to start from.
     pub fn new(
         mesh: &Mesh,
-        holes: &[Hole],
-        group: &[usize],
+        holes: &[&Hole],
         voxel: VoxelSize,
         growth: f64,
         refine: f64,
         part: Option<(DVec3, DVec3)>,
     ) -> Self {
-        let chosen = || group.iter().map(|&h| &holes[h]);
+        let chosen = || holes.iter();
         let extent = part.map_or(0.0, |(low, high)| (high - low).max_element());
         let diameter = chosen().map(|h| h.diameter).fold(extent, f64::max);
         let smallest = chosen()
@@ -293,7 +308,6 @@ impl Region {
         }
         let (lattice, dims) = Lattice::around(low, high, margin(coarse), coarse);
         Self {
-            holes: group.to_vec(),
             diameter,
             voxel,
             refinements,

@@ -8,9 +8,10 @@ mod nested;
 mod sampling;
 #[cfg(test)]
 mod tests;
+mod zero_set;
 
 pub use data::{KeptShape, LevelSurface, MeshData};
 pub use distance::{DistanceData, NodeData, Wanted};
-pub use group::{Region, group_holes};
+pub use group::{Region, VoxelSize, group_holes};
 pub use level::Level;
 pub use nested::{LevelReport, NestedSettings, Solved, Start, TimeSpan, solve_nested};

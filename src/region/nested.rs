@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::distance::DistanceData;
 use super::level::Level;
@@ -15,9 +15,6 @@ const START_TOLERANCE: f64 = 3e-3;
 const COARSE_STEPS: usize = 14;
 /// The tolerance there over that of the finest.
 const COARSE_TOLERANCE: f64 = 20.0;
-/// The tolerance for the variation of curvature over that for the Willmore energy: the surface comes to rest in many small
-/// steps, and the last of them says little of how far it still has to go.
-const CALMER: f64 = 0.15;
 /// A level is lost when the step that led to its result still moved the surface by more than this, in voxels, and beyond
 /// hope when it did by more than that.
 const LOST: f64 = 0.05;
@@ -62,7 +59,7 @@ pub enum Start {
 }
 
 /// What happened on one level.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LevelReport {
     /// Voxel size in world units.
     pub voxel: f64,
@@ -109,15 +106,11 @@ fn is_hopeless(flow: &FlowOutcome) -> bool {
     !(flow.converged || flow.movement <= HOPELESS)
 }
 
-/// The energies whose flows run on a level, in this order: the variation of curvature starts from the Willmore steady state.
-fn stages(energy: Energy, refinement: usize) -> &'static [Energy] {
-    match energy {
-        Energy::CurvatureVariation if refinement == 0 => {
-            &[Energy::Willmore, Energy::CurvatureVariation]
-        }
-        Energy::CurvatureVariation => &[Energy::CurvatureVariation],
-        Energy::Willmore => &[Energy::Willmore],
-    }
+/// The energies whose flows run on a level, in this order.
+fn stages(energy: Energy, refinement: usize) -> Vec<Energy> {
+    let start = energy.needs().start.iter().copied();
+    let start = start.filter(|_| refinement == 0);
+    start.chain([energy]).collect()
 }
 
 /// Solves on each level in turn; `keep_going` may end it early.
@@ -217,14 +210,10 @@ fn relax_nested(
             ..settings.flow
         };
         let pull = level.pull(data);
-        for &energy in stages(settings.flow.energy, refinement) {
+        for energy in stages(settings.flow.energy, refinement) {
             let flow_settings = FlowSettings {
                 energy,
-                tolerance: flow_settings.tolerance
-                    * match energy {
-                        Energy::Willmore => 1.0,
-                        Energy::CurvatureVariation => CALMER,
-                    },
+                tolerance: flow_settings.tolerance * energy.needs().tolerance,
                 ..flow_settings
             };
             let flow = relax(

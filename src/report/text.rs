@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::{ClosedBy, FillReport, HoleOutcome, RegionReport, length, point};
 use crate::flow::Energy;
-use crate::mesh::{Defects, Hole, OpenChain};
+use crate::mend::{ClosedBy, FillReport, HoleOutcome, RegionReport, TriangulatedReason};
+use crate::mesh::{Defects, Hole, OpenChain, length, point};
 
 /// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.
 const MOST_JOINED: usize = 12;
@@ -110,13 +110,13 @@ pub fn region_lines(r: &RegionReport) -> String {
         length(r.diameter)
     );
     line += &match r.closed_by {
-        ClosedBy::LevelSet => solved(r),
-        ClosedBy::Seam => "closed with thin triangles between the sides of a seam".to_owned(),
-        ClosedBy::RimTriangles => "closed by triangles between its rim's vertices".to_owned(),
-        ClosedBy::Nothing => "not closed".to_owned(),
+        Some(ClosedBy::LevelSet) => solved(r),
+        Some(ClosedBy::Seam) => "closed with thin triangles between the sides of a seam".to_owned(),
+        Some(ClosedBy::RimTriangles) => "closed by triangles between its rim's vertices".to_owned(),
+        Some(ClosedBy::Nothing) | None => "not closed".to_owned(),
     };
     line += &format!(", {} faces, {:.2} s", r.new_faces, r.seconds);
-    if r.closed_by == ClosedBy::LevelSet && !r.levels.is_empty() && !r.converged {
+    if r.closed_by == Some(ClosedBy::LevelSet) && !r.levels.is_empty() && !r.converged {
         let movement = r.levels.last().map_or(f64::NAN, |l| l.flow.movement);
         line += &format!("; not steady: the last step moved it by {movement:.1e} voxels");
     }
@@ -141,7 +141,7 @@ fn solved(r: &RegionReport) -> String {
         .map_or((0.0, 0.0), |l| (l.flow.energy_before, l.flow.energy_after));
     let mut text = format!(
         "{:.0} voxels across, {steps} steps, energy {before:.4} -> {after:.4}",
-        r.diameter / r.voxel
+        r.diameter / r.voxel.unwrap_or(f64::NAN)
     );
     if let Some(seam) = r.seam_angle_mean {
         text += &format!(", seam {seam:.1} degrees");
@@ -270,16 +270,17 @@ pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
 
 /// The holes that did not end in a level set's surface, those with the same reason together.
 fn unsolved_lines(report: &FillReport) -> Vec<String> {
-    let mut reasons: Vec<(&str, &str, Vec<usize>)> = Vec::new();
-    let mut places: HashMap<(&str, &str), usize> = HashMap::new();
+    let mut reasons: Vec<(&str, String, Vec<usize>)> = Vec::new();
+    let mut places: HashMap<(&str, String), usize> = HashMap::new();
     for h in &report.holes {
-        let (what, why) = match &h.outcome {
-            HoleOutcome::Triangulated(why) if h.hole.edges > 4 => ("triangulated", why),
-            HoleOutcome::Left(why) => ("left open", why),
-            HoleOutcome::Failed(why) => ("NOT filled", why),
+        let what = match h.outcome {
+            HoleOutcome::Triangulated(_) if h.hole.edges > 4 => "triangulated",
+            HoleOutcome::Left(_) => "left open",
+            HoleOutcome::Failed(_) => "NOT filled",
             _ => continue,
         };
-        let place = *places.entry((what, why)).or_insert_with(|| {
+        let why = reason(&h.outcome).unwrap_or_default();
+        let place = *places.entry((what, why.clone())).or_insert_with(|| {
             reasons.push((what, why, Vec::new()));
             reasons.len() - 1
         });
@@ -300,6 +301,22 @@ fn unsolved_lines(report: &FillReport) -> Vec<String> {
         ));
     }
     lines
+}
+
+/// Why a hole ended as it did, in words; none where it was filled.
+pub fn reason(outcome: &HoleOutcome) -> Option<String> {
+    match outcome {
+        HoleOutcome::Triangulated(TriangulatedReason::Seam) => {
+            let why = TriangulatedReason::Seam;
+            Some(format!("{why}, which was closed with thin triangles"))
+        }
+        HoleOutcome::Triangulated(why) | HoleOutcome::WouldBeTriangulated(why) => {
+            Some(why.to_string())
+        }
+        HoleOutcome::Left(why) => Some(why.to_string()),
+        HoleOutcome::Failed(why) => Some(why.to_string()),
+        HoleOutcome::Filled | HoleOutcome::WouldBeFilled => None,
+    }
 }
 
 /// How many holes ended in which way, in one line.

@@ -1,15 +1,19 @@
+use std::borrow::Cow;
+
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 /// Why a patch could not be made.
-#[derive(Clone, Debug, Error, PartialEq)]
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum StitchError {
     /// An index is beyond the vertices.
     #[error("{what} refers to vertex {vertex}, but there are only {len}; check the input")]
     Index {
         /// What holds the index.
-        what: &'static str,
+        what: Cow<'static, str>,
         /// The index.
         vertex: u32,
         /// The number of vertices.
@@ -19,7 +23,7 @@ pub enum StitchError {
     #[error("{what} is not a usable number; check the input")]
     Number {
         /// What is wrong.
-        what: &'static str,
+        what: Cow<'static, str>,
     },
     /// There are no rim loops.
     #[error("there is no rim loop to stitch to; give at least one loop with three edges")]

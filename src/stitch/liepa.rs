@@ -42,7 +42,7 @@ pub(crate) fn triangulate_loop_beside(
     let len = mesh.positions.len();
     if let Some(&vertex) = rim.iter().find(|&&v| v as usize >= len) {
         return Err(StitchError::Index {
-            what: "a rim loop",
+            what: "a rim loop".into(),
             vertex,
             len,
         });

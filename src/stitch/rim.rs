@@ -54,12 +54,12 @@ impl Rims {
 
 fn validate(input: &StitchInput) -> Result<(), StitchError> {
     let len = input.mesh.positions.len();
-    let check = |what, v: u32, len: usize| {
+    let check = |what: &'static str, v: u32, len: usize| {
         if (v as usize) < len {
             Ok(())
         } else {
             Err(StitchError::Index {
-                what,
+                what: what.into(),
                 vertex: v,
                 len,
             })
@@ -69,7 +69,7 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
         check("a rim loop", v, len)?;
         if !input.mesh.positions[v as usize].is_finite() {
             return Err(StitchError::Number {
-                what: "a rim vertex",
+                what: "a rim vertex".into(),
             });
         }
     }
@@ -89,12 +89,12 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
     let positive = [input.voxel, p.edge_factor, p.chord_error];
     if positive.iter().any(|v| !v.is_finite() || *v <= 0.0) {
         return Err(StitchError::Number {
-            what: "the voxel, the edge factor or the chord error",
+            what: "the voxel, the edge factor or the chord error".into(),
         });
     }
     if !p.cut_depth.is_finite() || !p.facet_compensation.is_finite() {
         return Err(StitchError::Number {
-            what: "the cut depth or the facet compensation",
+            what: "the cut depth or the facet compensation".into(),
         });
     }
     Ok(())

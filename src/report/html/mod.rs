@@ -12,7 +12,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::view::Scene;
-use super::{HoleOutcome, HoleReport, RegionReport};
+use crate::mend::{HoleOutcome, HoleReport, RegionReport};
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");

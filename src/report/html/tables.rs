@@ -2,9 +2,10 @@
 
 use std::fmt::Write;
 
+use super::super::text::reason;
 use super::super::view::Scene;
-use super::super::{HoleOutcome, HoleReport, RegionReport};
 use super::{add, escaped, listed, number};
+use crate::mend::{HoleOutcome, HoleReport, RegionReport};
 
 /// What things are called: after a change, or where a mesh is only looked at.
 #[derive(Clone, Copy)]
@@ -24,6 +25,12 @@ impl Words {
         }
     }
 
+    /// Why a hole ended as it did.
+    fn why(self, hole: &HoleReport) -> String {
+        let why = reason(&hole.outcome).filter(|_| !self.single);
+        escaped(&why.unwrap_or_default())
+    }
+
     /// How many holes came out how, in words.
     pub fn status(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
@@ -31,7 +38,7 @@ impl Words {
             let word = self.of(class);
             let count = holes
                 .iter()
-                .filter(|h| named(&h.outcome).0 == class)
+                .filter(|h| class_of(&h.outcome) == class)
                 .count();
             if count > 0 {
                 add!(out, "<li class=\"{class}\">{count} {word}</li>");
@@ -44,7 +51,7 @@ impl Words {
     pub fn hole_list(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
         for h in holes {
-            let (class, why) = named(&h.outcome);
+            let (class, why) = (class_of(&h.outcome), self.why(h));
             add!(
                 out,
                 "<li><button type=\"button\" class=\"hole {class}\" data-hole=\"{id}\" aria-pressed=\"false\">\
@@ -61,7 +68,7 @@ impl Words {
                 },
             );
             if !why.is_empty() {
-                add!(out, "<span class=\"why\">{}</span>", escaped(why));
+                add!(out, "<span class=\"why\">{}</span>", why);
             }
             out.push_str("</button></li>");
         }
@@ -72,7 +79,7 @@ impl Words {
     pub fn hole_table(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
         for h in holes {
-            let (class, why) = named(&h.outcome);
+            let (class, why) = (class_of(&h.outcome), self.why(h));
             let [x, y, z] = h.hole.centre.to_array().map(number);
             let normal = h.hole.normal.to_array().map(|x| format!("{x:.3}"));
             let normal = normal.join(", ").replace('-', "−");
@@ -93,7 +100,7 @@ impl Words {
                     h.region.to_string()
                 },
                 self.of(class),
-                escaped(why),
+                why,
                 id = h.hole.id,
             );
         }
@@ -101,13 +108,13 @@ impl Words {
     }
 }
 
-/// The class of an outcome, and why.
-fn named(outcome: &HoleOutcome) -> (&'static str, &str) {
+/// The class of an outcome.
+fn class_of(outcome: &HoleOutcome) -> &'static str {
     match outcome {
-        HoleOutcome::Filled => ("filled", ""),
-        HoleOutcome::Triangulated(why) => ("triangulated", why),
-        HoleOutcome::Left(why) => ("left", why),
-        HoleOutcome::Failed(why) => ("failed", why),
+        HoleOutcome::Filled | HoleOutcome::WouldBeFilled => "filled",
+        HoleOutcome::Triangulated(_) | HoleOutcome::WouldBeTriangulated(_) => "triangulated",
+        HoleOutcome::Left(_) => "left",
+        HoleOutcome::Failed(_) => "failed",
     }
 }
 
@@ -179,11 +186,8 @@ fn region_row(out: &mut String, r: &RegionReport) {
         Some(_) if r.converged => "steady",
         Some(_) => "not steady",
     };
-    let across = if r.voxel > 0.0 {
-        format!("{:.0}", r.diameter / r.voxel)
-    } else {
-        "–".to_owned()
-    };
+    let across = r.voxel.map(|voxel| format!("{:.0}", r.diameter / voxel));
+    let across = across.unwrap_or_else(|| "–".to_owned());
     add!(
         out,
         "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{across}</td><td>{steps}</td><td>{state}</td>\
@@ -205,7 +209,11 @@ fn region_row(out: &mut String, r: &RegionReport) {
         r.seconds,
     );
     if !r.earlier_tries.is_empty() {
-        let tries: Vec<String> = r.earlier_tries.iter().map(|t| escaped(t)).collect();
+        let tries: Vec<String> = r
+            .earlier_tries
+            .iter()
+            .map(|t| escaped(&t.to_string()))
+            .collect();
         add!(
             out,
             "<tr class=\"more\"><td colspan=\"12\">region {} was tried again: {}</td></tr>",

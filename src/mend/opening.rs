@@ -4,14 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
-use super::{Inspection, RestoreError, inspect};
+use super::outcome::{HoleOutcome, LeftReason};
+use super::params::{FillParams, SurfaceKind};
+use super::report::FillReport;
+use super::{Inspection, RestoreError};
 use crate::mesh::cut::{Remainder, settled};
 use crate::mesh::topology::{NONE, end, start};
-use crate::mesh::{Mesh, weld_map};
-use crate::params::{FillParams, SurfaceKind};
 
 /// Marked pieces of at most this many faces go without being replaced.
-const CRUMB_FACES: usize = 2;
+const SMALL_FACES: usize = 2;
 
 /// An edge between vertices of the welded input, the smaller number first.
 type Edge = (u32, u32);
@@ -19,13 +20,13 @@ type Edge = (u32, u32);
 /// A cut, and what it left.
 pub(super) struct Opening<'a> {
     /// The mesh before the cut.
-    pub(super) before: &'a Inspection,
+    pub(super) before: &'a Inspection<'a>,
     /// Which faces were taken out: the marked ones, and those without which there would be no clean rim.
     pub(super) removed: Vec<bool>,
-    /// The mesh after it.
-    pub(super) kept: Remainder,
-    /// Its holes.
-    pub(super) found: Inspection,
+    /// Which vertices are still there.
+    vertices: Vec<bool>,
+    /// The mesh after it, and its holes.
+    pub(super) found: Inspection<'static>,
     /// The numbers of the holes that the cut made or changed.
     made: Vec<usize>,
     /// For each hole the part of what was cut out that it bounds, as indices of `bounds`.
@@ -37,23 +38,19 @@ pub(super) struct Opening<'a> {
 impl<'a> Opening<'a> {
     /// Cuts the marked faces out of a mesh that was inspected, and small parts left inside too if asked.
     pub(super) fn new(
-        mesh: &Mesh,
-        before: &'a Inspection,
+        before: &'a Inspection<'a>,
         marked: &[bool],
         keep_vertices: bool,
         small_parts: bool,
     ) -> Result<Self, RestoreError> {
         let removed = settled(&before.mesh, &before.topology, marked, small_parts);
         refuse_whole_pieces(before, &removed)?;
-        let kept = Remainder::new(mesh, &removed, keep_vertices);
-        let found = inspect(&kept.mesh)?;
-        let weld = weld_map(mesh);
-        let origin: Vec<u32> = (0..weld.len())
-            .filter(|&v| kept.vertices[v])
-            .map(|v| weld[v])
-            .collect();
+        let kept = Remainder::new(&before.input, &removed, keep_vertices);
+        let found = Inspection::new(kept.mesh)?;
+        let origin = before.weld.iter().zip(&kept.vertices);
+        let origin: Vec<u32> = origin.filter(|(_, kept)| **kept).map(|(w, _)| *w).collect();
         let rims: Vec<Vec<Edge>> = found.holes.iter().map(|h| edges(&h.rim, &origin)).collect();
-        let made = made(mesh, before, &found, &rims)?;
+        let made = made(before, &found, &rims)?;
         let (of_edge, bounds) = parts(before, &removed);
         let part = rims
             .iter()
@@ -62,7 +59,7 @@ impl<'a> Opening<'a> {
         Ok(Self {
             before,
             removed,
-            kept,
+            vertices: kept.vertices,
             found,
             made,
             part,
@@ -79,6 +76,38 @@ impl<'a> Opening<'a> {
             bridge: self.bridges(),
             surface: SurfaceKind::Stitched,
             ..fill.clone()
+        }
+    }
+
+    /// Turns the report of a fill of what the cut left open into one on the mesh before it.
+    pub(super) fn told(&self, report: &mut FillReport) {
+        let before = self.before;
+        report.vertices = before.input.positions.len();
+        report.faces = before.input.faces.len();
+        report.pieces = before.topology.piece_faces.len();
+        report.defects = before.topology.defects;
+        for hole in &mut report.holes {
+            if let HoleOutcome::Left(why) = &mut hole.outcome {
+                *why = LeftReason::NotMarked;
+            }
+        }
+        for region in &mut report.regions {
+            region.bridge = false;
+        }
+    }
+
+    /// Faces and vertices that went.
+    pub(super) fn taken(&self) -> [usize; 2] {
+        let gone = self.vertices.iter().filter(|kept| !**kept).count();
+        [count(&self.removed), gone]
+    }
+
+    /// What is left of the mesh.
+    pub(super) fn into_kept(self) -> Remainder {
+        Remainder {
+            mesh: self.found.input.into_owned(),
+            faces: self.removed.iter().map(|r| !r).collect(),
+            vertices: self.vertices,
         }
     }
 
@@ -100,6 +129,11 @@ impl<'a> Opening<'a> {
     }
 }
 
+/// Number of marks that are set.
+pub(super) fn count(marks: &[bool]) -> usize {
+    marks.iter().filter(|m| **m).count()
+}
+
 fn key(v: u32, w: u32) -> Edge {
     (v.min(w), v.max(w))
 }
@@ -113,7 +147,7 @@ fn edges(rim: &[u32], origin: &[u32]) -> Vec<Edge> {
         .collect()
 }
 
-/// Pieces but crumbs must keep some faces.
+/// Pieces of more than two faces must keep some.
 fn refuse_whole_pieces(before: &Inspection, removed: &[bool]) -> Result<(), RestoreError> {
     let mut left = before.topology.piece_faces.clone();
     for (&piece, _) in before
@@ -128,7 +162,7 @@ fn refuse_whole_pieces(before: &Inspection, removed: &[bool]) -> Result<(), Rest
         }
     }
     let sizes = before.topology.piece_faces.iter().zip(&left);
-    let whole = sizes.filter(|(all, left)| **left == 0 && **all > CRUMB_FACES);
+    let whole = sizes.filter(|(all, left)| **left == 0 && **all > SMALL_FACES);
     match whole.map(|(all, _)| *all).max() {
         Some(faces) => Err(RestoreError::WholePiece { faces }),
         None if left.iter().all(|l| *l == 0) => Err(RestoreError::WholePiece {
@@ -140,7 +174,6 @@ fn refuse_whole_pieces(before: &Inspection, removed: &[bool]) -> Result<(), Rest
 
 /// The numbers of the holes that the cut made or changed.
 fn made(
-    mesh: &Mesh,
     before: &Inspection,
     found: &Inspection,
     rims: &[Vec<Edge>],
@@ -162,7 +195,7 @@ fn made(
             continue;
         }
         if let Some(edge) = rim.iter().find(|e| outer.contains(e)) {
-            let p = mesh.positions[edge.0 as usize];
+            let p = before.input.positions[edge.0 as usize];
             return Err(RestoreError::Border {
                 x: p.x,
                 y: p.y,

@@ -2,8 +2,7 @@
 
 use thiserror::Error;
 
-use crate::mesh::{LARGEST, Mesh, SMALLEST};
-use crate::report::length;
+use crate::mesh::{LARGEST, Mesh, SMALLEST, length};
 
 /// Why nothing could be filled.
 #[derive(Debug, Error)]
@@ -49,7 +48,7 @@ pub enum FillError {
         extent: f64,
     },
     /// A hole number that does not exist.
-    #[error("there is no hole {id}; the mesh has {count} (`isomend inspect` lists them)")]
+    #[error("there is no hole {id}; the mesh has {count}")]
     NoSuchHole {
         /// The number asked for.
         id: usize,
@@ -60,7 +59,7 @@ pub enum FillError {
     #[error("{what}")]
     Parameter {
         /// What is wrong and what would be right.
-        what: String,
+        what: &'static str,
     },
     /// The voxel would need too large a grid.
     #[error(
@@ -74,8 +73,27 @@ pub enum FillError {
         /// One that fits.
         fits: f64,
     },
+    /// The threads could not be started.
+    #[error("{threads} threads could not be started; take fewer")]
+    Threads {
+        /// So many were asked for.
+        threads: usize,
+    },
+    /// The patches of another number of regions than there are, or of other regions.
+    #[error(
+        "there are {regions} regions, but patches of {patches} regions were given; one for each is needed, in order"
+    )]
+    Patches {
+        /// Number of regions.
+        regions: usize,
+        /// Number of patches, or of the first that is not its region's.
+        patches: usize,
+    },
+    /// A task that was read is none that was written.
+    #[error("the task holds numbers that do not fit each other; write it again")]
+    Task,
     /// The caller asked to stop.
-    #[error("stopped before it was done; nothing was written")]
+    #[error("stopped before it was done")]
     Cancelled,
 }
 
@@ -95,7 +113,7 @@ pub enum RestoreError {
         faces: usize,
     },
     /// No face is marked.
-    #[error("the mask marks no face; `isomend inspect` with the same mask shows what it marks")]
+    #[error("the mask marks no face")]
     NothingMarked,
     /// Nothing of a piece is left to continue.
     #[error(

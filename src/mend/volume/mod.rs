@@ -6,13 +6,14 @@ use std::time::Instant;
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::{FillError, validate};
+use super::FillError;
+use super::inspection::validate;
 use crate::grid::Volume;
-use crate::mesh::{Mesh, Topology, bounds, welded};
-use crate::params::VoxelSize;
-use crate::report::length;
+use crate::mesh::{Mesh, Topology, bounds, length, welded};
+use crate::region::VoxelSize;
 use crate::spatial::Bvh;
 use signs::Signs;
 
@@ -26,7 +27,9 @@ pub const AUTO_VOXELS: f64 = 128.0;
 pub const MARGIN: f64 = 3.0;
 
 /// Settings of [`signed_distance_volume`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
 pub struct VolumeParams {
     /// Distance of neighbouring nodes, in the mesh's units; `Auto` is 1/128 of the longest side of the bounding box.
     pub voxel: VoxelSize,
@@ -87,7 +90,7 @@ pub struct Measured {
 }
 
 /// Where the time of a volume went, in seconds.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct MeasuredSeconds {
     /// Joining vertices at the same place and finding edges and pieces.
     pub topology: f64,

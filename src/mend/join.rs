@@ -2,10 +2,12 @@
 
 use glam::DVec3;
 
-use super::attempt::{RegionPatch, Work};
-use crate::mesh::{Mesh, Part, bounds};
+use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason};
+use super::report::RegionReport;
+use super::solve::RegionWork;
+use super::task::RegionPatch;
+use crate::mesh::{Hole, Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
-use crate::report::{ClosedBy, HoleOutcome, RegionReport};
 use crate::stitch::{
     Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch,
     triangulate_loop_beside,
@@ -14,18 +16,17 @@ use crate::stitch::{
 /// How far round the extracted surface the mesh may be looked at, in parts of its size. More than the stitcher's own margin.
 const MARGIN: f64 = 0.15;
 
-impl Work<'_> {
+impl RegionWork<'_> {
     /// Stitches the extracted surface of a region to its rims.
     pub(super) fn stitch(
         &self,
-        group: &[usize],
         region: &Region,
         surface: &LevelSurface,
         extracted: &Mesh,
     ) -> Result<Patch, StitchError> {
-        let part = self.round(group, extracted, region.voxel);
-        let loops: Vec<Vec<u32>> = group.iter().map(|&h| self.local_rim(&part, h)).collect();
-        let count = self.found.mesh.positions.len();
+        let part = self.round(extracted, region.voxel);
+        let loops: Vec<Vec<u32>> = self.holes.iter().map(|h| local_rim(&part, h)).collect();
+        let count = self.mesh.positions.len();
         let mut patch = stitch(&StitchInput {
             mesh: &part.mesh,
             loops: &loops,
@@ -42,71 +43,60 @@ impl Work<'_> {
         Ok(patch)
     }
 
-    /// The part of the mesh near an extracted surface and the rims of a group.
-    fn round(&self, group: &[usize], extracted: &Mesh, voxel: f64) -> Part {
-        let mesh = &self.found.mesh;
-        let rim = || {
-            group
-                .iter()
-                .flat_map(|&h| &self.found.holes[h].rim)
-                .copied()
-        };
+    /// The part of the mesh near an extracted surface and the rims.
+    fn round(&self, extracted: &Mesh, voxel: f64) -> Part {
+        let rim = || self.holes.iter().flat_map(|h| &h.rim).copied();
         let points = rim()
-            .map(|v| mesh.positions[v as usize])
+            .map(|v| self.mesh.positions[v as usize])
             .chain(extracted.positions.iter().copied());
         let (low, high) = bounds(points);
         let margin = DVec3::splat(MARGIN * (high - low).max_element() + 2.0 * voxel);
-        self.sources.all().part(low - margin, high + margin, rim())
-    }
-
-    fn local_rim(&self, part: &Part, hole: usize) -> Vec<u32> {
-        let rim = self.found.holes[hole].rim.iter();
-        rim.map(|&v| part.local(v)).collect()
+        self.all.part(low - margin, high + margin, rim())
     }
 
     /// Triangulates each loop on its own, with other diagonals than the loops before it.
     pub(super) fn triangulate(
         &self,
-        group: &[usize],
-        why: &str,
+        why: TriangulatedReason,
         mut report: RegionReport,
     ) -> RegionPatch {
-        let rims: Vec<Vec<u32>> = group
-            .iter()
-            .map(|&h| self.found.holes[h].rim.clone())
-            .collect();
-        let part = self.sources.all().part_round(&rims);
+        let rims: Vec<Vec<u32>> = self.holes.iter().map(|h| h.rim.clone()).collect();
+        let part = self.all.part_round(&rims);
         let mut faces = Vec::new();
         let mut outcomes = Vec::new();
-        for &h in group {
-            report.diameter = report.diameter.max(self.found.holes[h].diameter);
-            let outcome =
-                match triangulate_loop_beside(&part.mesh, &self.local_rim(&part, h), &faces) {
-                    Ok(new) => {
-                        faces.extend(new);
-                        HoleOutcome::Triangulated(why.to_owned())
-                    }
-                    Err(e) => HoleOutcome::Failed(format!("{why}; {e}")),
-                };
-            outcomes.push((h, outcome));
+        for hole in self.holes {
+            report.diameter = report.diameter.max(hole.diameter);
+            let made = triangulate_loop_beside(&part.mesh, &local_rim(&part, hole), &faces);
+            outcomes.push(match made {
+                Ok(new) => {
+                    faces.extend(new);
+                    HoleOutcome::Triangulated(why.clone())
+                }
+                Err(error) => HoleOutcome::Failed(FailedReason::NoTriangulation {
+                    after: why.clone(),
+                    error,
+                }),
+            });
         }
+        let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Failed(_));
         report.new_faces = faces.len();
         report.intersecting_faces = count_intersecting(&part.mesh, &[], &faces);
         report.components = outcomes.len();
-        report.closed_by = match outcomes
-            .iter()
-            .any(|o| matches!(o.1, HoleOutcome::Failed(_)))
-        {
+        report.closed_by = Some(match outcomes.iter().any(is_open) {
             true => ClosedBy::Nothing,
             false => ClosedBy::RimTriangles,
-        };
-        renumber(&mut faces, &part, self.found.mesh.positions.len());
+        });
+        renumber(&mut faces, &part, self.mesh.positions.len());
         RegionPatch {
-            patch: Mesh::new(Vec::new(), faces),
+            mesh: Mesh::new(Vec::new(), faces),
             report,
             outcomes,
         }
     }
+}
+
+fn local_rim(part: &Part, hole: &Hole) -> Vec<u32> {
+    hole.rim.iter().map(|&v| part.local(v)).collect()
 }
 
 /// Gives faces the vertex numbers of the whole mesh, which has `count` vertices.

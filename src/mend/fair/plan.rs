@@ -5,22 +5,21 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::super::attempt::extract;
-use super::super::opening::Opening;
-use super::super::progress::Watch;
-use super::super::restore::{count, fill_opening};
-use super::super::{FillError, Inspection, Progress};
-use super::{FairError, FairExtent, FairParams, FairReport, Faired};
+use super::super::control::{Control, Watch};
+use super::super::opening::{Opening, count};
+use super::super::outcome::{ClosedBy, FailedReason, HoleOutcome};
+use super::super::params::{FairExtent, FairParams, FillParams};
+use super::super::report::{FairReport, FillReport, RegionReport};
+use super::super::{FillError, Inspection};
+use super::{FairError, Faired};
 use crate::flow::FlowSettings;
 use crate::grid::Lattice;
 use crate::mesh::mask::shrunk_from_borders;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, bounds};
-use crate::params::{FillParams, VoxelSize};
 use crate::region::{
-    KeptShape, Level, MeshData, NestedSettings, Solved, Start, TimeSpan, solve_nested,
+    KeptShape, Level, MeshData, NestedSettings, Solved, Start, TimeSpan, VoxelSize, solve_nested,
 };
-use crate::report::{ClosedBy, FillReport, HoleOutcome, RegionReport};
 use crate::sdf::{RimSet, Sampler};
 use crate::stitch::{Surface, remesh_closed};
 
@@ -65,9 +64,7 @@ impl Plan {
     ) -> Result<Self, FairError> {
         let sizes = Sizes::new(found, marked).ok_or(FairError::NoSurface)?;
         let Sizes { edge, area, .. } = sizes;
-        let bad = |what: &str| FillError::Parameter {
-            what: what.to_owned(),
-        };
+        let bad = |what| FillError::Parameter { what };
         let strength = match params.extent {
             FairExtent::Time(time) => TAU * time.powf(0.25),
             FairExtent::Strength(strength) => strength,
@@ -90,7 +87,7 @@ impl Plan {
             VoxelSize::Length(voxel) => voxel,
         };
         if !(voxel.is_finite() && voxel > 0.0) {
-            return Err(bad("the voxel size must be a positive length, or `auto`").into());
+            return Err(bad("the voxel size must be a positive length, or automatic").into());
         }
         sizes.check(strength, voxel, params.voxel)?;
         Ok(Self {
@@ -113,44 +110,46 @@ impl Plan {
     /// The marked faces evolve.
     pub(super) fn part(
         &self,
-        mesh: &Mesh,
         found: &Inspection,
         marked: &[bool],
         params: &FairParams,
-        progress: &Progress,
+        control: &Control,
     ) -> Result<Faired, FairError> {
-        let opening = Opening::new(mesh, found, marked, params.keep_vertices, false)?;
+        let opening = Opening::new(found, marked, params.keep_vertices, false)?;
         let closed = opening.closed();
         let damaged = opening.evolving(&closed, self.span);
         let fill = self.fill_params(params);
-        let filled = fill_opening(mesh, &opening, &fill, Some(&damaged), progress)?;
+        let filled = opening.fill(&fill, Some(&damaged), control)?;
         for hole in &filled.report.holes {
-            if let HoleOutcome::Failed(why) | HoleOutcome::Triangulated(why) = &hole.outcome {
+            if let HoleOutcome::Failed(FailedReason::NoTriangulation { after: why, .. })
+            | HoleOutcome::Triangulated(why) = &hole.outcome
+            {
                 let [x, y, z] = hole.hole.centre.to_array();
-                let why = why.clone();
+                let why = Box::new(why.clone());
                 return Err(FairError::NotJoined { x, y, z, why });
             }
         }
+        drop(damaged);
+        let [removed_faces, removed_vertices] = opening.taken();
         Ok(Faired {
             mesh: filled.mesh,
             report: FairReport {
                 marked_faces: count(marked),
-                removed_faces: count(&opening.removed),
-                removed_vertices: mesh.positions.len() - opening.kept.mesh.positions.len(),
+                removed_faces,
+                removed_vertices,
                 fill: filled.report,
                 ..FairReport::default()
             },
-            kept: Some(opening.kept),
+            kept: Some(opening.into_kept()),
         })
     }
 
     /// All of a closed surface evolves.
     pub(super) fn whole(
         &self,
-        mesh: &Mesh,
         found: &Inspection,
         params: &FairParams,
-        progress: &Progress,
+        control: &Control,
     ) -> Result<Faired, FairError> {
         let clock = Instant::now();
         let sampler = Sampler::new(&found.mesh, &found.topology);
@@ -162,16 +161,14 @@ impl Plan {
         };
         let data = MeshData::new(&sampler, &found.mesh, &[], true).keeping(Some(kept));
         let settings = self.nested(found, params);
-        let watch = Watch::new(progress, vec![1.0]);
+        let watch = Watch::new(*control, vec![1.0]);
         watch.begin(&[]);
         let solved = solve_nested(&data, &settings, &|| watch.keep_going());
-        if !watch.keep_going() {
-            return Err(FillError::Cancelled.into());
-        }
+        watch.finish()?;
         if !solved.converged() {
             return Err(self.stuck(&solved));
         }
-        let extracted = extract(&solved.level);
+        let extracted = solved.level.zero_set();
         if extracted.faces.is_empty() {
             return Err(FairError::Vanished);
         }
@@ -180,8 +177,8 @@ impl Plan {
         let patch = remesh_closed(&extracted, &surface, solved.level.lattice.voxel, edge)?;
         let region = RegionReport {
             id: 1,
-            closed_by: ClosedBy::LevelSet,
-            voxel: solved.level.lattice.voxel,
+            closed_by: Some(ClosedBy::LevelSet),
+            voxel: Some(solved.level.lattice.voxel),
             converged: true,
             levels: solved.reports.clone(),
             new_vertices: patch.positions.len(),
@@ -193,26 +190,23 @@ impl Plan {
             ..RegionReport::default()
         };
         watch.end(0, &region);
-        let (faces, vertices) = (mesh.faces.len(), mesh.positions.len());
+        let mut report = FairReport {
+            fill: FillReport {
+                vertices: found.input.positions.len(),
+                faces: found.input.faces.len(),
+                pieces: found.topology.piece_faces.len(),
+                defects: found.topology.defects,
+                open_chains: found.open_chains.clone(),
+                regions: vec![region],
+                ..FillReport::default()
+            },
+            ..FairReport::default()
+        };
+        report.take_all(found);
         Ok(Faired {
             mesh: Mesh::new(patch.positions, patch.faces),
             kept: None,
-            report: FairReport {
-                whole: true,
-                marked_faces: faces,
-                removed_faces: faces,
-                removed_vertices: vertices,
-                fill: FillReport {
-                    vertices,
-                    faces,
-                    pieces: found.topology.piece_faces.len(),
-                    defects: found.topology.defects,
-                    open_chains: found.open_chains.clone(),
-                    regions: vec![region],
-                    ..FillReport::default()
-                },
-                ..FairReport::default()
-            },
+            report,
         })
     }
 

@@ -5,13 +5,16 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Inspection;
+use super::task::Looked;
+use crate::mesh::Hole;
 use crate::mesh::topology::NONE;
-use crate::params::VoxelSize;
-use crate::region::Region;
+use crate::region::{Region, VoxelSize};
 use crate::sdf::Sampler;
 
 /// The restricted hierarchies may hold this many times the mesh's faces in all.
 const MOST_COPIES: usize = 8;
+/// How far out of a region's box, in parts of its size, what a patch must not cross is looked at: more than in `join`.
+const PATCH_MARGIN: f64 = 0.25;
 /// How much wider than the first box a region may become.
 const WIDEST: f64 = 1.8;
 
@@ -24,6 +27,9 @@ pub(super) struct Sources<'a> {
     restricted: Vec<Sampler<'a>>,
     /// For each group its restricted sampler, if it needs one.
     of_group: Vec<Option<usize>>,
+    /// For each group the bodies that it knows, where it has a restricted sampler.
+    own: Vec<Option<Vec<u32>>>,
+    bodies: Bodies,
 }
 
 impl<'a> Sources<'a> {
@@ -38,27 +44,60 @@ impl<'a> Sources<'a> {
         let mut sets: BTreeMap<Vec<u32>, usize> = BTreeMap::new();
         let mut restricted = Vec::new();
         let mut room = MOST_COPIES * found.mesh.faces.len();
-        let of_group = groups
-            .iter()
-            .map(|group| {
-                let own = asked(group).then(|| bodies.others_near(found, group))??;
-                if let Some(&at) = sets.get(&own) {
-                    return Some(at);
-                }
-                let faces: usize = own.iter().map(|&b| bodies.faces[b as usize]).sum();
-                room = room.checked_sub(faces)?;
-                let wanted =
-                    |piece: u32| own.binary_search(&bodies.of_piece[piece as usize]).is_ok();
-                restricted.push(all.restricted(&wanted));
-                sets.insert(own, restricted.len() - 1);
-                Some(restricted.len() - 1)
-            })
-            .collect();
+        let mut restrict = |own: &Vec<u32>| {
+            if let Some(&at) = sets.get(own) {
+                return Some(at);
+            }
+            let faces: usize = own.iter().map(|&b| bodies.faces[b as usize]).sum();
+            room = room.checked_sub(faces)?;
+            let wanted = |piece: u32| own.binary_search(&bodies.of_piece[piece as usize]).is_ok();
+            restricted.push(all.restricted(&wanted));
+            sets.insert(own.clone(), restricted.len() - 1);
+            Some(restricted.len() - 1)
+        };
+        let (mut of_group, mut of_bodies) = (Vec::new(), Vec::new());
+        for group in groups {
+            let own = asked(group)
+                .then(|| bodies.others_near(found, group))
+                .flatten();
+            let at = own.as_ref().and_then(&mut restrict);
+            of_group.push(at);
+            of_bodies.push(own.filter(|_| at.is_some()));
+        }
         Self {
             all,
             restricted,
             of_group,
+            own: of_bodies,
+            bodies,
         }
+    }
+
+    /// The pieces that a group looks at; none where it knows the whole mesh. `holes` are the group's.
+    pub(super) fn pieces_of(
+        &self,
+        found: &Inspection,
+        group: usize,
+        holes: &[&Hole],
+        voxel: VoxelSize,
+    ) -> Option<Looked> {
+        let own = self.own[group].as_ref()?;
+        let is_own = |piece: usize| own.binary_search(&self.bodies.of_piece[piece]).is_ok();
+        let boxes = [VoxelSize::Auto, voxel].map(|voxel| {
+            let [low, high] = widest_box(found, holes, voxel);
+            let margin = DVec3::splat(PATCH_MARGIN * (high - low).max_element());
+            [low - margin, high + margin]
+        });
+        let is_near = |piece: usize| {
+            let body = self.bodies.of_piece[piece] as usize;
+            let small = self.bodies.faces[body] == 0;
+            small || boxes.iter().any(|b| meet(b, &self.bodies.boxes[body]))
+        };
+        let pieces = 0..found.topology.piece_faces.len();
+        Some(Looked {
+            near: pieces.clone().map(|p| is_own(p) || is_near(p)).collect(),
+            known: pieces.map(is_own).collect(),
+        })
     }
 
     /// The whole mesh.
@@ -127,23 +166,26 @@ impl Bodies {
         let mut own: Vec<u32> = group.iter().map(|h| self.of_piece[piece(h)]).collect();
         own.sort_unstable();
         own.dedup();
-        let region = Region::new(
-            &found.mesh,
-            &found.holes,
-            group,
-            VoxelSize::Auto,
-            WIDEST,
-            1.0,
-            None,
-        );
-        let low = region.lattice.origin;
-        let size = DVec3::from_array(region.dims.map(f64::from)) * region.lattice.voxel;
-        let meets = |b: &[DVec3; 2]| b[0].cmple(low + size).all() && b[1].cmpge(low).all();
+        let holes: Vec<_> = group.iter().map(|&h| &found.holes[h]).collect();
+        let around = widest_box(found, &holes, VoxelSize::Auto);
         let another = |(i, b): (usize, &[DVec3; 2])| {
-            own.binary_search(&(i as u32)).is_err() && self.faces[i] > 0 && meets(b)
+            own.binary_search(&(i as u32)).is_err() && self.faces[i] > 0 && meet(&around, b)
         };
         self.boxes.iter().enumerate().any(another).then_some(own)
     }
+}
+
+/// The box of a region once it was widened.
+fn widest_box(found: &Inspection, holes: &[&Hole], voxel: VoxelSize) -> [DVec3; 2] {
+    let region = Region::new(&found.mesh, holes, voxel, WIDEST, 1.0, None);
+    let low = region.lattice.origin;
+    let size = DVec3::from_array(region.dims.map(f64::from)) * region.lattice.voxel;
+    [low, low + size]
+}
+
+/// Whether two boxes meet.
+fn meet(a: &[DVec3; 2], b: &[DVec3; 2]) -> bool {
+    b[0].cmple(a[1]).all() && b[1].cmpge(a[0]).all()
 }
 
 fn root(parent: &mut [u32], mut i: u32) -> u32 {

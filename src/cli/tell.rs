@@ -1,0 +1,126 @@
+//! What is said of a job: before it, while it lasts, after it.
+
+use isomend::job::{Extent, JobResult};
+use isomend::report::{length, level_lines, plan_lines, summary_lines};
+use isomend::{FairReport, HoleOutcome, RegionReport, RestoreReport};
+
+use super::console::Console;
+
+/// What would be done.
+pub fn plan(plan: &JobResult) -> String {
+    match &plan.extent {
+        Extent::Faired(report) => fair_plan(report),
+        Extent::Region(cut) => cut_plan(cut) + &lines(plan_lines(&plan.report)),
+        _ => lines(plan_lines(&plan.report)),
+    }
+}
+
+fn lines(lines: Vec<String>) -> String {
+    lines.join("\n") + "\n"
+}
+
+fn cut_plan(cut: &RestoreReport) -> String {
+    format!(
+        "{} faces marked, {} would be cut out\n",
+        cut.marked_faces, cut.removed_faces
+    )
+}
+
+fn fair_plan(report: &FairReport) -> String {
+    let what = match report.whole {
+        true => "all of the surface would be replaced".to_owned(),
+        false => format!(
+            "{} faces marked, {} would be cut out and replaced",
+            report.marked_faces, report.removed_faces
+        ),
+    };
+    format!(
+        "features narrower than {} would go, time {:.4e}, voxel {}\n{what}\n",
+        length(report.strength),
+        report.time,
+        length(report.voxel)
+    )
+}
+
+/// What was done; `name` goes before warnings.
+pub fn done(done: &JobResult, name: &str, console: &Console) {
+    match &done.extent {
+        Extent::Faired(report) => return faired(report, done, console),
+        Extent::Region(cut) => console.say(&format!(
+            "{} faces marked, {} cut out",
+            cut.marked_faces, cut.removed_faces
+        )),
+        _ => {}
+    }
+    let report = &done.report;
+    // Off a terminal each region was told of as it ended.
+    for line in summary_lines(report, console.wants_progress()) {
+        console.say(&line);
+    }
+    for region in &report.regions {
+        for line in level_lines(region) {
+            console.detail(&line);
+        }
+    }
+    for hole in &report.holes {
+        if let HoleOutcome::Failed(why) = &hole.outcome {
+            console.warn(&format!("{name}hole {} is still open: {why}", hole.hole.id));
+        }
+    }
+}
+
+fn faired(report: &FairReport, done: &JobResult, console: &Console) {
+    console.say(&format!(
+        "features narrower than {} went, time {:.4e}, voxel {}",
+        length(report.strength),
+        report.time,
+        length(report.voxel)
+    ));
+    if !report.whole {
+        console.say(&format!(
+            "{} faces marked, {} cut out",
+            report.marked_faces, report.removed_faces
+        ));
+    }
+    if report.pieces_left > 0 {
+        console.warn(&format!(
+            "{} closed pieces stay as they are beside the open ones; mark them to fair them too",
+            report.pieces_left
+        ));
+    }
+    for region in &done.report.regions {
+        // Off a terminal it was told as it ended.
+        if console.wants_progress() {
+            console.say(&faired_region_line(region));
+        }
+        for line in level_lines(region) {
+            console.detail(&line);
+        }
+    }
+    console.say(&format!(
+        "moved by {} at most, {} root mean square",
+        length(report.moved_max),
+        length(report.moved_rms)
+    ));
+    if let Some(drift) = report.volume_drift() {
+        console.say(&format!("the volume changed by {:+.3} %", 100.0 * drift));
+    }
+}
+
+/// A line for a region that was faired.
+pub fn faired_region_line(region: &RegionReport) -> String {
+    let steps: usize = region.levels.iter().map(|l| l.flow.steps.len()).sum();
+    let rims: Vec<String> = region.holes.iter().map(usize::to_string).collect();
+    let name = match rims.is_empty() {
+        true => "all of the surface".to_owned(),
+        false => format!("inside rim {}", rims.join("+")),
+    };
+    let mut line = format!(
+        "{name}: {steps} steps, {} vertices, {} faces, {:.2} s",
+        region.new_vertices, region.new_faces, region.seconds
+    );
+    if region.intersecting_faces > 0 {
+        line += &format!("; {} faces intersect others", region.intersecting_faces);
+    }
+    line
+}

@@ -1,0 +1,40 @@
+//! The energies by their names. Here and in [`Energy`] each has a line; all else about one is in its own file.
+
+use super::energy::{BandEnergy, Needs};
+use super::outcome::FlowOutcome;
+use super::pull::Pull;
+use super::settings::{Energy, FlowSettings};
+use super::steady::relax_with;
+use super::variation::VariationBand;
+use super::willmore::WillmoreBand;
+use crate::grid::SparseGrid;
+
+impl Energy {
+    /// What it asks for.
+    pub fn needs(self) -> &'static Needs {
+        match self {
+            Self::Willmore => &WillmoreBand::NEEDS,
+            Self::CurvatureVariation => &VariationBand::NEEDS,
+        }
+    }
+}
+
+/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`; `pull` holds it to a given surface.
+/// `keep_going` may end it early.
+///
+/// A step solves `A d = −∇E`, clips `d` to one voxel at each node and is halved until the energy falls; κ is raised when
+/// steps grow. So it always ends.
+pub fn relax(
+    grid: &SparseGrid,
+    phi: &mut Vec<f64>,
+    mask: &[bool],
+    settings: &FlowSettings,
+    pull: Option<&Pull>,
+    keep_going: &dyn Fn() -> bool,
+) -> FlowOutcome {
+    let run = match settings.energy {
+        Energy::Willmore => relax_with::<WillmoreBand>,
+        Energy::CurvatureVariation => relax_with::<VariationBand>,
+    };
+    run(grid, phi, mask, settings, pull, keep_going)
+}

@@ -1,0 +1,511 @@
+//! The JSON documents, all of them. `docs/json.md` describes the fields; they are kept stable, whatever becomes of the types
+//! that they are made from.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::steps::Extent;
+use super::{JobResult, Place};
+use crate::io::Format;
+use crate::mend::{
+    ClosedBy, FailedReason, FairReport, FillReport, HoleOutcome, HoleReport, LeftReason,
+    RegionReport, RestoreReport, Tally, TriangulatedReason, TryFailure,
+};
+use crate::mesh::{Defects, Hole, Mesh, OpenChain};
+use crate::region::LevelReport;
+use crate::report::reason;
+
+/// A document: which command of which version made it, and what it says.
+#[derive(Debug, Serialize)]
+pub struct Document<T> {
+    command: &'static str,
+    version: &'static str,
+    #[serde(flatten)]
+    body: T,
+}
+
+impl<T> Document<T> {
+    /// A document of a command.
+    pub fn new(command: &'static str, body: T) -> Self {
+        Self {
+            command,
+            version: env!("CARGO_PKG_VERSION"),
+            body,
+        }
+    }
+}
+
+/// A mesh file.
+#[derive(Clone, Debug, Serialize)]
+pub struct FileInfo {
+    path: String,
+    format: &'static str,
+    vertices: usize,
+    faces: usize,
+}
+
+impl FileInfo {
+    /// What is known of a mesh and its file.
+    pub fn new(place: &Place, format: Format, mesh: &Mesh) -> Self {
+        Self::of(place, format, [mesh.positions.len(), mesh.faces.len()])
+    }
+
+    /// The same from its numbers of vertices and faces.
+    pub(super) fn of(place: &Place, format: Format, [vertices, faces]: [usize; 2]) -> Self {
+        Self {
+            path: shown(place),
+            format: format.extension(),
+            vertices,
+            faces,
+        }
+    }
+}
+
+/// A place in a document: `-` for a stream.
+fn shown(place: &Place) -> String {
+    match place {
+        Place::File(path) => path.display().to_string(),
+        Place::Bytes(_) => "-".to_owned(),
+    }
+}
+
+impl JobResult<'_> {
+    /// The document.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let spec = self.spec;
+        let input = FileInfo::of(&spec.source.place, self.format, self.size);
+        let output = spec.output.as_ref().zip(self.mesh.as_ref());
+        let output = output.map(|(o, mesh)| FileInfo::new(&o.place, o.format, mesh));
+        let body = match (&self.extent, output) {
+            (Extent::Faired(report), Some(output)) => Body::Fair(FairBody {
+                input,
+                output,
+                notes: &self.notes,
+                complete: true,
+                volume_drift: report.volume_drift(),
+                fair: FairRow::new(report),
+                fill: FillRow::new(&self.report),
+            }),
+            (Extent::Faired(report), None) => Body::FairPlan(FairPlanBody {
+                dry_run: true,
+                input,
+                notes: &self.notes,
+                plan: FairPlanRow::new(report),
+            }),
+            (_, Some(output)) => Body::Fill(FillBody {
+                input,
+                output,
+                notes: &self.notes,
+                flawless: self.report.flawless(),
+                outcomes: self.report.tally(),
+                complete: !self.report.incomplete(),
+                cut: self.extent.cut(),
+                fill: FillRow::new(&self.report),
+            }),
+            (_, None) => Body::Plan(PlanBody {
+                dry_run: true,
+                input,
+                notes: &self.notes,
+                cut: self.extent.cut(),
+                plan: PlanRow::new(&self.report),
+            }),
+        };
+        Document::new(spec.work.name(), body)
+    }
+}
+
+impl Extent {
+    fn cut(&self) -> Option<CutRow> {
+        match self {
+            Self::Region(report) => Some(CutRow::new(report)),
+            _ => None,
+        }
+    }
+}
+
+/// What stands for the document of an input that failed.
+pub fn failed_document(
+    command: &'static str,
+    place: &Place,
+    error: &str,
+) -> Document<impl Serialize + use<>> {
+    #[derive(Serialize)]
+    struct File {
+        path: String,
+    }
+    #[derive(Serialize)]
+    struct Body {
+        input: File,
+        error: String,
+    }
+    let input = File { path: shown(place) };
+    let error = error.to_owned();
+    Document::new(command, Body { input, error })
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Body<'a> {
+    Fill(FillBody<'a>),
+    Plan(PlanBody<'a>),
+    Fair(FairBody<'a>),
+    FairPlan(FairPlanBody<'a>),
+}
+
+#[derive(Serialize)]
+struct FillBody<'a> {
+    input: FileInfo,
+    output: FileInfo,
+    notes: &'a [String],
+    /// Whether each hole of more than four edges that was to be filled got a steady surface that crosses nothing.
+    flawless: bool,
+    /// How many holes ended in which way.
+    outcomes: Tally,
+    /// Whether every hole that was to be filled is.
+    complete: bool,
+    /// What was cut out before.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    cut: Option<CutRow>,
+    #[serde(flatten)]
+    fill: FillRow<'a>,
+}
+
+#[derive(Serialize)]
+struct PlanBody<'a> {
+    dry_run: bool,
+    input: FileInfo,
+    notes: &'a [String],
+    /// What would be cut out before.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    cut: Option<CutRow>,
+    #[serde(flatten)]
+    plan: PlanRow<'a>,
+}
+
+#[derive(Serialize)]
+struct FairBody<'a> {
+    input: FileInfo,
+    output: FileInfo,
+    notes: &'a [String],
+    /// Whether every region was faired.
+    complete: bool,
+    /// Change of the volume over the volume.
+    volume_drift: Option<f64>,
+    #[serde(flatten)]
+    fair: FairRow,
+    #[serde(flatten)]
+    fill: FillRow<'a>,
+}
+
+#[derive(Serialize)]
+struct FairPlanBody<'a> {
+    dry_run: bool,
+    input: FileInfo,
+    notes: &'a [String],
+    #[serde(flatten)]
+    plan: FairPlanRow,
+}
+
+/// What `isomend restore` cuts out.
+#[derive(Serialize)]
+struct CutRow {
+    marked_faces: usize,
+    removed_faces: usize,
+    removed_vertices: usize,
+    /// The part of the shape that is to be kept.
+    keep_shape: f64,
+}
+
+impl CutRow {
+    fn new(report: &RestoreReport) -> Self {
+        Self {
+            marked_faces: report.marked_faces,
+            removed_faces: report.removed_faces,
+            removed_vertices: report.removed_vertices,
+            keep_shape: report.keep_shape,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct FairPlanRow {
+    strength: f64,
+    time: f64,
+    voxel: f64,
+    whole: bool,
+    marked_faces: usize,
+    removed_faces: usize,
+    pieces_left: usize,
+}
+
+impl FairPlanRow {
+    fn new(report: &FairReport) -> Self {
+        Self {
+            strength: report.strength,
+            time: report.time,
+            voxel: report.voxel,
+            whole: report.whole,
+            marked_faces: report.marked_faces,
+            removed_faces: report.removed_faces,
+            pieces_left: report.pieces_left,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct FairRow {
+    #[serde(flatten)]
+    plan: FairPlanRow,
+    removed_vertices: usize,
+    volume_before: Option<f64>,
+    volume_after: Option<f64>,
+    moved_max: f64,
+    moved_rms: f64,
+}
+
+impl FairRow {
+    fn new(report: &FairReport) -> Self {
+        Self {
+            plan: FairPlanRow::new(report),
+            removed_vertices: report.removed_vertices,
+            volume_before: report.volume_before,
+            volume_after: report.volume_after,
+            moved_max: report.moved_max,
+            moved_rms: report.moved_rms,
+        }
+    }
+}
+
+/// What was found in the input.
+#[derive(Serialize)]
+struct FoundRow<'a> {
+    vertices: usize,
+    faces: usize,
+    pieces: usize,
+    defects: Defects,
+    open_chains: &'a [OpenChain],
+}
+
+impl<'a> FoundRow<'a> {
+    fn new(report: &'a FillReport) -> Self {
+        Self {
+            vertices: report.vertices,
+            faces: report.faces,
+            pieces: report.pieces,
+            defects: report.defects,
+            open_chains: &report.open_chains,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct FillRow<'a> {
+    #[serde(flatten)]
+    found: FoundRow<'a>,
+    all_holes: bool,
+    holes: Vec<OutcomeRow<'a>>,
+    regions: Vec<RegionRow<'a>>,
+    seconds: f64,
+}
+
+impl<'a> FillRow<'a> {
+    fn new(report: &'a FillReport) -> Self {
+        Self {
+            found: FoundRow::new(report),
+            all_holes: report.all_holes,
+            holes: report.holes.iter().map(OutcomeRow::new).collect(),
+            regions: report.regions.iter().map(RegionRow::new).collect(),
+            seconds: report.seconds,
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct PlanRow<'a> {
+    #[serde(flatten)]
+    found: FoundRow<'a>,
+    holes: Vec<OutcomeRow<'a>>,
+    regions: Vec<PlannedRow<'a>>,
+}
+
+impl<'a> PlanRow<'a> {
+    fn new(report: &'a FillReport) -> Self {
+        Self {
+            found: FoundRow::new(report),
+            holes: report.holes.iter().map(OutcomeRow::new).collect(),
+            regions: report.regions.iter().map(PlannedRow::new).collect(),
+        }
+    }
+}
+
+/// A hole.
+#[derive(Debug, Serialize)]
+pub(super) struct HoleRow {
+    id: usize,
+    edges: usize,
+    length: f64,
+    diameter: f64,
+    width: f64,
+    planarity: f64,
+    height: f64,
+    centre: DVec3,
+    normal: DVec3,
+    piece: u32,
+    outer_border: bool,
+}
+
+impl HoleRow {
+    pub(super) fn new(hole: &Hole) -> Self {
+        Self {
+            id: hole.id,
+            edges: hole.edges,
+            length: hole.length,
+            diameter: hole.diameter,
+            width: hole.width,
+            planarity: hole.planarity,
+            height: hole.height,
+            centre: hole.centre,
+            normal: hole.normal,
+            piece: hole.piece,
+            outer_border: hole.outer_border,
+        }
+    }
+}
+
+/// A hole and what became of it, or would.
+#[derive(Serialize)]
+struct OutcomeRow<'a> {
+    #[serde(flatten)]
+    hole: HoleRow,
+    outcome: &'static str,
+    /// Why, as a word for programs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cause: Option<&'a str>,
+    /// Why, in words for people.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    reason: Option<String>,
+    region: usize,
+}
+
+impl OutcomeRow<'_> {
+    fn new(report: &HoleReport) -> Self {
+        let (outcome, cause) = match &report.outcome {
+            HoleOutcome::Filled => ("filled", None),
+            HoleOutcome::WouldBeFilled => ("would_be_filled", None),
+            HoleOutcome::Triangulated(why) => ("triangulated", Some(triangulated(why))),
+            HoleOutcome::WouldBeTriangulated(why) => {
+                ("would_be_triangulated", Some(triangulated(why)))
+            }
+            HoleOutcome::Left(why) => ("left", Some(left(*why))),
+            HoleOutcome::Failed(FailedReason::NotReached) => ("failed", Some("not_reached")),
+            HoleOutcome::Failed(FailedReason::NoTriangulation { .. }) => {
+                ("failed", Some("no_triangulation"))
+            }
+        };
+        Self {
+            hole: HoleRow::new(&report.hole),
+            outcome,
+            cause,
+            reason: reason(&report.outcome),
+            region: report.region,
+        }
+    }
+}
+
+fn triangulated(why: &TriangulatedReason) -> &'static str {
+    match why {
+        TriangulatedReason::FewEdges => "few_edges",
+        TriangulatedReason::Seam => "seam",
+        TriangulatedReason::NoSurface(failure) => match failure {
+            TryFailure::Stopped => "stopped",
+            TryFailure::Contradiction => "contradiction",
+            TryFailure::NotSteady => "not_steady",
+            TryFailure::ReachedBox => "reached_box",
+            TryFailure::NotJoined(_) => "not_joined",
+            TryFailure::Crossing(_) => "crossing",
+        },
+    }
+}
+
+fn left(why: LeftReason) -> &'static str {
+    match why {
+        LeftReason::KeptOpen => "kept_open",
+        LeftReason::NotChosen => "not_chosen",
+        LeftReason::TooWide => "too_wide",
+        LeftReason::OuterBorder => "outer_border",
+        LeftReason::SmallComponent => "small_component",
+        LeftReason::NotMarked => "not_marked",
+    }
+}
+
+/// A region that would be filled.
+#[derive(Serialize)]
+struct PlannedRow<'a> {
+    id: usize,
+    holes: &'a [usize],
+    bridge: bool,
+    diameter: f64,
+    voxel: Option<f64>,
+    dims: Option<[usize; 3]>,
+}
+
+impl<'a> PlannedRow<'a> {
+    fn new(r: &'a RegionReport) -> Self {
+        Self {
+            id: r.id,
+            holes: &r.holes,
+            bridge: r.bridge,
+            diameter: r.diameter,
+            voxel: r.voxel,
+            dims: r.dims,
+        }
+    }
+}
+
+/// A region that was filled. `voxel` is 0 where no grid was needed.
+#[derive(Serialize)]
+struct RegionRow<'a> {
+    id: usize,
+    holes: &'a [usize],
+    bridge: bool,
+    diameter: f64,
+    voxel: f64,
+    levels: &'a [LevelReport],
+    converged: bool,
+    closed_by: ClosedBy,
+    seam_angle_mean: Option<f64>,
+    seam_angle_max: Option<f64>,
+    new_vertices: usize,
+    new_faces: usize,
+    quality_mean: f64,
+    intersecting_faces: usize,
+    components: usize,
+    earlier_tries: Vec<String>,
+    other_energy: bool,
+    seconds: f64,
+}
+
+impl<'a> RegionRow<'a> {
+    fn new(r: &'a RegionReport) -> Self {
+        Self {
+            id: r.id,
+            holes: &r.holes,
+            bridge: r.bridge,
+            diameter: r.diameter,
+            voxel: r.voxel.unwrap_or(0.0),
+            levels: &r.levels,
+            converged: r.converged,
+            closed_by: r.closed_by.unwrap_or(ClosedBy::Nothing),
+            seam_angle_mean: r.seam_angle_mean,
+            seam_angle_max: r.seam_angle_max,
+            new_vertices: r.new_vertices,
+            new_faces: r.new_faces,
+            quality_mean: r.quality_mean,
+            intersecting_faces: r.intersecting_faces,
+            components: r.components,
+            earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),
+            other_energy: r.other_energy,
+            seconds: r.seconds,
+        }
+    }
+}

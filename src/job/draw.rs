@@ -1,0 +1,259 @@
+//! The page and the picture of a job.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::output::{write_bytes, write_text};
+use super::{JobError, Place};
+use crate::io::Loaded;
+use crate::mend::{FillReport, HoleOutcome, HoleReport, Inspection, LeftReason};
+use crate::mesh::{Hole, Mesh, point};
+use crate::report::defect_lines;
+use crate::report::html::{Page, page};
+use crate::report::picture::{PictureError, picture, picture_of_one};
+use crate::report::view::{Change, Scene};
+
+/// Most faces that are drawn.
+const FACES: usize = 300_000;
+
+/// What is drawn, in which files.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Drawings {
+    /// A page to look at (HTML).
+    pub page: Option<PathBuf>,
+    /// A picture (PNG).
+    pub picture: Option<PathBuf>,
+    /// The command line that the page shows.
+    pub command_line: String,
+}
+
+/// A mesh some of whose faces went.
+#[derive(Debug)]
+pub(super) struct Before {
+    /// The mesh as it was read.
+    pub(super) mesh: Mesh,
+    /// For each of its faces whether it went.
+    pub(super) gone: Vec<bool>,
+}
+
+/// What is drawn and told of a job.
+pub(super) struct Drawn<'a> {
+    pub(super) command: &'static str,
+    /// The mesh read and the mesh written.
+    pub(super) places: [&'a Place; 2],
+    /// The mesh before, where it is not `first`.
+    pub(super) before: Option<&'a Before>,
+    /// The mesh whose vertices and faces come first, and whose vertices the rims name.
+    pub(super) first: &'a Mesh,
+    /// The mesh after.
+    pub(super) after: &'a Mesh,
+    /// So many of its faces, from the first on, were there before.
+    pub(super) kept: usize,
+    /// Remarks.
+    pub(super) notes: &'a [String],
+    /// What was found and done.
+    pub(super) report: &'a FillReport,
+}
+
+impl Drawings {
+    /// Whether anything is drawn.
+    pub fn is_wanted(&self) -> bool {
+        self.page.is_some() || self.picture.is_some()
+    }
+
+    /// Refuses files that cannot be written, have another kind's name or are another file of the job.
+    ///
+    /// # Errors
+    /// [`JobError::Unwritable`] and [`JobError::Places`].
+    pub fn check(&self, input: &Place, mesh: Option<&Place>) -> Result<(), JobError> {
+        let mut taken = vec![("the input", input.clone())];
+        taken.extend(mesh.map(|mesh| ("the mesh", mesh.clone())));
+        let kinds: [(&str, &Option<PathBuf>, &[&str]); 2] = [
+            ("the page", &self.page, &["html", "htm"]),
+            ("the picture", &self.picture, &["png"]),
+        ];
+        for (name, path, extensions) in kinds {
+            let Some(path) = path else {
+                continue;
+            };
+            let bad = |what: String| Err(JobError::Places { what });
+            let shown = path.display();
+            let extension = path.extension().and_then(|e| e.to_str());
+            if !extension.is_some_and(|e| extensions.contains(&e.to_ascii_lowercase().as_str())) {
+                return bad(format!(
+                    "{name} {shown} would not be a file of its kind; end its name in .{}",
+                    extensions[0]
+                ));
+            }
+            let place = Place::from(path.clone());
+            place.check_writable()?;
+            if let Some((what, _)) = taken.iter().find(|(_, t)| place.is_same_file(t)) {
+                return bad(format!("{name} {shown} is {what} too; name another file"));
+            }
+            taken.push((name, place));
+        }
+        Ok(())
+    }
+
+    /// Draws a mesh that is only looked at.
+    pub(super) fn write_looked_at(
+        &self,
+        input: &Place,
+        loaded: &Loaded,
+        found: &Inspection,
+    ) -> Result<(), JobError> {
+        if !self.is_wanted() {
+            return Ok(());
+        }
+        let mesh = &loaded.mesh;
+        let change = Change {
+            before: mesh,
+            after: mesh,
+            kept: mesh.faces.len(),
+            gone: vec![false; mesh.faces.len()],
+            patches: Vec::new(),
+            rims: rims(mesh, found.holes.iter()),
+        };
+        let scene = Scene::new(&change, FACES);
+        let text = || self.page_of_one(input, loaded, found, &scene);
+        self.write_files(text, || picture_of_one(&scene))
+    }
+
+    /// Draws what became of a mesh.
+    pub(super) fn write(&self, drawn: &Drawn) -> Result<(), JobError> {
+        if !self.is_wanted() {
+            return Ok(());
+        }
+        let scene = drawn.scene();
+        self.write_files(|| self.page_of(drawn, &scene), || picture(&scene))
+    }
+
+    fn write_files(
+        &self,
+        page: impl FnOnce() -> String,
+        picture: impl FnOnce() -> Result<Vec<u8>, PictureError>,
+    ) -> Result<(), JobError> {
+        if let Some(path) = &self.page {
+            write_text(path, &page())?;
+        }
+        if let Some(path) = &self.picture {
+            write_bytes(path, &picture()?)?;
+        }
+        Ok(())
+    }
+
+    fn page_of(&self, drawn: &Drawn, scene: &Scene) -> String {
+        let report = drawn.report;
+        let defects = defect_lines(&report.defects);
+        let [input, output] = drawn.places;
+        let mut facts = vec![
+            ("input", input.name()),
+            ("output", output.name()),
+            ("faces before", report.faces.to_string()),
+            ("faces after", drawn.after.faces.len().to_string()),
+            (
+                "new faces",
+                (drawn.after.faces.len() - drawn.kept).to_string(),
+            ),
+            ("pieces", report.pieces.to_string()),
+            ("seconds", format!("{:.2}", report.seconds)),
+        ];
+        if let Some(before) = drawn.before {
+            let gone = before.gone.iter().filter(|gone| **gone).count();
+            facts.insert(5, ("faces cut out", gone.to_string()));
+        }
+        if !defects.is_empty() {
+            facts.push(("defects of the input", defects.join("; ")));
+        }
+        page(&Page {
+            title: &title(input),
+            command: drawn.command,
+            command_line: &self.command_line,
+            version: env!("CARGO_PKG_VERSION"),
+            facts: &facts,
+            notes: drawn.notes,
+            holes: &report.holes,
+            regions: &report.regions,
+            scene,
+            single: false,
+        })
+    }
+
+    /// The page of a mesh that is only looked at.
+    fn page_of_one(
+        &self,
+        input: &Place,
+        loaded: &Loaded,
+        found: &Inspection,
+        scene: &Scene,
+    ) -> String {
+        let [low, high] = loaded.mesh.bounds();
+        let size = low.distance(high);
+        let mut facts = vec![
+            ("input", input.name()),
+            ("vertices", loaded.mesh.positions.len().to_string()),
+            ("faces", loaded.mesh.faces.len().to_string()),
+            ("pieces", found.topology.piece_faces.len().to_string()),
+            ("from", point(low, size)),
+            ("to", point(high, size)),
+        ];
+        let defects = defect_lines(&found.topology.defects);
+        if !defects.is_empty() {
+            facts.push(("defects", defects.join("; ")));
+        }
+        let open = |hole: &Hole| HoleReport {
+            hole: hole.clone(),
+            outcome: HoleOutcome::Left(LeftReason::NotChosen),
+            region: 0,
+        };
+        let holes: Vec<HoleReport> = found.holes.iter().map(open).collect();
+        page(&Page {
+            title: &title(input),
+            command: "inspect",
+            command_line: &self.command_line,
+            version: env!("CARGO_PKG_VERSION"),
+            facts: &facts,
+            notes: &loaded.notes,
+            holes: &holes,
+            regions: &[],
+            scene,
+            single: true,
+        })
+    }
+}
+
+impl Drawn<'_> {
+    fn scene(&self) -> Scene {
+        let gone = match self.before {
+            Some(before) => before.gone.clone(),
+            None => vec![self.kept == 0; self.first.faces.len()],
+        };
+        let change = Change {
+            before: self.before.map_or(self.first, |b| &b.mesh),
+            after: self.after,
+            kept: self.kept,
+            gone,
+            patches: self.report.regions.iter().map(|r| r.new_faces).collect(),
+            rims: rims(self.first, self.report.holes.iter().map(|h| &h.hole)),
+        };
+        Scene::new(&change, FACES)
+    }
+}
+
+/// The name of the file without its folder.
+fn title(input: &Place) -> String {
+    let name = input.path().and_then(|path| path.file_name());
+    name.map_or_else(|| input.name(), |n| n.to_string_lossy().into_owned())
+}
+
+/// The rims of holes as points.
+fn rims<'a>(mesh: &Mesh, holes: impl Iterator<Item = &'a Hole>) -> Vec<Vec<DVec3>> {
+    let points = |hole: &Hole| {
+        let rim = hole.rim.iter();
+        rim.map(|&v| mesh.positions[v as usize]).collect()
+    };
+    holes.map(points).collect()
+}

@@ -1,0 +1,138 @@
+//! Meshes that are only looked at.
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::documents::HoleRow;
+use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Source};
+use crate::compare::{Comparison, compare as compare_meshes};
+use crate::io::Loaded;
+use crate::mend::Inspection;
+use crate::mesh::mask::Selection;
+use crate::mesh::{Defects, OpenChain};
+
+/// What a mesh file holds.
+pub struct Inspected<'a> {
+    place: &'a Place,
+    /// What was read.
+    pub loaded: &'a Loaded,
+    /// What it holds.
+    pub found: Inspection<'a>,
+    /// What a mask marks of it, where one is given.
+    pub marked: Option<(Selection, Marked)>,
+}
+
+/// Looks at a mesh that was read, draws it where that is asked for, and marks what a mask chooses.
+///
+/// # Errors
+/// When it cannot be measured, the mask does not fit it, or a file cannot be written. A mask that marks nothing is none.
+pub fn inspect<'a>(
+    source: &'a Source,
+    loaded: &'a Loaded,
+    mask: Option<&MaskSpec>,
+    drawings: &Drawings,
+) -> Result<Inspected<'a>, JobError> {
+    let place = &source.place;
+    let found = Inspection::new(&loaded.mesh).map_err(|error| JobError::Inspect {
+        name: place.name(),
+        error,
+    })?;
+    let marked = mask.map(|mask| mask.marked(loaded)).transpose()?;
+    let marked = marked.map(|marked| (Selection::new(&loaded.mesh, &marked.faces), marked));
+    drawings.write_looked_at(place, loaded, &found)?;
+    Ok(Inspected {
+        place,
+        loaded,
+        found,
+        marked,
+    })
+}
+
+#[derive(Serialize)]
+struct InspectBody<'a> {
+    input: FileInfo,
+    notes: &'a [String],
+    vertices: usize,
+    faces: usize,
+    /// Smallest and largest coordinates.
+    bounds: [DVec3; 2],
+    pieces: usize,
+    piece_faces: &'a [usize],
+    defects: Defects,
+    open_chains: &'a [OpenChain],
+    holes: Vec<HoleRow>,
+    /// What the mask selects, where one is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mask: Option<&'a Selection>,
+}
+
+impl Inspected<'_> {
+    /// The document.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let Self { loaded, found, .. } = self;
+        let body = InspectBody {
+            input: FileInfo::new(self.place, loaded.format, &loaded.mesh),
+            notes: &loaded.notes,
+            vertices: loaded.mesh.positions.len(),
+            faces: loaded.mesh.faces.len(),
+            bounds: loaded.mesh.bounds(),
+            pieces: found.topology.piece_faces.len(),
+            piece_faces: &found.topology.piece_faces,
+            defects: found.topology.defects,
+            open_chains: &found.open_chains,
+            holes: found.holes.iter().map(HoleRow::new).collect(),
+            mask: self.marked.as_ref().map(|(selection, _)| selection),
+        };
+        Document::new("inspect", body)
+    }
+}
+
+#[derive(Serialize)]
+struct CompareBody<'a> {
+    first: &'a FileInfo,
+    second: &'a FileInfo,
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+}
+
+/// Two meshes beside each other.
+pub struct Compared {
+    files: [FileInfo; 2],
+    /// What was measured.
+    pub comparison: Comparison,
+}
+
+/// Compares two meshes that were read, with so many samples on each.
+///
+/// # Errors
+/// [`JobError::Compare`] when there is nothing to compare.
+pub fn compare(meshes: [(&Source, &Loaded); 2], samples: usize) -> Result<Compared, JobError> {
+    let [(first, a), (second, b)] = meshes;
+    let comparison = compare_meshes(&a.mesh, &b.mesh, samples);
+    let comparison = comparison.map_err(|error| JobError::Compare {
+        first: first.place.name(),
+        second: second.place.name(),
+        error,
+    })?;
+    let info = |(source, loaded): (&Source, &Loaded)| {
+        FileInfo::new(&source.place, loaded.format, &loaded.mesh)
+    };
+    Ok(Compared {
+        files: meshes.map(info),
+        comparison,
+    })
+}
+
+impl Compared {
+    /// The document.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let [first, second] = &self.files;
+        let comparison = &self.comparison;
+        let body = CompareBody {
+            first,
+            second,
+            comparison,
+        };
+        Document::new("compare", body)
+    }
+}

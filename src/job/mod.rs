@@ -1,0 +1,42 @@
+//! From file to file: read, mark, mend, round, carry over, check what is written, write.
+//!
+//! The command line, and whatever else takes files, does this and nothing of its own: a [`JobSpec`] says what is wanted,
+//! [`run`] does it, a [`JobResult`] says what came of it, as values and as the JSON document of the command line.
+//!
+//! ```no_run
+//! use isomend::job::{JobSpec, Work, run};
+//! use isomend::{Control, FillParams};
+//!
+//! let mut params = FillParams::default();
+//! params.max_diameter = Some(20.0);
+//! let spec = JobSpec::new("scan.ply", "mended.glb", Work::Fill(params))?;
+//! let result = run(&spec, &Control::new())?;
+//! println!("{} holes, {} still open", result.report.holes.len(), result.report.tally().failed);
+//! println!("{}", serde_json::to_string_pretty(&result.document()).unwrap());
+//! # Ok::<(), isomend::job::JobError>(())
+//! ```
+//!
+//! [`JobSpec::read`], [`Read::mend`] and [`Mended::write`] are its three steps, for those who tell something in between.
+//! [`inspect`] makes the document of what a mesh holds, [`compare`] that of two meshes.
+
+mod documents;
+mod draw;
+mod error;
+mod looks;
+mod marks;
+mod output;
+mod places;
+mod read;
+mod spec;
+mod steps;
+
+pub use documents::{Document, FileInfo, failed_document};
+pub use draw::Drawings;
+pub use error::JobError;
+pub use looks::{Compared, Inspected, compare, inspect};
+pub use marks::{Marked, MaskSpec, PaintedColour, face_numbers, parse_face_numbers};
+pub use output::{Output, write_text};
+pub use places::{Place, in_folder, is_folder_name};
+pub use read::Source;
+pub use spec::{JobSpec, Work};
+pub use steps::{Extent, JobResult, Mended, Read, run};

@@ -1,0 +1,283 @@
+//! Writing.
+
+use std::fs;
+use std::path::Path;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::{JobError, Place};
+use crate::io::{
+    Document, Format, IoError, Loaded, Model, Precision, WriteOptions, model_to_bytes, save,
+};
+use crate::mend::RegionReport;
+use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
+use crate::mesh::{Attributes, Mesh};
+use crate::stitch::attributes::transfer;
+use crate::stitch::count_crossing;
+
+/// The file that describes the material of patches, beside an OBJ file that has material files.
+const PATCH_LIBRARY: &str = "isomend_patch.mtl";
+const PATCH_MATERIAL: &str = "# The material of patches that the texture of what is round them cannot cover.\n\
+                              newmtl isomend_patch\nKd 0.8 0.8 0.8\n";
+
+/// Where a mesh goes, in which format.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Output {
+    /// The file, or bytes for the caller.
+    pub place: Place,
+    /// The format.
+    pub format: Format,
+    /// Text instead of binary.
+    pub ascii: bool,
+    /// Make its folder where it is not there.
+    pub make_folder: bool,
+}
+
+/// What was written.
+#[derive(Debug)]
+pub(super) struct Saved {
+    /// The mesh, its new vertices as they were rounded.
+    pub(super) mesh: Mesh,
+    /// Remarks.
+    pub(super) notes: Vec<String>,
+    /// The bytes, where they are the caller's.
+    pub(super) bytes: Vec<u8>,
+}
+
+impl Output {
+    /// An output in the format that is given, else in that of the extension.
+    ///
+    /// # Errors
+    /// [`JobError::NoFormat`].
+    pub fn new(place: impl Into<Place>, format: Option<Format>) -> Result<Self, JobError> {
+        let place = place.into();
+        let told = || Format::from_extension(place.path()?);
+        match format.or_else(told) {
+            Some(format) => Ok(Self {
+                place,
+                format,
+                ascii: false,
+                make_folder: false,
+            }),
+            None => Err(JobError::NoFormat {
+                path: place.path().unwrap_or(Path::new("")).to_path_buf(),
+            }),
+        }
+    }
+
+    /// Checks what can be known before the mesh is.
+    ///
+    /// # Errors
+    /// [`JobError::NoTextForm`] and [`JobError::Unwritable`].
+    pub fn check(&self) -> Result<(), JobError> {
+        let other = match self.format {
+            Format::Glb => Some("gltf"),
+            Format::Vtp => Some("vtk"),
+            _ => None,
+        };
+        if let Some(other) = other.filter(|_| self.ascii) {
+            return Err(JobError::NoTextForm {
+                name: self.place.name(),
+                format: self.format,
+                other,
+            });
+        }
+        let folder = self.place.path().and_then(Path::parent);
+        if self.make_folder && !folder.is_some_and(Path::is_dir) {
+            return Ok(());
+        }
+        self.place.check_writable()
+    }
+
+    /// Whether what is written is text.
+    pub fn is_text(&self) -> bool {
+        let text = matches!(self.format, Format::Obj | Format::Gltf | Format::Vtp);
+        text || (self.ascii && self.format != Format::Glb)
+    }
+
+    /// Whether it is glTF, whose documents go through as they are.
+    pub(super) fn is_gltf(&self) -> bool {
+        matches!(self.format, Format::Gltf | Format::Glb)
+    }
+
+    /// Gives the patches of a mended mesh their attributes and writes it.
+    ///
+    /// Where the input's coordinates are all 32-bit floats the output's are too: only new vertices are rounded. The faces of
+    /// patches that intersect others are counted again in what is written.
+    pub(super) fn write_mended(
+        &self,
+        mut mesh: Mesh,
+        input: &Loaded,
+        whole: bool,
+        regions: &mut [RegionReport],
+    ) -> Result<Saved, JobError> {
+        let kept = if whole { 0 } else { input.mesh.positions.len() };
+        let rounds = matches!(self.format, Format::Gltf | Format::Glb | Format::Stl);
+        let rounded = |p: &DVec3| p.as_vec3().as_dvec3();
+        if input.f32_exact && self.format != Format::Obj {
+            for position in &mut mesh.positions[kept..] {
+                *position = rounded(position);
+            }
+            count_crossing_again(&mesh, input, whole, regions);
+        } else if rounds {
+            let positions = mesh.positions.iter().map(rounded).collect();
+            let written = Mesh::new(positions, mesh.faces.clone());
+            count_crossing_again(&written, input, whole, regions);
+        }
+        if whole {
+            return self.write_whole(mesh, input);
+        }
+        let mut done = transfer(&input.mesh, &input.attributes, mesh);
+        let in_file = self.format == Format::Obj && self.place.path().is_some();
+        let material = in_file && refer_to_material(&mut done.attributes);
+        let document = input.document.as_ref();
+        let mut saved = self.write_model(done.mesh, &done.attributes, document, input)?;
+        saved.notes = [done.notes, saved.notes].concat();
+        if material {
+            self.write_material()?;
+        }
+        saved.notes.extend(self.side_files(input));
+        Ok(saved)
+    }
+
+    /// Writes level sets by themselves.
+    fn write_whole(&self, mesh: Mesh, input: &Loaded) -> Result<Saved, JobError> {
+        let mut saved = self.write_model(mesh, &Attributes::default(), None, input)?;
+        let listed = input.attributes.listed();
+        if !listed.is_empty() {
+            let what = format!("left out, because a whole level set has none: {listed}");
+            saved.notes.push(what);
+        }
+        Ok(saved)
+    }
+
+    /// Writes the file that describes the material of patches, unless there is one, which may be the user's own.
+    fn write_material(&self) -> Result<(), JobError> {
+        let beside = self.place.path().map(|p| p.with_file_name(PATCH_LIBRARY));
+        match beside.filter(|path| !path.exists()) {
+            Some(path) => write_text(&path, PATCH_MATERIAL),
+            None => Ok(()),
+        }
+    }
+
+    fn write_model(
+        &self,
+        mesh: Mesh,
+        attributes: &Attributes,
+        document: Option<&Document>,
+        input: &Loaded,
+    ) -> Result<Saved, JobError> {
+        let precision = match input.f32_exact {
+            true => Precision::F32,
+            false => Precision::F64,
+        };
+        let model = Model {
+            mesh: &mesh,
+            attributes,
+            document,
+        };
+        let (notes, bytes) = self.write(&model, precision)?;
+        Ok(Saved { mesh, notes, bytes })
+    }
+
+    /// Writes a mesh and what it carries as it is: remarks, and the bytes where they are the caller's.
+    ///
+    /// # Errors
+    /// When the format cannot hold it, or the file cannot be written.
+    pub fn write(
+        &self,
+        model: &Model<'_>,
+        precision: Precision,
+    ) -> Result<(Vec<String>, Vec<u8>), JobError> {
+        let options = WriteOptions {
+            precision,
+            ascii: self.ascii,
+        };
+        let written = model_to_bytes(model, self.format, &options);
+        let written = written.map_err(|error| match &self.place {
+            Place::File(path) => JobError::Io(error.in_file(path)),
+            Place::Bytes(name) => JobError::Bytes {
+                name: name.clone(),
+                error,
+            },
+        })?;
+        let Place::File(path) = &self.place else {
+            return Ok((written.notes, written.bytes));
+        };
+        if let Some(folder) = path.parent().filter(|_| self.make_folder) {
+            fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {
+                path: folder.to_path_buf(),
+                what: format!("the folder cannot be made: {cause}"),
+            })?;
+        }
+        write_bytes(path, &written.bytes)?;
+        Ok((written.notes, Vec::new()))
+    }
+
+    /// A remark on material and texture files that the output refers to and that are not beside it.
+    fn side_files(&self, input: &Loaded) -> Option<String> {
+        let names = match (input.format, self.format) {
+            (Format::Obj, Format::Obj) => input.attributes.libraries.clone(),
+            (Format::Ply, Format::Ply) => input.attributes.textures.clone(),
+            (Format::Gltf | Format::Glb, Format::Gltf | Format::Glb) => {
+                input.document.as_ref().map(Document::side_files)?
+            }
+            _ => return None,
+        };
+        let folder = self.place.path().and_then(Path::parent);
+        let folder = folder.unwrap_or(Path::new(""));
+        let gone: Vec<String> = names
+            .into_iter()
+            .filter(|name| !folder.join(name).exists())
+            .collect();
+        let listed = gone.join(", ");
+        (!gone.is_empty()).then(|| format!("put beside it, since it refers to them: {listed}"))
+    }
+}
+
+/// Writes text beside its target and moves it over it.
+///
+/// # Errors
+/// [`IoError::Write`].
+pub fn write_text(path: &Path, text: &str) -> Result<(), JobError> {
+    write_bytes(path, text.as_bytes())
+}
+
+/// Writes bytes beside their target and moves them over it.
+pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), JobError> {
+    let path = path.to_path_buf();
+    save(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
+}
+
+/// Counts the faces of patches that intersect others in the positions that are written.
+fn count_crossing_again(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut [RegionReport]) {
+    if whole && regions.iter().any(|r| !r.holes.is_empty()) {
+        // Zero sets by themselves may pass through each other.
+        return;
+    }
+    let kept = if whole { 0 } else { input.mesh.faces.len() };
+    let patches: Vec<usize> = regions.iter().map(|r| r.new_faces).collect();
+    let counts = count_crossing(mesh, kept, &patches);
+    for (region, count) in regions.iter_mut().zip(counts) {
+        region.intersecting_faces = count;
+    }
+}
+
+/// Names the file of the patches' material where other material files are named and a patch has that material.
+fn refer_to_material(attributes: &mut Attributes) -> bool {
+    let materials = attributes.labels_of(LabelKind::Material);
+    let place = materials.and_then(|m| m.names.iter().position(|name| name == PATCH_NAME));
+    let used = |m: &Labels| place.is_some_and(|place| m.of_face.contains(&(place as u32)));
+    if attributes.libraries.is_empty() || !materials.is_some_and(used) {
+        return false;
+    }
+    if !attributes
+        .libraries
+        .iter()
+        .any(|name| name == PATCH_LIBRARY)
+    {
+        attributes.libraries.push(PATCH_LIBRARY.to_owned());
+    }
+    true
+}

@@ -1,0 +1,161 @@
+//! Where meshes come from and go to, and what can be checked of that before the long work.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::JobError;
+use crate::io::Format;
+
+/// A file, or bytes that the caller has or gets.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Place {
+    /// A file.
+    File(PathBuf),
+    /// Bytes, with their name in messages.
+    Bytes(String),
+}
+
+impl Place {
+    /// Its name in messages.
+    pub fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::Bytes(name) => name.clone(),
+        }
+    }
+
+    /// The file, if it is one.
+    pub fn path(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => Some(path),
+            Self::Bytes(_) => None,
+        }
+    }
+
+    /// Whether it is the same file as another place.
+    pub fn is_same_file(&self, other: &Place) -> bool {
+        match (self, other) {
+            (Self::File(a), Self::File(b)) => same_file(a, b),
+            _ => false,
+        }
+    }
+
+    /// Refuses a file whose folder is not there, or that is a folder itself.
+    ///
+    /// # Errors
+    /// [`JobError::Unwritable`].
+    pub fn check_writable(&self) -> Result<(), JobError> {
+        let Self::File(path) = self else {
+            return Ok(());
+        };
+        let bad = |what: String| {
+            let path = path.clone();
+            Err(JobError::Unwritable { path, what })
+        };
+        if path.is_dir() {
+            return bad("it is a folder; name a file in it".to_owned());
+        }
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        if !folder.is_dir() {
+            let folder = folder.display();
+            return bad(format!("there is no folder {folder}; make it first"));
+        }
+        Ok(())
+    }
+}
+
+impl<P: Into<PathBuf>> From<P> for Place {
+    fn from(path: P) -> Self {
+        Self::File(path.into())
+    }
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    let place = |path: &Path| {
+        std::fs::canonicalize(path).ok().or_else(|| {
+            let folder = path.parent().filter(|f| !f.as_os_str().is_empty());
+            let folder = std::fs::canonicalize(folder.unwrap_or(Path::new("."))).ok()?;
+            Some(folder.join(path.file_name()?))
+        })
+    };
+    place(a).is_some_and(|a| place(b) == Some(a))
+}
+
+/// Whether a path is a folder, or its name ends as that of one that is to be made.
+pub fn is_folder_name(path: &Path) -> bool {
+    let name = path.as_os_str().to_string_lossy();
+    path.is_dir() || name.ends_with(['/', std::path::MAIN_SEPARATOR])
+}
+
+/// The files in a folder that several inputs go to: each under the name of its input, with the extension of the format where
+/// one is given.
+///
+/// # Errors
+/// [`JobError::Places`] when an input has no name, two would go to one file or one to another input; and when the folder is a
+/// file or cannot be made.
+pub fn in_folder(
+    folder: &Path,
+    inputs: &[Place],
+    format: Option<Format>,
+) -> Result<Vec<PathBuf>, JobError> {
+    let bad = |what: String| Err(JobError::Places { what });
+    if !folder.is_dir() {
+        let name: PathBuf = folder.components().collect();
+        Place::from(name.clone()).check_writable()?;
+        if name.exists() {
+            return bad(format!("{} is a file, not a folder", name.display()));
+        }
+    }
+    let mut taken: BTreeMap<PathBuf, String> = BTreeMap::new();
+    let mut outputs = Vec::new();
+    for input in inputs {
+        let Some(name) = input.path().and_then(Path::file_name) else {
+            return bad(format!(
+                "{} has no name that its result could have in {}; name a file",
+                input.name(),
+                folder.display()
+            ));
+        };
+        let mut path = folder.join(name);
+        if let Some(format) = format {
+            path.set_extension(format.extension());
+        }
+        if let Some(other) = taken.insert(path.clone(), input.name()) {
+            return bad(format!(
+                "{other} and {} would both go to {}",
+                input.name(),
+                path.display()
+            ));
+        }
+        outputs.push(path);
+    }
+    refuse_crossing(inputs, &outputs)?;
+    Ok(outputs)
+}
+
+/// Refuses outputs that are other inputs, such as by a link.
+fn refuse_crossing(inputs: &[Place], outputs: &[PathBuf]) -> Result<(), JobError> {
+    let place = |path: &Path| std::fs::canonicalize(path).ok();
+    let named = inputs.iter().enumerate();
+    let places: BTreeMap<PathBuf, usize> = named
+        .filter_map(|(i, input)| Some((place(input.path()?)?, i)))
+        .collect();
+    for (i, output) in outputs.iter().enumerate() {
+        let found = place(output).and_then(|p| places.get(&p));
+        if let Some(&other) = found.filter(|other| **other != i) {
+            let what = format!(
+                "{} would go to {}, which is another input",
+                inputs[i].name(),
+                inputs[other].name()
+            );
+            return Err(JobError::Places { what });
+        }
+    }
+    Ok(())
+}

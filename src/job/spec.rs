@@ -1,0 +1,104 @@
+//! What a job is to do.
+
+use serde::{Deserialize, Serialize};
+
+use super::draw::Drawings;
+use super::{JobError, MaskSpec, Output, Place, Source};
+use crate::mend::{FairParams, FillParams, RestoreParams};
+
+/// What is done with a mesh.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Work {
+    /// Holes are filled.
+    Fill(FillParams),
+    /// What a mask marks is replaced.
+    Restore(MaskSpec, RestoreParams),
+    /// The surface, or what a mask marks, is faired.
+    Fair(Option<MaskSpec>, FairParams),
+}
+
+impl Work {
+    /// The name of the command that does it.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Fill(_) => "fill",
+            Self::Restore(..) => "restore",
+            Self::Fair(..) => "fair",
+        }
+    }
+
+    /// Whether its parameters make sense and the files of its mask can be read.
+    ///
+    /// # Errors
+    /// The first thing that does not.
+    pub fn check(&self) -> Result<(), JobError> {
+        match self {
+            Self::Fill(params) => Ok(params.check()?),
+            Self::Restore(mask, params) => {
+                mask.check()?;
+                match mask.is_empty() {
+                    true => Err(JobError::NoMask),
+                    false => Ok(params.check()?),
+                }
+            }
+            Self::Fair(mask, _) => mask.as_ref().map_or(Ok(()), MaskSpec::check),
+        }
+    }
+}
+
+/// One mesh from a file to a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct JobSpec {
+    /// The mesh to read.
+    pub source: Source,
+    /// Where the result goes; none where it is only said what would be done.
+    pub output: Option<Output>,
+    /// What is done.
+    pub work: Work,
+    /// What is drawn of it.
+    pub drawings: Drawings,
+}
+
+impl JobSpec {
+    /// A job that writes in the format of the output's extension.
+    ///
+    /// # Errors
+    /// [`JobError::NoFormat`].
+    pub fn new(
+        source: impl Into<Source>,
+        output: impl Into<Place>,
+        work: Work,
+    ) -> Result<Self, JobError> {
+        let output = Output::new(output, None)?;
+        Ok(Self {
+            output: Some(output),
+            ..Self::plan(source, work)
+        })
+    }
+
+    /// A job that only says what would be done.
+    pub fn plan(source: impl Into<Source>, work: Work) -> Self {
+        Self {
+            source: source.into(),
+            output: None,
+            work,
+            drawings: Drawings::default(),
+        }
+    }
+
+    /// Checks what can be known before anything is read.
+    ///
+    /// # Errors
+    /// When the parameters make no sense, or a file cannot be written or would go over another one.
+    pub fn check(&self) -> Result<(), JobError> {
+        if let Some(output) = &self.output {
+            output.check()?;
+        }
+        let mesh = self.output.as_ref().map(|o| &o.place);
+        self.drawings.check(&self.source.place, mesh)?;
+        self.work.check()
+    }
+}

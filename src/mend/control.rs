@@ -1,0 +1,182 @@
+//! How a run is run: its threads, what it tells of its progress, and how it is stopped.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::FillError;
+use super::report::RegionReport;
+
+/// Told of each [`Step`], often and from several threads.
+pub type Progress<'a> = dyn Fn(&Step) + Sync + 'a;
+
+/// Stops runs: a token that several threads may share.
+#[derive(Clone, Debug, Default)]
+pub struct Cancel(Arc<AtomicBool>);
+
+impl Cancel {
+    /// A token that is not set.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Stops the runs that were given this token, for good.
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether it was set.
+    pub fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// How a run is run. The result does not depend on it.
+///
+/// ```
+/// use isomend::{Cancel, Control};
+///
+/// let cancel = Cancel::new();
+/// let progress = |step: &isomend::Step| println!("{} of {}", step.done, step.all);
+/// let control = Control::new().threads(2).progress(&progress).cancel(&cancel);
+/// # let _ = control;
+/// ```
+#[derive(Clone, Copy, Default)]
+pub struct Control<'a> {
+    threads: Option<usize>,
+    progress: Option<&'a Progress<'a>>,
+    cancel: Option<&'a Cancel>,
+}
+
+impl<'a> Control<'a> {
+    /// The threads that the caller runs on, nothing told, never stopped.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Runs on so many threads of its own; 0 is one per core.
+    #[must_use]
+    pub fn threads(self, threads: usize) -> Self {
+        let threads = Some(threads);
+        Self { threads, ..self }
+    }
+
+    /// Tells of its progress.
+    #[must_use]
+    pub fn progress(self, progress: &'a Progress<'a>) -> Self {
+        let progress = Some(progress);
+        Self { progress, ..self }
+    }
+
+    /// Stops once the token is set, with [`FillError::Cancelled`].
+    #[must_use]
+    pub fn cancel(self, cancel: &'a Cancel) -> Self {
+        let cancel = Some(cancel);
+        Self { cancel, ..self }
+    }
+
+    /// Runs something on the threads asked for.
+    pub(super) fn install<R: Send, E: From<FillError> + Send>(
+        &self,
+        run: impl FnOnce() -> Result<R, E> + Send,
+    ) -> Result<R, E> {
+        let Some(threads) = self.threads else {
+            return run();
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.map_err(|_| FillError::Threads { threads })?
+            .install(run)
+    }
+}
+
+/// How far a run is.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Step<'a> {
+    /// Regions that are done.
+    pub done: usize,
+    /// All regions.
+    pub all: usize,
+    /// The part of the work that is done, from 0 to 1, as far as it can be foretold from the sizes of the grids.
+    pub part: f64,
+    /// What has just happened.
+    pub event: Event<'a>,
+}
+
+/// What has just happened in a run.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub enum Event<'a> {
+    /// Nothing that need be told.
+    Working,
+    /// A region was begun: the numbers of its holes.
+    Begun(&'a [usize]),
+    /// A region is done.
+    Ended(&'a RegionReport),
+}
+
+/// Counts the regions of a run, and asks whether it is to go on.
+pub(super) struct Watch<'a> {
+    control: Control<'a>,
+    /// The work that each region is expected to be.
+    work: Vec<f64>,
+    /// The sum of it.
+    all: f64,
+    /// Regions done, and their work.
+    done: Mutex<(usize, f64)>,
+}
+
+impl<'a> Watch<'a> {
+    pub(super) fn new(control: Control<'a>, work: Vec<f64>) -> Self {
+        Self {
+            control,
+            all: work.iter().sum(),
+            work,
+            done: Mutex::new((0, 0.0)),
+        }
+    }
+
+    /// Whether the run is to go on. All of the engine's loops ask here.
+    pub(super) fn keep_going(&self) -> bool {
+        self.tell(Event::Working);
+        !self.control.cancel.is_some_and(Cancel::is_cancelled)
+    }
+
+    /// A region is begun.
+    pub(super) fn begin(&self, holes: &[usize]) {
+        self.tell(Event::Begun(holes));
+    }
+
+    /// A region is done.
+    pub(super) fn end(&self, region: usize, report: &RegionReport) {
+        {
+            let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
+            *done = (done.0 + 1, done.1 + self.work[region]);
+        }
+        self.tell(Event::Ended(report));
+    }
+
+    /// An error if the run was stopped.
+    pub(super) fn finish(&self) -> Result<(), FillError> {
+        match self.keep_going() {
+            true => Ok(()),
+            false => Err(FillError::Cancelled),
+        }
+    }
+
+    fn tell(&self, event: Event) {
+        let Some(progress) = self.control.progress else {
+            return;
+        };
+        let (done, work) = *self.done.lock().unwrap_or_else(PoisonError::into_inner);
+        progress(&Step {
+            done,
+            all: self.work.len(),
+            part: if self.all > 0.0 {
+                (work / self.all).min(1.0)
+            } else {
+                1.0
+            },
+            event,
+        });
+    }
+}

@@ -1,0 +1,250 @@
+//! Fairing: a surface, or a marked region of it, evolves by Willmore flow for a time.
+
+mod plan;
+
+use std::time::Instant;
+
+use glam::DVec3;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use super::control::Control;
+use super::opening::{Opening, count};
+use super::outcome::TriangulatedReason;
+use super::params::{FairParams, check_edge_ratio};
+use super::report::FairReport;
+use super::{FillError, Inspection, RestoreError, inspect};
+use crate::mesh::cut::Remainder;
+use crate::mesh::{Mesh, length};
+use crate::spatial::Bvh;
+use plan::Plan;
+
+/// Why nothing could be faired.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum FairError {
+    /// The mesh, the mask or the parameters make no sense.
+    #[error(transparent)]
+    Restore(#[from] RestoreError),
+    /// All faces are degenerate.
+    #[error("all faces are degenerate; there is no surface to fair")]
+    NoSurface,
+    /// The model would need too many voxels.
+    #[error(
+        "a voxel of {} is too small for a surface of this area; the smallest that fits is about {fits:.4e}",
+        length(*voxel)
+    )]
+    TooFine {
+        /// The voxel asked for.
+        voxel: f64,
+        /// One that fits.
+        fits: f64,
+    },
+    /// A length is larger than what is faired.
+    #[error(
+        "{what} of {} is too large for what is faired, whose diagonal is {diagonal:.4e}; the largest that makes sense is \
+         about {fits:.4e}",
+        length(*given)
+    )]
+    TooCoarse {
+        /// Which length, such as `a voxel`.
+        what: &'static str,
+        /// The length.
+        given: f64,
+        /// The diagonal of what is faired.
+        diagonal: f64,
+        /// A length that fits.
+        fits: f64,
+    },
+    /// There is no surface left.
+    #[error("no surface is left after the flow; fair less, or take a smaller voxel")]
+    Vanished,
+    /// Nothing is left between the strips along the borders.
+    #[error(
+        "the mesh is open, and its borders are everywhere nearer than the strip of {strip:.4e} that stays as it is along \
+         them; fair less, or fill its holes first"
+    )]
+    OnlyBorder {
+        /// Width of the strip.
+        strip: f64,
+    },
+    /// The flow came to no end.
+    #[error(
+        "the flow could not be continued beyond the time {reached:.3e} of {wanted:.3e}; fair less, or take a smaller voxel"
+    )]
+    Stuck {
+        /// Time reached.
+        reached: f64,
+        /// Time wanted.
+        wanted: f64,
+    },
+    /// What a region evolved to could not be joined to the rest.
+    #[error(
+        "the faired region at {x:.6}, {y:.6}, {z:.6} could not be joined to the rest: {why}; mark a smaller one, fair less, \
+         or, if the mesh is open, fill its holes first"
+    )]
+    NotJoined {
+        /// Where its rim is.
+        x: f64,
+        /// Where its rim is.
+        y: f64,
+        /// Where its rim is.
+        z: f64,
+        /// Why.
+        why: Box<TriangulatedReason>,
+    },
+    /// The surface could not be remeshed.
+    #[error("the faired surface could not be meshed")]
+    Mesh(#[from] crate::stitch::StitchError),
+}
+
+impl From<FillError> for FairError {
+    fn from(error: FillError) -> Self {
+        Self::Restore(RestoreError::Fill(error))
+    }
+}
+
+/// A mesh that was faired.
+#[derive(Clone, Debug)]
+pub struct Faired {
+    /// The mesh: what is kept of the input's vertices and faces first, in order and bit-exact, then what is new.
+    pub mesh: Mesh,
+    /// What is kept of the input; none where the whole surface was replaced.
+    pub kept: Option<Remainder>,
+    /// What was done.
+    pub report: FairReport,
+}
+
+impl Inspection<'_> {
+    /// Lets the surface evolve by Willmore flow: all of it, or the marked faces only.
+    ///
+    /// A closed mesh without marks is replaced by the level set, remeshed. Marked faces are cut out and replaced by what they
+    /// evolve to, joined to the rest, whose position and normal are held. An open mesh without marks keeps a strip along its
+    /// borders.
+    ///
+    /// # Errors
+    /// When the marks or the parameters make no sense, or the flow does not reach its end; [`FillError::Cancelled`].
+    pub fn fair(
+        &self,
+        marked: Option<&[bool]>,
+        params: &FairParams,
+        control: &Control,
+    ) -> Result<Faired, FairError> {
+        control.install(|| {
+            let clock = Instant::now();
+            let (plan, target) = prepare(self, marked, params)?;
+            let mut faired = match target {
+                Target::Whole => plan.whole(self, params, control)?,
+                Target::Part(marked, left) => {
+                    let mut faired = plan.part(self, &marked, params, control)?;
+                    faired.report.pieces_left = left;
+                    faired
+                }
+            };
+            let report = &mut faired.report;
+            (report.strength, report.time, report.voxel) =
+                (plan.strength, plan.span.time, plan.voxel);
+            report.volume_before = volume(self);
+            report.volume_after = inspect(&faired.mesh).ok().as_ref().and_then(volume);
+            let kept = faired.kept.as_ref().map_or(0, |k| k.mesh.positions.len());
+            (report.moved_max, report.moved_rms) = moved(self, &faired.mesh.positions[kept..]);
+            report.fill.seconds = clock.elapsed().as_secs_f64();
+            Ok(faired)
+        })
+    }
+
+    /// What [`Inspection::fair`] would do, without doing it.
+    ///
+    /// # Errors
+    /// As [`Inspection::fair`], as far as they are known before the flow.
+    pub fn plan_fair(
+        &self,
+        marked: Option<&[bool]>,
+        params: &FairParams,
+    ) -> Result<FairReport, FairError> {
+        let (plan, target) = prepare(self, marked, params)?;
+        let mut out = FairReport {
+            strength: plan.strength,
+            time: plan.span.time,
+            voxel: plan.voxel,
+            ..FairReport::default()
+        };
+        match target {
+            Target::Whole => out.take_all(self),
+            Target::Part(marked, left) => {
+                let opening = Opening::new(self, &marked, params.keep_vertices, false)?;
+                out.pieces_left = left;
+                out.marked_faces = count(&marked);
+                [out.removed_faces, out.removed_vertices] = opening.taken();
+            }
+        }
+        Ok(out)
+    }
+}
+
+impl FairReport {
+    /// All of the surface is replaced.
+    fn take_all(&mut self, found: &Inspection) {
+        let faces = found.input.faces.len();
+        self.whole = true;
+        (self.marked_faces, self.removed_faces) = (faces, faces);
+        self.removed_vertices = found.input.positions.len();
+    }
+}
+
+/// What of a mesh is faired.
+enum Target {
+    /// All of a closed one.
+    Whole,
+    /// Marked faces; beside them so many closed pieces stay.
+    Part(Vec<bool>, usize),
+}
+
+fn prepare(
+    found: &Inspection,
+    marked: Option<&[bool]>,
+    params: &FairParams,
+) -> Result<(Plan, Target), FairError> {
+    if let Some(marked) = marked {
+        RestoreError::check_marks(&found.input, marked)?;
+    }
+    let plan = Plan::new(found, marked, params)?;
+    check_edge_ratio(params.edge_ratio)?;
+    let target = match marked {
+        Some(marked) => Target::Part(marked.to_vec(), 0),
+        None if found.holes.is_empty() && found.open_chains.is_empty() => Target::Whole,
+        None => {
+            let (marked, left) = plan.between_borders(found)?;
+            Target::Part(marked, left)
+        }
+    };
+    Ok((plan, target))
+}
+
+/// The volume inside a closed mesh.
+fn volume(found: &Inspection) -> Option<f64> {
+    if !found.holes.is_empty() || !found.open_chains.is_empty() {
+        return None;
+    }
+    let mesh = &found.mesh;
+    let centre = mesh.positions[mesh.faces[0][0] as usize];
+    let six = |f: &[u32; 3]| {
+        let [a, b, c] = f.map(|v| mesh.positions[v as usize] - centre);
+        a.dot(b.cross(c))
+    };
+    Some(mesh.faces.iter().map(six).sum::<f64>() / 6.0)
+}
+
+/// Largest and root mean square distance of points from a mesh.
+fn moved(found: &Inspection, points: &[DVec3]) -> (f64, f64) {
+    let bvh = Bvh::new(&found.mesh, found.topology.faces());
+    let distances: Vec<f64> = points
+        .par_iter()
+        .map(|&p| bvh.closest(p, f64::INFINITY).map_or(0.0, |c| c.distance))
+        .collect();
+    let square: f64 = distances.iter().map(|d| d * d).sum();
+    (
+        distances.iter().copied().fold(0.0, f64::max),
+        (square / distances.len().max(1) as f64).sqrt(),
+    )
+}

@@ -1,0 +1,113 @@
+//! What a mesh holds: found once, used for any number of plans and runs.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+
+use super::FillError;
+use crate::mesh::{
+    Hole, LARGEST, Mesh, OpenChain, SMALLEST, Topology, bounds, find_holes, weld_map,
+};
+
+/// What a mesh holds. [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and [`Inspection::fair`] work on it.
+pub struct Inspection<'m> {
+    /// The mesh as given.
+    pub input: Cow<'m, Mesh>,
+    /// For each vertex the first one at exactly the same position: the vertex that stands for it in `mesh`.
+    pub weld: Vec<u32>,
+    /// Its holes, the longest first.
+    pub holes: Vec<Hole>,
+    /// The welded mesh with faces turned to agree.
+    pub mesh: Mesh,
+    /// Its connectivity.
+    pub topology: Topology,
+    /// Boundary chains that do not close.
+    pub open_chains: Vec<OpenChain>,
+}
+
+impl<'m> Inspection<'m> {
+    /// Finds the pieces, holes and defects of a mesh, borrowed or owned.
+    ///
+    /// # Errors
+    /// When the mesh is empty, an index is out of range, or a coordinate is not finite or too large or small to measure.
+    pub fn new(input: impl Into<Cow<'m, Mesh>>) -> Result<Self, FillError> {
+        let input = input.into();
+        validate(&input)?;
+        let weld = weld_map(&input);
+        let welded = |f: &[u32; 3]| f.map(|v| weld[v as usize]);
+        let faces = input.faces.iter().map(welded).collect();
+        let mut mesh = Mesh::new(input.positions.clone(), faces);
+        let mut topology = Topology::new(&mut mesh);
+        let own = weld.iter().zip(0u32..).filter(|(w, v)| *w == v).count();
+        topology.defects.duplicate_vertices = weld.len() - own;
+        let (holes, open_chains) = find_holes(&mesh, &mut topology);
+        Ok(Self {
+            input,
+            weld,
+            holes,
+            mesh,
+            topology,
+            open_chains,
+        })
+    }
+
+    /// The same, with a copy of the mesh if it was borrowed.
+    pub fn into_owned(self) -> Inspection<'static> {
+        Inspection {
+            input: Cow::Owned(self.input.into_owned()),
+            weld: self.weld,
+            holes: self.holes,
+            mesh: self.mesh,
+            topology: self.topology,
+            open_chains: self.open_chains,
+        }
+    }
+
+    /// Whether a hole bounds a component of one or two triangles.
+    pub(super) fn bounds_small_component(&self, hole: usize) -> bool {
+        self.topology.piece_faces[self.holes[hole].piece as usize] <= 2
+    }
+}
+
+impl<'m> From<&'m Mesh> for Cow<'m, Mesh> {
+    fn from(mesh: &'m Mesh) -> Self {
+        Cow::Borrowed(mesh)
+    }
+}
+
+impl From<Mesh> for Cow<'_, Mesh> {
+    fn from(mesh: Mesh) -> Self {
+        Cow::Owned(mesh)
+    }
+}
+
+/// Refuses what cannot be measured.
+pub(super) fn validate(mesh: &Mesh) -> Result<(), FillError> {
+    if mesh.faces.is_empty() {
+        return Err(FillError::Empty);
+    }
+    let count = mesh.positions.len();
+    for (face, f) in mesh.faces.iter().enumerate() {
+        if let Some(&vertex) = f.iter().find(|&&v| v as usize >= count) {
+            return Err(FillError::Index {
+                face,
+                vertex,
+                count,
+            });
+        }
+    }
+    if let Some(vertex) = mesh.positions.iter().position(|p| !p.is_finite()) {
+        return Err(FillError::NotFinite { vertex });
+    }
+    let size = |p: &DVec3| p.abs().max_element();
+    if let Some(vertex) = mesh.positions.iter().position(|p| size(p) > LARGEST) {
+        let size = size(&mesh.positions[vertex]);
+        return Err(FillError::TooLarge { vertex, size });
+    }
+    let (low, high) = bounds(mesh.positions.iter().copied());
+    let extent = (high - low).max_element();
+    if 0.0 < extent && extent < SMALLEST {
+        return Err(FillError::TooSmall { extent });
+    }
+    Ok(())
+}

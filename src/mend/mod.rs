@@ -1,0 +1,112 @@
+//! The front of the engine: from a mesh to what it holds, to a plan, to a mesh without holes.
+//!
+//! [`Inspection::new`] looks at a mesh once; then [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and
+//! [`Inspection::fair`] may be called any number of times. [`fill`], [`restore`] and [`fair`] do both at once.
+
+mod control;
+mod damaged;
+mod error;
+mod fair;
+mod inspection;
+mod join;
+mod opening;
+mod outcome;
+mod params;
+mod regions;
+mod report;
+mod restore;
+mod solve;
+mod sources;
+mod task;
+mod tries;
+pub mod volume;
+
+use crate::mesh::Mesh;
+use control::Watch;
+
+pub use control::{Cancel, Control, Event, Progress, Step};
+pub use error::{FillError, RestoreError};
+pub use fair::{FairError, Faired};
+pub use inspection::Inspection;
+pub use outcome::{
+    ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
+};
+pub use params::{FairExtent, FairParams, FillParams, RestoreParams, SurfaceKind};
+pub use regions::Regions;
+pub use report::{FairReport, FillReport, HoleReport, RegionReport, RestoreReport};
+pub use restore::Restored;
+pub use task::{RegionPatch, RegionTask};
+
+/// A filled mesh.
+#[derive(Clone, Debug)]
+pub struct Filled {
+    /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches. With
+    /// [`SurfaceKind::Whole`] the zero sets alone.
+    pub mesh: Mesh,
+    /// What was found and done.
+    pub report: FillReport,
+}
+
+impl Inspection<'_> {
+    /// What [`Inspection::fill`] would do: which holes it would fill, together with which others, on which grid.
+    ///
+    /// # Errors
+    /// As [`Inspection::fill`].
+    pub fn plan(&self, params: &FillParams) -> Result<FillReport, FillError> {
+        Ok(self.regions(params)?.plan())
+    }
+
+    /// Fills holes.
+    ///
+    /// # Errors
+    /// When the parameters make no sense, and [`FillError::Cancelled`]. A hole that cannot be filled is no error: the report
+    /// says so.
+    pub fn fill(&self, params: &FillParams, control: &Control) -> Result<Filled, FillError> {
+        control.install(|| {
+            let regions = self.regions(params)?;
+            regions.fill(&Watch::new(*control, regions.expected_work()))
+        })
+    }
+}
+
+/// Finds the pieces, holes and defects of a mesh.
+///
+/// # Errors
+/// As [`Inspection::new`].
+pub fn inspect(mesh: &Mesh) -> Result<Inspection<'_>, FillError> {
+    Inspection::new(mesh)
+}
+
+/// Fills the holes of a mesh; [`Inspection::fill`] with default control.
+///
+/// # Errors
+/// When the mesh or the parameters make no sense. A hole that cannot be filled is no error: the report says so.
+pub fn fill(mesh: &Mesh, params: &FillParams) -> Result<Filled, FillError> {
+    params.check()?;
+    inspect(mesh)?.fill(params, &Control::new())
+}
+
+/// Replaces the marked faces of a mesh; [`Inspection::restore`] with default control.
+///
+/// # Errors
+/// As [`Inspection::new`] and [`Inspection::restore`].
+pub fn restore(
+    mesh: &Mesh,
+    marked: &[bool],
+    params: &RestoreParams,
+) -> Result<Restored, RestoreError> {
+    params.check()?;
+    inspect(mesh)?.restore(marked, params, &Control::new())
+}
+
+/// Lets a surface evolve by Willmore flow: all of it, or the marked faces only; [`Inspection::fair`] with default control.
+///
+/// # Errors
+/// As [`Inspection::new`] and [`Inspection::fair`].
+pub fn fair(
+    mesh: &Mesh,
+    marked: Option<&[bool]>,
+    params: &FairParams,
+) -> Result<Faired, FairError> {
+    inspect(mesh)?.fair(marked, params, &Control::new())
+}

@@ -1,0 +1,143 @@
+//! How holes and the tries at their regions end. Reasons print as the rest of a sentence.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::stitch::StitchError;
+
+/// What happened to a hole, or would.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum HoleOutcome {
+    /// Filled by the level set.
+    Filled,
+    /// Triangulated on its own, without new vertices.
+    Triangulated(TriangulatedReason),
+    /// Left as it was because it was not asked for.
+    Left(LeftReason),
+    /// It was to be filled but could not be.
+    Failed(FailedReason),
+    /// In a plan: the level set would fill it.
+    WouldBeFilled,
+    /// In a plan: it would be triangulated on its own.
+    WouldBeTriangulated(TriangulatedReason),
+}
+
+/// Why a hole is left as it is.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum LeftReason {
+    /// The caller asked to keep it open.
+    #[error("asked to keep it open")]
+    KeptOpen,
+    /// The caller named others.
+    #[error("not asked for")]
+    NotChosen,
+    /// It is wider than the largest diameter asked for.
+    #[error("wider than the largest diameter asked for")]
+    TooWide,
+    /// It is the outer border of an open sheet, which is filled only when it is named.
+    #[error("the outer border of an open sheet, which is filled only when it is named")]
+    OuterBorder,
+    /// It bounds a component of one or two triangles that lies in no hole.
+    #[error("the border of a component of one or two triangles")]
+    SmallComponent,
+    /// It lies outside the marked region.
+    #[error("not in the marked region")]
+    NotMarked,
+}
+
+/// Why a hole is closed by triangles between the vertices of its rim.
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum TriangulatedReason {
+    /// It has no more than four edges.
+    #[error("it has no more than four edges")]
+    FewEdges,
+    /// It is one side of a seam.
+    #[error("it is one side of a seam")]
+    Seam,
+    /// The level set found no surface: what the last try failed with.
+    #[error(transparent)]
+    NoSurface(TryFailure),
+}
+
+/// Why a hole that was to be filled is open.
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum FailedReason {
+    /// The run did not come to it.
+    #[error("not reached")]
+    NotReached,
+    /// Its rim cannot be triangulated either.
+    #[error("{after}; {error}")]
+    NoTriangulation {
+        /// Why it was to be triangulated.
+        after: TriangulatedReason,
+        /// What stands in the way.
+        error: StitchError,
+    },
+}
+
+/// Why a try at a region failed.
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum TryFailure {
+    /// The run was stopped before the first one ended.
+    #[error("stopped")]
+    Stopped,
+    /// The data round it contradict each other: the flow runs away.
+    #[error("the data round it contradict each other; no steady surface was found")]
+    Contradiction,
+    /// The flow did not become steady on this grid.
+    #[error("the flow did not become steady on this grid")]
+    NotSteady,
+    /// The surface reached the side of its box.
+    #[error("the surface reached the side of its box")]
+    ReachedBox,
+    /// The surface could not be joined to the rims.
+    #[error(transparent)]
+    NotJoined(StitchError),
+    /// So many faces of the patch intersect others.
+    #[error("{0} faces of the patch intersected others")]
+    Crossing(usize),
+}
+
+/// What closed a region.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum ClosedBy {
+    /// The surface of the level set.
+    LevelSet,
+    /// Thin triangles between two rims that lie on each other.
+    Seam,
+    /// Triangles between the vertices of each rim.
+    RimTriangles,
+    /// Some rim of it is still open.
+    Nothing,
+}
+
+/// How many holes ended in which way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tally {
+    /// Filled by the level set.
+    pub filled: usize,
+    /// Closed by triangles between the vertices of their rims.
+    pub triangulated: usize,
+    /// Left as they were because they were not asked for.
+    pub left: usize,
+    /// To be filled but still open.
+    pub failed: usize,
+    /// Boundary chains that do not close.
+    pub open_chains: usize,
+    /// Patches with faces that intersect other faces.
+    pub crossing_patches: usize,
+    /// Those faces.
+    pub crossing_faces: usize,
+}

@@ -1,0 +1,166 @@
+//! The public parameters, with their defaults and units.
+
+use serde::{Deserialize, Serialize};
+
+use super::FillError;
+use crate::flow::{Energy, Variant};
+use crate::region::VoxelSize;
+
+/// The edge ratios that meshes can have.
+const EDGE_RATIOS: std::ops::Range<f64> = 0.05..20.0;
+
+/// What a fill returns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SurfaceKind {
+    /// The input with the patches stitched in; its own vertices and faces are kept bit-exact and in order.
+    #[default]
+    Stitched,
+    /// The zero set of the level set round each hole, as marching cubes gives it.
+    Whole,
+}
+
+/// Parameters of a fill. Make one by [`FillParams::default`] and set what is to differ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct FillParams {
+    /// Voxel size.
+    pub voxel: VoxelSize,
+    /// Numbers of the holes to fill, from 1; all when none are given.
+    pub holes: Option<Vec<usize>>,
+    /// Holes wider than this stay open, in the mesh's units.
+    pub max_diameter: Option<f64>,
+    /// Numbers of the holes to keep open.
+    pub keep_open: Vec<usize>,
+    /// Groups of holes to fill in one region whatever their distance.
+    pub bridge: Vec<Vec<usize>>,
+    /// What to return.
+    pub surface: SurfaceKind,
+    /// What the flow makes small.
+    pub energy: Energy,
+    /// The metric of the flow's steps; the variation of curvature takes Gauss-Newton whatever is asked here.
+    pub variant: Variant,
+    /// Most steps of the flow on each level; none for the default of the variant.
+    pub steps: Option<usize>,
+    /// Time step in units of h⁴; none goes for the steady state at once.
+    pub time_step: Option<f64>,
+    /// Length of the patch's edges over that of the edges round the hole, between 0.05 and 20; none for that of the energy,
+    /// see [`crate::flow::Needs`].
+    pub edge_ratio: Option<f64>,
+}
+
+impl FillParams {
+    /// Length of the patch's edges over that of the edges round the hole.
+    pub fn edge_ratio(&self) -> f64 {
+        self.edge_ratio
+            .unwrap_or_else(|| self.energy.needs().edge_ratio)
+    }
+
+    /// Whether they make sense by themselves.
+    ///
+    /// # Errors
+    /// [`FillError::Parameter`].
+    pub fn check(&self) -> Result<(), FillError> {
+        if let VoxelSize::Length(v) = self.voxel
+            && !(v.is_finite() && v > 0.0)
+        {
+            return Err(FillError::Parameter {
+                what: "the voxel size must be a positive length, or automatic",
+            });
+        }
+        check_edge_ratio(self.edge_ratio())?;
+        if self.time_step.is_some_and(|t| t.is_nan() || t <= 0.0) {
+            return Err(FillError::Parameter {
+                what: "the time step must be positive",
+            });
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn check_edge_ratio(ratio: f64) -> Result<(), FillError> {
+    if ratio > EDGE_RATIOS.start && ratio < EDGE_RATIOS.end {
+        return Ok(());
+    }
+    Err(FillError::Parameter {
+        what: "the edge ratio must lie between 0.05 and 20",
+    })
+}
+
+impl Default for FillParams {
+    fn default() -> Self {
+        Self {
+            voxel: VoxelSize::Auto,
+            holes: None,
+            max_diameter: None,
+            keep_open: Vec::new(),
+            bridge: Vec::new(),
+            surface: SurfaceKind::Stitched,
+            energy: Energy::Willmore,
+            variant: Variant::GaussNewton,
+            steps: None,
+            time_step: None,
+            edge_ratio: None,
+        }
+    }
+}
+
+/// Parameters of a restoration.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct RestoreParams {
+    /// The parameters of the fill. The mask decides which holes are filled and the result is always stitched, so the fields
+    /// on these do not matter.
+    pub fill: FillParams,
+    /// From 0 to 1: how much of the damaged shape is kept. Features narrower than about (1 − W) / W times the diameter of
+    /// the region go; 0 keeps nothing, 1 all that the grid can hold.
+    pub keep_shape: f64,
+    /// Keeps vertices that no face uses any more, so that those of the input keep their numbers.
+    pub keep_vertices: bool,
+}
+
+/// How far a surface is faired.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FairExtent {
+    /// For a time of the Willmore flow, in length⁴.
+    Time(f64),
+    /// Until features narrower than this length are gone: waves of that length lose all but e⁻¹ of their height, those of
+    /// half of it all but e⁻¹⁶.
+    Strength(f64),
+    /// Features narrower than eight mean edges.
+    #[default]
+    Auto,
+}
+
+/// Parameters of a fairing.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct FairParams {
+    /// How far.
+    pub extent: FairExtent,
+    /// Voxel size; `Auto` is an eighth of the features that go.
+    pub voxel: VoxelSize,
+    /// The scheme of the flow's steps.
+    pub variant: Variant,
+    /// Length of the new edges over that of the mesh's edges, between 0.05 and 20: those round a marked region, or the mean
+    /// of all.
+    pub edge_ratio: f64,
+    /// Keeps vertices that no face uses any more, so that those of the input keep their numbers.
+    pub keep_vertices: bool,
+}
+
+impl Default for FairParams {
+    fn default() -> Self {
+        Self {
+            extent: FairExtent::Auto,
+            voxel: VoxelSize::Auto,
+            variant: Variant::GaussNewton,
+            edge_ratio: 1.0,
+            keep_vertices: false,
+        }
+    }
+}

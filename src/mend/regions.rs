@@ -1,0 +1,420 @@
+//! The regions of a fill: which holes are filled, together with which others, and what is made of their patches.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::control::Watch;
+use super::damaged::Damaged;
+use super::outcome::{FailedReason, HoleOutcome, LeftReason, TriangulatedReason};
+use super::params::{FillParams, SurfaceKind};
+use super::report::{FEW_EDGES, FillReport, HoleReport, RegionReport};
+use super::solve::{RegionWork, first_region, is_trivial};
+use super::sources::Sources;
+use super::task::{RegionPatch, RegionTask};
+use super::{FillError, Filled, Inspection};
+use crate::mesh::{Hole, Mesh};
+use crate::region::{Region, VoxelSize, group_holes};
+use crate::stitch::close_seam;
+
+/// What a fill with some parameters is: regions that can be worked on one by one, anywhere, and put together.
+///
+/// ```
+/// # use isomend::{Control, FillParams, Inspection, Mesh, glam::DVec3};
+/// # let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].map(DVec3::from_array);
+/// # let mesh = Mesh::new(corners.to_vec(), vec![[0, 2, 1], [0, 1, 3], [0, 3, 2]]);
+/// # let mut params = FillParams::default();
+/// # params.holes = Some(vec![1]);
+/// let found = Inspection::new(&mesh)?;
+/// let regions = found.regions(&params)?;
+/// let patches = regions.tasks().map(|task| task.solve(&Control::new()));
+/// let filled = regions.assemble(patches.collect::<Result<_, _>>()?)?;
+/// assert_eq!(filled.mesh, isomend::fill(&mesh, &params)?.mesh);
+/// # Ok::<(), isomend::FillError>(())
+/// ```
+pub struct Regions<'a> {
+    found: &'a Inspection<'a>,
+    params: FillParams,
+    /// The surface whose shape is kept, if any.
+    damaged: Option<&'a Damaged<'a>>,
+    /// What becomes of the holes that are in no region.
+    outcomes: Vec<HoleOutcome>,
+    /// The holes of each region, as indices.
+    groups: Vec<Vec<usize>>,
+}
+
+impl Inspection<'_> {
+    /// The regions of a fill.
+    ///
+    /// # Errors
+    /// When the parameters make no sense.
+    pub fn regions(&self, params: &FillParams) -> Result<Regions<'_>, FillError> {
+        Regions::new(self, params.clone(), None)
+    }
+}
+
+impl<'a> Regions<'a> {
+    pub(super) fn new(
+        found: &'a Inspection,
+        params: FillParams,
+        damaged: Option<&'a Damaged<'a>>,
+    ) -> Result<Self, FillError> {
+        params.check()?;
+        let bridges = bridges(found, &params)?;
+        let (mut outcomes, chosen) = choose(found, &params, &bridges)?;
+        let groups = groups(found, &chosen, &mut outcomes, &bridges);
+        let new = Self {
+            found,
+            params,
+            damaged,
+            outcomes,
+            groups,
+        };
+        new.check_voxel()?;
+        Ok(new)
+    }
+
+    /// Number of regions.
+    pub fn len(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// Whether there is nothing to fill.
+    pub fn is_empty(&self) -> bool {
+        self.groups.is_empty()
+    }
+
+    /// The work on each region as a value of its own, which can be sent elsewhere.
+    ///
+    /// Each has a copy of the pieces of the mesh that its region may look at, so they are made one at a time.
+    pub fn tasks(&self) -> impl Iterator<Item = RegionTask> {
+        let sources = self.sources();
+        (0..self.len()).map(move |i| RegionTask::new(self, &sources, i))
+    }
+
+    /// What would be done, without doing it.
+    ///
+    /// What comes out is not known before: a hole whose surroundings contradict each other may still end in triangles between
+    /// its own vertices, and some take several grids.
+    pub fn plan(&self) -> FillReport {
+        let mut report = self.report();
+        for (i, group) in self.groups.iter().enumerate() {
+            let simple = self.triangulated(group);
+            report.regions.push(self.planned(i, simple.is_none()));
+            for &h in group {
+                report.holes[h].region = i + 1;
+                report.holes[h].outcome = match &simple {
+                    Some(why) => HoleOutcome::WouldBeTriangulated(why.clone()),
+                    None => HoleOutcome::WouldBeFilled,
+                };
+            }
+        }
+        report
+    }
+
+    /// Fills all regions, each on its own, and puts their patches together.
+    pub(super) fn fill(&self, watch: &Watch) -> Result<Filled, FillError> {
+        let clock = Instant::now();
+        let patches = if self.is_empty() {
+            Vec::new()
+        } else {
+            self.patches(watch)
+        };
+        watch.finish()?;
+        let mut filled = self.assemble(patches)?;
+        filled.report.seconds = clock.elapsed().as_secs_f64();
+        Ok(filled)
+    }
+
+    /// About how much work each region is: the squares of voxels across its first grid.
+    pub(super) fn expected_work(&self) -> Vec<f64> {
+        let work = |group: &Vec<usize>| {
+            if is_trivial(&self.holes(group), &self.params) {
+                return 0.0;
+            }
+            let region = first_region(&self.found.mesh, &self.holes(group), &self.params);
+            (region.diameter / region.voxel).powi(2)
+        };
+        self.groups.iter().map(work).collect()
+    }
+
+    fn patches(&self, watch: &Watch) -> Vec<RegionPatch> {
+        let sources = self.sources();
+        let fill = |(i, group): (usize, &Vec<usize>)| {
+            let ids: Vec<usize> = group.iter().map(|&h| self.found.holes[h].id).collect();
+            watch.begin(&ids);
+            let work = RegionWork {
+                id: i + 1,
+                mesh: &self.found.mesh,
+                holes: &self.holes(group),
+                known: sources.of(i),
+                all: sources.all(),
+                closed: self.closes(group),
+                params: &self.params,
+                damaged: self.damaged,
+                extent: self.damaged.and_then(|d| d.extent(group)),
+                keep_going: &|| watch.keep_going(),
+            };
+            let patch = work.fill();
+            watch.end(i, &patch.report);
+            patch
+        };
+        self.groups.par_iter().enumerate().map(fill).collect()
+    }
+
+    /// Appends the patches of all regions, in order, to the mesh.
+    ///
+    /// # Errors
+    /// [`FillError::Patches`] when they are not those of these regions.
+    pub fn assemble(&self, patches: Vec<RegionPatch>) -> Result<Filled, FillError> {
+        let regions = self.len();
+        let wrong = patches.iter().zip(1..).find(|(p, id)| p.report.id != *id);
+        if patches.len() != regions || wrong.is_some() {
+            let patches = wrong.map_or(patches.len(), |(p, _)| p.report.id);
+            return Err(FillError::Patches { regions, patches });
+        }
+        let input = &*self.found.input;
+        let mut mesh = match self.params.surface {
+            SurfaceKind::Stitched => input.clone(),
+            SurfaceKind::Whole => Mesh::default(),
+        };
+        let mut report = self.report();
+        for (i, patch) in patches.into_iter().enumerate() {
+            for (&h, outcome) in self.groups[i].iter().zip(patch.outcomes) {
+                report.holes[h].outcome = outcome;
+                report.holes[h].region = i + 1;
+            }
+            append(
+                &mut mesh,
+                input.positions.len(),
+                &patch.mesh,
+                self.params.surface,
+            );
+            report.regions.push(patch.report);
+        }
+        Ok(Filled { mesh, report })
+    }
+
+    /// The report before anything is done.
+    fn report(&self) -> FillReport {
+        let found = self.found;
+        let holes = found.holes.iter().zip(&self.outcomes);
+        FillReport {
+            vertices: found.input.positions.len(),
+            faces: found.input.faces.len(),
+            pieces: found.topology.piece_faces.len(),
+            defects: found.topology.defects,
+            open_chains: found.open_chains.clone(),
+            all_holes: self.params.holes.is_none(),
+            holes: holes
+                .map(|(hole, outcome)| HoleReport {
+                    hole: hole.clone(),
+                    outcome: outcome.clone(),
+                    region: 0,
+                })
+                .collect(),
+            ..FillReport::default()
+        }
+    }
+
+    pub(super) fn found(&self) -> &'a Inspection<'a> {
+        self.found
+    }
+
+    pub(super) fn params(&self) -> &FillParams {
+        &self.params
+    }
+
+    pub(super) fn group(&self, region: usize) -> &[usize] {
+        &self.groups[region]
+    }
+
+    pub(super) fn holes(&self, group: &[usize]) -> Vec<&'a Hole> {
+        group.iter().map(|&h| &self.found.holes[h]).collect()
+    }
+
+    fn sources(&self) -> Sources<'a> {
+        let asked = |group: &[usize]| !is_trivial(&self.holes(group), &self.params);
+        Sources::new(self.found, &self.groups, &asked)
+    }
+
+    /// Whether the pieces of a group are closed once all holes but their outer borders are filled.
+    pub(super) fn closes(&self, group: &[usize]) -> bool {
+        let holes = &self.found.holes;
+        let same_piece = |h: &Hole| group.iter().any(|&g| holes[g].piece == h.piece);
+        let other_border =
+            |(i, h): (usize, &Hole)| h.outer_border && !group.contains(&i) && same_piece(h);
+        !holes.iter().enumerate().any(other_border)
+    }
+
+    /// Refuses a voxel that is too small for the widest region. That of a fairing goes by the area, and is checked there.
+    fn check_voxel(&self) -> Result<(), FillError> {
+        let VoxelSize::Length(voxel) = self.params.voxel else {
+            return Ok(());
+        };
+        if self.damaged.is_some_and(|d| d.time().is_some()) {
+            return Ok(());
+        }
+        let mut widest: f64 = 0.0;
+        for group in &self.groups {
+            let holes = self.holes(group);
+            if is_trivial(&holes, &self.params) {
+                continue;
+            }
+            let part = self.damaged.and_then(|d| d.extent(group));
+            let part = part.map_or(0.0, |(low, high)| (high - low).max_element());
+            widest = holes
+                .iter()
+                .map(|h| h.diameter)
+                .fold(widest.max(part), f64::max);
+        }
+        let fits = Region::finest(widest);
+        if voxel < fits {
+            return Err(FillError::TooFine { voxel, fits });
+        }
+        Ok(())
+    }
+
+    /// Why a group would be closed without a grid, if it would.
+    fn triangulated(&self, group: &[usize]) -> Option<TriangulatedReason> {
+        let holes = self.holes(group);
+        if is_trivial(&holes, &self.params) {
+            return Some(TriangulatedReason::FewEdges);
+        }
+        let (&[a, b], SurfaceKind::Stitched) = (&holes[..], self.params.surface) else {
+            return None;
+        };
+        close_seam(&self.found.mesh, &a.rim, &b.rim).map(|_| TriangulatedReason::Seam)
+    }
+
+    fn planned(&self, region: usize, solved: bool) -> RegionReport {
+        let holes = self.holes(&self.groups[region]);
+        let grid = solved.then(|| first_region(&self.found.mesh, &holes, &self.params));
+        let ids: Vec<usize> = holes.iter().map(|h| h.id).collect();
+        RegionReport {
+            id: region + 1,
+            bridge: is_bridged(&self.params, &ids),
+            diameter: holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
+            voxel: grid.as_ref().map(|g| g.voxel),
+            dims: grid.as_ref().map(Region::finest_dims),
+            holes: ids,
+            ..RegionReport::default()
+        }
+    }
+}
+
+/// Whether the caller asked to put holes of a region together.
+pub(super) fn is_bridged(params: &FillParams, holes: &[usize]) -> bool {
+    let mut asked = params.bridge.iter().flatten();
+    asked.any(|id| holes.contains(id))
+}
+
+fn lookup(found: &Inspection, ids: &[usize]) -> Result<Vec<usize>, FillError> {
+    let count = found.holes.len();
+    let index = |&id: &usize| match id {
+        1.. if id <= count => Ok(id - 1),
+        _ => Err(FillError::NoSuchHole { id, count }),
+    };
+    ids.iter().map(index).collect()
+}
+
+fn bridges(found: &Inspection, params: &FillParams) -> Result<Vec<Vec<usize>>, FillError> {
+    params.bridge.iter().map(|ids| lookup(found, ids)).collect()
+}
+
+/// What becomes of each hole, and which are to be filled.
+fn choose(
+    found: &Inspection,
+    params: &FillParams,
+    bridges: &[Vec<usize>],
+) -> Result<(Vec<HoleOutcome>, Vec<usize>), FillError> {
+    let asked = params.holes.as_deref();
+    let asked = asked.map(|ids| lookup(found, ids)).transpose()?;
+    let kept = lookup(found, &params.keep_open)?;
+    let bridged = bridges.concat();
+    let facing = facing_borders(found);
+    let (mut outcomes, mut chosen) = (Vec::new(), Vec::new());
+    for (i, hole) in found.holes.iter().enumerate() {
+        let wanted = asked.as_ref().is_some_and(|a| a.contains(&i)) || bridged.contains(&i);
+        let small = || found.bounds_small_component(i);
+        let reason = if kept.contains(&i) {
+            Some(LeftReason::KeptOpen)
+        } else if wanted {
+            None
+        } else if asked.is_some() {
+            Some(LeftReason::NotChosen)
+        } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
+            Some(LeftReason::TooWide)
+        } else if hole.outer_border && !small() && !facing[i] {
+            Some(LeftReason::OuterBorder)
+        } else {
+            None
+        };
+        outcomes.push(match reason {
+            Some(reason) => HoleOutcome::Left(reason),
+            None => {
+                chosen.push(i);
+                HoleOutcome::Failed(FailedReason::NotReached)
+            }
+        });
+    }
+    Ok((outcomes, chosen))
+}
+
+/// Groups of holes for the regions. Trivial holes stand alone; rims of small components go with the hole they lie in, or are
+/// left.
+fn groups(
+    found: &Inspection,
+    chosen: &[usize],
+    outcomes: &mut [HoleOutcome],
+    bridges: &[Vec<usize>],
+) -> Vec<Vec<usize>> {
+    let is_small = |h: usize| found.bounds_small_component(h);
+    let is_trivial = |h: usize| found.holes[h].edges <= FEW_EDGES && !is_small(h);
+    let (trivial, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_trivial(h));
+    let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges, &is_small);
+    groups.retain(|group| {
+        let only_small = group.iter().all(|&h| is_small(h));
+        if only_small {
+            for &h in group {
+                outcomes[h] = HoleOutcome::Left(LeftReason::SmallComponent);
+            }
+        }
+        !only_small
+    });
+    groups.extend(trivial.into_iter().map(|h| vec![h]));
+    groups
+}
+
+/// Outer borders that face another rim: islands in holes, sides of a gap.
+fn facing_borders(found: &Inspection) -> Vec<bool> {
+    let mut facing = vec![false; found.holes.len()];
+    if !found.holes.iter().any(|h| h.outer_border) {
+        return facing;
+    }
+    let all: Vec<usize> = (0..found.holes.len()).collect();
+    let is_small = |h: usize| found.bounds_small_component(h);
+    let groups = group_holes(&found.mesh, &found.holes, &all, &[], &is_small);
+    for group in groups.iter().filter(|group| group.len() > 1) {
+        group.iter().for_each(|&h| facing[h] = true);
+    }
+    facing
+}
+
+fn append(out: &mut Mesh, original: usize, patch: &Mesh, kind: SurfaceKind) {
+    let base = out.positions.len();
+    let shift = match kind {
+        SurfaceKind::Stitched => original,
+        SurfaceKind::Whole => 0,
+    };
+    out.positions.extend_from_slice(&patch.positions);
+    out.faces.extend(patch.faces.iter().map(|f| {
+        f.map(|v| {
+            if (v as usize) < shift {
+                v
+            } else {
+                (v as usize - shift + base) as u32
+            }
+        })
+    }));
+}

@@ -1,0 +1,125 @@
+//! Replacing a marked region: its faces are cut out, and what is missing then is filled.
+
+use std::time::Instant;
+
+use super::control::{Control, Watch};
+use super::damaged::Damaged;
+use super::opening::{Opening, count};
+use super::params::{FillParams, RestoreParams};
+use super::regions::Regions;
+use super::report::RestoreReport;
+use super::{FillError, Filled, Inspection, RestoreError};
+use crate::mesh::Mesh;
+use crate::mesh::cut::Remainder;
+
+/// A mesh whose marked region was replaced.
+#[derive(Clone, Debug)]
+pub struct Restored {
+    /// The mesh: what is kept of the input's vertices and faces first, in order and bit-exact, then the patches.
+    pub mesh: Mesh,
+    /// What is kept of the input, and which vertices and faces these are.
+    pub kept: Remainder,
+    /// What was found and done.
+    pub report: RestoreReport,
+}
+
+impl Inspection<'_> {
+    /// Replaces the marked faces by patches that continue what is round them. `marked` has a mark for each face.
+    ///
+    /// Faces are cut out along edges. Holes inside the marked region or at its rim are filled with it; all others stay. Where
+    /// faces would hang together by a vertex only, the smaller side is cut out too, and so are small components left inside.
+    ///
+    /// # Errors
+    /// When the parameters make no sense, when nothing or the whole of a piece is marked, or when the marked region reaches
+    /// the outer border of an open sheet; [`FillError::Cancelled`]. A region that cannot be filled is no error: the report
+    /// says so.
+    pub fn restore(
+        &self,
+        marked: &[bool],
+        params: &RestoreParams,
+        control: &Control,
+    ) -> Result<Restored, RestoreError> {
+        control.install(|| {
+            let clock = Instant::now();
+            let opening = self.opening(marked, params)?;
+            let damaged = (params.keep_shape > 0.0).then(|| opening.damaged(params.keep_shape));
+            let filled = opening.fill(&params.fill, damaged.as_ref(), control)?;
+            drop(damaged);
+            let mut report = told(&opening, marked, params);
+            report.fill = filled.report;
+            report.fill.seconds = clock.elapsed().as_secs_f64();
+            Ok(Restored {
+                mesh: filled.mesh,
+                kept: opening.into_kept(),
+                report,
+            })
+        })
+    }
+
+    /// What [`Inspection::restore`] would do, without doing it. Regions are planned without the surface that is cut out.
+    ///
+    /// # Errors
+    /// As [`Inspection::restore`].
+    pub fn plan_restore(
+        &self,
+        marked: &[bool],
+        params: &RestoreParams,
+    ) -> Result<RestoreReport, RestoreError> {
+        let opening = self.opening(marked, params)?;
+        let mut report = told(&opening, marked, params);
+        let fill = opening.params(&params.fill);
+        report.fill = Regions::new(&opening.found, fill, None)?.plan();
+        opening.told(&mut report.fill);
+        Ok(report)
+    }
+
+    fn opening(
+        &self,
+        marked: &[bool],
+        params: &RestoreParams,
+    ) -> Result<Opening<'_>, RestoreError> {
+        params.check()?;
+        RestoreError::check_marks(&self.input, marked)?;
+        Opening::new(self, marked, params.keep_vertices, true)
+    }
+}
+
+impl RestoreParams {
+    /// Whether they make sense by themselves.
+    ///
+    /// # Errors
+    /// [`FillError::Parameter`] and [`RestoreError::KeepShape`].
+    pub fn check(&self) -> Result<(), RestoreError> {
+        self.fill.check()?;
+        if !(0.0..=1.0).contains(&self.keep_shape) {
+            return Err(RestoreError::KeepShape(self.keep_shape));
+        }
+        Ok(())
+    }
+}
+
+fn told(opening: &Opening, marked: &[bool], params: &RestoreParams) -> RestoreReport {
+    let [removed_faces, removed_vertices] = opening.taken();
+    RestoreReport {
+        marked_faces: count(marked),
+        removed_faces,
+        removed_vertices,
+        keep_shape: params.keep_shape,
+        ..RestoreReport::default()
+    }
+}
+
+impl Opening<'_> {
+    /// Fills what the cut left open.
+    pub(super) fn fill(
+        &self,
+        params: &FillParams,
+        damaged: Option<&Damaged>,
+        control: &Control,
+    ) -> Result<Filled, FillError> {
+        let regions = Regions::new(&self.found, self.params(params), damaged)?;
+        let mut filled = regions.fill(&Watch::new(*control, regions.expected_work()))?;
+        self.told(&mut filled.report);
+        Ok(filled)
+    }
+}

@@ -1,0 +1,328 @@
+//! One region: solve, extract, stitch, and the next try where that fails.
+
+use std::time::Instant;
+
+use glam::DVec3;
+
+use super::damaged::Damaged;
+use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
+use super::params::{FillParams, SurfaceKind};
+use super::regions::is_bridged;
+use super::report::{FEW_EDGES, RegionReport};
+use super::task::RegionPatch;
+use super::tries::{Try, Verdict, next_try};
+use crate::flow::{FlowSettings, Variant};
+use crate::mesh::{Hole, Mesh};
+use crate::region::{
+    LevelSurface, MeshData, NestedSettings, Region, Solved, Start, VoxelSize, solve_nested,
+};
+use crate::sdf::Sampler;
+use crate::stitch::{Patch, close_seam};
+
+/// Loops of at most this many edges are solved once only: their few edges say little about the surface, and a finer grid does
+/// not add to that.
+const SMALL_EDGES: usize = 16;
+/// Most steps on a grid with the paper's variants, which converge linearly.
+const MOST_STEPS: usize = 200;
+
+/// The work on one region.
+pub(super) struct RegionWork<'a> {
+    /// Its number, from 1.
+    pub(super) id: usize,
+    /// The mesh.
+    pub(super) mesh: &'a Mesh,
+    /// Its holes.
+    pub(super) holes: &'a [&'a Hole],
+    /// What of the mesh it knows: the pieces that its rims lie on.
+    pub(super) known: &'a Sampler<'a>,
+    /// All of the mesh, which patches must not cross.
+    pub(super) all: &'a Sampler<'a>,
+    /// Whether the pieces of its holes are closed once all holes are filled.
+    pub(super) closed: bool,
+    /// The parameters.
+    pub(super) params: &'a FillParams,
+    /// The surface whose shape is kept, if any.
+    pub(super) damaged: Option<&'a Damaged<'a>>,
+    /// The bounding box of what was cut out there.
+    pub(super) extent: Option<(DVec3, DVec3)>,
+    /// Whether the run is to go on.
+    pub(super) keep_going: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// Whether holes are one loop of so few edges that its triangulation needs no new vertices.
+pub(super) fn is_trivial(holes: &[&Hole], params: &FillParams) -> bool {
+    let stitched = params.surface == SurfaceKind::Stitched;
+    stitched && holes.len() == 1 && holes[0].edges <= FEW_EDGES
+}
+
+/// The region of the first try.
+pub(super) fn first_region(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Region {
+    region(mesh, holes, params, &Try::first(params.energy), None)
+}
+
+/// The lattice of a try; `extent` bounds the surface that it starts from, if any.
+fn region(
+    mesh: &Mesh,
+    holes: &[&Hole],
+    params: &FillParams,
+    next: &Try,
+    extent: Option<(DVec3, DVec3)>,
+) -> Region {
+    let of = |voxel| Region::new(mesh, holes, voxel, next.growth, next.refine, extent);
+    let region = of(params.voxel);
+    let (part, most_across) = next.energy.needs().voxel;
+    if part == 1.0 || params.voxel != VoxelSize::Auto {
+        return region;
+    }
+    let finer = (part * region.voxel).max(region.diameter / most_across);
+    of(VoxelSize::Length(finer.min(region.voxel)))
+}
+
+/// What a try came to.
+struct Tried {
+    verdict: Verdict,
+    report: RegionReport,
+    /// The surface, where it was joined or is all that was asked for.
+    patch: Option<Found>,
+}
+
+/// The surface that a try found.
+enum Found {
+    /// A patch.
+    Patch(Patch),
+    /// The zero set by itself.
+    Whole(Mesh),
+}
+
+impl RegionWork<'_> {
+    /// Fills the region.
+    pub(super) fn fill(&self) -> RegionPatch {
+        let clock = Instant::now();
+        let mut filled = if is_trivial(self.holes, self.params) {
+            self.triangulate(TriangulatedReason::FewEdges, RegionReport::default())
+        } else if let Some(closed) = self.close_seam() {
+            closed
+        } else {
+            self.evolve()
+        };
+        let report = &mut filled.report;
+        report.id = self.id;
+        report.holes = self.holes.iter().map(|h| h.id).collect();
+        report.bridge = is_bridged(self.params, &report.holes);
+        report.seconds = clock.elapsed().as_secs_f64();
+        filled
+    }
+
+    /// Solves and stitches, with a wider box or a finer grid where a try fails. The patch that crosses least is taken.
+    fn evolve(&self) -> RegionPatch {
+        let first = Try {
+            accept: self.holes.iter().all(|h| h.edges <= SMALL_EDGES),
+            start: match self.damaged {
+                Some(_) => Start::Triangulation,
+                None => Start::Biharmonic,
+            },
+            ..Try::first(self.params.energy)
+        };
+        let may_refine = self.params.voxel == VoxelSize::Auto;
+        let mut history: Vec<(Try, Verdict)> = Vec::new();
+        let mut best: Option<(Patch, RegionReport)> = None;
+        let mut last = RegionReport::default();
+        while let Some(now) = next_try(&first, &history, may_refine) {
+            if !(self.keep_going)() {
+                break;
+            }
+            let mut tried = self.try_once(&now);
+            tried.report.earlier_tries = failures(&history);
+            match tried.patch {
+                Some(Found::Whole(mesh)) => return self.whole(mesh, tried.report),
+                Some(Found::Patch(patch)) => {
+                    let crossing = |p: &Patch| p.report.intersecting_faces;
+                    if best
+                        .as_ref()
+                        .is_none_or(|b| crossing(&patch) < crossing(&b.0))
+                    {
+                        best = Some((patch, tried.report));
+                    }
+                }
+                None => last = tried.report,
+            }
+            history.push((now, tried.verdict));
+        }
+        if let Some((patch, report)) = best {
+            return self.accept(patch, report);
+        }
+        last.earlier_tries = failures(&history);
+        let why = last
+            .earlier_tries
+            .last()
+            .cloned()
+            .unwrap_or(TryFailure::Stopped);
+        self.triangulate(TriangulatedReason::NoSurface(why), last)
+    }
+
+    /// One try.
+    fn try_once(&self, now: &Try) -> Tried {
+        let begun = Instant::now();
+        let (solved, region, data) = self.solve(now);
+        self.log_try(now, &region, &solved, begun);
+        let report = RegionReport {
+            diameter: region.diameter,
+            voxel: Some(region.voxel),
+            dims: Some(region.finest_dims()),
+            converged: solved.converged(),
+            levels: solved.reports.clone(),
+            other_energy: now.energy != self.params.energy,
+            ..RegionReport::default()
+        };
+        let (verdict, patch) = if let Some(failure) = self.unusable(&solved, now) {
+            (Verdict::Failed(failure), None)
+        } else {
+            let surface = LevelSurface {
+                level: &solved.level,
+                data: &data,
+            };
+            let extracted = solved.level.zero_set();
+            match self.params.surface {
+                SurfaceKind::Whole => (Verdict::Sound, Some(Found::Whole(extracted))),
+                SurfaceKind::Stitched => match self.stitch(&region, &surface, &extracted) {
+                    Ok(patch) => {
+                        let verdict = match patch.report.intersecting_faces {
+                            0 => Verdict::Sound,
+                            faces => Verdict::Failed(TryFailure::Crossing(faces)),
+                        };
+                        (verdict, Some(Found::Patch(patch)))
+                    }
+                    Err(error) => (Verdict::Failed(TryFailure::NotJoined(error)), None),
+                },
+            }
+        };
+        Tried {
+            verdict,
+            report,
+            patch,
+        }
+    }
+
+    /// Why the surface of a solve is of no use, while another try may find a better one.
+    fn unusable(&self, solved: &Solved, now: &Try) -> Option<TryFailure> {
+        let to_rest = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
+        let lost = solved.lost() && to_rest;
+        if solved.hopeless() && to_rest && (now.refine > 1.0 || now.accept) {
+            return Some(TryFailure::Contradiction);
+        }
+        let may_refine = self.params.voxel == VoxelSize::Auto;
+        if lost && now.refine == 1.0 && !now.accept {
+            return may_refine.then_some(TryFailure::NotSteady);
+        }
+        let cramped = !lost && now.wider().is_some() && solved.level.touches_box();
+        cramped.then_some(TryFailure::ReachedBox)
+    }
+
+    fn log_try(&self, now: &Try, region: &Region, solved: &Solved, begun: Instant) {
+        let ids: Vec<usize> = self.holes.iter().map(|h| h.id).collect();
+        let levels: Vec<String> = solved
+            .reports
+            .iter()
+            .map(|l| {
+                let last = l.flow.movement;
+                let (nodes, unknowns, steps) = (l.nodes, l.flow.unknowns, l.flow.steps.len());
+                let [sampling, flow] = l.seconds;
+                format!("{nodes} nodes, {unknowns} unknown, {steps} steps to {last:.1e}, {sampling:.2} + {flow:.2} s")
+            })
+            .collect();
+        log::debug!(
+            "holes {ids:?}, {:.0} voxels across, {:?} start, {:.2} s: {}",
+            region.diameter / region.voxel,
+            now.start,
+            begun.elapsed().as_secs_f64(),
+            levels.join("; ")
+        );
+    }
+
+    fn solve(&self, next: &Try) -> (Solved, Region, MeshData<'_>) {
+        let region = region(self.mesh, self.holes, self.params, next, self.extent);
+        let kept = self.damaged.map(|d| d.kept(region.diameter, region.voxel));
+        let data = MeshData::new(self.known, self.mesh, self.holes, self.closed).keeping(kept);
+        let may_refine = self.params.voxel == VoxelSize::Auto;
+        let settings = NestedSettings {
+            lattice: region.lattice,
+            dims: region.dims,
+            refinements: region.refinements,
+            start: next.start,
+            stop_when_lost: next.refine == 1.0 && !next.accept && may_refine,
+            flow: self
+                .flow_settings(next)
+                .across(region.diameter / region.voxel),
+            time: self.damaged.and_then(Damaged::time),
+        };
+        let solved = solve_nested(&data, &settings, self.keep_going);
+        (solved, region, data)
+    }
+
+    fn flow_settings(&self, next: &Try) -> FlowSettings {
+        let usual = FlowSettings::default();
+        let most = match self.params.variant {
+            Variant::GaussNewton => usual.max_steps,
+            Variant::I | Variant::II => MOST_STEPS,
+        };
+        FlowSettings {
+            energy: next.energy,
+            variant: self.params.variant,
+            time_step: self.params.time_step.unwrap_or(f64::INFINITY),
+            max_steps: self.params.steps.unwrap_or(most),
+            ..usual
+        }
+    }
+
+    fn accept(&self, patch: Patch, mut report: RegionReport) -> RegionPatch {
+        report.closed_by = Some(ClosedBy::LevelSet);
+        report.seam_angle_mean = Some(patch.report.seam_angle_mean);
+        report.seam_angle_max = Some(patch.report.seam_angle_max);
+        report.quality_mean = patch.report.quality_mean;
+        report.intersecting_faces = patch.report.intersecting_faces;
+        report.components = patch.report.components;
+        let mesh = Mesh::new(patch.positions, patch.faces);
+        self.all(mesh, report, HoleOutcome::Filled)
+    }
+
+    fn whole(&self, mesh: Mesh, mut report: RegionReport) -> RegionPatch {
+        report.closed_by = Some(ClosedBy::LevelSet);
+        self.all(mesh, report, HoleOutcome::Filled)
+    }
+
+    /// A patch that closes all of its holes in one way.
+    fn all(&self, mesh: Mesh, mut report: RegionReport, outcome: HoleOutcome) -> RegionPatch {
+        report.new_vertices = mesh.positions.len();
+        report.new_faces = mesh.faces.len();
+        RegionPatch {
+            mesh,
+            report,
+            outcomes: vec![outcome; self.holes.len()],
+        }
+    }
+
+    /// Closes the gap between two rims that lie on each other.
+    fn close_seam(&self) -> Option<RegionPatch> {
+        let (&[a, b], SurfaceKind::Stitched) = (self.holes, self.params.surface) else {
+            return None;
+        };
+        let faces = close_seam(self.mesh, &a.rim, &b.rim)?;
+        let report = RegionReport {
+            diameter: a.diameter,
+            closed_by: Some(ClosedBy::Seam),
+            components: 1,
+            ..RegionReport::default()
+        };
+        let outcome = HoleOutcome::Triangulated(TriangulatedReason::Seam);
+        Some(self.all(Mesh::new(Vec::new(), faces), report, outcome))
+    }
+}
+
+/// Why the tries of a history failed.
+fn failures(history: &[(Try, Verdict)]) -> Vec<TryFailure> {
+    let failure = |(_, verdict): &(Try, Verdict)| match verdict {
+        Verdict::Failed(failure) => Some(failure.clone()),
+        Verdict::Sound => None,
+    };
+    history.iter().filter_map(failure).collect()
+}

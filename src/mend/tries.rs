@@ -1,0 +1,240 @@
+//! What to try at a region, from what was tried and how that ended.
+
+use super::outcome::TryFailure;
+use crate::flow::Energy;
+use crate::region::Start;
+use crate::stitch::StitchError;
+
+/// Most tries at a region, and again with the energy to fall back to.
+const MOST_TRIES: usize = 6;
+/// A try divides the automatic voxel by this at most.
+const MOST_REFINED: f64 = 4.0;
+/// What the box grows by when the surface comes to its side. It may do so once.
+const GROWTH: f64 = 1.8;
+
+/// One try at a region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Try {
+    /// Widens the box.
+    pub(super) growth: f64,
+    /// Divides the voxel.
+    pub(super) refine: f64,
+    pub(super) start: Start,
+    /// Take the surface though the flow is not steady.
+    pub(super) accept: bool,
+    pub(super) energy: Energy,
+}
+
+impl Try {
+    /// The first try with an energy.
+    pub(super) fn first(energy: Energy) -> Self {
+        Self {
+            growth: 1.0,
+            refine: 1.0,
+            start: Start::Biharmonic,
+            accept: false,
+            energy,
+        }
+    }
+
+    /// Half the voxel, from a triangulation of the rims; then a quarter.
+    pub(super) fn finer(&self) -> Option<Self> {
+        (self.refine < MOST_REFINED).then_some(Self {
+            refine: 2.0 * self.refine,
+            start: Start::Triangulation,
+            ..*self
+        })
+    }
+
+    /// A wider box, if it is not one already.
+    pub(super) fn wider(&self) -> Option<Self> {
+        (self.growth < 1.5).then_some(Self {
+            growth: GROWTH * self.growth,
+            ..*self
+        })
+    }
+}
+
+/// How a try ended.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Verdict {
+    /// With a patch that crosses nothing.
+    Sound,
+    /// In a failure; [`TryFailure::Crossing`] has a patch all the same.
+    Failed(TryFailure),
+}
+
+/// The tries at a region so far, in order.
+pub(super) type History = [(Try, Verdict)];
+
+/// The try after those of a history, which begins with one like `first`; none where no other is worth its time.
+/// `may_refine` says whether the voxel is isomend's to choose.
+///
+/// Each try answers the failure of the last: a finer grid where the flow found no rest or the patch could not be joined, a
+/// wider box where the surface came to its side. Where an energy finds no patch at all, the one to fall back to begins anew.
+pub(super) fn next_try(first: &Try, history: &History, may_refine: bool) -> Option<Try> {
+    let Some((last, verdict)) = history.last() else {
+        return Some(*first);
+    };
+    // The tries with the same energy as the last, which are the last ones.
+    let begun = history.iter().rposition(|(t, _)| t.energy != last.energy);
+    let own = &history[begun.map_or(0, |i| i + 1)..];
+    let failure = match verdict {
+        Verdict::Sound => return None,
+        Verdict::Failed(failure) => failure,
+    };
+    let finest = own.iter().map(|(t, _)| t.refine).fold(1.0, f64::max);
+    let finer = || last.finer().filter(|_| may_refine);
+    let next = match failure {
+        TryFailure::Contradiction | TryFailure::Stopped => None,
+        TryFailure::NotSteady => finer(),
+        TryFailure::ReachedBox => last.wider(),
+        TryFailure::Crossing(_) => finer().filter(|next| next.refine > finest),
+        // The surface has run away: take it as it comes out of the first grid.
+        TryFailure::NotJoined(StitchError::OpenBorder { .. }) if last.refine > 1.0 => Some(Try {
+            refine: 1.0,
+            start: Start::Triangulation,
+            accept: true,
+            ..*last
+        }),
+        TryFailure::NotJoined(StitchError::TooManyFaces { .. } | StitchError::Folded { .. }) => {
+            None
+        }
+        TryFailure::NotJoined(_) if last.accept => None,
+        TryFailure::NotJoined(_) => finer(),
+    };
+    if next.is_some() {
+        return next.filter(|_| own.len() < MOST_TRIES);
+    }
+    let has_patch = |(_, v): &(Try, Verdict)| matches!(v, Verdict::Failed(TryFailure::Crossing(_)));
+    let fallback = first.energy.needs().fallback?;
+    let anew = last.energy == first.energy && !history.iter().any(has_patch);
+    anew.then_some(Try {
+        energy: fallback,
+        ..*first
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    const LOST: TryFailure = TryFailure::NotSteady;
+
+    fn open_border() -> TryFailure {
+        TryFailure::NotJoined(StitchError::OpenBorder {
+            position: DVec3::ZERO,
+            distance: 1.0,
+        })
+    }
+
+    /// The tries that are made when they end so, one after another.
+    fn tried(energy: Energy, may_refine: bool, ends: &[Verdict]) -> Vec<Try> {
+        let first = Try::first(energy);
+        let mut history: Vec<(Try, Verdict)> = Vec::new();
+        for end in ends {
+            match next_try(&first, &history, may_refine) {
+                Some(next) => history.push((next, end.clone())),
+                None => break,
+            }
+        }
+        history.into_iter().map(|(t, _)| t).collect()
+    }
+
+    #[test]
+    fn grids_get_finer_twice_and_no_more() {
+        let ends = vec![Verdict::Failed(LOST); 9];
+        let refined: Vec<f64> = tried(Energy::Willmore, true, &ends)
+            .iter()
+            .map(|t| t.refine)
+            .collect();
+        assert_eq!(refined, [1.0, 2.0, 4.0]);
+        assert_eq!(tried(Energy::Willmore, false, &ends).len(), 1);
+    }
+
+    #[test]
+    fn a_sound_patch_ends_it() {
+        let ends = [Verdict::Failed(LOST), Verdict::Sound, Verdict::Sound];
+        assert_eq!(tried(Energy::Willmore, true, &ends).len(), 2);
+    }
+
+    #[test]
+    fn a_surface_that_ran_away_is_taken_from_the_first_grid() {
+        let ends = [LOST, open_border(), open_border(), open_border()].map(Verdict::Failed);
+        let tries = tried(Energy::Willmore, true, &ends);
+        assert_eq!(tries.len(), 3);
+        assert!(tries[2].accept && tries[2].refine == 1.0);
+    }
+
+    #[test]
+    fn the_box_grows_once() {
+        let ends = vec![Verdict::Failed(TryFailure::ReachedBox); 4];
+        let tries = tried(Energy::Willmore, true, &ends);
+        assert_eq!(tries.len(), 2);
+        assert_eq!(tries[1].growth, GROWTH);
+    }
+
+    #[test]
+    fn crossing_patches_are_refined_beyond_the_finest_only() {
+        let crossing = |n| Verdict::Failed(TryFailure::Crossing(n));
+        let ends = [
+            Verdict::Failed(LOST),
+            Verdict::Failed(open_border()),
+            crossing(3),
+            crossing(1),
+        ];
+        // Finer twice over, back on the first grid: a patch that crosses there is not refined again.
+        assert_eq!(tried(Energy::Willmore, true, &ends).len(), 3);
+        assert_eq!(
+            tried(
+                Energy::Willmore,
+                true,
+                &[crossing(3), crossing(1), crossing(1), crossing(1)]
+            )
+            .len(),
+            3
+        );
+    }
+
+    #[test]
+    fn another_energy_begins_anew_unless_there_is_a_patch() {
+        let gone = Verdict::Failed(TryFailure::Contradiction);
+        let tries = tried(
+            Energy::CurvatureVariation,
+            true,
+            &[gone.clone(), gone.clone(), gone.clone()],
+        );
+        let energies: Vec<Energy> = tries.iter().map(|t| t.energy).collect();
+        assert_eq!(energies, [Energy::CurvatureVariation, Energy::Willmore]);
+        let crossing = Verdict::Failed(TryFailure::Crossing(2));
+        let ends = [
+            crossing.clone(),
+            crossing.clone(),
+            crossing,
+            gone.clone(),
+            gone,
+        ];
+        assert_eq!(tried(Energy::CurvatureVariation, true, &ends).len(), 3);
+    }
+
+    #[test]
+    fn it_always_ends() {
+        let failures = [
+            LOST,
+            TryFailure::ReachedBox,
+            open_border(),
+            TryFailure::Crossing(1),
+            TryFailure::Contradiction,
+        ];
+        let energies = [Energy::Willmore, Energy::CurvatureVariation];
+        // Every sequence of five failures, repeated.
+        for code in 0..3125usize {
+            let digit = |i: u32| failures[code / 5usize.pow(i % 5) % 5].clone();
+            let ends: Vec<Verdict> = (0..20).map(|i| Verdict::Failed(digit(i))).collect();
+            for energy in energies {
+                assert!(tried(energy, true, &ends).len() <= 2 * MOST_TRIES);
+            }
+        }
+    }
+}

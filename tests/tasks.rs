@@ -1,0 +1,155 @@
+//! Regions as values: written, read and worked on elsewhere, they give the same patches.
+
+mod shapes;
+
+use isomend::glam::DVec3;
+use isomend::{
+    Cancel, Control, FillError, FillParams, Mesh, RegionPatch, RegionTask, SurfaceKind, fill,
+    inspect,
+};
+
+/// A value that was written as JSON and read again.
+fn sent<T: serde::Serialize + serde::de::DeserializeOwned>(value: &T) -> T {
+    serde_json::from_str(&serde_json::to_string(value).unwrap()).unwrap()
+}
+
+/// The mesh filled region by region, each from its task's written form.
+fn filled_in_parts(mesh: &Mesh, params: &FillParams) -> Mesh {
+    let found = inspect(mesh).unwrap();
+    let regions = found.regions(params).unwrap();
+    let solved = |task: RegionTask| {
+        let task: RegionTask = sent(&task);
+        sent::<RegionPatch>(&task.solve(&Control::new().threads(2)).unwrap())
+    };
+    let patches: Vec<RegionPatch> = regions.tasks().map(solved).collect();
+    assert_eq!(patches.len(), regions.len());
+    regions.assemble(patches).unwrap().mesh
+}
+
+fn bits(mesh: &Mesh) -> Vec<[u64; 3]> {
+    let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
+    mesh.positions.iter().map(bits).collect()
+}
+
+fn assert_same(mesh: &Mesh, params: &FillParams) {
+    let (at_once, in_parts) = (
+        fill(mesh, params).unwrap().mesh,
+        filled_in_parts(mesh, params),
+    );
+    assert_eq!(bits(&in_parts), bits(&at_once));
+    assert_eq!(in_parts.faces, at_once.faces);
+}
+
+fn with(mesh: &mut Mesh, other: &Mesh, by: DVec3) {
+    let base = mesh.positions.len() as u32;
+    mesh.positions
+        .extend(other.positions.iter().map(|p| *p + by));
+    mesh.faces
+        .extend(other.faces.iter().map(|f| f.map(|v| v + base)));
+}
+
+/// A ball with a large and a small round hole and one of a triangle.
+fn ball() -> Mesh {
+    let sphere = shapes::sphere(10);
+    let mut mesh = shapes::cut(&sphere, |p| p.z > 0.85 || p.distance(DVec3::X) < 0.25);
+    let far = mesh
+        .faces
+        .iter()
+        .position(|f| f.iter().all(|&v| mesh.positions[v as usize].z < -0.9));
+    mesh.faces.remove(far.unwrap());
+    mesh
+}
+
+#[test]
+fn regions_worked_on_elsewhere_give_the_same_bytes() {
+    let mut params = FillParams::default();
+    params.voxel = isomend::VoxelSize::Length(0.08);
+    assert_same(&ball(), &params);
+    params.surface = SurfaceKind::Whole;
+    assert_same(&ball(), &params);
+}
+
+#[test]
+fn a_task_holds_no_more_than_the_pieces_near_its_region() {
+    // A second ball passes through the opening of the first, which must not know it; a third is far away.
+    let mut mesh = ball();
+    with(&mut mesh, &shapes::sphere(6), DVec3::new(0.0, 0.0, 1.6));
+    with(&mut mesh, &shapes::sphere(6), DVec3::new(40.0, 0.0, 0.0));
+    let mut params = FillParams::default();
+    params.voxel = isomend::VoxelSize::Length(0.08);
+    assert_same(&mesh, &params);
+    let found = inspect(&mesh).unwrap();
+    let regions = found.regions(&params).unwrap();
+    let sizes: Vec<usize> = regions
+        .tasks()
+        .map(|t| serde_json::to_string(&t).unwrap().len())
+        .collect();
+    let whole = serde_json::to_string(&found.mesh).unwrap().len();
+    assert!(
+        sizes.iter().any(|&size| size < whole),
+        "{sizes:?} of {whole}"
+    );
+}
+
+#[test]
+fn what_is_no_task_or_no_patch_of_these_regions_is_refused() {
+    let mesh = ball();
+    let params = FillParams::default();
+    let found = inspect(&mesh).unwrap();
+    let regions = found.regions(&params).unwrap();
+    let error = regions.assemble(Vec::new()).unwrap_err();
+    assert!(
+        matches!(
+            error,
+            FillError::Patches {
+                regions: 3,
+                patches: 0
+            }
+        ),
+        "{error}"
+    );
+    let task = regions.tasks().last().unwrap();
+    let mut written = serde_json::to_value(&task).unwrap();
+    written["holes"][0]["rim"][0] = 1_000_000.into();
+    let broken: RegionTask = serde_json::from_value(written).unwrap();
+    assert!(matches!(
+        broken.solve(&Control::new()),
+        Err(FillError::Task)
+    ));
+    let cancel = Cancel::new();
+    cancel.cancel();
+    let stopped = task.solve(&Control::new().cancel(&cancel));
+    assert!(matches!(stopped, Err(FillError::Cancelled)));
+}
+
+#[test]
+fn one_inspection_serves_many_runs() {
+    let mesh = ball();
+    let found = inspect(&mesh).unwrap();
+    let mut params = FillParams::default();
+    params.voxel = isomend::VoxelSize::Length(0.08);
+    for hole in 1..=3 {
+        params.holes = Some(vec![hole]);
+        let filled = found.fill(&params, &Control::new()).unwrap();
+        assert_eq!(
+            bits(&filled.mesh),
+            bits(&fill(&mesh, &params).unwrap().mesh)
+        );
+    }
+    let cancel = Cancel::new();
+    let ended = std::sync::atomic::AtomicUsize::new(0);
+    let progress = |step: &isomend::Step| {
+        if let isomend::Event::Ended(_) = step.event {
+            ended.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+            cancel.cancel();
+        }
+    };
+    let control = Control::new()
+        .threads(1)
+        .progress(&progress)
+        .cancel(&cancel);
+    params.holes = None;
+    let stopped = found.fill(&params, &control);
+    assert!(matches!(stopped, Err(FillError::Cancelled)));
+    assert!(ended.into_inner() >= 1);
+}
