@@ -189,8 +189,8 @@ fn arrays_of_vtk_files_survive() {
             for a in old {
                 let b = new.iter().find(|b| b.name == a.name).unwrap();
                 assert_eq!(
-                    (a.scalar, a.components, a.vtk),
-                    (b.scalar, b.components, b.vtk)
+                    (a.scalar, a.components, a.active),
+                    (b.scalar, b.components, b.active)
                 );
                 assert_eq!(a.values, b.values[..count * a.components], "{}", a.name);
             }

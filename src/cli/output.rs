@@ -4,12 +4,12 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use isomend::attributes::transfer;
 use isomend::glam::DVec3;
 use isomend::io::{Document, Format, Loaded, Model, Precision, WriteOptions, model_to_bytes};
 use isomend::mesh::Attributes;
 use isomend::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use isomend::report::RegionReport;
-use isomend::stitch::attributes::transfer;
 use isomend::stitch::count_crossing;
 use isomend::{FillParams, Mesh, SurfaceKind};
 

@@ -12,7 +12,6 @@
 //! holes in meshes", 2003 (triangulation of single loops).
 
 mod assemble;
-pub mod attributes;
 mod check;
 mod cut;
 mod ears;
