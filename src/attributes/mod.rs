@@ -20,7 +20,7 @@ use glam::DVec3;
 use crate::mesh::attributes::{
     Attribute, CornerAttribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar,
 };
-use crate::mesh::{Attributes, Mesh};
+use crate::mesh::{Attributes, Mesh, area_vector};
 use field::{Field, Source};
 use harmonic::Laplacian;
 use rim::Patches;
@@ -250,14 +250,12 @@ fn most_frequent<'a>(faces: impl Iterator<Item = &'a u32>, labels: &Labels) -> u
 fn shape_normals(patches: &Patches, points: &[DVec3], original: &Mesh) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; points.len()];
     for face in &patches.faces {
-        let [a, b, c] = face.map(|s| points[s as usize]);
-        let normal = (b - a).cross(c - a);
+        let normal = area_vector(face.map(|s| points[s as usize]));
         face.iter().for_each(|&s| normals[s as usize] += normal);
     }
     for (s, slot) in patches.slots.iter().enumerate() {
         for &(f, _) in &slot.rim {
-            let [a, b, c] = original.faces[f as usize].map(|v| original.positions[v as usize]);
-            normals[s] += (b - a).cross(c - a);
+            normals[s] += area_vector(original.corners(f));
         }
     }
     normals.iter().map(|n| n.normalize_or(DVec3::Z)).collect()

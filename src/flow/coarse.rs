@@ -20,7 +20,7 @@ const LEAST: f64 = 1e-12;
 const ABSENT: u32 = u32::MAX;
 
 /// The nodes of one coarse lattice, numbered.
-struct Lattice {
+struct CoarseNodes {
     /// The lattice's coordinates of the grid's first node.
     low: NodeIndex,
     grid: SparseGrid,
@@ -29,7 +29,7 @@ struct Lattice {
     nodes: Vec<NodeIndex>,
 }
 
-impl Lattice {
+impl CoarseNodes {
     /// The nodes that carry weight for one of the points and that `exists` allows.
     fn new(points: &[Option<[f64; 3]>], exists: impl Fn(NodeIndex) -> bool) -> Self {
         let (mut low, mut high) = ([i32::MAX; 3], [i32::MIN; 3]);
@@ -107,8 +107,8 @@ fn trilinear(p: [f64; 3]) -> [(NodeIndex, f64); 8] {
 fn interpolation(
     points: &[Option<[f64; 3]>],
     exists: impl Fn(NodeIndex) -> bool,
-) -> (Csr, Lattice) {
-    let lattice = Lattice::new(points, exists);
+) -> (Csr, CoarseNodes) {
+    let lattice = CoarseNodes::new(points, exists);
     let matrix = Csr::from_rows(points.len(), lattice.nodes.len(), |i, sink| {
         if let Some(p) = points[i] {
             for (n, w) in trilinear(p) {

@@ -20,6 +20,7 @@
 //! # Ok::<(), isomend::io::IoError>(())
 //! ```
 
+mod binary;
 #[cfg(test)]
 mod corner_tests;
 mod detect;

@@ -8,12 +8,13 @@ pub mod holes;
 pub mod mask;
 pub mod measures;
 mod part;
-pub(crate) mod polygon;
+mod sets;
 #[cfg(test)]
 pub(crate) mod shapes;
 #[cfg(test)]
 mod tests;
 pub mod topology;
+pub mod triangulate;
 mod weld;
 
 use glam::DVec3;
@@ -22,7 +23,9 @@ pub use adjacency::{VertexFaces, face_normal, vertex_normal};
 pub use attributes::Attributes;
 pub use chains::{ChainReason, OpenChain};
 pub use holes::{Hole, find_holes};
+pub use measures::area_vector;
 pub use part::Part;
+pub use sets::DisjointSets;
 pub use topology::{Defects, Topology};
 pub(crate) use weld::Welder;
 pub use weld::{weld_map, welded};

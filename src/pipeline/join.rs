@@ -3,13 +3,11 @@
 use glam::DVec3;
 
 use super::attempt::{RegionPatch, Work};
+use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::mesh::{Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
 use crate::report::{ClosedBy, HoleOutcome, RegionReport};
-use crate::stitch::{
-    Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch,
-    triangulate_loop_beside,
-};
+use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch};
 
 /// How far round the extracted surface the mesh may be looked at, in parts of its size. More than the stitcher's own margin.
 const MARGIN: f64 = 0.15;

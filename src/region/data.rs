@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::distance::{DistanceData, NodeData, Wanted};
 use super::level::Level;
+use crate::mesh::triangulate::triangulate_loop;
 use crate::mesh::{Hole, Mesh};
-use crate::sdf::{RimSet, Sampler};
+use crate::sdf::{RimSet, Sampler, Surface};
 use crate::spatial::{Bvh, WindingTree};
-use crate::stitch::{Surface, triangulate_loop};
 
 /// Deep nodes are free within this many rim radii of the rim's centre.
 const REACH: f64 = 1.3;

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::grid::{Lattice, NodeIndex};
-use crate::mesh::{Hole, Mesh, bounds};
+use crate::mesh::{DisjointSets, Hole, Mesh, bounds};
 use crate::params::VoxelSize;
 use crate::spatial::{Bounds, BoxTree};
 
@@ -67,7 +67,7 @@ pub fn group_holes(
     forced: &[Vec<usize>],
     is_small: &dyn Fn(usize) -> bool,
 ) -> Vec<Vec<usize>> {
-    let mut parent: Vec<usize> = (0..holes.len()).collect();
+    let mut sets = DisjointSets::new(holes.len());
     let rims: Vec<RimSamples> = chosen
         .iter()
         .map(|&h| RimSamples::new(mesh, &holes[h]))
@@ -80,23 +80,24 @@ pub fn group_holes(
         for &i in looking {
             for j in nearby.larger(&rims, i) {
                 let (first, second) = (i.min(j), i.max(j));
-                let apart = find(&mut parent, chosen[i]) != find(&mut parent, chosen[j]);
+                let (a, b) = (chosen[i] as u32, chosen[j] as u32);
+                let apart = sets.find(a) != sets.find(b);
                 if apart && rims[first].belongs_with(&rims[second]) {
-                    join(&mut parent, chosen[i], chosen[j]);
+                    sets.join(a, b);
                 }
             }
         }
     }
-    join_touching(holes, chosen, &mut parent);
+    join_touching(holes, chosen, &mut sets);
     for group in forced {
         for pair in group.windows(2) {
-            join(&mut parent, pair[0], pair[1]);
+            sets.join(pair[0] as u32, pair[1] as u32);
         }
     }
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut of_root = std::collections::BTreeMap::new();
     for &h in chosen {
-        let root = find(&mut parent, h);
+        let root = sets.find(h as u32);
         let at = *of_root.entry(root).or_insert_with(|| {
             groups.push(Vec::new());
             groups.len() - 1
@@ -146,7 +147,7 @@ impl<'a> Nearby<'a> {
 }
 
 /// Joins loops that share a vertex.
-fn join_touching(holes: &[Hole], chosen: &[usize], parent: &mut [usize]) {
+fn join_touching(holes: &[Hole], chosen: &[usize], sets: &mut DisjointSets) {
     let mut users: Vec<(u32, usize)> = chosen
         .iter()
         .flat_map(|&h| holes[h].rim.iter().map(move |&v| (v, h)))
@@ -154,22 +155,9 @@ fn join_touching(holes: &[Hole], chosen: &[usize], parent: &mut [usize]) {
     users.sort_unstable();
     for pair in users.windows(2) {
         if pair[0].0 == pair[1].0 {
-            join(parent, pair[0].1, pair[1].1);
+            sets.join(pair[0].1 as u32, pair[1].1 as u32);
         }
     }
-}
-
-fn find(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
-}
-
-fn join(parent: &mut [usize], a: usize, b: usize) {
-    let (a, b) = (find(parent, a), find(parent, b));
-    parent[a.max(b)] = a.min(b);
 }
 
 /// Edge midpoints of a rim with the directions in which the surface would continue.

@@ -60,14 +60,6 @@ pub enum StitchError {
         /// Index of the loop in the input.
         rim: usize,
     },
-    /// A loop cannot be triangulated without repeating an edge of the mesh.
-    #[error(
-        "the loop of {edges} edges cannot be triangulated without repeating edges of the mesh; refine the mesh there"
-    )]
-    NoTriangulation {
-        /// Number of edges of the loop.
-        edges: usize,
-    },
     /// Remeshing made more faces than the rims account for.
     #[error(
         "remeshing came to {faces} faces for rims of {edges} edges and would make more; the edges there differ too much in \

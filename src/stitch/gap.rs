@@ -3,12 +3,12 @@
 use glam::DVec3;
 
 use super::half_edge::PatchMesh;
-use super::liepa::{self, Polygon};
 use super::matching::Gap;
 use super::rim::Rims;
 use super::sector::{Outline, nearest_pair};
 use super::zip::{Step, zip};
-use super::{StitchError, StitchInput, StitchReport, ears};
+use super::{StitchError, StitchInput, StitchReport};
+use crate::mesh::triangulate::{Ground, Polygon, cut_ears, triangulate};
 
 /// A gap whose faces agree less with the surface on average has not been understood.
 const LEAST_LEAN: f64 = 0.3;
@@ -54,7 +54,7 @@ pub(super) fn fill(
             let faces = if missing {
                 None
             } else {
-                ears::cut(mesh, rims, &polygon)
+                by_ears(mesh, rims, &polygon)
             };
             faces.filter(|faces| lean(mesh, faces) > LEAST_LEAN).ok_or(
                 StitchError::RimNotReached {
@@ -126,6 +126,30 @@ fn merge(mesh: &PatchMesh, gap: &Gap, loops: &Loops) -> Vec<u32> {
     merged
 }
 
+/// A polygon of patch vertices, cut by ears; vertices that it needs are added to the patch.
+fn by_ears(mesh: &mut PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<Vec<[u32; 3]>> {
+    let rim = |v: u32| mesh.is_rim(v).then(|| mesh.origin[v as usize]);
+    let taken = |a: u32, b: u32| match (rim(a), rim(b)) {
+        (Some(u), Some(v)) => u == v || rims.has_edge(u, v),
+        _ => false,
+    };
+    let cut = cut_ears(
+        &Ground {
+            position: &mesh.position,
+            normal: &mesh.normal,
+            faces: &mesh.faces,
+            taken: &taken,
+        },
+        polygon,
+    )?;
+    for vertex in cut.new {
+        mesh.position.push(vertex.position);
+        mesh.normal.push(vertex.normal);
+        mesh.size.push(mesh.size[vertex.beside as usize]);
+    }
+    Some(cut.faces)
+}
+
 /// A triangulation of one rim loop without new vertices, if the loop is thin and the faces follow the surface.
 fn direct(
     input: &StitchInput,
@@ -153,10 +177,10 @@ fn direct(
         beyond: &beyond,
         blocked: &blocked,
     };
-    let faces: Option<Vec<[u32; 3]>> = liepa::triangulate(&polygon)
-        .map(|faces| faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
+    let faces: Option<Vec<[u32; 3]>> =
+        triangulate(&polygon).map(|faces| faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
     match faces.filter(|faces| lean(mesh, faces) > LEAST_LEAN) {
-        None => ears::cut(mesh, rims, rim).filter(|faces| lean(mesh, faces) > LEAST_LEAN),
+        None => by_ears(mesh, rims, rim).filter(|faces| lean(mesh, faces) > LEAST_LEAN),
         found => found,
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use super::super::surface::{Cut, Surface};
+use super::super::surface::{CutFrom, Surface};
 use super::super::{IoError, Loaded};
 use super::scalar::Scalar;
 use crate::mesh::attributes::{Active, Attribute, Role};
@@ -124,7 +124,7 @@ impl Arrays {
     /// Finishes a surface together with its arrays.
     pub(super) fn finish(mut self, mut surface: Surface) -> Result<Loaded, IoError> {
         surface.notes.append(&mut self.notes);
-        let mut cut = (!self.cell.is_empty()).then(|| Cut::identity(0));
+        let mut cut = (!self.cell.is_empty()).then(|| CutFrom::identity(0));
         let mut loaded = surface.finish_with(&mut cut)?;
         if let Some(cut) = cut {
             let rows = cut.face.iter().map(|f| self.rows[*f as usize] as usize);

@@ -21,8 +21,8 @@ use crate::region::{
     KeptShape, Level, MeshData, NestedSettings, Solved, Start, TimeSpan, solve_nested,
 };
 use crate::report::{ClosedBy, FillReport, HoleOutcome, RegionReport};
-use crate::sdf::{RimSet, Sampler};
-use crate::stitch::{Surface, remesh_closed};
+use crate::sdf::{RimSet, Sampler, Surface};
+use crate::stitch::remesh_closed;
 
 /// The usual strength, in mean edges.
 const STRENGTH_EDGES: f64 = 8.0;

@@ -15,7 +15,9 @@ use glam::DVec3;
 use super::assemble::Assembled;
 use super::half_edge::{NONE, PatchMesh};
 use super::rim::Rims;
-use super::{StitchError, StitchInput, Surface};
+use super::{StitchError, StitchInput};
+use crate::mesh::area_vector;
+use crate::sdf::Surface;
 
 pub(super) use repair::repair;
 
@@ -146,13 +148,12 @@ impl<'a> Remesher<'a> {
 
     /// Cosine between a face and the mean surface normal at its corners; -1 for a degenerate face.
     fn cosine(&self, face: [u32; 3]) -> f64 {
-        let [a, b, c] = face.map(|v| self.mesh.position[v as usize]);
-        self.cosine_at(face, [a, b, c])
+        self.cosine_at(face, face.map(|v| self.mesh.position[v as usize]))
     }
 
-    fn cosine_at(&self, face: [u32; 3], [a, b, c]: [DVec3; 3]) -> f64 {
+    fn cosine_at(&self, face: [u32; 3], corners: [DVec3; 3]) -> f64 {
         let normal: DVec3 = face.iter().map(|&v| self.mesh.normal[v as usize]).sum();
-        let cross = (b - a).cross(c - a);
+        let cross = area_vector(corners);
         let length = cross.length() * normal.length();
         if length > 0.0 {
             cross.dot(normal) / length

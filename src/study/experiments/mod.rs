@@ -20,7 +20,7 @@ pub use table1::{Table1Settings, table1};
 
 use rayon::prelude::*;
 
-use super::evolution::Evolution;
+use super::evolution::PlaneRun;
 use super::observer::StudyError;
 use super::report::{Chart, Curve, Panel, StudyReport};
 use crate::flow::Variant;
@@ -43,7 +43,7 @@ fn in_parallel<S: Sync, R: Send>(
 }
 
 /// The claim that the energy falls in every step.
-fn claim_fall(report: &mut StudyReport, evolution: &Evolution) {
+fn claim_fall(report: &mut StudyReport, evolution: &PlaneRun) {
     let (rises, steps) = (evolution.rises(), evolution.energies.len());
     report.claim(
         "energy",

@@ -7,6 +7,8 @@ mod search;
 
 use glam::{DVec2, DVec3};
 
+use crate::mesh::area_vector;
+
 use search::{Marks, Tree};
 
 /// How many steps the polygons of one file may cost: corners and boxes that are looked at for one inside an ear. What remains
@@ -225,7 +227,7 @@ fn turn(flat: &[DVec2], prev: &[usize], next: &[usize], i: usize) -> f64 {
 
 /// Takes the diagonal from the first corner unless only the other one keeps both halves facing the same way.
 fn cut_quad(p: &[DVec3], emit: &mut impl FnMut([usize; 3])) -> bool {
-    let normal = |a: usize, b: usize, c: usize| (p[b] - p[a]).cross(p[c] - p[a]);
+    let normal = |a: usize, b: usize, c: usize| area_vector([p[a], p[b], p[c]]);
     let agreement = |n: DVec3, m: DVec3| n.dot(m);
     let first = agreement(normal(0, 1, 2), normal(0, 2, 3));
     let second = agreement(normal(1, 2, 3), normal(1, 3, 0));
