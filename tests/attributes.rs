@@ -290,6 +290,47 @@ fn lines<'a>(text: &'a str, word: &str) -> Vec<&'a str> {
 }
 
 #[test]
+fn the_look_of_materials_goes_from_obj_to_gltf() {
+    let desk = Desk::new();
+    let mesh = bowl();
+    fs::write(desk.path("in.obj"), obj(&mesh, -0.8)).unwrap();
+    let mtl = "newmtl left\nKd 1 0 0\nd 0.5\nnewmtl right\nKd 0.5 0.5 0.5\nmap_Kd maps/skin.png\n";
+    fs::write(desk.path("bowl.mtl"), mtl).unwrap();
+    fs::create_dir(desk.path("maps")).unwrap();
+    fs::write(desk.path("maps/skin.png"), b"\x89PNG\r\n\x1a\n").unwrap();
+    desk.fill("in.obj", "out.gltf");
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(desk.path("out.gltf")).unwrap()).unwrap();
+    let [left, right] = [0, 1].map(|i| &json["materials"][i]["pbrMetallicRoughness"]);
+    assert_eq!(
+        left["baseColorFactor"],
+        serde_json::json!([1.0, 0.0, 0.0, 0.5])
+    );
+    assert_eq!(right["baseColorTexture"]["index"], 0);
+    assert_eq!(json["images"][0]["uri"], "maps/skin.png");
+    // The patch has the material of its rim, and its texture.
+    let primitives = json["meshes"][0]["primitives"].as_array().unwrap();
+    let patch = primitives
+        .iter()
+        .find(|p| p.get("extras").is_some())
+        .unwrap();
+    assert_eq!(patch["material"], 1);
+    assert!(patch["attributes"]["TEXCOORD_0"].is_u64());
+    // Files outside the folder are not looked at, and without them the names are left.
+    fs::create_dir(desk.path("inner")).unwrap();
+    let text = obj(&mesh, -0.8).replace("bowl.mtl", "../bowl.mtl");
+    fs::write(desk.path("inner/in.obj"), text).unwrap();
+    let said = desk.fill("inner/in.obj", "names.gltf");
+    assert!(
+        said.contains("'../bowl.mtl' is outside the folder"),
+        "{said}"
+    );
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(desk.path("names.gltf")).unwrap()).unwrap();
+    assert_eq!(json["materials"][0], serde_json::json!({ "name": "left" }));
+}
+
+#[test]
 fn materials_groups_and_charts_of_an_obj_file_survive() {
     let desk = Desk::new();
     let mesh = bowl();

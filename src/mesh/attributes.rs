@@ -304,6 +304,24 @@ impl Labels {
     }
 }
 
+/// How a material looks, as far as it is known. Numbers lie between 0 and 1.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Material {
+    /// Its name, one of the labels of faces.
+    pub name: String,
+    /// The red, green and blue of its surface, by which its texture is multiplied.
+    pub colour: Option<[f32; 3]>,
+    /// 1 for a material through which nothing is seen.
+    pub opacity: Option<f32>,
+    /// The image on its surface, as a path relative to the mesh file with `/` between folders. It lies in the folder of the
+    /// file or below.
+    pub texture: Option<String>,
+    /// 0 for a mirror, 1 for a surface without highlights.
+    pub roughness: Option<f32>,
+    /// 1 for a metal.
+    pub metallic: Option<f32>,
+}
+
 /// All that a mesh carries beside its shape.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {
@@ -315,6 +333,8 @@ pub struct Attributes {
     pub corner: Vec<CornerAttribute>,
     /// Labels of faces.
     pub labels: Vec<Labels>,
+    /// What is known of the materials that labels name.
+    pub materials: Vec<Material>,
     /// Names of material files, as they are written in the mesh file.
     pub libraries: Vec<String>,
     /// Names of texture files, as they are written in the mesh file.
@@ -380,6 +400,7 @@ impl Attributes {
                     ..l.clone()
                 })
                 .collect(),
+            materials: self.materials.clone(),
             libraries: self.libraries.clone(),
             textures: self.textures.clone(),
             copies: self.copies.clone(),
