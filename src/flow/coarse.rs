@@ -13,9 +13,9 @@ use super::system::System;
 use crate::grid::{BLOCK, NodeIndex, SparseGrid, add};
 use crate::linalg::{Csr, Multigrid};
 
-/// Levels are added until so few unknowns are left.
+/// Levels are added until at most so many unknowns are left, which are solved directly.
 const FEW: usize = 400;
-/// Smaller weights do not count.
+/// Interpolation weights up to this are taken for rounding of zero.
 const LEAST: f64 = 1e-12;
 const ABSENT: u32 = u32::MAX;
 
@@ -124,8 +124,8 @@ fn interpolation(
 /// From each row's node to its closest point on the zero set of `phi`, which is a distance at all nodes round the band, by
 /// central differences; nothing for rows that are not unknowns.
 ///
-/// One-sided differences at the band's ends would not do: what is constant along a normal that jumps from node to node is
-/// rough, and the coarse levels would take smooth movements for stiff ones.
+/// One-sided differences at the band's ends would not do: their normals jump from node to node, so that functions constant along
+/// them are rough, and the coarse levels would take smooth movements for stiff ones.
 pub fn feet(band: &Band, grid: &SparseGrid, phi: &[f64]) -> Vec<[f32; 3]> {
     let foot = |&i: &u32| {
         if !band.unknown[i as usize] {
@@ -159,8 +159,8 @@ fn halved(band: &Band, grid: &SparseGrid, feet: &[[f32; 3]]) -> Vec<Option<[f64;
     points
 }
 
-/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made (then the diagonal has
-/// to do).
+/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made. The caller then preconditions
+/// with the diagonal.
 pub fn hierarchy(
     grid: &SparseGrid,
     mask: &[bool],

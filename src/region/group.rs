@@ -11,31 +11,35 @@ use crate::spatial::{Bounds, BoxTree};
 const FACING_GAP: f64 = 1.0;
 /// Rims closer than this share a region, in diameters of the larger one.
 const NEAR_GAP: f64 = 0.1;
-/// Most larger rims that a rim is compared with. In a mesh of loose triangles all rims are near all others; in scans
-/// there are a few.
+/// A rim is compared with at most so many larger ones. In a mesh of loose triangles all rims are near all others; in scans a rim
+/// has a few neighbours.
 const MOST_NEARBY: usize = 128;
 /// Vertices looked at on each rim.
 const SAMPLES: usize = 240;
-/// Voxels across a hole by default, at least across the smallest loop of a region, and at most.
+/// Voxels across a hole by default.
 const ACROSS: f64 = 32.0;
 /// Slots are resolved across their width, up to this ratio of diameter to width.
 const NARROWEST: f64 = 2.0;
 /// Voxels across a hole on the coarsest level.
 const COARSEST: f64 = 16.0;
+/// Voxels across the smallest loop of a region, at least.
 const ACROSS_SMALLEST: f64 = 14.0;
-/// A finer try goes up to this, if the first did not.
+/// Voxels across a hole in a finer try, at most, unless the first try had more.
 const ACROSS_RETRY: f64 = 72.0;
+/// Voxels across a hole by default, at most.
 const ACROSS_LIMIT: f64 = 160.0;
 /// Voxels across a hole where the voxel is given, at most.
 const FINEST: f64 = 1024.0;
-/// Free space round the rims: this part of the diameter, and this many coarse voxels.
+/// Free space round the rims, as a part of the width of the widest hole.
 const MARGIN_PART: f64 = 0.5;
+/// Free space round the rims beside that, in coarse voxels.
 const MARGIN_NODES: f64 = 7.0;
-/// Most blocks of nodes of a region's box on its coarsest level, which is sampled as a whole: 16 million nodes. A hole gets about
-/// 1300, facing rims a few diameters apart up to 1e5.
+/// Most blocks of nodes of a region's box on its coarsest level, which is sampled as a whole: 16 million nodes. The box of a hole
+/// has about 1300, that of facing rims a few diameters apart up to 1e5.
 const MOST_BLOCKS: f64 = 2.5e5;
-/// Less where the rims themselves reach far: by this part of their extent, to this part of the diameter.
+/// Along an axis [`MARGIN_PART`] is less by this part of the rims' extent along it.
 const MARGIN_TAKEN: f64 = 0.35;
+/// But not less than this part of that width.
 const LEAST_MARGIN: f64 = 0.15;
 
 /// Holes that are filled together on one lattice.
@@ -59,7 +63,8 @@ pub struct Region {
 ///
 /// Two rims belong together when they face each other (an island in a hole, the two sides of a gap: the directions in
 /// which the surface would continue point at one another), when they nearly touch, or when the caller says so. Of two rims
-/// for which `is_small` holds only touching counts: small components that lie in no hole are not worth a look at all pairs.
+/// for which `is_small` holds only touching counts: comparing all pairs of small components that lie in no hole would cost too
+/// much.
 pub fn group_holes(
     mesh: &Mesh,
     holes: &[Hole],
@@ -269,12 +274,12 @@ impl Region {
         let part = part.iter().flat_map(|p| [p.0, p.1]);
         let (low, high) = bounds(rims.map(|v| mesh.positions[*v as usize]).chain(part));
         let widest = chosen().map(|h| h.width).fold(0.25 * diameter, f64::max);
-        // Along a rim that is wide already the surface bulges less far beyond it.
+        // Along an axis on which the rims reach far already the surface bulges less beyond them.
         let bulge = (MARGIN_PART * widest - MARGIN_TAKEN * (high - low))
             .max(DVec3::splat(LEAST_MARGIN * widest));
         let margin = |coarse: f64| growth * bulge + MARGIN_NODES * coarse;
         let blocks = |coarse: f64| Lattice::blocks(low, high, margin(coarse), coarse);
-        // Rims that are far apart for their size, such as specks that one cut left on both sides of a model.
+        // Rims that are far apart for their size, such as two tiny holes on opposite sides of a model, need too many blocks.
         let (mut voxel, mut coarse) = (voxel, coarse);
         while blocks(coarse) > MOST_BLOCKS && coarse < (high - low).max_element() {
             (voxel, coarse) = (2.0 * voxel, 2.0 * coarse);

@@ -73,12 +73,12 @@ pub enum StitchError {
     },
     /// Most of a large patch is folded.
     #[error(
-        "{leaning} of {faces} faces of the patch are folded over; the mesh has spikes or edges that differ too much in \
+        "{tilted} of {faces} faces of the patch are folded over; the mesh has spikes or edges that differ too much in \
          length there: remesh or cut them first"
     )]
     Folded {
-        /// Faces that lean by more than 60 degrees.
-        leaning: usize,
+        /// Faces whose normals are more than 60 degrees from that of the surface.
+        tilted: usize,
         /// All faces.
         faces: usize,
     },

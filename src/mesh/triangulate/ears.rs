@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use crate::mesh::area_vector;
 
-/// Weight of the lean of an ear, which is what its cosine to the surface falls short of a half, times the square of its
-/// longest edge, against the square of its diagonal.
-const LEAN_WEIGHT: f64 = 20.0;
+/// Weight of the tilt of an ear (what its cosine to the surface falls short of a half, times the square of its longest edge)
+/// against the square of its diagonal.
+const TILT_WEIGHT: f64 = 20.0;
 
 /// What a polygon is made of.
 pub(crate) struct Ground<'a> {
@@ -179,7 +179,7 @@ impl Ears<'_> {
             .distance_squared(b)
             .max(b.distance_squared(c))
             .max(c.distance_squared(a));
-        let cost = a.distance_squared(c) + LEAN_WEIGHT * (0.5 - cosine).max(0.0) * longest;
+        let cost = a.distance_squared(c) + TILT_WEIGHT * (0.5 - cosine).max(0.0) * longest;
         // Slivers and ears that turn inwards wait.
         let flat = cross.dot(normal) < 1e-3 * longest;
         if flat || self.holds_vertex(ear, normal, longest) {

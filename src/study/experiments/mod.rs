@@ -2,6 +2,7 @@
 
 mod cap;
 mod circle;
+mod closed;
 mod graph;
 mod merge;
 mod orthogonal;
@@ -11,11 +12,12 @@ mod table1;
 
 pub use cap::{CapSettings, cap};
 pub use circle::{CircleSettings, circle};
+pub use closed::Closed;
 pub use graph::{GraphSettings, graph};
 pub use merge::{MergeSettings, merge};
 pub use orthogonal::{OrthogonalSettings, orthogonal};
 pub use patches::{PatchError, PatchesSettings, fill_shape, patch_error, patches};
-pub use surfaces::{Closed, SurfacesSettings, surfaces};
+pub use surfaces::{SurfacesSettings, surfaces};
 pub use table1::{Table1Settings, table1};
 
 use rayon::prelude::*;
