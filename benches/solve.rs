@@ -83,7 +83,7 @@ fn run(name: &str, shape: &Shape, across: f64) {
         },
         dims: [nodes; 3],
         refinements,
-        stop_when_lost: false,
+        give_up_early: false,
         start: Start::Biharmonic,
         flow: FlowSettings::default().across(across),
         time: None,

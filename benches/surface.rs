@@ -10,8 +10,9 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isomend::extract::level_surface;
 use isomend::glam::DVec3;
 use isomend::grid::Volume;
+use isomend::sdf::Surface;
 use isomend::sdf::{RimSet, Sampler};
-use isomend::stitch::{StitchInput, StitchParams, Surface, stitch};
+use isomend::stitch::{StitchInput, StitchParams, stitch};
 use isomend::{Inspection, Mesh};
 
 /// The values of a function on `nodes`³ nodes of the cube from −`half` to `half`.

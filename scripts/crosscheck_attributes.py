@@ -171,6 +171,30 @@ def check_obj(program, folder):
             wrong.append(f"trimesh finds other texture coordinates in {part}")
     if ["isomend_patch"] not in pick(target, "g"):
         wrong.append("the patch is no group")
+    return wrong + check_materials(program, folder, source)
+
+
+def check_materials(program, folder, source):
+    """Colours, a texture and roughness of an OBJ file's materials, read again from GLB."""
+    image = b"\x89PNG\r\n\x1a\n"
+    rows = zlib.compress(b"\0\xff\0\0")
+    for kind, data in ((b"IHDR", struct.pack(">IIBBBBB", 1, 1, 8, 2, 0, 0, 0)), (b"IDAT", rows), (b"IEND", b"")):
+        image += struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    (folder / "skin.png").write_bytes(image)
+    (folder / "skin.mtl").write_text("newmtl low\nKd 1 0 0\nd 0.5\nNs 30\nnewmtl high\nKd 0 1 0\nmap_Kd skin.png\n")
+    target = folder / "out-obj.glb"
+    wrong = fill(program, source, target)
+    if wrong:
+        return wrong
+    wrong += validate(target)
+    scene = trimesh.load_scene(target, process=False)
+    found = {mesh.visual.material.name: mesh.visual.material for mesh in scene.geometry.values()}
+    low, high = found["low"], found["high"]
+    if list(low.baseColorFactor) != [255, 0, 0, 128] or abs(low.roughnessFactor - 0.5) > 1e-6:
+        wrong.append(f"trimesh finds the colour {low.baseColorFactor} and the roughness {low.roughnessFactor}")
+    document, _ = chunks(target)
+    if document["images"] != [{"uri": "skin.png"}]:
+        wrong.append("the texture is not named")
     return wrong
 
 

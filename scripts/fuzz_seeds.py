@@ -113,6 +113,15 @@ l 1 2 3
 p 4
 f 2/2 3/3 5/1
 f 1 4 6
+newmtl red
+Kd 1 0.5 0.25
+d 0.5
+Ns 30
+map_Kd -s 1 1 1 skin.png
+newmtl blue
+Tr 0.25
+Pr 0.5
+Pm 1
 """
 
 STL = """solid two

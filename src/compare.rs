@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use thiserror::Error;
 
-use crate::mesh::{Mesh, face_normal};
+use crate::mesh::{Mesh, area_vector, face_normal};
 use crate::spatial::Bvh;
 
 /// The most samples that are taken of a mesh.
@@ -117,8 +117,7 @@ pub fn compare(a: &Mesh, b: &Mesh, samples: usize) -> Result<Comparison, Compare
 }
 
 fn twice_area(mesh: &Mesh, face: &[u32; 3]) -> f64 {
-    let [p, q, r] = face.map(|v| mesh.positions[v as usize]);
-    (q - p).cross(r - p).length()
+    area_vector(face.map(|v| mesh.positions[v as usize])).length()
 }
 
 fn surface_facts(mesh: &Mesh) -> SurfaceFacts {

@@ -53,20 +53,21 @@
 //! - It mends holes, not other defects: edges with more than two faces, misoriented faces and intersections of the
 //!   input with itself are reported and stay.
 //! - [`fill`] works on the shape alone; colours, normals, texture coordinates and materials are carried over to the
-//!   patches by [`stitch::attributes::transfer`].
+//!   patches by [`attributes::transfer`].
 //!
 //! # Marked regions
 //! [`restore`] cuts marked faces out, which a [`mesh::mask::Mask`] may choose, and fills what is missing then; all other faces
 //! are kept as above. [`RestoreParams::keep_shape`] keeps part of the shape that was there.
 //!
 //! # From file to file
-//! [`io::read_path`], [`inspect`], [`fill`], [`stitch::attributes::transfer`], [`io::write_model`];
+//! [`io::read_path`], [`inspect`], [`fill`], [`attributes::transfer`], [`io::write_model`];
 //! [`fill_with_progress`] tells of progress and can be stopped. Lengths are in the units of the mesh throughout.
 //!
 //! # Source
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
 
+pub mod attributes;
 pub mod compare;
 pub mod extract;
 pub mod flow;

@@ -189,8 +189,8 @@ fn arrays_of_vtk_files_survive() {
             for a in old {
                 let b = new.iter().find(|b| b.name == a.name).unwrap();
                 assert_eq!(
-                    (a.scalar, a.components, a.vtk),
-                    (b.scalar, b.components, b.vtk)
+                    (a.scalar, a.components, a.active),
+                    (b.scalar, b.components, b.active)
                 );
                 assert_eq!(a.values, b.values[..count * a.components], "{}", a.name);
             }
@@ -287,6 +287,47 @@ fn obj(mesh: &Mesh, seam: f64) -> String {
 fn lines<'a>(text: &'a str, word: &str) -> Vec<&'a str> {
     let is = |l: &&str| l.split(' ').next() == Some(word);
     text.lines().filter(is).collect()
+}
+
+#[test]
+fn the_look_of_materials_goes_from_obj_to_gltf() {
+    let desk = Desk::new();
+    let mesh = bowl();
+    fs::write(desk.path("in.obj"), obj(&mesh, -0.8)).unwrap();
+    let mtl = "newmtl left\nKd 1 0 0\nd 0.5\nnewmtl right\nKd 0.5 0.5 0.5\nmap_Kd maps/skin.png\n";
+    fs::write(desk.path("bowl.mtl"), mtl).unwrap();
+    fs::create_dir(desk.path("maps")).unwrap();
+    fs::write(desk.path("maps/skin.png"), b"\x89PNG\r\n\x1a\n").unwrap();
+    desk.fill("in.obj", "out.gltf");
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(desk.path("out.gltf")).unwrap()).unwrap();
+    let [left, right] = [0, 1].map(|i| &json["materials"][i]["pbrMetallicRoughness"]);
+    assert_eq!(
+        left["baseColorFactor"],
+        serde_json::json!([1.0, 0.0, 0.0, 0.5])
+    );
+    assert_eq!(right["baseColorTexture"]["index"], 0);
+    assert_eq!(json["images"][0]["uri"], "maps/skin.png");
+    // The patch has the material of its rim, and its texture.
+    let primitives = json["meshes"][0]["primitives"].as_array().unwrap();
+    let patch = primitives
+        .iter()
+        .find(|p| p.get("extras").is_some())
+        .unwrap();
+    assert_eq!(patch["material"], 1);
+    assert!(patch["attributes"]["TEXCOORD_0"].is_u64());
+    // Files outside the folder are not looked at, and without them the names are left.
+    fs::create_dir(desk.path("inner")).unwrap();
+    let text = obj(&mesh, -0.8).replace("bowl.mtl", "../bowl.mtl");
+    fs::write(desk.path("inner/in.obj"), text).unwrap();
+    let said = desk.fill("inner/in.obj", "names.gltf");
+    assert!(
+        said.contains("'../bowl.mtl' is outside the folder"),
+        "{said}"
+    );
+    let json: serde_json::Value =
+        serde_json::from_slice(&fs::read(desk.path("names.gltf")).unwrap()).unwrap();
+    assert_eq!(json["materials"][0], serde_json::json!({ "name": "left" }));
 }
 
 #[test]

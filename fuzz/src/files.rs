@@ -11,9 +11,11 @@ use isomend::io::{
 };
 use isomend::mesh::attributes::LabelKind;
 
-/// Reads OBJ.
+/// Reads OBJ; what it names as its materials and textures are its own bytes.
 pub fn obj(data: &[u8]) {
     mesh(data, Format::Obj);
+    let itself = |_: &str, most: u64| Ok(data[..data.len().min(most as usize)].to_vec());
+    let _ = read_bytes(data, Format::Obj, &itself);
 }
 
 /// Reads PLY.

@@ -1,4 +1,4 @@
-//! What the energies of a band are made of, cell by cell: nodal curvature, mass, weights, and the matrices of a step.
+//! The terms of a band's energies, cell by cell: nodal curvature, mass, weights, and the matrices of a step.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use super::settings::Variant;
 use super::stencil::Stencil;
 
 const CHUNK: usize = 1024;
-/// Keeps |∇φ| from zero.
+/// Its square is added to |∇φ|², so that the length of a gradient is never zero.
 const EPSILON: f64 = 1e-6;
 
 /// χ(t) = ½ (1 + cos(πt/b)) inside |t| < b.
@@ -253,7 +253,7 @@ fn add_products(
     }
 }
 
-/// Nodes that are visited at a time: so many that the cells of one slab of the band are few beside them.
+/// Nodes that are visited at a time. Cells at the border of two slabs are computed twice; with so many nodes they are few.
 const SLAB: usize = 32_768;
 
 /// What was made of the cells round the nodes of a slab.

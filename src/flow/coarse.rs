@@ -13,14 +13,14 @@ use super::system::System;
 use crate::grid::{BLOCK, NodeIndex, SparseGrid, add};
 use crate::linalg::{Csr, Multigrid};
 
-/// Levels are added until so few unknowns are left.
+/// Levels are added until at most so many unknowns are left, which are solved directly.
 const FEW: usize = 400;
-/// Smaller weights do not count.
+/// Interpolation weights up to this are taken for rounding of zero.
 const LEAST: f64 = 1e-12;
 const ABSENT: u32 = u32::MAX;
 
 /// The nodes of one coarse lattice, numbered.
-struct Lattice {
+struct CoarseNodes {
     /// The lattice's coordinates of the grid's first node.
     low: NodeIndex,
     grid: SparseGrid,
@@ -29,7 +29,7 @@ struct Lattice {
     nodes: Vec<NodeIndex>,
 }
 
-impl Lattice {
+impl CoarseNodes {
     /// The nodes that carry weight for one of the points and that `exists` allows.
     fn new(points: &[Option<[f64; 3]>], exists: impl Fn(NodeIndex) -> bool) -> Self {
         let (mut low, mut high) = ([i32::MAX; 3], [i32::MIN; 3]);
@@ -107,8 +107,8 @@ fn trilinear(p: [f64; 3]) -> [(NodeIndex, f64); 8] {
 fn interpolation(
     points: &[Option<[f64; 3]>],
     exists: impl Fn(NodeIndex) -> bool,
-) -> (Csr, Lattice) {
-    let lattice = Lattice::new(points, exists);
+) -> (Csr, CoarseNodes) {
+    let lattice = CoarseNodes::new(points, exists);
     let matrix = Csr::from_rows(points.len(), lattice.nodes.len(), |i, sink| {
         if let Some(p) = points[i] {
             for (n, w) in trilinear(p) {
@@ -124,8 +124,8 @@ fn interpolation(
 /// From each row's node to its closest point on the zero set of `phi`, which is a distance at all nodes round the band, by
 /// central differences; nothing for rows that are not unknowns.
 ///
-/// One-sided differences at the band's ends would not do: what is constant along a normal that jumps from node to node is
-/// rough, and the coarse levels would take smooth movements for stiff ones.
+/// One-sided differences at the band's ends would not do: their normals jump from node to node, so that functions constant along
+/// them are rough, and the coarse levels would take smooth movements for stiff ones.
 pub fn feet(band: &Band, grid: &SparseGrid, phi: &[f64]) -> Vec<[f32; 3]> {
     let foot = |&i: &u32| {
         if !band.unknown[i as usize] {
@@ -159,8 +159,8 @@ fn halved(band: &Band, grid: &SparseGrid, feet: &[[f32; 3]]) -> Vec<Option<[f64;
     points
 }
 
-/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made (then the diagonal has
-/// to do).
+/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made. The caller then preconditions
+/// with the diagonal.
 pub fn hierarchy(
     grid: &SparseGrid,
     mask: &[bool],

@@ -2,6 +2,8 @@
 
 use std::sync::LazyLock;
 
+use crate::grid::gauss_points;
+
 /// Gradients of the 8 shape functions at one point; corner `a` is at (a >> 2, (a >> 1) & 1, a & 1).
 pub type Gradients = [[f64; 8]; 3];
 
@@ -22,7 +24,7 @@ pub struct Element {
 
 /// The element's constant tables.
 pub static ELEMENT: LazyLock<Element> = LazyLock::new(|| {
-    let s = [0.5 - 0.5 / 3f64.sqrt(), 0.5 + 0.5 / 3f64.sqrt()];
+    let s = gauss_points();
     let gauss: [Gradients; 8] =
         std::array::from_fn(|q| gradients([s[(q >> 2) & 1], s[(q >> 1) & 1], s[q & 1]]));
     let centre = gradients([0.5; 3]);
@@ -63,7 +65,8 @@ pub fn gradient(shape: &Gradients, v: &[f64; 8]) -> [f64; 3] {
     })
 }
 
-/// The Gauss points' places along an edge of the cell; either is the other's weight too.
+/// [`gauss_points`], as constants of the innermost loop: the places along an edge of the cell; either is the other's weight
+/// too.
 const NEAR: f64 = 0.211_324_865_405_187_13;
 const FAR: f64 = 1.0 - NEAR;
 

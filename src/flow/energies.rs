@@ -23,7 +23,7 @@ impl Energy {
 /// `keep_going` may end it early.
 ///
 /// A step solves `A d = −∇E`, clips `d` to one voxel at each node and is halved until the energy falls; κ is raised when
-/// steps grow. So it always ends.
+/// steps grow. At most `max_steps` steps are taken.
 pub fn relax(
     grid: &SparseGrid,
     phi: &mut Vec<f64>,

@@ -1,4 +1,4 @@
-//! What an energy has to offer to the flow.
+//! The interface of an energy to the flow.
 
 use super::band::Band;
 use super::settings::{Energy, Variant};

@@ -13,14 +13,16 @@ use crate::sdf::redistance;
 
 /// No node within one voxel of the surface moves by more than this in a step, in voxels.
 const MOST_MOVEMENT: f64 = 0.25;
-/// A step is at most so many times as long as the one before, and a step refused is taken again at this part of it.
+/// A step is at most so many times as long as the one before.
 const GROWTH: f64 = 2.0;
+/// A step that is refused is tried again at this part of its length.
 const CUT: f64 = 0.3;
-/// By default a step is no longer than this part of the time since the start: whatever decays faster has all but gone.
+/// By default a step is no longer than this part of the time since the start: waves that decay faster than that have nearly
+/// vanished, so that their error does not matter.
 const PART: f64 = 0.15;
 /// The first step in units of h⁴: waves of four voxels lose a tenth of their height in it.
 const FIRST: f64 = 0.02;
-/// So many refusals in a row end the run.
+/// The run ends after so many refused steps in a row.
 const MOST_REFUSALS: usize = 8;
 
 /// One step of the flow in time.
@@ -30,7 +32,7 @@ pub struct EvolutionStep {
     pub time: f64,
     /// Its length.
     pub time_step: f64,
-    /// What was made small, before it: that of the band and the eikonal term.
+    /// The energy that is minimised, that of the band and the eikonal term, before it.
     pub energy_before: f64,
     /// The same after it.
     pub energy_after: f64,
@@ -51,7 +53,7 @@ pub struct EvolutionStep {
 pub enum Pause {
     /// The time asked for is reached.
     Done,
-    /// The surface has come to the end of the stored nodes; store others, and go on.
+    /// The surface has come to the end of the stored nodes: the caller stores others and goes on.
     OffGrid,
     /// The callback asked to stop.
     Stopped,
@@ -103,7 +105,7 @@ impl Evolution {
             .map_or(self.willmore_before, |s| s.willmore)
     }
 
-    /// What the run has been so far, in the terms of a flow to the steady state.
+    /// The run so far, described as a flow to the steady state is.
     pub fn outcome(&self) -> FlowOutcome {
         let record = |s: &EvolutionStep| StepRecord {
             energy: s.energy_before,
@@ -161,7 +163,7 @@ impl Evolution {
         Pause::Done
     }
 
-    /// Steps until the band is worn or the run is over.
+    /// Steps until the band is stale or the run is over.
     fn on_band(
         &mut self,
         state: &mut BandState<WillmoreBand>,
@@ -171,7 +173,7 @@ impl Evolution {
         watch: &mut dyn FnMut(&EvolutionStep) -> bool,
     ) -> Option<Pause> {
         let (mut refused, mut band_steps) = (0, 0);
-        while self.time < until && !state.is_worn() {
+        while self.time < until && !state.is_stale() {
             let left = until - self.time;
             let wanted = self.next.min((self.part * self.time).max(FIRST));
             let time_step = if wanted < 0.9 * left { wanted } else { left };
@@ -191,7 +193,7 @@ impl Evolution {
             if !taken {
                 refused += 1;
                 if refused > MOST_REFUSALS {
-                    // A fresh band may still help.
+                    // On a new band, with distances computed again, a step may still lower the energy.
                     return (band_steps == 0).then_some(Pause::Stuck);
                 }
                 let wanted = 0.7 * MOST_MOVEMENT / direction.movement;

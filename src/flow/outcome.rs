@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::settings::Energy;
 
-/// After so many steps single nodes that do not come to rest no longer keep the surface from counting as steady.
+/// After so many steps the surface counts as steady by the mean movement of its nodes too: on rough data a few nodes move on.
 pub(super) const LONG: usize = 8;
 
 /// One step.
@@ -23,21 +23,21 @@ pub struct StepRecord {
 }
 
 impl StepRecord {
-    /// No node moves by more than the tolerance; or, after many steps, where the data are rough and single nodes do not come
-    /// to rest, none by many times as much and the surface as a whole by less than it.
+    /// No node moves by more than the tolerance; or, after [`LONG`] steps, the root mean square movement is within it and no node
+    /// moves by more than 30 times as much.
     pub(super) fn is_steady(&self, tolerance: f64, steps: usize) -> bool {
-        let calm = self.movement < tolerance
+        let within = self.movement < tolerance
             || (steps >= LONG
                 && self.movement < 30.0 * tolerance
                 && self.mean_movement < tolerance);
-        calm && self.fraction > 0.9
+        within && self.fraction > 0.9
     }
 }
 
 /// How the flow ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FlowOutcome {
-    /// What was made small.
+    /// The energy that was minimised.
     pub energy: Energy,
     /// The steps.
     pub steps: Vec<StepRecord>,
@@ -45,7 +45,8 @@ pub struct FlowOutcome {
     pub movement: f64,
     /// Whether the stopping test was met.
     pub converged: bool,
-    /// Whether it ended because the energy hardly changed any more, though nodes still moved: along some way the energy is flat.
+    /// Whether it ended because the energy hardly changed any more, though nodes still moved: the minimum is nearly flat in some
+    /// direction.
     pub flat: bool,
     /// Number of unknowns of the last band.
     pub unknowns: usize,

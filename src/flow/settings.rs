@@ -6,7 +6,7 @@ use super::band::{MARGIN, WIDTH};
 
 /// How far out redistancing goes, in voxels: one layer more, so that the band's outermost nodes have their distance.
 pub(super) const REACH: f64 = WIDTH + MARGIN + 1.0;
-/// Up to so many voxels across a hole κ is as set.
+/// Up to so many voxels across a hole κ is as set; see [`FlowSettings::across`].
 const KAPPA_ACROSS: f64 = 20.0;
 
 /// The energy whose steady state a fill is.
@@ -37,7 +37,7 @@ pub enum Variant {
 /// How the flow is run.
 #[derive(Clone, Copy, Debug)]
 pub struct FlowSettings {
-    /// What the flow makes small.
+    /// The energy that the flow minimises.
     pub energy: Energy,
     /// The metric of a step of the Willmore flow; the variation of curvature knows Gauss-Newton alone.
     pub variant: Variant,

@@ -62,7 +62,7 @@ impl LinearOperator for Bilaplacian {
     }
 }
 
-/// Lattices of fewer free nodes are solved from the values they have.
+/// A lattice with fewer free nodes is not coarsened further: its solve starts from the values that it has.
 const FEW: usize = 400;
 
 /// Replaces `phi` at the masked nodes by the minimiser of `∫ (Δφ)²` with φ given on the two layers of nodes round the mask:

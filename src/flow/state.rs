@@ -12,21 +12,24 @@ use crate::linalg::{
     Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient, solve_spd,
 };
 
-/// Redistancing may multiply the surface's energy by no more than this, and all of the energy by no more than that.
-const LEAP: f64 = 4.0;
-const TORN: f64 = 8.0;
+/// Redistancing has changed the shape of the zero set when the surface's energy after it is larger than before by this factor.
+const SURFACE_JUMP: f64 = 4.0;
+/// The same for the whole energy, with the eikonal term.
+const ENERGY_JUMP: f64 = 8.0;
 
-/// The matrix of a step serves the next ones until nodes near the surface may have moved by this many voxels.
+/// The matrix of a step is used again for the next ones until nodes near the surface may have moved by this many voxels.
 const DRIFT: f64 = 0.1;
 
-/// Steps that the next is combined with: those that moved no node near the surface by more than this many voxels, each
-/// by less than this part of the movement before.
+/// A step is combined with at most so many before it.
 const MEMORY: usize = 2;
-const CALM: f64 = 0.3;
+/// Steps are combined as long as they move no node near the surface by more than this many voxels: larger ones are far from
+/// linear.
+const COMBINED_MOVEMENT: f64 = 0.3;
+/// And as long as each moves the surface by less than this part of the movement of the one before.
 const SHRINKING: f64 = 0.9;
 
 /// The coarse levels are made again when the time step has changed by more than this, in powers of two.
-const STALE: f64 = 2.5;
+const TIME_STEP_CHANGE: f64 = 2.5;
 
 /// The direction of a step.
 pub(super) struct Direction {
@@ -107,12 +110,14 @@ impl<E: BandEnergy> BandState<E> {
         at
     }
 
-    /// Whether redistancing has torn the surface: its energy is many times what it was.
-    pub(super) fn leaps(&self, before: f64) -> bool {
-        let leaps = |at: &Evaluation| {
-            at.surface.is_nan() || at.surface > LEAP * before || at.energy > TORN * before
+    /// Whether redistancing has changed the shape of the surface: its energy is many times the energy `before`.
+    pub(super) fn has_jumped(&self, before: f64) -> bool {
+        let jumped = |at: &Evaluation| {
+            at.surface.is_nan()
+                || at.surface > SURFACE_JUMP * before
+                || at.energy > ENERGY_JUMP * before
         };
-        self.at.as_ref().is_some_and(leaps)
+        self.at.as_ref().is_some_and(jumped)
     }
 
     /// Solves the system of a step: the direction, clipped to a voxel at each node, and how the solve went. Takes the
@@ -143,7 +148,7 @@ impl<E: BandEnergy> BandState<E> {
         rhs.iter_mut().for_each(|g| *g = -*g);
         let mut d = vec![0.0; rhs.len()];
         let band = self.energy.band();
-        if (settings.time_step / self.coarse_step).log2().abs() > STALE {
+        if (settings.time_step / self.coarse_step).log2().abs() > TIME_STEP_CHANGE {
             self.coarse = None;
         }
         let coarse = self.coarse.get_or_insert_with(|| {
@@ -162,7 +167,8 @@ impl<E: BandEnergy> BandState<E> {
             }
             None => conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500),
         };
-        // A cycle that rounding has left indefinite stops before the first iteration: that is no rest.
+        // Rounding can make the multigrid cycle indefinite, and conjugate gradients then stop before the first iteration. That
+        // does not mean that the surface is steady: the diagonal is tried instead.
         let solved = if solved.iterations == 0 && system.is_symmetric() {
             conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500)
         } else {
@@ -242,12 +248,12 @@ impl<E: BandEnergy> BandState<E> {
 
     /// The step combined with those before it so that, were the map from values to steps linear, what is left of it would be
     /// least (Anderson, "Iterative procedures for nonlinear integral equations", 1965). Steps of Gauss-Newton type shrink by
-    /// a constant factor; this takes it away.
+    /// a constant factor, linear convergence, which the combination accelerates.
     fn combined(&mut self, direction: &Direction) -> Option<Vec<f64>> {
         let d = &direction.d;
         let shrinks = direction.movement < SHRINKING * self.last_movement;
         self.last_movement = direction.movement;
-        if direction.movement > CALM || !shrinks {
+        if direction.movement > COMBINED_MOVEMENT || !shrinks {
             self.history.clear();
         }
         let product = |a: &[f64], b: &[f64]| -> f64 {
@@ -294,7 +300,7 @@ impl<E: BandEnergy> BandState<E> {
         let moved = self.values.iter().zip(d).map(|(v, d)| v + d);
         let trial: Vec<f64> = moved.collect();
         let there = self.evaluate(&trial);
-        // Not a number is no fall either.
+        // False too for an energy that is not a number.
         let falls = there.energy <= at.energy;
         if !falls {
             return Err(at);
@@ -307,8 +313,8 @@ impl<E: BandEnergy> BandState<E> {
         Ok(())
     }
 
-    /// Whether the surface has moved so far that the band no longer lies round it.
-    pub(super) fn is_worn(&self) -> bool {
+    /// Whether the surface has moved by more than half of the band's half width, so that the band has to be made again.
+    pub(super) fn is_stale(&self) -> bool {
         let mut moved = self.moved.iter().zip(&self.values);
         moved.any(|(m, v)| v.abs() < 1.0 && m.abs() > 0.5 * (WIDTH + MARGIN))
     }

@@ -9,13 +9,14 @@ use super::state::BandState;
 use crate::grid::SparseGrid;
 use crate::sdf::redistance;
 
-/// Then a surface that moves by less than this on average (root mean square, in voxels) is steady once its energy falls by
-/// no more than this part in three steps: what is left is the roughness of the data.
+/// On rough data a few nodes never become steady. After [`LONG`] steps a surface counts as steady when its root mean square
+/// movement is below this, in voxels, and its energy falls by less than [`ROUGH_FALL`].
 const ROUGH_MOVEMENT: f64 = 0.01;
+/// Relative fall of the energy over three steps.
 const ROUGH_FALL: f64 = 5e-3;
-/// Five steps of more than a voxel that leave more of the energy than this part are idle.
+/// Five steps of more than a voxel each are useless when they leave more than this part of the energy.
 const IDLE: f64 = 0.95;
-/// κ is raised by doubling, up to this.
+/// κ is doubled when steps grow, until it is at least this.
 const KAPPA_LIMIT: f64 = 16.0;
 
 /// Lets `phi` flow to the steady state of an energy; see [`super::relax`].
@@ -27,64 +28,113 @@ pub(super) fn relax_with<E: BandEnergy>(
     pull: Option<&Pull>,
     keep_going: &dyn Fn() -> bool,
 ) -> FlowOutcome {
-    let mut outcome = FlowOutcome {
-        energy: settings.energy,
-        steps: Vec::new(),
-        movement: 0.0,
-        converged: false,
-        flat: false,
-        unknowns: 0,
-        energy_before: 0.0,
-        energy_after: 0.0,
-        kappa: settings.kappa,
-    };
+    let mut run = Relaxation::new(settings);
     let mut state: Option<BandState<E>> = None;
-    let mut lowest: Option<Lowest> = None;
-    // Small steps of a flow in time say nothing about rest.
-    let in_time = settings.time_step.is_finite();
-    for step in 0..settings.max_steps {
+    for _ in 0..settings.max_steps {
         if !keep_going() {
             break;
         }
-        let mut now = match state.take() {
-            Some(now) => now,
-            None => {
-                let distances = redistance(grid, phi, mask, REACH);
-                let band = Band::new(grid, &distances, mask, E::NEEDS.dilations);
-                let next = BandState::<E>::new(grid, band, &distances, outcome.kappa, pull);
-                if outcome.steps.last().is_some_and(|s| next.leaps(s.energy)) {
-                    break;
-                }
-                let before = std::mem::replace(phi, distances);
-                if let Some(l) = &mut lowest {
-                    l.phi.get_or_insert(before);
-                }
-                next
-            }
+        let band = match state.take() {
+            Some(band) => Some(band),
+            None => run.new_band(grid, phi, mask, pull),
         };
-        outcome.unknowns = now.energy.band().unknowns;
-        if outcome.unknowns == 0 {
-            outcome.converged = true;
+        let Some(mut band) = band else { break };
+        run.outcome.unknowns = band.energy.band().unknowns;
+        if run.outcome.unknowns == 0 {
+            run.outcome.converged = true;
             break;
         }
-        let (record, surface) = now.step(grid, mask, settings);
-        if step == 0 {
-            outcome.energy_before = surface;
+        run.step(&mut band, grid, phi, mask);
+        if run.is_over() {
+            break;
         }
-        outcome.steps.push(record);
-        let reached = now
+        if !run.raises_kappa() && !band.is_stale() {
+            state = Some(band);
+        }
+    }
+    run.finish(phi)
+}
+
+/// A flow to the steady state, or in time, as it goes on.
+struct Relaxation<'a> {
+    settings: &'a FlowSettings,
+    outcome: FlowOutcome,
+    lowest: Option<Lowest>,
+}
+
+impl<'a> Relaxation<'a> {
+    fn new(settings: &'a FlowSettings) -> Self {
+        Self {
+            settings,
+            outcome: FlowOutcome {
+                energy: settings.energy,
+                steps: Vec::new(),
+                movement: 0.0,
+                converged: false,
+                flat: false,
+                unknowns: 0,
+                energy_before: 0.0,
+                energy_after: 0.0,
+                kappa: settings.kappa,
+            },
+            lowest: None,
+        }
+    }
+
+    /// In a flow in time small steps do not mean that the surface is steady.
+    fn in_time(&self) -> bool {
+        self.settings.time_step.is_finite()
+    }
+
+    /// Redistances `phi` and makes a band round its zero set; none where redistancing has changed the shape of the surface, and
+    /// `phi` then stays as it was.
+    fn new_band<E: BandEnergy>(
+        &mut self,
+        grid: &SparseGrid,
+        phi: &mut Vec<f64>,
+        mask: &[bool],
+        pull: Option<&Pull>,
+    ) -> Option<BandState<E>> {
+        let distances = redistance(grid, phi, mask, REACH);
+        let band = Band::new(grid, &distances, mask, E::NEEDS.dilations);
+        let next = BandState::<E>::new(grid, band, &distances, self.outcome.kappa, pull);
+        let last = self.outcome.steps.last();
+        if last.is_some_and(|s| next.has_jumped(s.energy)) {
+            return None;
+        }
+        let before = std::mem::replace(phi, distances);
+        if let Some(lowest) = &mut self.lowest {
+            lowest.phi.get_or_insert(before);
+        }
+        Some(next)
+    }
+
+    /// Takes a step, writes its values to `phi` and keeps the lowest energy.
+    fn step<E: BandEnergy>(
+        &mut self,
+        band: &mut BandState<E>,
+        grid: &SparseGrid,
+        phi: &mut [f64],
+        mask: &[bool],
+    ) {
+        let (record, surface) = band.step(grid, mask, self.settings);
+        if self.outcome.steps.is_empty() {
+            self.outcome.energy_before = surface;
+        }
+        self.outcome.steps.push(record);
+        let reached = band
             .at
             .as_ref()
             .map_or((f64::INFINITY, surface), |at| (at.energy, at.surface));
-        outcome.energy_after = reached.1;
-        outcome.movement = record.movement;
-        if !in_time {
-            match &mut lowest {
-                Some(l) if !l.is_above(reached.0) => {
-                    l.phi.get_or_insert_with(|| phi.clone());
+        self.outcome.energy_after = reached.1;
+        self.outcome.movement = record.movement;
+        if !self.in_time() {
+            match &mut self.lowest {
+                Some(lowest) if !lowest.is_above(reached.0) => {
+                    lowest.phi.get_or_insert_with(|| phi.to_vec());
                 }
                 _ => {
-                    lowest = Some(Lowest {
+                    self.lowest = Some(Lowest {
                         energies: reached,
                         movement: record.movement,
                         phi: None,
@@ -92,36 +142,53 @@ pub(super) fn relax_with<E: BandEnergy>(
                 }
             }
         }
-        now.energy.band().scatter(&now.values, phi);
-        if !record.energy.is_finite() || !record.movement.is_finite() {
-            break;
-        }
-        if !in_time && (record.is_steady(settings.tolerance, step + 1) || settled(&outcome.steps)) {
-            outcome.converged = true;
-            break;
-        }
-        outcome.flat = !in_time && stagnant(&outcome.steps);
-        if outcome.flat || stuck(&outcome.steps) {
-            break;
-        }
-        let grows = grows(&outcome.steps) || record.fraction == 0.0;
-        if grows && outcome.kappa < KAPPA_LIMIT {
-            outcome.kappa *= 2.0;
-        } else if !now.is_worn() {
-            state = Some(now);
-        }
+        band.energy.band().scatter(&band.values, phi);
     }
-    if let (false, Some(lowest)) = (outcome.converged, lowest) {
-        outcome.energy_after = lowest.energies.1;
-        outcome.movement = lowest.movement;
-        if let Some(values) = lowest.phi {
-            *phi = values;
+
+    /// Whether the last step ends the run; notes why.
+    fn is_over(&mut self) -> bool {
+        let steps = &self.outcome.steps;
+        let Some(last) = steps.last() else {
+            return false;
+        };
+        if !last.energy.is_finite() || !last.movement.is_finite() {
+            return true;
         }
+        let steady = last.is_steady(self.settings.tolerance, steps.len()) || settled(steps);
+        self.outcome.converged = !self.in_time() && steady;
+        if self.outcome.converged {
+            return true;
+        }
+        self.outcome.flat = !self.in_time() && stagnant(steps);
+        self.outcome.flat || stuck(steps)
     }
-    outcome
+
+    /// Doubles κ when the steps grow or none lowers the energy, and says whether it did.
+    fn raises_kappa(&mut self) -> bool {
+        let steps = &self.outcome.steps;
+        let grow = grows(steps) || steps.last().is_some_and(|s| s.fraction == 0.0);
+        let raises = grow && self.outcome.kappa < KAPPA_LIMIT;
+        if raises {
+            self.outcome.kappa *= 2.0;
+        }
+        raises
+    }
+
+    /// The outcome, with `phi` of the lowest energy where the flow did not become steady.
+    fn finish(self, phi: &mut Vec<f64>) -> FlowOutcome {
+        let mut outcome = self.outcome;
+        if let (false, Some(lowest)) = (outcome.converged, self.lowest) {
+            outcome.energy_after = lowest.energies.1;
+            outcome.movement = lowest.movement;
+            if let Some(values) = lowest.phi {
+                *phi = values;
+            }
+        }
+        outcome
+    }
 }
 
-/// The values of the lowest energy so far: the result where the flow finds no rest.
+/// The state of the lowest energy so far: the result where the flow does not become steady.
 struct Lowest {
     /// All of the energy, and the surface's part.
     energies: (f64, f64),
@@ -132,14 +199,14 @@ struct Lowest {
 }
 
 impl Lowest {
-    /// Whether another energy is lower; one that is not a number is not.
+    /// Whether another energy is lower; false for one that is not a number.
     fn is_above(&self, energy: f64) -> bool {
         energy < self.energies.0
     }
 }
 
-/// No step has made the energy fall for three bands in a row, or the surface has leapt by many voxels for three steps, or by
-/// some for five and to no avail.
+/// The last three steps found no lower energy, or three steps in a row moved the surface by more than five voxels,
+/// or five moved it by more than one and hardly lowered the energy.
 fn stuck(steps: &[StepRecord]) -> bool {
     let last = |n: usize| steps.len().checked_sub(n).map(|i| &steps[i..]);
     last(3).is_some_and(|l| l.iter().all(|s| s.fraction == 0.0))
@@ -148,7 +215,7 @@ fn stuck(steps: &[StepRecord]) -> bool {
             .is_some_and(|l| l.iter().all(|s| s.movement > 1.0) && l[4].energy > IDLE * l[0].energy)
 }
 
-/// Late in the run the surface hardly moves and its energy has all but stopped falling.
+/// After [`LONG`] steps the surface hardly moves and its energy hardly falls.
 fn settled(steps: &[StepRecord]) -> bool {
     let n = steps.len();
     if n < LONG || steps[n - 1].mean_movement > ROUGH_MOVEMENT {
@@ -158,7 +225,7 @@ fn settled(steps: &[StepRecord]) -> bool {
     now <= before && before - now < ROUGH_FALL * before
 }
 
-/// The energy has not changed by a five-hundredth over five steps, late in the run.
+/// After twelve steps: the energy has changed by less than a five-hundredth over the last five, though nodes still move.
 fn stagnant(steps: &[StepRecord]) -> bool {
     let n = steps.len();
     if n < 12 || steps[n - 1].movement < 0.02 {
@@ -171,7 +238,7 @@ fn stagnant(steps: &[StepRecord]) -> bool {
     high - low < 2e-3 * high
 }
 
-/// Large steps that do not get smaller over four in a row.
+/// Every fourth step: whether steps are large and have not become smaller than 0.7 of the one four before.
 fn grows(steps: &[StepRecord]) -> bool {
     let n = steps.len();
     n >= 5

@@ -1,8 +1,8 @@
 //! The linear system of one step, matrix-free: a few 27-point stencils a node.
 //!
-//! Stencils are kept in single precision. What rounding does to their sums is taken back at the centre, in the precision of
-//! the vectors: constants are annihilated, so the smooth functions, whose eigenvalues are of the order (h/D)⁴, come out
-//! right too.
+//! Stencils are kept in single precision. The error that rounding leaves in the sum of a row is subtracted at its centre, in the
+//! precision of the vectors, so that constants are annihilated: smooth functions on a hole of diameter D have eigenvalues of
+//! the order (h/D)⁴, which that error would hide.
 
 use std::ops::Range;
 use std::sync::{Arc, LazyLock, Mutex};

@@ -3,7 +3,7 @@
 //! `E(φ) = ½ Σ_{i ∈ R} χ(φ_i) r_i² / M_i + κ/2 Σ_cells (|∇φ| − 1)²`
 //!
 //! with `r_i = Σ ⅛ n·∇N_i` (weak mean curvature: equation (10) of the paper, tested with N_i), `M_i = Σ ⅛ / |∇φ|` (lumped mass)
-//! and a weight χ that follows the level, so that by the co-area formula flattening φ or leaving the band gains nothing.
+//! and a weight χ that follows the level, so that by the co-area formula the energy does not fall by flattening φ or by moving out of the band.
 
 use rayon::prelude::*;
 

@@ -44,7 +44,7 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<Loaded, IoError>
 fn side_file(path: &Path, name: &str, most: u64) -> Result<Vec<u8>, IoError> {
     let refuse = |what: &str| IoError::Unsupported {
         format: Format::Gltf,
-        what: format!("the buffer '{name}' {what}"),
+        what: format!("'{name}' {what}"),
         advice: "put the buffer beside the file, or save the mesh as GLB",
     };
     if name.contains("://") || Path::new(name).is_absolute() {

@@ -20,6 +20,7 @@
 //! # Ok::<(), isomend::io::IoError>(())
 //! ```
 
+mod binary;
 #[cfg(test)]
 mod corner_tests;
 mod detect;
@@ -131,8 +132,8 @@ pub struct Written {
     pub notes: Vec<String>,
 }
 
-/// Loads a file that another file names, such as the buffer of a glTF file, by the name it is given there; no more of it
-/// than so many bytes from its beginning are needed.
+/// Loads a file that another file names, such as the buffer of a glTF file or the materials of an OBJ file, by the name it is
+/// given there; no more of it than so many bytes from its beginning are needed.
 pub type Resolve<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, IoError> + 'a;
 
 /// A [`Resolve`] for bytes that stand alone: it refuses every name.
@@ -142,14 +143,15 @@ pub type Resolve<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, IoError> + 'a;
 pub fn no_side_files(name: &str, _: u64) -> Result<Vec<u8>, IoError> {
     Err(IoError::Unsupported {
         format: Format::Gltf,
-        what: format!("the buffer '{name}' lies outside the file"),
+        what: format!("'{name}' lies outside the file"),
         advice: "read the mesh from its path, or save it as GLB",
     })
 }
 
 /// Reads a mesh from the bytes of a file of a known format.
 ///
-/// `resolve` loads what the file refers to by name; only glTF does so.
+/// `resolve` loads what the file refers to by name: the buffers of a glTF file, and the material files and the first bytes of
+/// the images of an OBJ file, which may be missing.
 ///
 /// # Errors
 /// When the bytes are damaged, hold no faces, or hold only degenerate ones.
@@ -158,7 +160,7 @@ pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result
         return Err(IoError::malformed(format, Place::File, "the file is empty"));
     }
     match format {
-        Format::Obj => obj::read(bytes),
+        Format::Obj => obj::read(bytes, resolve),
         Format::Ply => ply::read(bytes),
         Format::Stl => stl::read(bytes),
         Format::Gltf | Format::Glb => gltf::read(bytes, format, resolve),

@@ -9,7 +9,7 @@ use glam::{DVec3, Vec3};
 
 use super::surface::{Surface, not_finite};
 use super::{Format, IoError, Loaded, Place, Precision, WriteOptions, Written, rounded, text};
-use crate::mesh::{Mesh, Welder};
+use crate::mesh::{Mesh, Welder, area_vector};
 
 const HEADER: usize = 84;
 const FACET: usize = 50;
@@ -194,8 +194,8 @@ pub(super) fn write(mesh: &Mesh, options: &WriteOptions) -> Result<Written, IoEr
 
 /// The unit normal of a facet, or zero where it has no area.
 fn normal(mesh: &Mesh, face: &[u32; 3]) -> Vec3 {
-    let [a, b, c] = face.map(|i| mesh.positions[i as usize]);
-    (b - a).cross(c - a).normalize_or_zero().as_vec3()
+    let corners = face.map(|i| mesh.positions[i as usize]);
+    area_vector(corners).normalize_or_zero().as_vec3()
 }
 
 fn write_binary(mesh: &Mesh, points: &[[f32; 3]], count: u32) -> Vec<u8> {

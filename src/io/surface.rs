@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Format, IoError, Loaded, Place};
-use crate::mesh::polygon::Triangulator;
+use crate::mesh::triangulate::Triangulator;
 use crate::mesh::{Attributes, LARGEST, Mesh, SMALLEST, bounds};
 
 /// A surface under construction. Vertices keep the order of the file; polygons are cut once all points are known.
@@ -19,14 +19,14 @@ pub(super) struct Surface {
 }
 
 /// Where the triangles of a surface come from.
-pub(super) struct Cut {
+pub(super) struct CutFrom {
     /// For each triangle the face it was cut from, counted in the order in which faces were added.
     pub(super) face: Vec<u32>,
     /// For each triangle its corners, counted over the corners of all faces in that order.
     pub(super) corners: Vec<[u32; 3]>,
 }
 
-impl Cut {
+impl CutFrom {
     /// Of so many triangles that were not cut.
     pub(super) fn identity(count: usize) -> Self {
         Self {
@@ -143,7 +143,7 @@ impl Surface {
     }
 
     /// As [`Surface::finish`]; says also where the triangles come from, if it is asked to by a value in `cut`.
-    pub(super) fn finish_with(mut self, cut: &mut Option<Cut>) -> Result<Loaded, IoError> {
+    pub(super) fn finish_with(mut self, cut: &mut Option<CutFrom>) -> Result<Loaded, IoError> {
         self.check_positions()?;
         self.check_indices()?;
         if self.face_count() == 0 {
@@ -253,11 +253,11 @@ impl Surface {
         }
     }
 
-    fn cut_polygons(&mut self, cut: &mut Option<Cut>) -> Vec<[u32; 3]> {
+    fn cut_polygons(&mut self, cut: &mut Option<CutFrom>) -> Vec<[u32; 3]> {
         let triangles = std::mem::take(&mut self.triangles);
         if self.polygons.is_empty() {
             if let Some(cut) = cut {
-                *cut = Cut::identity(triangles.len());
+                *cut = CutFrom::identity(triangles.len());
             }
             return triangles;
         }
@@ -335,7 +335,7 @@ mod tests {
         surface.push_triangle([0, 1, 3]);
         surface.push_face(&[0, 1, 2, 3]).unwrap();
         surface.push_triangle([1, 2, 3]);
-        let mut cut = Some(Cut::identity(0));
+        let mut cut = Some(CutFrom::identity(0));
         let loaded = surface.finish_with(&mut cut).unwrap();
         assert_eq!(
             loaded.mesh.faces,

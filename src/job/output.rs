@@ -7,13 +7,13 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{JobError, Place};
+use crate::attributes::transfer;
 use crate::io::{
     Document, Format, IoError, Loaded, Model, Precision, WriteOptions, model_to_bytes, save,
 };
 use crate::mend::RegionReport;
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh};
-use crate::stitch::attributes::transfer;
 use crate::stitch::count_crossing;
 
 /// The file that describes the material of patches, beside an OBJ file that has material files.

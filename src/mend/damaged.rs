@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::opening::Opening;
+use crate::mesh::triangulate::triangulate_loop;
 use crate::mesh::{Mesh, Topology};
 use crate::region::{KeptShape, TimeSpan};
 use crate::sdf::{RimSet, Sampler};
-use crate::stitch::triangulate_loop;
 
 /// What is kept of the surface before the cut.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,12 +6,10 @@ use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason};
 use super::report::RegionReport;
 use super::solve::RegionWork;
 use super::task::RegionPatch;
+use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::mesh::{Hole, Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
-use crate::stitch::{
-    Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch,
-    triangulate_loop_beside,
-};
+use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch};
 
 /// How far round the extracted surface the mesh may be looked at, in parts of its size. More than the stitcher's own margin.
 const MARGIN: f64 = 0.15;

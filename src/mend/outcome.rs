@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::mesh::triangulate::TriangulationError;
 use crate::stitch::StitchError;
 
 /// What happened to a hole, or would.
@@ -79,7 +80,7 @@ pub enum FailedReason {
         /// Why it was to be triangulated.
         after: TriangulatedReason,
         /// What stands in the way.
-        error: StitchError,
+        error: TriangulationError,
     },
 }
 

@@ -206,8 +206,8 @@ impl RegionWork<'_> {
     /// Why the surface of a solve is of no use, while another try may find a better one.
     fn unusable(&self, solved: &Solved, now: &Try) -> Option<TryFailure> {
         let to_rest = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
-        let lost = solved.lost() && to_rest;
-        if solved.hopeless() && to_rest && (now.refine > 1.0 || now.accept) {
+        let lost = solved.is_far_from_steady() && to_rest;
+        if solved.has_diverged() && to_rest && (now.refine > 1.0 || now.accept) {
             return Some(TryFailure::Contradiction);
         }
         let may_refine = self.params.voxel == VoxelSize::Auto;
@@ -249,7 +249,7 @@ impl RegionWork<'_> {
             dims: region.dims,
             refinements: region.refinements,
             start: next.start,
-            stop_when_lost: next.refine == 1.0 && !next.accept && may_refine,
+            give_up_early: next.refine == 1.0 && !next.accept && may_refine,
             flow: self
                 .flow_settings(next)
                 .across(region.diameter / region.voxel),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Mesh;
+use super::{Mesh, area_vector};
 
 /// For each vertex the faces that use it, as one flat list.
 pub struct VertexFaces {
@@ -40,8 +40,7 @@ impl VertexFaces {
 
 /// Unit normal of a face, or zero where it has no area.
 pub fn face_normal(mesh: &Mesh, face: u32) -> DVec3 {
-    let [a, b, c] = mesh.faces[face as usize].map(|v| mesh.positions[v as usize]);
-    (b - a).cross(c - a).normalize_or_zero()
+    area_vector(mesh.corners(face)).normalize_or_zero()
 }
 
 /// Angle-weighted unit normal of a vertex (Thürmer and Wüthrich 1998; the sign test of Bærentzen and Aanæs 2005).

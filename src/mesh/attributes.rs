@@ -1,4 +1,5 @@
-//! What a mesh carries beside its shape: normals, colours, texture coordinates, materials, groups and named values.
+//! What a mesh carries beside its shape, as plain data: normals, colours, texture coordinates, materials, groups and
+//! named values.
 //!
 //! Numbers are held as `f64` together with the type they had in their file, which every type but 64-bit integers beyond
 //! 2⁵³ survives exactly.
@@ -6,7 +7,7 @@
 /// Marks a corner without a value, or a face without a label.
 pub const NONE: u32 = u32::MAX;
 
-/// The name under which new faces are marked: a face attribute, a group, a material, a glTF node.
+/// The name under which new faces are marked: that of a face attribute, a group, a material, a node of a scene.
 pub const PATCH_NAME: &str = "isomend_patch";
 
 /// The type of an attribute's numbers.
@@ -93,10 +94,10 @@ pub enum Role {
     Other,
 }
 
-/// What a VTK file takes an array for.
+/// The part that an array plays for a viewer: of the arrays of a file one each may be the active scalars, vectors and so on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum VtkUse {
-    /// Nothing in particular.
+pub enum Active {
+    /// None in particular.
     Plain,
     /// The active scalars.
     Scalars,
@@ -115,20 +116,20 @@ pub enum VtkUse {
 pub struct Attribute {
     /// Its name in the file it came from.
     pub name: String,
-    /// The names of its components, where the file has them (PLY); else empty.
+    /// The names of its components, where its file has them; else empty.
     pub fields: Vec<String>,
     /// What it means.
     pub role: Role,
     /// The type of its numbers.
     pub scalar: Scalar,
-    /// Whether integers stand for fractions of the largest one, as in glTF.
+    /// Whether integers stand for fractions of the largest one.
     pub normalized: bool,
     /// How many numbers a value has.
     pub components: usize,
     /// The numbers, value after value.
     pub values: Vec<f64>,
-    /// What the VTK file takes it for that it came from, if it did.
-    pub vtk: Option<VtkUse>,
+    /// The part that it plays for a viewer, where its file says so.
+    pub active: Option<Active>,
     /// Which values are not there; empty when all are.
     pub missing: Vec<bool>,
 }
@@ -144,7 +145,7 @@ impl Attribute {
             normalized: false,
             components,
             values: Vec::new(),
-            vtk: None,
+            active: None,
             missing: Vec::new(),
         }
     }
@@ -217,7 +218,7 @@ impl Attribute {
     }
 }
 
-/// Values that corners of faces choose from a pool, such as the texture coordinates of an OBJ file.
+/// Values that corners of faces choose from a pool, such as texture coordinates with seams.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CornerAttribute {
     /// The pool.
@@ -256,13 +257,13 @@ impl CornerAttribute {
 /// What a label of faces is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum LabelKind {
-    /// An object, OBJ's `o`.
+    /// An object.
     Object,
-    /// A group, OBJ's `g`.
+    /// A group of faces, such as a part of an object.
     Group,
     /// A material.
     Material,
-    /// A smoothing group, OBJ's `s`.
+    /// A smoothing group: faces that are shaded as one smooth surface.
     Smoothing,
 }
 
@@ -303,6 +304,24 @@ impl Labels {
     }
 }
 
+/// How a material looks, as far as it is known. Numbers lie between 0 and 1.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Material {
+    /// Its name, one of the labels of faces.
+    pub name: String,
+    /// The red, green and blue of its surface, by which its texture is multiplied.
+    pub colour: Option<[f32; 3]>,
+    /// 1 for a material through which nothing is seen.
+    pub opacity: Option<f32>,
+    /// The image on its surface, as a path relative to the mesh file with `/` between folders. It lies in the folder of the
+    /// file or below.
+    pub texture: Option<String>,
+    /// 0 for a mirror, 1 for a surface without highlights.
+    pub roughness: Option<f32>,
+    /// 1 for a metal.
+    pub metallic: Option<f32>,
+}
+
 /// All that a mesh carries beside its shape.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Attributes {
@@ -314,9 +333,11 @@ pub struct Attributes {
     pub corner: Vec<CornerAttribute>,
     /// Labels of faces.
     pub labels: Vec<Labels>,
+    /// What is known of the materials that labels name.
+    pub materials: Vec<Material>,
     /// Names of material files, as they are written in the mesh file.
     pub libraries: Vec<String>,
-    /// Names of texture files that a PLY file gives in its comments.
+    /// Names of texture files, as they are written in the mesh file.
     pub textures: Vec<String>,
     /// Vertices that are copies of others, with different attributes: the copy and what it is a copy of.
     pub copies: Vec<(u32, u32)>,
@@ -379,6 +400,7 @@ impl Attributes {
                     ..l.clone()
                 })
                 .collect(),
+            materials: self.materials.clone(),
             libraries: self.libraries.clone(),
             textures: self.textures.clone(),
             copies: self.copies.clone(),

@@ -6,14 +6,14 @@ use super::topology::NONE;
 use super::{Mesh, Topology, VertexFaces};
 
 /// Pieces left inside of at most this many faces go with the marked ones, and so do those of at most this part of them.
-const CRUMB_FACES: usize = 2;
-const CRUMB_PART: usize = 10;
+const SMALL_FACES: usize = 2;
+const SMALL_PART: usize = 10;
 
 /// Which faces are to be taken out so that those that are marked go and clean rims are left.
 ///
-/// Where the faces that stay would meet in a vertex alone, the smaller fan goes too; so do crumbs: pieces of few faces that
+/// Where the faces that stay would meet in a vertex alone, the smaller fan goes too; so do small parts: pieces of few faces that
 /// would be left inside, and degenerate faces that would hang on nothing. `mesh` is welded, `topology` its own.
-/// `small_parts` says whether small parts that are left, but for those of a face or two, are crumbs too.
+/// `small_parts` says whether small parts that are left, but for those of a face or two, count too.
 pub fn settled(mesh: &Mesh, topology: &Topology, marked: &[bool], small_parts: bool) -> Vec<bool> {
     let around = VertexFaces::new(mesh);
     let mut removed = marked.to_vec();
@@ -28,7 +28,7 @@ pub fn settled(mesh: &Mesh, topology: &Topology, marked: &[bool], small_parts: b
             more.iter().for_each(|&f| removed[f as usize] = true);
             queue.extend(corners(&more));
         }
-        let more = crumbs(topology, &removed, small_parts);
+        let more = small_parts_of(topology, &removed, small_parts);
         if more.is_empty() {
             break;
         }
@@ -91,7 +91,7 @@ fn relabel(labels: &mut [usize], i: usize, j: usize) {
 }
 
 /// Small parts of pieces that lost faces; the largest part of each is none.
-fn crumbs(topology: &Topology, removed: &[bool], small_parts: bool) -> Vec<u32> {
+fn small_parts_of(topology: &Topology, removed: &[bool], small_parts: bool) -> Vec<u32> {
     let mut lost = vec![0usize; topology.piece_faces.len()];
     for (&piece, _) in topology.piece.iter().zip(removed).filter(|(_, r)| **r) {
         if piece != NONE {
@@ -126,8 +126,8 @@ fn crumbs(topology: &Topology, removed: &[bool], small_parts: bool) -> Vec<u32> 
     }
     parts.retain(|(piece, part)| {
         let most = match small_parts {
-            true => CRUMB_FACES.max(lost[*piece as usize] / CRUMB_PART),
-            false => CRUMB_FACES,
+            true => SMALL_FACES.max(lost[*piece as usize] / SMALL_PART),
+            false => SMALL_FACES,
         };
         part.len() <= most && part.len() < largest[*piece as usize]
     });
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn crumbs_inside_go_and_the_rest_stays_in_order() {
+    fn small_parts_inside_go_and_the_rest_stays_in_order() {
         let mesh = sheet(8);
         let inner = |p: DVec3| (p - DVec3::new(4.3, 4.6, 0.0)).length() < 0.3;
         let ring = |p: DVec3| p.x > 2.0 && p.x < 6.0 && p.y > 2.0 && p.y < 6.0 && !inner(p);

@@ -9,12 +9,13 @@ mod lengths;
 pub mod mask;
 pub mod measures;
 mod part;
-pub(crate) mod polygon;
+mod sets;
 #[cfg(test)]
 pub(crate) mod shapes;
 #[cfg(test)]
 mod tests;
 pub mod topology;
+pub mod triangulate;
 mod weld;
 
 use glam::DVec3;
@@ -25,7 +26,9 @@ pub use attributes::Attributes;
 pub use chains::{ChainReason, OpenChain};
 pub use holes::{Hole, find_holes};
 pub use lengths::{length, point};
+pub use measures::area_vector;
 pub use part::Part;
+pub use sets::DisjointSets;
 pub use topology::{Defects, Topology};
 #[cfg(feature = "io")]
 pub(crate) use weld::Welder;

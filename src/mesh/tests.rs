@@ -117,7 +117,7 @@ fn a_slit_has_no_normal() {
 }
 
 #[test]
-fn a_loose_triangle_is_a_crumb() {
+fn a_loose_triangle_is_a_small_component() {
     let mut mesh = icosphere(1);
     let first = mesh.positions.len() as u32;
     let away = 3.0 * DVec3::X;
@@ -126,7 +126,7 @@ fn a_loose_triangle_is_a_crumb() {
     mesh.faces.push([first, first + 1, first + 2]);
     let (topology, holes) = holes_of(&mut mesh);
     assert_eq!(topology.piece_faces, [80, 1]);
-    assert_eq!(topology.defects.crumbs, 1);
+    assert_eq!(topology.defects.small_components, 1);
     assert_eq!((holes.len(), holes[0].piece), (1, 1));
 }
 

@@ -23,7 +23,8 @@ pub struct Defects {
     /// Vertices that share their position with an earlier one.
     pub duplicate_vertices: usize,
     /// Pieces of one or two triangles.
-    pub crumbs: usize,
+    #[serde(rename = "crumbs")]
+    pub small_components: usize,
     /// Faces that had to be turned over, for the computation only, to agree with their piece.
     pub faces_turned: usize,
 }
@@ -127,7 +128,7 @@ impl Topology {
             }
             self.piece_faces.push(count);
         }
-        self.defects.crumbs = self.piece_faces.iter().filter(|&&n| n <= 2).count();
+        self.defects.small_components = self.piece_faces.iter().filter(|&&n| n <= 2).count();
     }
 
     /// Orients every piece that can be oriented as the majority of its faces.

@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::distance::{DistanceData, NodeData, Wanted};
 use super::level::Level;
+use crate::mesh::triangulate::triangulate_loop;
 use crate::mesh::{Hole, Mesh};
-use crate::sdf::{RimSet, Sampler};
+use crate::sdf::{RimSet, Sampler, Surface};
 use crate::spatial::{Bvh, WindingTree};
-use crate::stitch::{Surface, triangulate_loop};
 
 /// Deep nodes are free within this many rim radii of the rim's centre.
 const REACH: f64 = 1.3;
@@ -98,7 +98,7 @@ impl<'a> MeshData<'a> {
         }
     }
 
-    /// Lets the flow start from a surface, and pulls it there.
+    /// Lets the flow start from a surface and be pulled towards it.
     pub fn keeping(self, kept: Option<KeptShape<'a>>) -> Self {
         Self { kept, ..self }
     }
@@ -120,7 +120,7 @@ impl<'a> MeshData<'a> {
 }
 
 impl MeshData<'_> {
-    /// What the surface that evolves says of a point.
+    /// The sample at a point where there is an evolving surface.
     fn evolving(&self, x: DVec3, limit: f64) -> Option<(NodeData, Option<DVec3>)> {
         let kept = self.kept.as_ref()?;
         let evolving = kept.evolving?;
@@ -134,7 +134,7 @@ impl MeshData<'_> {
         Some((data, Some(s.closest)))
     }
 
-    /// Whether a point belongs to what evolves, where there was a surface that does.
+    /// Whether the face nearest to a point evolves; none where there is no evolving surface.
     fn evolves(&self, x: DVec3) -> Option<bool> {
         let kept = self.kept.as_ref()?;
         let evolving = kept.evolving?;

@@ -1,4 +1,4 @@
-//! What a region is told of the distances round it.
+//! The signed distances that a region is given as data.
 
 use glam::DVec3;
 
@@ -13,7 +13,7 @@ pub struct NodeData {
     pub free: bool,
 }
 
-/// What of a sample is wanted.
+/// What a sample is needed for, so that less accurate ones can be faster.
 #[derive(Clone, Copy, Debug)]
 pub struct Wanted {
     /// The sign at a free point may be wrong: the start of the flow gives it another value.
@@ -26,12 +26,12 @@ pub struct Wanted {
 pub trait DistanceData: Sync {
     /// The data at `x`; `limit` is an upper bound of the distance, infinite where none is known.
     fn sample(&self, x: DVec3, limit: f64) -> NodeData;
-    /// The same as far as it is wanted, and the closest point of the known surface where there is one to tell.
+    /// The same as accurately as it is wanted, and the closest point of the known surface where there is one.
     fn sample_for(&self, x: DVec3, limit: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
         let _ = wanted;
         (self.sample(x, limit), None)
     }
-    /// Whether `x` is close enough to a hole for the rule of thin parts.
+    /// Whether `x` is close enough to a hole to be free though the opposite wall of a thin part is nearer than the rim.
     fn near_hole(&self, x: DVec3) -> bool;
     /// A first guess of the signed distance at a free point, from a triangulation of the holes; none where there is none.
     fn guess(&self, x: DVec3) -> Option<f64> {

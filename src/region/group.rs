@@ -4,38 +4,42 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::grid::{Lattice, NodeIndex};
-use crate::mesh::{Hole, Mesh, bounds};
+use crate::mesh::{DisjointSets, Hole, Mesh, bounds};
 use crate::spatial::{Bounds, BoxTree};
 
 /// Rims that face each other are one opening up to this gap, in diameters of the larger one.
 const FACING_GAP: f64 = 1.0;
 /// Rims closer than this share a region, in diameters of the larger one.
 const NEAR_GAP: f64 = 0.1;
-/// Most larger rims that a rim is compared with. In a mesh of loose triangles all rims are near all others; in scans
-/// there are a few.
+/// A rim is compared with at most so many larger ones. In a mesh of loose triangles all rims are near all others; in scans a rim
+/// has a few neighbours.
 const MOST_NEARBY: usize = 128;
 /// Vertices looked at on each rim.
 const SAMPLES: usize = 240;
-/// Voxels across a hole by default, at least across the smallest loop of a region, and at most.
+/// Voxels across a hole by default.
 const ACROSS: f64 = 32.0;
 /// Slots are resolved across their width, up to this ratio of diameter to width.
 const NARROWEST: f64 = 2.0;
 /// Voxels across a hole on the coarsest level.
 const COARSEST: f64 = 16.0;
+/// Voxels across the smallest loop of a region, at least.
 const ACROSS_SMALLEST: f64 = 14.0;
-/// A finer try goes up to this, if the first did not.
+/// Voxels across a hole in a finer try, at most, unless the first try had more.
 const ACROSS_RETRY: f64 = 72.0;
+/// Voxels across a hole by default, at most.
 const ACROSS_LIMIT: f64 = 160.0;
 /// Voxels across a hole where the voxel is given, at most.
 const FINEST: f64 = 1024.0;
-/// Free space round the rims: this part of the diameter, and this many coarse voxels.
+/// Free space round the rims, as a part of the width of the widest hole.
 const MARGIN_PART: f64 = 0.5;
+/// Free space round the rims beside that, in coarse voxels.
 const MARGIN_NODES: f64 = 7.0;
-/// Most blocks of nodes of a region's box on its coarsest level, which is sampled as a whole: 16 million nodes. A hole gets about
-/// 1300, facing rims a few diameters apart up to 1e5.
+/// Most blocks of nodes of a region's box on its coarsest level, which is sampled as a whole: 16 million nodes. The box of a hole
+/// has about 1300, that of facing rims a few diameters apart up to 1e5.
 const MOST_BLOCKS: f64 = 2.5e5;
-/// Less where the rims themselves reach far: by this part of their extent, to this part of the diameter.
+/// Along an axis [`MARGIN_PART`] is less by this part of the rims' extent along it.
 const MARGIN_TAKEN: f64 = 0.35;
+/// But not less than this part of that width.
 const LEAST_MARGIN: f64 = 0.15;
 
 /// The voxel size of a region.
@@ -69,7 +73,8 @@ pub struct Region {
 ///
 /// Two rims belong together when they face each other (an island in a hole, the two sides of a gap: the directions in
 /// which the surface would continue point at one another), when they nearly touch, or when the caller says so. Of two rims
-/// for which `is_small` holds only touching counts: small components that lie in no hole are not worth a look at all pairs.
+/// for which `is_small` holds only touching counts: comparing all pairs of small components that lie in no hole would cost too
+/// much.
 pub fn group_holes(
     mesh: &Mesh,
     holes: &[Hole],
@@ -77,7 +82,7 @@ pub fn group_holes(
     forced: &[Vec<usize>],
     is_small: &dyn Fn(usize) -> bool,
 ) -> Vec<Vec<usize>> {
-    let mut parent: Vec<usize> = (0..holes.len()).collect();
+    let mut sets = DisjointSets::new(holes.len());
     let rims: Vec<RimSamples> = chosen
         .iter()
         .map(|&h| RimSamples::new(mesh, &holes[h]))
@@ -90,23 +95,24 @@ pub fn group_holes(
         for &i in looking {
             for j in nearby.larger(&rims, i) {
                 let (first, second) = (i.min(j), i.max(j));
-                let apart = find(&mut parent, chosen[i]) != find(&mut parent, chosen[j]);
+                let (a, b) = (chosen[i] as u32, chosen[j] as u32);
+                let apart = sets.find(a) != sets.find(b);
                 if apart && rims[first].belongs_with(&rims[second]) {
-                    join(&mut parent, chosen[i], chosen[j]);
+                    sets.join(a, b);
                 }
             }
         }
     }
-    join_touching(holes, chosen, &mut parent);
+    join_touching(holes, chosen, &mut sets);
     for group in forced {
         for pair in group.windows(2) {
-            join(&mut parent, pair[0], pair[1]);
+            sets.join(pair[0] as u32, pair[1] as u32);
         }
     }
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut of_root = std::collections::BTreeMap::new();
     for &h in chosen {
-        let root = find(&mut parent, h);
+        let root = sets.find(h as u32);
         let at = *of_root.entry(root).or_insert_with(|| {
             groups.push(Vec::new());
             groups.len() - 1
@@ -156,7 +162,7 @@ impl<'a> Nearby<'a> {
 }
 
 /// Joins loops that share a vertex.
-fn join_touching(holes: &[Hole], chosen: &[usize], parent: &mut [usize]) {
+fn join_touching(holes: &[Hole], chosen: &[usize], sets: &mut DisjointSets) {
     let mut users: Vec<(u32, usize)> = chosen
         .iter()
         .flat_map(|&h| holes[h].rim.iter().map(move |&v| (v, h)))
@@ -164,22 +170,9 @@ fn join_touching(holes: &[Hole], chosen: &[usize], parent: &mut [usize]) {
     users.sort_unstable();
     for pair in users.windows(2) {
         if pair[0].0 == pair[1].0 {
-            join(parent, pair[0].1, pair[1].1);
+            sets.join(pair[0].1 as u32, pair[1].1 as u32);
         }
     }
-}
-
-fn find(parent: &mut [usize], mut i: usize) -> usize {
-    while parent[i] != i {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    i
-}
-
-fn join(parent: &mut [usize], a: usize, b: usize) {
-    let (a, b) = (find(parent, a), find(parent, b));
-    parent[a.max(b)] = a.min(b);
 }
 
 /// Edge midpoints of a rim with the directions in which the surface would continue.
@@ -296,12 +289,12 @@ impl Region {
         let part = part.iter().flat_map(|p| [p.0, p.1]);
         let (low, high) = bounds(rims.map(|v| mesh.positions[*v as usize]).chain(part));
         let widest = chosen().map(|h| h.width).fold(0.25 * diameter, f64::max);
-        // Along a rim that is wide already the surface bulges less far beyond it.
+        // Along an axis on which the rims reach far already the surface bulges less beyond them.
         let bulge = (MARGIN_PART * widest - MARGIN_TAKEN * (high - low))
             .max(DVec3::splat(LEAST_MARGIN * widest));
         let margin = |coarse: f64| growth * bulge + MARGIN_NODES * coarse;
         let blocks = |coarse: f64| Lattice::blocks(low, high, margin(coarse), coarse);
-        // Rims that are far apart for their size, such as specks that one cut left on both sides of a model.
+        // Rims that are far apart for their size, such as two tiny holes on opposite sides of a model, need too many blocks.
         let (mut voxel, mut coarse) = (voxel, coarse);
         while blocks(coarse) > MOST_BLOCKS && coarse < (high - low).max_element() {
             (voxel, coarse) = (2.0 * voxel, 2.0 * coarse);

@@ -183,7 +183,7 @@ impl Level {
     }
 }
 
-/// Gives the nodes in `open` the sign of their neighbours, and a value off the surface: none of them lies beside it.
+/// Gives the nodes in `open`, none of which lies beside the surface, the sign of their neighbours and a value away from zero.
 fn take_signs(grid: &SparseGrid, phi: &mut [f64], mut open: Vec<usize>) {
     let mut closed = vec![true; grid.len()];
     open.iter().for_each(|&s| closed[s] = false);

@@ -15,10 +15,10 @@ const START_TOLERANCE: f64 = 3e-3;
 const COARSE_STEPS: usize = 14;
 /// The tolerance there over that of the finest.
 const COARSE_TOLERANCE: f64 = 20.0;
-/// A level is lost when the step that led to its result still moved the surface by more than this, in voxels, and beyond
-/// hope when it did by more than that.
-const LOST: f64 = 0.05;
-const HOPELESS: f64 = 4.0;
+/// A level is far from steady when the step that led to its result still moved the surface by more than this, in voxels.
+const FAR_FROM_STEADY: f64 = 0.05;
+/// It has diverged when that step moved the surface by more than this, in voxels.
+const DIVERGED: f64 = 4.0;
 
 /// The grids of a nested solve.
 #[derive(Clone, Copy, Debug)]
@@ -29,14 +29,14 @@ pub struct NestedSettings {
     pub dims: NodeIndex,
     /// Number of times it is refined by two.
     pub refinements: usize,
-    /// Whether to give up on a coarser level that does not become steady: its grid cannot resolve the region. One that is
-    /// beyond hope is always given up.
-    pub stop_when_lost: bool,
+    /// Whether to give up on a coarser level that does not become steady: its grid cannot resolve the region. One that
+    /// has diverged is always given up.
+    pub give_up_early: bool,
     /// The start on the coarsest lattice.
     pub start: Start,
     /// The flow on each level.
     pub flow: FlowSettings,
-    /// How long the surface evolves from the data's guess on the finest lattice; none for its steady state.
+    /// How long the surface evolves from the data's guess on the finest lattice; none for the flow to the steady state.
     pub time: Option<TimeSpan>,
 }
 
@@ -88,22 +88,24 @@ impl Solved {
     }
 
     /// Whether the last level was far from steady when its steps ran out.
-    pub fn lost(&self) -> bool {
-        self.reports.last().is_none_or(|r| is_lost(&r.flow))
+    pub fn is_far_from_steady(&self) -> bool {
+        self.reports
+            .last()
+            .is_none_or(|r| is_far_from_steady(&r.flow))
     }
 
     /// Whether the last level was so far from steady that its zero set means nothing: its data contradict each other.
-    pub fn hopeless(&self) -> bool {
-        self.reports.last().is_none_or(|r| is_hopeless(&r.flow))
+    pub fn has_diverged(&self) -> bool {
+        self.reports.last().is_none_or(|r| has_diverged(&r.flow))
     }
 }
 
-fn is_lost(flow: &FlowOutcome) -> bool {
-    !(flow.converged || flow.flat || flow.movement <= LOST)
+fn is_far_from_steady(flow: &FlowOutcome) -> bool {
+    !(flow.converged || flow.flat || flow.movement <= FAR_FROM_STEADY)
 }
 
-fn is_hopeless(flow: &FlowOutcome) -> bool {
-    !(flow.converged || flow.movement <= HOPELESS)
+fn has_diverged(flow: &FlowOutcome) -> bool {
+    !(flow.converged || flow.movement <= DIVERGED)
 }
 
 /// The energies whose flows run on a level, in this order.
@@ -193,7 +195,7 @@ fn relax_nested(
             sampling = clock.elapsed().as_secs_f64();
             clock = Instant::now();
         }
-        // A coarser level is only a start for the next.
+        // The result of a coarser level is the start on the next.
         let last = refinement == settings.refinements;
         let coarser = (settings.refinements - refinement) as i32;
         let flow_settings = FlowSettings {
@@ -234,7 +236,8 @@ fn relax_nested(
             clock = Instant::now();
         }
         let flow = &reports[reports.len() - 1].flow;
-        let lost = !last && (is_hopeless(flow) || settings.stop_when_lost && is_lost(flow));
+        let lost =
+            !last && (has_diverged(flow) || settings.give_up_early && is_far_from_steady(flow));
         if lost {
             break;
         }

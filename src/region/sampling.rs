@@ -1,7 +1,7 @@
 //! The data at the nodes of a lattice, asked for only where they matter.
 //!
-//! A distance query costs far more than anything else that is done for a node. Nodes that a lattice of twice the voxel shows
-//! to lie well inside what is free, or well outside of it, take its values.
+//! A distance query costs far more than anything else that is done for a node. Where a lattice of twice the voxel shows that a
+//! node lies well inside or well outside the free part, the node takes values interpolated from that lattice.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -16,25 +16,26 @@ use crate::grid::{
 const DEEP: f64 = 5.5;
 /// Nodes at the faces of the box that are never free.
 const BORDER: i32 = 3;
-/// Nodes farther than this from the known surface, in voxels, take the distance to its triangles: no band comes there.
+/// Nodes farther than this from the known surface, in voxels, take the distance to its triangles instead of that to the smooth
+/// surface: no band reaches them.
 const SMOOTH: f64 = 9.0;
-/// Nodes farther than this from the surface, in voxels, do not matter to the band: only the start knows of them.
+/// Nodes farther than this from the surface, in voxels, are outside the band: only the start of the flow uses their values.
 const FAR: f64 = 8.0;
 /// Free nodes nearer to the evolved surface than this, in voxels, lie beside it.
 const BESIDE: f64 = 2.0;
-/// How many times a box is looked at on a lattice of twice the voxel before its nodes are asked.
+/// How many coarser lattices, each of twice the voxel of the next, are sampled before the nodes of a box.
 const LOOKS: usize = 2;
 /// No node is farther than this from the coarser one beside it, in voxels, with some room for the difference between the
 /// triangles and the smooth surface.
 const SPACING: f64 = 2.0;
 
-/// What is known of a node before the data are asked.
+/// What is known of a node before the data are sampled there.
 pub enum Known {
     /// φ in voxels, and whether the node is free unless it lies at the side of the box.
     Node(f64, bool),
     /// Nothing; `rough` allows the sign to be wrong if the node turns out to be free.
     Nothing {
-        /// See there.
+        /// As in [`Wanted`].
         rough: bool,
         /// An upper bound of the distance to the known surface, in voxels, that may fail; infinite where there is none.
         within: f64,
@@ -216,11 +217,11 @@ impl Sampling<'_> {
         }
         .looked_at(looks - 1, dims);
         let coarser = Coarser::new(&grid, &phi, &free);
-        // With room for the coarser nodes' distance from the finer ones.
+        // Half a coarse voxel more, for the distance of the coarser nodes from the finer ones.
         let far = FAR * self.voxel / lattice.voxel + if last { 0.0 } else { 0.5 };
         self.ask(&|n| {
             let rough = inside(n);
-            // At the side of the box nodes are fixed whatever they are nearest to, but nobody looks at the outermost.
+            // At the side of the box all nodes are fixed, and the outermost have no cell or stencil that uses their values.
             let matters = !rough && self.grid.is_interior(n, 1);
             let value = linear(&grid, &phi, 0.5 * as_point(n));
             let close = value.is_none_or(|v| v.abs() < far + 0.5);

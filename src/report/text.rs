@@ -94,7 +94,7 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
             d.duplicate_vertices,
             "vertices at the position of an earlier one",
         ),
-        (d.crumbs, "crumbs (pieces of one or two triangles)"),
+        (d.small_components, "pieces of one or two triangles"),
     ];
     all.iter()
         .filter(|(n, _)| *n > 0)

@@ -3,9 +3,11 @@
 mod jets;
 mod redistance;
 mod sampler;
+mod surface;
 #[cfg(test)]
 mod tests;
 
 pub use jets::{Jet, fit_jet};
 pub use redistance::{project_on_zero_set, redistance};
 pub use sampler::{DistanceSample, RimSet, Sampler};
+pub use surface::Surface;

@@ -41,8 +41,8 @@ pub struct Sampler<'a> {
     topology: &'a Topology,
     smooth: Arc<Smooth>,
     bvh: Bvh,
-    /// Crumbs: no data, but the patch must be cut round them.
-    crumbs: Bvh,
+    /// Small components, of one or two faces: no data, but the patch must be cut round them.
+    small: Bvh,
     /// Gathered when it is first asked for.
     winding: OnceLock<WindingTree>,
     /// For pieces that were asked for, the winding number between their two sides.
@@ -88,7 +88,7 @@ impl Smooth {
 }
 
 impl<'a> Sampler<'a> {
-    /// Prepares the queries over all faces but degenerate ones and crumbs (pieces of at most two faces).
+    /// Prepares the queries over all faces but degenerate ones and small components (of at most two faces).
     pub fn new(mesh: &'a Mesh, topology: &'a Topology) -> Self {
         let smooth = Smooth::new(mesh, topology);
         Self::over(mesh, topology, Arc::new(smooth), &|_| true)
@@ -105,22 +105,22 @@ impl<'a> Sampler<'a> {
         smooth: Arc<Smooth>,
         wanted: &dyn Fn(u32) -> bool,
     ) -> Self {
-        let faces = |crumbs: bool| {
+        let faces = |small: bool| {
             (0..mesh.faces.len() as u32).filter(move |&f| {
                 let piece = topology.piece[f as usize];
                 piece != NONE
                     && wanted(piece)
-                    && (topology.piece_faces[piece as usize] <= 2) == crumbs
+                    && (topology.piece_faces[piece as usize] <= 2) == small
             })
         };
         let bvh = Bvh::new(mesh, faces(false));
-        let crumbs = Bvh::new(mesh, faces(true));
+        let small = Bvh::new(mesh, faces(true));
         Self {
             mesh,
             topology,
             smooth,
             bvh,
-            crumbs,
+            small,
             winding: OnceLock::new(),
             levels: Mutex::default(),
         }
@@ -131,11 +131,11 @@ impl<'a> Sampler<'a> {
         &self.bvh
     }
 
-    /// The part of the mesh that meets the box from `low` to `high`, crumbs and degenerate faces included, with the given
+    /// The part of the mesh that meets the box from `low` to `high`, small components and degenerate faces included, with the given
     /// vertices.
     pub fn part(&self, low: DVec3, high: DVec3, vertices: impl Iterator<Item = u32>) -> Part {
         let mut faces = self.smooth.degenerate.clone();
-        for tree in [&self.bvh, &self.crumbs] {
+        for tree in [&self.bvh, &self.small] {
             tree.for_each_in_box(low, high, |f| faces.push(f));
         }
         faces.sort_unstable();
@@ -156,18 +156,18 @@ impl<'a> Sampler<'a> {
         self.mesh
     }
 
-    /// The closest point of the mesh without its crumbs, and whether it lies on a rim of the region.
+    /// The closest point of the mesh without its small components, and whether it lies on a rim of the region.
     fn closest(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<(Closest, bool)> {
         let closest = self.bvh.closest(x, limit)?;
         let on_rim = self.on_rim(rims, &closest);
         Some((closest, on_rim))
     }
 
-    /// The closest point of the mesh with its crumbs, and whether it lies on a rim of the region.
+    /// The closest point of the mesh with its small components, and whether it lies on a rim of the region.
     pub fn closest_of_all(&self, rims: &RimSet, x: DVec3) -> Option<(Closest, bool)> {
         let whole = self.bvh.closest(x, f64::INFINITY);
         let limit = whole.map_or(f64::INFINITY, |c| c.distance);
-        let closest = self.crumbs.closest(x, limit).or(whole)?;
+        let closest = self.small.closest(x, limit).or(whole)?;
         let on_rim = self.on_rim(rims, &closest);
         Some((closest, on_rim))
     }

@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use super::bvh::{Bvh, Child, WIDTH};
+use crate::mesh::area_vector;
 
 /// A cluster counts as far beyond this many of its radii.
 const FAR: f64 = 2.3;
@@ -133,7 +134,7 @@ impl Moments {
     }
 
     fn of_face(c: &[DVec3; 3]) -> Self {
-        let dipole = 0.5 * (c[1] - c[0]).cross(c[2] - c[0]);
+        let dipole = 0.5 * area_vector(*c);
         let centroid = (c[0] + c[1] + c[2]) / 3.0;
         let centre = storable(centroid);
         // Second moment of a triangle about a point: mean of those of its edge midpoints.

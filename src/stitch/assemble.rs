@@ -12,7 +12,7 @@ use super::joined::check_joined;
 use super::matching;
 use super::rim::Rims;
 use super::{Patch, StitchError, StitchInput, StitchReport};
-use crate::mesh::bounds;
+use crate::mesh::{DisjointSets, area_vector, bounds};
 
 /// A patch under work, with what it is joined to.
 pub(super) struct Assembled {
@@ -228,7 +228,7 @@ impl Assembled {
 /// Twice the inradius over the circumradius: 1 for an equilateral triangle, 0 for a degenerate one.
 pub(super) fn quality([a, b, c]: [DVec3; 3]) -> f64 {
     let [x, y, z] = [a.distance(b), b.distance(c), c.distance(a)];
-    let area = (b - a).cross(c - a).length() / 2.0;
+    let area = area_vector([a, b, c]).length() / 2.0;
     let bottom = x * y * z * (x + y + z);
     if bottom > 0.0 {
         16.0 * area * area / bottom
@@ -239,27 +239,19 @@ pub(super) fn quality([a, b, c]: [DVec3; 3]) -> f64 {
 
 /// Number of pieces and Euler number.
 fn topology(mesh: &PatchMesh) -> (usize, i64) {
-    let mut root: Vec<u32> = (0..mesh.position.len() as u32).collect();
-    fn find(root: &mut [u32], mut v: u32) -> u32 {
-        while root[v as usize] != v {
-            root[v as usize] = root[root[v as usize] as usize];
-            v = root[v as usize];
-        }
-        v
-    }
+    let mut sets = DisjointSets::new(mesh.position.len());
     let mut edges = HashMap::new();
     for f in &mesh.faces {
         for k in 0..3 {
             let (a, b) = (f[k], f[(k + 1) % 3]);
             edges.insert((a.min(b), a.max(b)), ());
-            let (x, y) = (find(&mut root, a), find(&mut root, b));
-            root[x as usize] = y;
+            sets.join(a, b);
         }
     }
-    let used: Vec<u32> = (0..root.len() as u32)
+    let used: Vec<u32> = (0..mesh.position.len() as u32)
         .filter(|&v| mesh.is_used(v))
         .collect();
-    let pieces = used.iter().filter(|&&v| root[v as usize] == v).count();
+    let pieces = used.iter().filter(|&&v| sets.find(v) == v).count();
     (
         pieces,
         used.len() as i64 - edges.len() as i64 + mesh.faces.len() as i64,

@@ -6,6 +6,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::StitchInput;
+use crate::mesh::area_vector;
 
 /// The kept part: vertices, faces, and border loops in the direction of its faces.
 #[derive(Default)]
@@ -192,9 +193,8 @@ fn compact(positions: &[DVec3], mut faces: Vec<[u32; 3]>) -> Kept {
     }
     let mut normals = vec![DVec3::ZERO; used.len()];
     for f in &faces {
-        let [a, b, c] = f.map(|v| used[v as usize]);
-        f.iter()
-            .for_each(|&v| normals[v as usize] += (b - a).cross(c - a));
+        let normal = area_vector(f.map(|v| used[v as usize]));
+        f.iter().for_each(|&v| normals[v as usize] += normal);
     }
     Kept {
         positions: used,

@@ -64,14 +64,6 @@ pub enum StitchError {
         /// Index of the loop in the input.
         rim: usize,
     },
-    /// A loop cannot be triangulated without repeating an edge of the mesh.
-    #[error(
-        "the loop of {edges} edges cannot be triangulated without repeating edges of the mesh; refine the mesh there"
-    )]
-    NoTriangulation {
-        /// Number of edges of the loop.
-        edges: usize,
-    },
     /// Remeshing made more faces than the rims account for.
     #[error(
         "remeshing came to {faces} faces for rims of {edges} edges and would make more; the edges there differ too much in \
@@ -85,12 +77,12 @@ pub enum StitchError {
     },
     /// Most of a large patch is folded.
     #[error(
-        "{leaning} of {faces} faces of the patch are folded over; the mesh has spikes or edges that differ too much in \
+        "{tilted} of {faces} faces of the patch are folded over; the mesh has spikes or edges that differ too much in \
          length there: remesh or cut them first"
     )]
     Folded {
-        /// Faces that lean by more than 60 degrees.
-        leaning: usize,
+        /// Faces whose normals are more than 60 degrees from that of the surface.
+        tilted: usize,
         /// All faces.
         faces: usize,
     },

@@ -3,15 +3,15 @@
 use glam::DVec3;
 
 use super::half_edge::PatchMesh;
-use super::liepa::{self, Polygon};
 use super::matching::Gap;
 use super::rim::Rims;
 use super::sector::{Outline, nearest_pair};
 use super::zip::{Step, zip};
-use super::{StitchError, StitchInput, StitchReport, ears};
+use super::{StitchError, StitchInput, StitchReport};
+use crate::mesh::triangulate::{Ground, Polygon, cut_ears, triangulate};
 
-/// A gap whose faces agree less with the surface on average has not been understood.
-const LEAST_LEAN: f64 = 0.3;
+/// The mean cosine between the faces of a gap and the surface is at least this; else the loops were matched wrongly.
+const LEAST_AGREEMENT: f64 = 0.3;
 
 /// Loops of patch vertices, each with the gap to its left.
 pub(super) struct Loops {
@@ -40,7 +40,7 @@ pub(super) fn fill(
         }
         (&[rim], &[inner]) => {
             let faces = ring(mesh, &loops.rim[rim], &loops.inner[inner]);
-            if lean(mesh, &faces) < 0.0 {
+            if agreement(mesh, &faces) < 0.0 {
                 return Err(StitchError::Orientation {
                     rim: rims.source[rim],
                 });
@@ -54,13 +54,13 @@ pub(super) fn fill(
             let faces = if missing {
                 None
             } else {
-                ears::cut(mesh, rims, &polygon)
+                by_ears(mesh, rims, &polygon)
             };
-            faces.filter(|faces| lean(mesh, faces) > LEAST_LEAN).ok_or(
-                StitchError::RimNotReached {
+            faces
+                .filter(|faces| agreement(mesh, faces) > LEAST_AGREEMENT)
+                .ok_or(StitchError::RimNotReached {
                     rim: rims.source[gap.rims[0]],
-                },
-            )?
+                })?
         }
     };
     mesh.faces.extend(faces);
@@ -86,15 +86,15 @@ fn ring(mesh: &PatchMesh, rim: &[u32], inner: &[u32]) -> Vec<[u32; 3]> {
 }
 
 /// Mean cosine between the faces and the surface, weighted by area.
-fn lean(mesh: &PatchMesh, faces: &[[u32; 3]]) -> f64 {
-    let (mut area, mut lean) = (0.0, 0.0);
+fn agreement(mesh: &PatchMesh, faces: &[[u32; 3]]) -> f64 {
+    let (mut area, mut agreement) = (0.0, 0.0);
     for &f in faces {
         let cross = mesh.area_vector(f);
         let normal: DVec3 = f.iter().map(|&v| mesh.normal[v as usize]).sum();
         area += cross.length();
-        lean += cross.dot(normal.normalize_or_zero());
+        agreement += cross.dot(normal.normalize_or_zero());
     }
-    if area > 0.0 { lean / area } else { 0.0 }
+    if area > 0.0 { agreement / area } else { 0.0 }
 }
 
 /// One loop from all loops of the gap: each is joined to those before by the shortest edge, which the loop then runs along
@@ -126,6 +126,30 @@ fn merge(mesh: &PatchMesh, gap: &Gap, loops: &Loops) -> Vec<u32> {
     merged
 }
 
+/// A polygon of patch vertices, cut by ears; vertices that it needs are added to the patch.
+fn by_ears(mesh: &mut PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<Vec<[u32; 3]>> {
+    let rim = |v: u32| mesh.is_rim(v).then(|| mesh.origin[v as usize]);
+    let taken = |a: u32, b: u32| match (rim(a), rim(b)) {
+        (Some(u), Some(v)) => u == v || rims.has_edge(u, v),
+        _ => false,
+    };
+    let cut = cut_ears(
+        &Ground {
+            position: &mesh.position,
+            normal: &mesh.normal,
+            faces: &mesh.faces,
+            taken: &taken,
+        },
+        polygon,
+    )?;
+    for vertex in cut.new {
+        mesh.position.push(vertex.position);
+        mesh.normal.push(vertex.normal);
+        mesh.size.push(mesh.size[vertex.beside as usize]);
+    }
+    Some(cut.faces)
+}
+
 /// A triangulation of one rim loop without new vertices, if the loop is thin and the faces follow the surface.
 fn direct(
     input: &StitchInput,
@@ -153,10 +177,10 @@ fn direct(
         beyond: &beyond,
         blocked: &blocked,
     };
-    let faces: Option<Vec<[u32; 3]>> = liepa::triangulate(&polygon)
-        .map(|faces| faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
-    match faces.filter(|faces| lean(mesh, faces) > LEAST_LEAN) {
-        None => ears::cut(mesh, rims, rim).filter(|faces| lean(mesh, faces) > LEAST_LEAN),
+    let faces: Option<Vec<[u32; 3]>> =
+        triangulate(&polygon).map(|faces| faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
+    match faces.filter(|faces| agreement(mesh, faces) > LEAST_AGREEMENT) {
+        None => by_ears(mesh, rims, rim).filter(|faces| agreement(mesh, faces) > LEAST_AGREEMENT),
         found => found,
     }
 }

@@ -144,8 +144,7 @@ impl PatchMesh {
     }
 
     pub(super) fn area_vector(&self, face: [u32; 3]) -> DVec3 {
-        let [a, b, c] = face.map(|v| self.position[v as usize]);
-        (b - a).cross(c - a)
+        crate::mesh::area_vector(face.map(|v| self.position[v as usize]))
     }
 
     pub(super) fn length(&self, h: u32) -> f64 {

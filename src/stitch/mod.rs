@@ -12,17 +12,13 @@
 //! holes in meshes", 2003 (triangulation of single loops).
 
 mod assemble;
-pub mod attributes;
 mod check;
 mod cut;
-mod ears;
-mod edges;
 mod error;
 mod gap;
 mod half_edge;
 mod intersect;
 mod joined;
-mod liepa;
 mod matching;
 mod remesh;
 mod rim;
@@ -37,24 +33,11 @@ mod tests;
 use glam::DVec3;
 
 use crate::mesh::Mesh;
+use crate::sdf::Surface;
 
 pub use error::StitchError;
-pub use liepa::triangulate_loop;
-pub(crate) use liepa::triangulate_loop_beside;
 pub use seam::close_seam;
 pub use written::count_crossing;
-
-/// The smooth surface a patch lies on, such as the zero set of a level set function.
-pub trait Surface: Sync {
-    /// Projects `p` on the surface: the point and the unit outward normal there.
-    ///
-    /// None where the surface is not defined or the projection did not converge.
-    fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)>;
-
-    /// The distance from `p` to the rim if `p` belongs to the hole, which is where its closest point on the input mesh lies
-    /// on a rim edge of the region; otherwise the negative distance to the mesh.
-    fn depth(&self, p: DVec3) -> f64;
-}
 
 /// What [`stitch`] works on.
 #[derive(Clone, Copy)]

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 use super::{StitchError, StitchInput};
+use crate::mesh::area_vector;
 
 /// A face of the mesh beyond a rim edge.
 #[derive(Clone, Copy)]
@@ -116,7 +117,7 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
         .iter()
         .filter(|f| f.iter().any(|v| on_rim.contains(v)))
     {
-        let n = (at(f[1]) - at(f[0])).cross(at(f[2]) - at(f[0]));
+        let n = area_vector(f.map(at));
         for k in 0..3 {
             let (a, b) = (f[k], f[(k + 1) % 3]);
             if on_rim.contains(&a) || on_rim.contains(&b) {

@@ -17,10 +17,10 @@ pub(super) enum Step {
 const FULL_TABLE: usize = 8_000_000;
 /// Least half-width of the strip, in inner vertices.
 const STRIP: usize = 256;
-/// Cosine below which a triangle leans too far from the surface normal.
-const LEAN: f64 = 0.5;
-/// Weight of a leaning triangle.
-const LEAN_WEIGHT: f64 = 40.0;
+/// Triangles whose cosine to the surface normal is below this are penalised.
+const LEAST_COSINE: f64 = 0.5;
+/// Weight of what their cosine falls short by.
+const TILT_WEIGHT: f64 = 40.0;
 /// Weight of an edge that leaves the gap.
 const ASTRAY_WEIGHT: f64 = 20.0;
 const ADVANCE_RIM: u8 = 1;
@@ -29,7 +29,7 @@ const ADVANCE_INNER: u8 = 2;
 /// The ring of triangles between `rim` and `inner`, which have the ring to their left and so run in opposite directions.
 ///
 /// Dynamic programming over all pairs of vertices: the least sum of the squared lengths of the edges across, with a
-/// penalty for triangles that lean away from the surface normal and for edges that do not lie in the gap. Starts from the
+/// penalty for triangles that are tilted away from the surface normal and for edges that do not lie in the gap. Starts from the
 /// nearest pair whose edge lies in the gap.
 pub(super) fn zip(rim: &Outline, inner: &Outline) -> Vec<Step> {
     let (n, m) = (rim.len(), inner.len());
@@ -91,12 +91,12 @@ impl Table<'_> {
                 } else if !forbidden {
                     let across = self.across(i, j);
                     let by_rim = if i > 0 {
-                        above[j] + self.lean_rim(i - 1, j)
+                        above[j] + self.tilt_rim(i - 1, j)
                     } else {
                         f64::INFINITY
                     };
                     let by_inner = if j > low {
-                        cost[j - 1] + self.lean_inner(i, j - 1)
+                        cost[j - 1] + self.tilt_inner(i, j - 1)
                     } else {
                         f64::INFINITY
                     };
@@ -165,17 +165,17 @@ impl Table<'_> {
         p.distance_squared(q) * (1.0 + ASTRAY_WEIGHT * astray)
     }
 
-    fn lean_rim(&self, i: usize, j: usize) -> f64 {
-        lean(self.r(i), self.r(i + 1), self.k(j))
+    fn tilt_rim(&self, i: usize, j: usize) -> f64 {
+        tilt(self.r(i), self.r(i + 1), self.k(j))
     }
 
-    fn lean_inner(&self, i: usize, j: usize) -> f64 {
-        lean(self.r(i), self.k(j + 1), self.k(j))
+    fn tilt_inner(&self, i: usize, j: usize) -> f64 {
+        tilt(self.r(i), self.k(j + 1), self.k(j))
     }
 }
 
 /// The penalty of a triangle whose normal is far from the mean of the normals at its corners.
-fn lean(a: (DVec3, DVec3), b: (DVec3, DVec3), c: (DVec3, DVec3)) -> f64 {
+fn tilt(a: (DVec3, DVec3), b: (DVec3, DVec3), c: (DVec3, DVec3)) -> f64 {
     let (u, v) = (b.0 - a.0, c.0 - a.0);
     let cross = u.cross(v);
     let normal = (a.1 + b.1 + c.1).normalize_or_zero();
@@ -184,9 +184,9 @@ fn lean(a: (DVec3, DVec3), b: (DVec3, DVec3), c: (DVec3, DVec3)) -> f64 {
         .max(v.length_squared())
         .max((c.0 - b.0).length_squared());
     let cosine = cross.normalize_or_zero().dot(normal);
-    if cosine >= LEAN {
+    if cosine >= LEAST_COSINE {
         0.0
     } else {
-        LEAN_WEIGHT * (LEAN - cosine) * longest
+        TILT_WEIGHT * (LEAST_COSINE - cosine) * longest
     }
 }

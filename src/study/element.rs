@@ -2,6 +2,8 @@
 
 use std::sync::LazyLock;
 
+use crate::grid::gauss_points;
+
 /// Values and gradients of the four shape functions at one point; corner `a` is at (a & 1, a >> 1).
 #[derive(Clone, Copy)]
 pub struct Shape {
@@ -43,12 +45,6 @@ pub struct Element {
     pub gauss: [Shape; 4],
     /// The centre.
     pub centre: Shape,
-}
-
-/// Abscissae of the two-point Gauss rule on [0, 1].
-pub fn gauss_points() -> [f64; 2] {
-    let s = 0.5 / 3f64.sqrt();
-    [0.5 - s, 0.5 + s]
 }
 
 /// The element's constant tables.

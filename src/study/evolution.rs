@@ -5,7 +5,7 @@ use super::step::PlaneFlow;
 
 /// What a run left behind.
 #[derive(Clone, Debug, Default)]
-pub struct Evolution {
+pub struct PlaneRun {
     /// Energy before each step.
     pub energies: Vec<f64>,
     /// Iterations of the linear solver in all.
@@ -14,7 +14,7 @@ pub struct Evolution {
     pub unsolved: usize,
 }
 
-impl Evolution {
+impl PlaneRun {
     /// Takes some steps.
     pub fn advance(
         &mut self,

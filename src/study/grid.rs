@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::element::gauss_points;
 use crate::grid::Volume;
+use crate::grid::gauss_points;
 
 /// A square domain cut into `cells × cells` squares.
 ///

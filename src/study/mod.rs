@@ -26,7 +26,7 @@ mod step;
 mod system;
 
 pub use contour::{Segment, level_line, pieces_inside};
-pub use evolution::Evolution;
+pub use evolution::PlaneRun;
 pub use grid::{SquareGrid, Stencils};
 pub use multigrid::coarse_levels;
 pub use observer::{Frame, Observer, Silent, StudyError};

@@ -6,7 +6,7 @@
 
 use super::plane::PlaneEnergy;
 use super::system::StepSystem;
-use crate::linalg::{Accumulator, Csr, Multigrid};
+use crate::linalg::{Accumulator, Csr, Multigrid, SparseMatrix};
 
 /// Grids of up to so many cells a side are not coarsened.
 const COARSEST: usize = 16;
@@ -86,7 +86,9 @@ pub fn coarse_levels(energy: &PlaneEnergy, system: &StepSystem) -> Option<Multig
             send_parents(first, (at % stride - 1, at / stride - 1), sink);
         }
     });
-    let matrix = finest.transposed().times(&system.matrix().times(&finest));
+    let wide = SparseMatrix::from(finest.clone());
+    let product = &SparseMatrix::from(system.matrix()) * &wide;
+    let matrix = Csr::from(&wide.transpose_into().into_csr() * &product);
     let coarser = levels
         .windows(2)
         .map(|pair| {

@@ -24,7 +24,7 @@ pub(super) fn positions(buffers: &mut Buffers<'_>, index: usize) -> Result<Vec<[
     let decode = |bytes: &[u8]| {
         let mut point = [0.0; 3];
         for (value, part) in point.iter_mut().zip(bytes.chunks_exact(component.size())) {
-            *value = number(component, part);
+            *value = number(scalar(component), part);
             if let Some(scale) = scale {
                 *value = (*value / scale).max(-1.0);
             }
@@ -56,7 +56,7 @@ pub(super) fn indices(buffers: &mut Buffers<'_>, index: usize) -> Result<Vec<u32
         ));
     }
     read(buffers, accessor, index, component.size(), 0, |bytes| {
-        number(component, bytes) as u32
+        number(scalar(component), bytes) as u32
     })
 }
 
@@ -89,7 +89,7 @@ pub(super) fn attribute(buffers: &mut Buffers<'_>, index: usize) -> Result<Raw, 
     let decode = |bytes: &[u8]| {
         let mut value = [0.0; 4];
         for (value, part) in value.iter_mut().zip(bytes.chunks_exact(size)) {
-            *value = number(component, part);
+            *value = number(scalar(component), part);
         }
         value
     };
@@ -106,14 +106,7 @@ pub(super) fn attribute(buffers: &mut Buffers<'_>, index: usize) -> Result<Raw, 
     rows.iter()
         .for_each(|row| values.extend_from_slice(&row[..components]));
     Ok(Raw {
-        scalar: match component {
-            ComponentType::I8 => Scalar::I8,
-            ComponentType::U8 => Scalar::U8,
-            ComponentType::I16 => Scalar::I16,
-            ComponentType::U16 => Scalar::U16,
-            ComponentType::U32 => Scalar::U32,
-            ComponentType::F32 => Scalar::F32,
-        },
+        scalar: scalar(component),
         normalized: accessor.normalized,
         components,
         values,
@@ -232,7 +225,9 @@ fn replace<T: Copy>(
         count: sparse.count.0,
         size: component.0.size(),
     };
-    let places = at.items(buffers, index, &|bytes| number(component.0, bytes) as usize)?;
+    let places = at.items(buffers, index, &|bytes| {
+        number(scalar(component.0), bytes) as usize
+    })?;
     let of = Wanted {
         view: sparse.values.buffer_view.value(),
         offset: sparse.values.byte_offset.0,
@@ -302,15 +297,21 @@ impl Wanted {
     }
 }
 
-fn number(component: ComponentType, bytes: &[u8]) -> f64 {
-    match (component, bytes) {
-        (ComponentType::I8, [a, ..]) => f64::from(*a as i8),
-        (ComponentType::U8, [a, ..]) => f64::from(*a),
-        (ComponentType::I16, [a, b, ..]) => f64::from(i16::from_le_bytes([*a, *b])),
-        (ComponentType::U16, [a, b, ..]) => f64::from(u16::from_le_bytes([*a, *b])),
-        (ComponentType::U32, [a, b, c, d, ..]) => f64::from(u32::from_le_bytes([*a, *b, *c, *d])),
-        (ComponentType::F32, [a, b, c, d, ..]) => f64::from(f32::from_le_bytes([*a, *b, *c, *d])),
-        _ => f64::NAN,
+/// The number in as many bytes as the type has.
+fn number(scalar: Scalar, bytes: &[u8]) -> f64 {
+    scalar
+        .take::<false>(bytes)
+        .map_or(f64::NAN, |(value, _)| value)
+}
+
+fn scalar(component: ComponentType) -> Scalar {
+    match component {
+        ComponentType::I8 => Scalar::I8,
+        ComponentType::U8 => Scalar::U8,
+        ComponentType::I16 => Scalar::I16,
+        ComponentType::U16 => Scalar::U16,
+        ComponentType::U32 => Scalar::U32,
+        ComponentType::F32 => Scalar::F32,
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::super::{Model, text};
-use super::scene::{Block, Part};
+use super::scene::{Block, PlacedPrimitive};
 
 /// A glTF or GLB file with all that a mesh does not hold: its node tree, materials, textures, animations and extras.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Document {
     /// The buffers; one that could not be loaded, and holds no triangles, stays outside.
     pub(super) buffers: Vec<Option<Arc<Vec<u8>>>>,
     pub(super) blocks: Vec<Block>,
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<PlacedPrimitive>,
 }
 
 impl Document {
@@ -23,7 +23,7 @@ impl Document {
         json: &[u8],
         buffers: Vec<Option<Arc<Vec<u8>>>>,
         blocks: Vec<Block>,
-        parts: Vec<Part>,
+        parts: Vec<PlacedPrimitive>,
     ) -> Option<Self> {
         let json: Value = serde_json::from_slice(text::strip_bom(json).trim_ascii_end()).ok()?;
         let used = json.get("extensionsUsed").and_then(Value::as_array);

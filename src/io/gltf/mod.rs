@@ -4,6 +4,7 @@ mod accessor;
 mod buffers;
 mod build;
 mod document;
+mod materials;
 mod patch;
 mod scene;
 mod values;

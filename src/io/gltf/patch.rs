@@ -9,9 +9,10 @@ use serde_json::{Map, Value, json};
 use super::super::{Format, IoError, Model, Written};
 use super::build::Builder;
 use super::document::Document;
-use super::scene::{Block, Part};
+use super::scene::{Block, PlacedPrimitive};
 use super::values;
 use super::write::push_floats;
+use crate::mesh::DisjointSets;
 use crate::mesh::attributes::{LabelKind, NONE, PATCH_NAME, Role};
 
 /// Writes the document with the new faces of the mesh.
@@ -123,7 +124,7 @@ fn take_out(builder: &mut Builder, document: &Document, model: &Model<'_>, kept:
 fn own_mesh(
     builder: &mut Builder,
     document: &Document,
-    part: &Part,
+    part: &PlacedPrimitive,
     copied: &mut BTreeMap<usize, usize>,
 ) -> usize {
     let node = document.blocks[part.block].node;
@@ -229,27 +230,14 @@ impl<'a> Patches<'a> {
     /// The new faces by parts that are connected through vertices.
     fn connected(&self, first: usize) -> Vec<Vec<usize>> {
         let faces = &self.model.mesh.faces;
-        let mut root: BTreeMap<u32, u32> = BTreeMap::new();
-        fn find(root: &mut BTreeMap<u32, u32>, v: u32) -> u32 {
-            let mut at = v;
-            while let Some(&up) = root.get(&at)
-                && up != at
-            {
-                at = up;
-            }
-            root.insert(v, at);
-            at
-        }
+        let mut sets = DisjointSets::new(self.model.mesh.positions.len());
         for face in &faces[first..] {
-            let [a, b, c] = face.map(|v| find(&mut root, v));
-            let low = a.min(b).min(c);
-            for v in [a, b, c] {
-                root.insert(v, low);
-            }
+            sets.join(face[0], face[1]);
+            sets.join(face[0], face[2]);
         }
         let mut parts: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for (f, face) in faces.iter().enumerate().skip(first) {
-            parts.entry(find(&mut root, face[0])).or_default().push(f);
+            parts.entry(sets.find(face[0])).or_default().push(f);
         }
         parts.into_values().collect()
     }

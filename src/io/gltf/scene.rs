@@ -39,7 +39,7 @@ pub(super) struct Block {
 
 /// The triangles of one primitive under one node.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Part {
+pub(super) struct PlacedPrimitive {
     pub(super) mesh: usize,
     pub(super) primitive: usize,
     /// The block of its vertices.
@@ -55,7 +55,7 @@ pub(super) struct Part {
 pub(super) struct Scene {
     pub(super) surface: Surface,
     pub(super) blocks: Vec<Block>,
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<PlacedPrimitive>,
     /// The attributes of vertices: block, name and numbers.
     pub(super) values: Vec<(usize, String, Raw)>,
 }
@@ -228,7 +228,7 @@ impl Reader<'_, '_> {
             let start = self.scene.surface.triangles_mut().len();
             self.primitive(index, primitive, mode, block)?;
             let end = self.scene.surface.triangles_mut().len();
-            self.scene.parts.push(Part {
+            self.scene.parts.push(PlacedPrimitive {
                 mesh: index,
                 primitive: number,
                 block,

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use glam::{DMat3, DVec3};
 
 use super::accessor::Raw;
-use super::scene::{Block, Part};
+use super::scene::{Block, PlacedPrimitive};
 use crate::mesh::Attributes;
 use crate::mesh::attributes::{Attribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar};
 
@@ -14,7 +14,7 @@ use crate::mesh::attributes::{Attribute, LabelKind, Labels, NONE, PATCH_NAME, Ro
 pub(super) fn attributes(
     values: Vec<(usize, String, Raw)>,
     blocks: &[Block],
-    parts: &[Part],
+    parts: &[PlacedPrimitive],
     [vertices, faces]: [usize; 2],
     materials: Vec<String>,
 ) -> Attributes {

@@ -6,6 +6,7 @@ use serde_json::{Map, Value, json};
 
 use super::super::{Format, IoError, Model, Written, lost, rounded};
 use super::build::Builder;
+use super::materials::{Materials, turned};
 use crate::mesh::attributes::{Attribute, Attributes, LabelKind, NONE, PATCH_NAME, Role, Scalar};
 
 /// Writes a glTF or GLB file.
@@ -32,10 +33,17 @@ pub(super) fn write(model: &Model<'_>, format: Format) -> Result<Written, IoErro
     let vertex = model.attributes.vertex.iter().map(|a| (a, None));
     let pools = model.attributes.corner.iter().enumerate();
     let all = vertex.chain(pools.map(|(i, c)| (&c.pool, Some(i))));
+    let textured = model
+        .attributes
+        .materials
+        .iter()
+        .any(|m| m.texture.is_some());
     let mut left_out = model
         .attributes
         .listed_where(|_| false, |k| k != LabelKind::Material);
     for (attribute, pool) in all {
+        let turned = textured.then(|| turned(attribute)).flatten();
+        let attribute = turned.as_ref().unwrap_or(attribute);
         let name = name(attribute, &columns);
         match name.filter(|_| attribute.components <= 4) {
             Some(name) => {
@@ -248,9 +256,7 @@ fn primitives(
         });
         groups[group].1.extend(face);
     }
-    for name in materials.iter().flat_map(|m| &m.names) {
-        builder.push("materials", json!({ "name": name }));
-    }
+    let mut looks = Materials::new(builder, attributes);
     let mut primitives = Vec::new();
     for ((patch, material), corners) in groups {
         let mut names = Map::new();
@@ -273,7 +279,7 @@ fn primitives(
         let indices = builder.indices(&corners);
         let mut primitive = json!({ "attributes": names, "indices": indices, "mode": 4 });
         if material != NONE {
-            primitive["material"] = json!(material);
+            primitive["material"] = json!(looks.index(builder, material, sets > 0));
         }
         if patch {
             primitive["extras"] = json!({ PATCH_NAME: true });

@@ -4,7 +4,7 @@
 
 use std::collections::HashMap;
 
-use super::super::surface::{Cut, Surface};
+use super::super::surface::{CutFrom, Surface};
 use super::super::{IoError, Loaded, text};
 use crate::mesh::Attributes;
 use crate::mesh::attributes::{Attribute, CornerAttribute, LabelKind, Labels, NONE, Role, Scalar};
@@ -51,7 +51,13 @@ impl Pool {
         index.is_some()
     }
 
-    fn attribute(self, name: &str, role: Role, cut: &Cut, faults: &mut usize) -> CornerAttribute {
+    fn attribute(
+        self,
+        name: &str,
+        role: Role,
+        cut: &CutFrom,
+        faults: &mut usize,
+    ) -> CornerAttribute {
         let components = if role == Role::Normal {
             3
         } else {
@@ -192,7 +198,7 @@ impl Extras {
     /// Finishes the surface and gives it its attributes.
     pub(super) fn finish(mut self, surface: Surface) -> Result<Loaded, IoError> {
         let with_corners = !self.uv.corners.is_empty() || !self.normals.corners.is_empty();
-        let mut cut = (with_corners || !self.running.is_empty()).then(|| Cut::identity(0));
+        let mut cut = (with_corners || !self.running.is_empty()).then(|| CutFrom::identity(0));
         let mut loaded = surface.finish_with(&mut cut)?;
         let mut attributes = Attributes {
             libraries: std::mem::take(&mut self.libraries),

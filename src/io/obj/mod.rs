@@ -3,6 +3,7 @@
 //! Vertices keep the order of their lines, and so do normals and texture coordinates. Lines, points and curves are skipped.
 
 mod extras;
+mod materials;
 mod write;
 
 use std::borrow::Cow;
@@ -10,13 +11,14 @@ use std::borrow::Cow;
 use glam::DVec3;
 
 use super::surface::{Surface, not_finite};
-use super::{Format, IoError, Loaded, Place, text};
+use super::{Format, IoError, Loaded, Place, Resolve, text};
+use crate::mesh::attributes::LabelKind;
 use extras::Extras;
 
 pub(super) use write::write;
 
-/// Reads a mesh from OBJ text in UTF-8 or UTF-16.
-pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
+/// Reads a mesh from OBJ text in UTF-8 or UTF-16, and what the material files that it names say of its materials.
+pub(super) fn read(bytes: &[u8], resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
     let decoded = text::decode(bytes);
     let mut reader = Reader {
         surface: Surface::new(Format::Obj),
@@ -28,7 +30,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     while let Some((line, content)) = lines.next_line() {
         reader.statement(line, &content)?;
     }
-    reader.finish()
+    let mut loaded = reader.finish()?;
+    let attributes = &mut loaded.attributes;
+    if let Some(labels) = attributes.labels_of(LabelKind::Material) {
+        let libraries = &attributes.libraries;
+        attributes.materials =
+            materials::read(libraries, &labels.names, resolve, &mut loaded.notes);
+    }
+    Ok(loaded)
 }
 
 /// Whether text begins like an OBJ file: comments and OBJ statements, a vertex among them.
@@ -243,6 +252,10 @@ mod tests {
 
     fn faces(text: &str) -> Vec<[u32; 3]> {
         read(text.as_bytes()).unwrap().mesh.faces
+    }
+
+    fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
+        super::read(bytes, &crate::io::no_side_files)
     }
 
     #[test]

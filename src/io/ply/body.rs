@@ -47,18 +47,6 @@ struct BinaryValues<'a, const BIG: bool> {
     rest: &'a [u8],
 }
 
-impl<const BIG: bool> BinaryValues<'_, BIG> {
-    fn bytes<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (value, rest) = self.rest.split_first_chunk::<N>()?;
-        self.rest = rest;
-        let mut value = *value;
-        if BIG {
-            value.reverse();
-        }
-        Some(value)
-    }
-}
-
 impl<const BIG: bool> Values for BinaryValues<'_, BIG> {
     fn least_size(scalar: Scalar) -> usize {
         scalar.size()
@@ -70,18 +58,9 @@ impl<const BIG: bool> Values for BinaryValues<'_, BIG> {
 
     #[inline]
     fn take(&mut self, scalar: Scalar) -> Option<f64> {
-        Some(match scalar {
-            Scalar::I8 => f64::from(i8::from_le_bytes(self.bytes()?)),
-            Scalar::U8 => f64::from(u8::from_le_bytes(self.bytes()?)),
-            Scalar::I16 => f64::from(i16::from_le_bytes(self.bytes()?)),
-            Scalar::U16 => f64::from(u16::from_le_bytes(self.bytes()?)),
-            Scalar::I32 => f64::from(i32::from_le_bytes(self.bytes()?)),
-            Scalar::U32 => f64::from(u32::from_le_bytes(self.bytes()?)),
-            Scalar::I64 => i64::from_le_bytes(self.bytes()?) as f64,
-            Scalar::U64 => u64::from_le_bytes(self.bytes()?) as f64,
-            Scalar::F32 => f64::from(f32::from_le_bytes(self.bytes()?)),
-            Scalar::F64 => f64::from_le_bytes(self.bytes()?),
-        })
+        let (value, rest) = scalar.take::<BIG>(self.rest)?;
+        self.rest = rest;
+        Some(value)
     }
 
     fn complaint(&self) -> Option<IoError> {

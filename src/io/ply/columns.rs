@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::super::surface::Cut;
+use super::super::surface::CutFrom;
 use super::header::{Element, Property};
 use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role, Scalar};
 
@@ -184,7 +184,7 @@ impl FaceValues {
     }
 
     /// The values of the triangles that the faces were cut into.
-    pub(super) fn cut(self, cut: &Cut) -> (Vec<Attribute>, Option<CornerAttribute>) {
+    pub(super) fn cut(self, cut: &CutFrom) -> (Vec<Attribute>, Option<CornerAttribute>) {
         let of_triangles = |attribute: Attribute| {
             let mut out = Attribute {
                 values: Vec::with_capacity(cut.face.len() * attribute.components),

@@ -5,7 +5,7 @@ mod columns;
 mod header;
 mod write;
 
-use super::surface::Cut;
+use super::surface::CutFrom;
 use super::{IoError, Loaded};
 use crate::mesh::Attributes;
 
@@ -17,7 +17,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let body = body::read(bytes, &header)?;
     let triangles_of_strips = header.elements.iter().any(|e| e.name == b"tristrips");
     let with_faces = !body.face.is_empty() && !triangles_of_strips;
-    let mut cut = with_faces.then(|| Cut::identity(0));
+    let mut cut = with_faces.then(|| CutFrom::identity(0));
     let mut loaded = body.surface.finish_with(&mut cut)?;
     let mut attributes = Attributes {
         vertex: body.vertex,

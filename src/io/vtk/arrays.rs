@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use super::super::surface::{Cut, Surface};
+use super::super::surface::{CutFrom, Surface};
 use super::super::{IoError, Loaded};
 use super::scalar::Scalar;
-use crate::mesh::attributes::{Attribute, Role, VtkUse};
+use crate::mesh::attributes::{Active, Attribute, Role};
 
 /// The arrays of a file under construction.
 #[derive(Default)]
@@ -30,21 +30,21 @@ pub(super) struct Array {
     pub(super) scalar: Scalar,
     pub(super) components: usize,
     pub(super) values: Vec<f64>,
-    pub(super) use_: VtkUse,
+    pub(super) use_: Active,
 }
 
 impl Array {
     fn attribute(self, of_points: bool) -> Attribute {
         let role = match (self.use_, self.scalar, self.components) {
-            (VtkUse::Normals, _, 3) if of_points => Role::Normal,
-            (VtkUse::TextureCoordinates, _, 2) if of_points => Role::Uv(0),
+            (Active::Normals, _, 3) if of_points => Role::Normal,
+            (Active::TextureCoordinates, _, 2) if of_points => Role::Uv(0),
             // VTK shows such bytes as colours.
-            (VtkUse::Scalars | VtkUse::Plain, Scalar::U8, 3 | 4) => Role::Colour,
+            (Active::Scalars | Active::Plain, Scalar::U8, 3 | 4) => Role::Colour,
             _ => Role::Other,
         };
         Attribute {
             values: self.values,
-            vtk: Some(self.use_),
+            active: Some(self.use_),
             ..Attribute::new(&self.name, role, self.scalar, self.components)
         }
     }
@@ -66,8 +66,8 @@ impl Arrays {
         };
         let mut attribute = array.attribute(of_points);
         // Of several arrays for a use the first is the one that VTK uses.
-        if list.iter().any(|a| a.vtk == attribute.vtk) {
-            attribute.vtk = Some(VtkUse::Plain);
+        if list.iter().any(|a| a.active == attribute.active) {
+            attribute.active = Some(Active::Plain);
         }
         if !self.names[usize::from(of_points)].insert(attribute.name.clone()) {
             self.left_out(&attribute.name, "there is one of that name already");
@@ -124,7 +124,7 @@ impl Arrays {
     /// Finishes a surface together with its arrays.
     pub(super) fn finish(mut self, mut surface: Surface) -> Result<Loaded, IoError> {
         surface.notes.append(&mut self.notes);
-        let mut cut = (!self.cell.is_empty()).then(|| Cut::identity(0));
+        let mut cut = (!self.cell.is_empty()).then(|| CutFrom::identity(0));
         let mut loaded = surface.finish_with(&mut cut)?;
         if let Some(cut) = cut {
             let rows = cut.face.iter().map(|f| self.rows[*f as usize] as usize);

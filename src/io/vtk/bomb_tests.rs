@@ -149,8 +149,8 @@ fn many_attributes_arrays_and_sections_are_read_in_time() {
     let text = format!("<VTKFile type=\"PolyData\"><PolyData>{piece}{piece}</PolyData></VTKFile>");
     let loaded = read_alone(text.as_bytes(), Format::Vtp).unwrap();
     assert_eq!(loaded.attributes.vertex.len(), 10_000);
-    let scalars = crate::mesh::attributes::VtkUse::Scalars;
-    assert_eq!(loaded.attributes.vertex[7].vtk, Some(scalars));
+    let scalars = crate::mesh::attributes::Active::Scalars;
+    assert_eq!(loaded.attributes.vertex[7].active, Some(scalars));
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
 }
 

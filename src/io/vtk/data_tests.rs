@@ -1,7 +1,7 @@
 use super::super::samples::*;
 use super::super::{Format, Loaded, Model, Precision, WriteOptions, model_to_bytes};
 use super::tests::legacy;
-use crate::mesh::attributes::{Attribute, Role, Scalar, VtkUse};
+use crate::mesh::attributes::{Active, Attribute, Role, Scalar};
 
 /// A square of two triangles, a strip and a line, with arrays of all kinds.
 const DRESSED: &str = "LINES 1 3\n2 0 1\nPOLYGONS 1 5\n4 0 1 2 3\nTRIANGLE_STRIPS 1 5\n4 0 1 3 2\n\
@@ -13,9 +13,9 @@ const DRESSED: &str = "LINES 1 3\n2 0 1\nPOLYGONS 1 5\n4 0 1 2 3\nTRIANGLE_STRIP
     ids 1 4 vtktypeint64\n9 8 7 -6\n\
     CELL_DATA 3\nVECTORS flow float\n9 9 9 1 2 3 4 5 6\nCOLOR_SCALARS paint 3\n0 0 0 1 0.5 0 0 0 1\n";
 
-fn listed(all: &[Attribute]) -> Vec<(&str, Role, Scalar, usize, Option<VtkUse>)> {
+fn listed(all: &[Attribute]) -> Vec<(&str, Role, Scalar, usize, Option<Active>)> {
     all.iter()
-        .map(|a| (&a.name[..], a.role, a.scalar, a.components, a.vtk))
+        .map(|a| (&a.name[..], a.role, a.scalar, a.components, a.active))
         .collect()
 }
 
@@ -32,10 +32,10 @@ fn assert_dressed(loaded: &Loaded) {
         |list: &[Attribute], name: &str| list.iter().find(|a| a.name == name).unwrap().clone();
     let point = |name: &str| find(&all.vertex, name);
     assert_eq!(point("heat flow").values, [0.1, 0.2, 0.3, 0.4]);
-    assert_eq!(point("heat flow").vtk, Some(VtkUse::Scalars));
+    assert_eq!(point("heat flow").active, Some(Active::Scalars));
     assert_eq!(
-        (point("second").scalar, point("second").vtk),
-        (Scalar::I32, Some(VtkUse::Plain))
+        (point("second").scalar, point("second").active),
+        (Scalar::I32, Some(Active::Plain))
     );
     assert_eq!(point("Normals").role, Role::Normal);
     assert_eq!(
@@ -56,7 +56,7 @@ fn assert_dressed(loaded: &Loaded) {
         flow.values,
         [1., 2., 3., 1., 2., 3., 4., 5., 6., 4., 5., 6.]
     );
-    assert_eq!(flow.vtk, Some(VtkUse::Vectors));
+    assert_eq!(flow.active, Some(Active::Vectors));
     let paint = find(&all.face, "paint");
     assert_eq!(
         paint.values,
@@ -120,7 +120,7 @@ fn arrays_of_pieces_are_joined_and_what_cannot_be_read_is_named() {
     );
     let loaded = read_alone(text.as_bytes(), Format::Vtp).unwrap();
     let all = &loaded.attributes;
-    let scalars = ("a & b", Role::Other, Scalar::F64, 1, Some(VtkUse::Scalars));
+    let scalars = ("a & b", Role::Other, Scalar::F64, 1, Some(Active::Scalars));
     assert_eq!(listed(&all.vertex), [scalars]);
     assert!(all.vertex[0].values[1].is_nan());
     assert_eq!(all.vertex[0].values[3..], [4.0, 5.0, 6.0]);

@@ -4,7 +4,7 @@ use super::super::{IoError, text};
 use super::arrays::Array;
 use super::legacy::Reader;
 use super::scalar::Scalar;
-use crate::mesh::attributes::VtkUse;
+use crate::mesh::attributes::Active;
 
 impl Reader<'_> {
     /// Reads all arrays behind the first `POINT_DATA` or `CELL_DATA`. What cannot be read ends it, with a remark: the
@@ -46,13 +46,13 @@ impl Reader<'_> {
     fn array(&mut self, keyword: &[u8], count: usize) -> Result<Array, IoError> {
         let (use_, components) = match &keyword.to_ascii_uppercase()[..] {
             b"COLOR_SCALARS" => return self.colours(count),
-            b"SCALARS" => (VtkUse::Scalars, 1),
-            b"VECTORS" => (VtkUse::Vectors, 3),
-            b"NORMALS" => (VtkUse::Normals, 3),
-            b"TEXTURE_COORDINATES" => (VtkUse::TextureCoordinates, 0),
-            b"TENSORS" => (VtkUse::Tensors, 9),
-            b"TENSORS6" => (VtkUse::Plain, 6),
-            b"GLOBAL_IDS" | b"PEDIGREE_IDS" | b"EDGE_FLAGS" => (VtkUse::Plain, 1),
+            b"SCALARS" => (Active::Scalars, 1),
+            b"VECTORS" => (Active::Vectors, 3),
+            b"NORMALS" => (Active::Normals, 3),
+            b"TEXTURE_COORDINATES" => (Active::TextureCoordinates, 0),
+            b"TENSORS" => (Active::Tensors, 9),
+            b"TENSORS6" => (Active::Plain, 6),
+            b"GLOBAL_IDS" | b"PEDIGREE_IDS" | b"EDGE_FLAGS" => (Active::Plain, 1),
             _ => {
                 let what = format!("{} is no kind of array", text::shown(keyword));
                 return Err(self.fault(what));
@@ -60,12 +60,12 @@ impl Reader<'_> {
         };
         let name = self.name()?;
         let components = match use_ {
-            VtkUse::TextureCoordinates => self.count("components")?,
+            Active::TextureCoordinates => self.count("components")?,
             _ => components,
         };
         let scalar = self.scalar()?;
         let components = match use_ {
-            VtkUse::Scalars => self.components_and_table(),
+            Active::Scalars => self.components_and_table(),
             _ => components,
         };
         self.end_line();
@@ -123,7 +123,7 @@ impl Reader<'_> {
             scalar: Scalar::U8,
             components,
             values,
-            use_: VtkUse::Scalars,
+            use_: Active::Scalars,
         })
     }
 
@@ -149,7 +149,7 @@ impl Reader<'_> {
                 scalar,
                 components,
                 values,
-                use_: VtkUse::Plain,
+                use_: Active::Plain,
             };
             self.add(array, of_points, count);
         }

@@ -7,7 +7,7 @@ use quick_xml::events::{BytesStart, Event};
 use super::super::{Format, IoError, Place, text};
 use super::payload::{Compressor, Encoding};
 use super::scalar::Scalar;
-use crate::mesh::attributes::VtkUse;
+use crate::mesh::attributes::Active;
 
 /// The part of a piece that an array belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -38,12 +38,12 @@ pub(super) struct Piece {
 }
 
 /// The attributes that name an active array, and what it is then taken for.
-const USES: [(&str, VtkUse); 5] = [
-    ("Scalars", VtkUse::Scalars),
-    ("Vectors", VtkUse::Vectors),
-    ("Normals", VtkUse::Normals),
-    ("TCoords", VtkUse::TextureCoordinates),
-    ("Tensors", VtkUse::Tensors),
+const USES: [(&str, Active); 5] = [
+    ("Scalars", Active::Scalars),
+    ("Vectors", Active::Vectors),
+    ("Normals", Active::Normals),
+    ("TCoords", Active::TextureCoordinates),
+    ("Tensors", Active::Tensors),
 ];
 
 impl Piece {
@@ -62,10 +62,10 @@ impl Piece {
     }
 
     /// What an array is taken for.
-    pub(super) fn use_of(&self, section: Section, name: &str) -> VtkUse {
+    pub(super) fn use_of(&self, section: Section, name: &str) -> Active {
         let named = |key: &'static str| self.active.contains(&(section, key, name.to_owned()));
         let found = USES.iter().find(|(key, _)| named(key));
-        found.map_or(VtkUse::Plain, |(_, use_)| *use_)
+        found.map_or(Active::Plain, |(_, use_)| *use_)
     }
 }
 

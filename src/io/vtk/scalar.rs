@@ -38,31 +38,6 @@ impl Scalar {
         })
     }
 
-    /// Decodes one number of exactly this type's size. Integers beyond 2⁵³ lose digits; no index is that large.
-    fn decode(self, bytes: &[u8], big: bool) -> f64 {
-        let mut le = [0; 8];
-        for (to, from) in le.iter_mut().zip(bytes) {
-            *to = *from;
-        }
-        let size = self.size();
-        if big {
-            le[..size].reverse();
-        }
-        let [a, b, c, d, ..] = le;
-        match self {
-            Scalar::I8 => f64::from(a as i8),
-            Scalar::U8 => f64::from(a),
-            Scalar::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Scalar::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Scalar::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Scalar::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Scalar::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Scalar::I64 => i64::from_le_bytes(le) as f64,
-            Scalar::U64 => u64::from_le_bytes(le) as f64,
-            Scalar::F64 => f64::from_le_bytes(le),
-        }
-    }
-
     /// Decodes all whole numbers in the bytes.
     pub(super) fn decode_all(self, bytes: &[u8], big: bool) -> Vec<f64> {
         self.decode_iter(bytes, big).collect()
@@ -70,9 +45,12 @@ impl Scalar {
 
     /// The whole numbers in the bytes, one after another.
     pub(super) fn decode_iter(self, bytes: &[u8], big: bool) -> impl Iterator<Item = f64> + '_ {
-        bytes
-            .chunks_exact(self.size())
-            .map(move |chunk| self.decode(chunk, big))
+        let number = move |chunk| match big {
+            true => self.take::<true>(chunk),
+            false => self.take::<false>(chunk),
+        };
+        let chunks = bytes.chunks_exact(self.size());
+        chunks.filter_map(move |chunk| Some(number(chunk)?.0))
     }
 
     /// Reads a number in text with the precision of the type.

@@ -7,7 +7,7 @@ use vtkio::model::{Attribute as Item, Attributes as Data, DataArray, ElementType
 
 use super::super::{Format, Model, lost, text};
 use super::scalar::Scalar;
-use crate::mesh::attributes::{Attribute, CornerAttribute, Role, VtkUse};
+use crate::mesh::attributes::{Active, Attribute, CornerAttribute, Role};
 
 /// The data of a model for a format, and what is left out.
 pub(super) fn data(model: &Model<'_>, format: Format) -> (Data, Vec<String>) {
@@ -42,7 +42,7 @@ fn items(attributes: &[&Attribute], format: Format, of_points: bool) -> Vec<Item
         let name = names.name(name);
         let mut use_ = use_of(attribute, of_points);
         if uses.contains(&use_) {
-            use_ = VtkUse::Plain;
+            use_ = Active::Plain;
         }
         uses.push(use_);
         let data = buffer(attribute);
@@ -73,28 +73,28 @@ fn items(attributes: &[&Attribute], format: Format, of_points: bool) -> Vec<Item
 }
 
 /// How VTK is to use an array.
-fn use_of(attribute: &Attribute, of_points: bool) -> VtkUse {
-    if let Some(use_) = attribute.vtk {
+fn use_of(attribute: &Attribute, of_points: bool) -> Active {
+    if let Some(use_) = attribute.active {
         return use_;
     }
     match attribute.role {
-        Role::Normal if of_points && attribute.components == 3 => VtkUse::Normals,
-        Role::Uv(0) if of_points => VtkUse::TextureCoordinates,
-        Role::Colour if matches!(attribute.components, 3 | 4) => VtkUse::Scalars,
-        _ => VtkUse::Plain,
+        Role::Normal if of_points && attribute.components == 3 => Active::Normals,
+        Role::Uv(0) if of_points => Active::TextureCoordinates,
+        Role::Colour if matches!(attribute.components, 3 | 4) => Active::Scalars,
+        _ => Active::Plain,
     }
 }
 
-fn element(use_: VtkUse, components: u32) -> ElementType {
+fn element(use_: Active, components: u32) -> ElementType {
     match (use_, components) {
-        (VtkUse::Scalars, 1..=4) => ElementType::Scalars {
+        (Active::Scalars, 1..=4) => ElementType::Scalars {
             num_comp: components,
             lookup_table: None,
         },
-        (VtkUse::Vectors, 3) => ElementType::Vectors,
-        (VtkUse::Normals, 3) => ElementType::Normals,
-        (VtkUse::TextureCoordinates, 1..=3) => ElementType::TCoords(components),
-        (VtkUse::Tensors, 9) => ElementType::Tensors,
+        (Active::Vectors, 3) => ElementType::Vectors,
+        (Active::Normals, 3) => ElementType::Normals,
+        (Active::TextureCoordinates, 1..=3) => ElementType::TCoords(components),
+        (Active::Tensors, 9) => ElementType::Tensors,
         _ => ElementType::Generic(components),
     }
 }
@@ -102,7 +102,7 @@ fn element(use_: VtkUse, components: u32) -> ElementType {
 /// The name in a VTK file: its own if it came from one, else the usual one of its role.
 fn name(attribute: &Attribute) -> String {
     let role = attribute.role;
-    match (attribute.vtk, role, attribute.components) {
+    match (attribute.active, role, attribute.components) {
         (None, Role::Normal, _) => "Normals".to_owned(),
         (None, Role::Colour, 4) => "RGBA".to_owned(),
         (None, Role::Colour, 3) => "RGB".to_owned(),
@@ -130,7 +130,7 @@ fn encoded(name: &str) -> String {
 /// The numbers in their type. What did not come from a VTK file becomes what VTK expects: bytes for colours, and floats
 /// for fractions.
 fn buffer(attribute: &Attribute) -> IOBuffer {
-    let own = attribute.vtk.is_some();
+    let own = attribute.active.is_some();
     let unit = attribute.unit();
     let (scalar, factor) = match attribute.role {
         Role::Colour if !own => (Scalar::U8, 255.0 / unit),

@@ -20,8 +20,8 @@ use crate::mesh::{Mesh, bounds};
 use crate::region::{
     KeptShape, Level, MeshData, NestedSettings, Solved, Start, TimeSpan, VoxelSize, solve_nested,
 };
-use crate::sdf::{RimSet, Sampler};
-use crate::stitch::{Surface, remesh_closed};
+use crate::sdf::{RimSet, Sampler, Surface};
+use crate::stitch::remesh_closed;
 
 /// The usual strength, in mean edges.
 const STRENGTH_EDGES: f64 = 8.0;
@@ -230,7 +230,7 @@ impl Plan {
             lattice,
             dims,
             refinements,
-            stop_when_lost: false,
+            give_up_early: false,
             start: Start::Triangulation,
             flow: FlowSettings {
                 variant: params.variant,

@@ -8,7 +8,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::attributes::{Attributes, LabelKind, Role};
-use super::{Mesh, Topology, weld_map};
+use super::{DisjointSets, Mesh, Topology, area_vector, weld_map};
 
 /// One way to choose faces.
 #[derive(Clone)]
@@ -344,7 +344,7 @@ impl Selection {
         let start = [DVec3::INFINITY, DVec3::NEG_INFINITY];
         let bounds = faces.iter().fold(start, |[low, high], face| {
             let [a, b, c] = face.map(|v| mesh.positions[v as usize]);
-            area += 0.5 * (b - a).cross(c - a).length();
+            area += 0.5 * area_vector([a, b, c]).length();
             [low.min(a).min(b).min(c), high.max(a).max(b).max(c)]
         });
         Self {
@@ -366,22 +366,12 @@ fn pieces(faces: &[[u32; 3]]) -> usize {
         }
     }
     edges.sort_unstable();
-    let mut root: Vec<u32> = (0..faces.len() as u32).collect();
-    fn find(root: &mut [u32], mut f: u32) -> u32 {
-        while root[f as usize] != f {
-            root[f as usize] = root[root[f as usize] as usize];
-            f = root[f as usize];
-        }
-        f
-    }
+    let mut sets = DisjointSets::new(faces.len());
     let mut count = faces.len();
     for pair in edges.windows(2) {
-        if (pair[0].0, pair[0].1) == (pair[1].0, pair[1].1) {
-            let (a, b) = (find(&mut root, pair[0].2), find(&mut root, pair[1].2));
-            if a != b {
-                root[a as usize] = b;
-                count -= 1;
-            }
+        let [one, other] = [pair[0], pair[1]];
+        if (one.0, one.1) == (other.0, other.1) && sets.join(one.2, other.2) {
+            count -= 1;
         }
     }
     count

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{LEAN, Remesher};
+use super::{LEAST_COSINE, Remesher};
 use crate::stitch::half_edge::NONE;
 
 /// Rings of free vertices over which the displacement grows to its full size.
@@ -35,11 +35,11 @@ impl Remesher<'_> {
         }
     }
 
-    /// Moves a vertex along its normal, by `most` at most, if no face round it comes to lean by that.
+    /// Moves a vertex along its normal, by `most` at most, if no face round it becomes tilted by that.
     pub(super) fn displace(&mut self, v: u32, by: f64, most: f64) {
         let p = self.mesh.position[v as usize];
         let moved = p + by.clamp(-most, most) * self.mesh.normal[v as usize];
-        if self.around(v, moved).0 >= LEAN.min(self.around(v, p).0) {
+        if self.around(v, moved).0 >= LEAST_COSINE.min(self.around(v, p).0) {
             self.mesh.position[v as usize] = moved;
         }
     }

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_3, TAU};
 
 use glam::DVec3;
 
-use super::{LEAN, Remesher};
+use super::{LEAST_COSINE, Remesher};
 use crate::stitch::assemble::quality;
 use crate::stitch::half_edge::prev;
 
@@ -55,7 +55,7 @@ impl Remesher<'_> {
         let flat = self.around(m, middle).0;
         if let Some((p, n)) = self.project(middle, 0.5 * length) {
             self.mesh.normal[m as usize] = n;
-            if self.around(m, p).0 >= flat.min(LEAN) {
+            if self.around(m, p).0 >= flat.min(LEAST_COSINE) {
                 self.mesh.position[m as usize] = p;
             }
         }
@@ -152,7 +152,7 @@ impl Remesher<'_> {
                 }
             }
         }
-        after >= LEAN || after > before
+        after >= LEAST_COSINE || after > before
     }
 
     /// Turns edges where that brings the numbers of faces at the four vertices nearer to their ideal.
@@ -234,7 +234,7 @@ impl Remesher<'_> {
         }
         let now = self.cosine([a, b, c]).min(self.cosine([b, a, d]));
         let then = self.cosine([a, d, c]).min(self.cosine([d, b, c]));
-        if then < LEAN && then <= now {
+        if then < LEAST_COSINE && then <= now {
             return false;
         }
         if keep == 0.0 {

@@ -15,23 +15,25 @@ use glam::DVec3;
 use super::assemble::Assembled;
 use super::half_edge::{NONE, PatchMesh};
 use super::rim::Rims;
-use super::{StitchError, StitchInput, Surface};
+use super::{StitchError, StitchInput};
+use crate::mesh::area_vector;
+use crate::sdf::Surface;
 
 pub(super) use repair::repair;
 
-/// Cosine between a face and the surface normals at its corners that every change must keep, or at least not worsen.
-const LEAN: f64 = 0.5;
-/// From so many faces on, the part of them that may lean after they were untangled. On patches of scans it is below a
+/// Least cosine between a face and the surface normals at its corners. A change must keep it, or not make it less.
+const LEAST_COSINE: f64 = 0.5;
+/// From so many faces on, the part of them that may be tilted after untangling. On patches of scans it is below a
 /// hundredth.
 const LARGE: usize = 3000;
-const MOST_LEANING: f64 = 0.25;
+const MOST_TILTED: f64 = 0.25;
 /// Rounds of flips and smoothing at the end.
 const POLISH: usize = 8;
 
 /// Remeshes the patch in place.
 ///
 /// # Errors
-/// When splitting long edges comes to no end: between edges that differ by many orders, or in spikes, short edges cannot be
+/// When splitting long edges does not end: between edges that differ by many orders, or in spikes, short edges cannot be
 /// collapsed as fast as new ones appear.
 pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), StitchError> {
     let mut work = Remesher::new(input, patch);
@@ -90,15 +92,15 @@ impl<'a> Remesher<'a> {
         }
     }
 
-    /// Ends the work on a large patch that is folded all over: each leaning face costs a hundred times another one.
+    /// Ends the work on a large patch of which a large part is folded: each tilted face costs a hundred times another one.
     fn refuse_folded(&self) -> Result<(), StitchError> {
         let faces = self.mesh.faces.len();
         if faces < LARGE {
             return Ok(());
         }
-        let leaning = self.leaning().len();
-        if leaning as f64 > MOST_LEANING * faces as f64 {
-            return Err(StitchError::Folded { leaning, faces });
+        let tilted = self.tilted().len();
+        if tilted as f64 > MOST_TILTED * faces as f64 {
+            return Err(StitchError::Folded { tilted, faces });
         }
         Ok(())
     }
@@ -146,13 +148,12 @@ impl<'a> Remesher<'a> {
 
     /// Cosine between a face and the mean surface normal at its corners; -1 for a degenerate face.
     fn cosine(&self, face: [u32; 3]) -> f64 {
-        let [a, b, c] = face.map(|v| self.mesh.position[v as usize]);
-        self.cosine_at(face, [a, b, c])
+        self.cosine_at(face, face.map(|v| self.mesh.position[v as usize]))
     }
 
-    fn cosine_at(&self, face: [u32; 3], [a, b, c]: [DVec3; 3]) -> f64 {
+    fn cosine_at(&self, face: [u32; 3], corners: [DVec3; 3]) -> f64 {
         let normal: DVec3 = face.iter().map(|&v| self.mesh.normal[v as usize]).sum();
-        let cross = (b - a).cross(c - a);
+        let cross = area_vector(corners);
         let length = cross.length() * normal.length();
         if length > 0.0 {
             cross.dot(normal) / length

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{LEAN, Remesher};
+use super::{LEAST_COSINE, Remesher};
 use crate::stitch::half_edge::prev;
 
 /// Part of the way to the goal that a vertex moves.
@@ -55,7 +55,7 @@ impl Remesher<'_> {
         sum / weight
     }
 
-    /// Moves vertices towards their goals, along the surface. A move that would let a face lean is undone, and so is one that
+    /// Moves vertices towards their goals, along the surface. A move that would tilt a face is undone, and so is one that
     /// brings the worst face round it below `keep` times what it was.
     pub(super) fn smooth_at(
         &mut self,
@@ -97,8 +97,8 @@ impl Remesher<'_> {
         let before = self.around(v, old);
         self.mesh.normal[v as usize] = n;
         let after = self.around(v, p);
-        let good = (after.0 >= LEAN && after.1 >= keep * before.1)
-            || (before.0 < LEAN && self.least_area(v, p) > self.least_area(v, old));
+        let good = (after.0 >= LEAST_COSINE && after.1 >= keep * before.1)
+            || (before.0 < LEAST_COSINE && self.least_area(v, p) > self.least_area(v, old));
         if good {
             self.mesh.position[v as usize] = p;
         } else {

@@ -1,10 +1,10 @@
-//! Unfolding: changes that bring faces that lean away from the surface normal, or are turned over, back in line.
+//! Unfolding: changes that turn faces back that are tilted away from the surface normal, or turned over.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::{LEAN, Remesher};
+use super::{LEAST_COSINE, Remesher};
 use crate::stitch::half_edge::NONE;
 
 /// Directions tried for a vertex of a folded face.
@@ -15,45 +15,47 @@ const REACH: [f64; 5] = [0.8, 0.4, 0.2, 0.1, 0.05];
 const ROUNDS: usize = 3;
 
 impl Remesher<'_> {
-    /// Faces that lean by more than 60 degrees.
-    pub(super) fn leaning(&self) -> Vec<u32> {
+    /// Faces whose normals are more than 60 degrees from that of the surface.
+    pub(super) fn tilted(&self) -> Vec<u32> {
         let faces = &self.mesh.faces;
         (0..faces.len() as u32)
-            .filter(|&f| faces[f as usize][0] != NONE && self.cosine(faces[f as usize]) < LEAN)
+            .filter(|&f| {
+                faces[f as usize][0] != NONE && self.cosine(faces[f as usize]) < LEAST_COSINE
+            })
             .collect()
     }
 
-    /// Turns edges, moves vertices and, where that does not help, collapses edges of leaning faces.
+    /// Turns edges, moves vertices and, where that does not help, collapses edges of tilted faces.
     pub(super) fn untangle(&mut self) {
         for round in 0..ROUNDS {
-            let leaning = self.leaning();
-            if leaning.is_empty() {
+            let tilted = self.tilted();
+            if tilted.is_empty() {
                 return;
             }
-            for f in leaning {
+            for f in tilted {
                 self.unfold(f, round > 0);
             }
         }
     }
 
     fn unfold(&mut self, f: u32, collapse: bool) {
-        let leans = |work: &Self| {
+        let is_tilted = |work: &Self| {
             let face = work.mesh.faces[f as usize];
-            face[0] != NONE && work.cosine(face) < LEAN
+            face[0] != NONE && work.cosine(face) < LEAST_COSINE
         };
         for k in 0..3 {
-            if leans(self) {
+            if is_tilted(self) {
                 self.flip_to_unfold(3 * f + k);
             }
         }
         for k in 0..3 {
             let v = self.mesh.faces[f as usize][k];
-            if leans(self) && !self.mesh.is_rim(v) {
+            if is_tilted(self) && !self.mesh.is_rim(v) {
                 self.search(v);
             }
         }
         for k in 0..3 {
-            if collapse && leans(self) && self.mesh.twin(3 * f + k).is_some() {
+            if collapse && is_tilted(self) && self.mesh.twin(3 * f + k).is_some() {
                 self.collapse(3 * f + k, f64::INFINITY);
             }
         }
@@ -66,7 +68,7 @@ impl Remesher<'_> {
         let now = self.signed_area([a, b, c]).min(self.signed_area([b, a, d]));
         let then = self.signed_area([a, d, c]).min(self.signed_area([d, b, c]));
         let least = self.cosine([a, d, c]).min(self.cosine([d, b, c]));
-        if self.may_flip([a, b, c, d]) && (then > now || least >= LEAN) {
+        if self.may_flip([a, b, c, d]) && (then > now || least >= LEAST_COSINE) {
             self.mesh.flip(h);
         }
     }

@@ -7,7 +7,8 @@ use glam::DVec3;
 
 use super::shapes::*;
 use crate::mesh::Mesh;
-use crate::stitch::{Patch, StitchInput, StitchParams, Surface, stitch};
+use crate::sdf::Surface;
+use crate::stitch::{Patch, StitchInput, StitchParams, stitch};
 
 pub struct Case {
     pub mesh: Mesh,

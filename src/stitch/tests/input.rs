@@ -5,10 +5,9 @@ use glam::DVec3;
 use super::cases::{Case, assert_joined, euler, ragged_cap, sphere};
 use super::shapes::*;
 use crate::mesh::Mesh;
-use crate::stitch::{
-    Patch, StitchError, StitchInput, StitchParams, Surface, count_intersecting, stitch,
-    triangulate_loop, triangulate_loop_beside,
-};
+use crate::mesh::triangulate::triangulate_loop;
+use crate::sdf::Surface;
+use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, count_intersecting, stitch};
 
 struct Nowhere;
 
@@ -201,36 +200,4 @@ fn one_loop_is_triangulated_without_new_vertices() {
     }
     assert!(triangulate_loop(&Mesh::default(), &[0, 1, 2]).is_err());
     assert!(triangulate_loop(&icosphere(1), &[]).is_err());
-}
-
-#[test]
-fn a_triangulation_repeats_no_edge_of_the_mesh() {
-    // without one face, a tetrahedron's edges all exist; the loop is one face
-    let p = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
-    let mesh = Mesh::new(p.to_vec(), vec![[0, 2, 1], [0, 1, 3], [0, 3, 2]]);
-    assert_eq!(triangulate_loop(&mesh, &[1, 2, 3]), Ok(vec![[1, 2, 3]]));
-    // a loop of four, one of whose diagonals is in the mesh
-    let blocked = Mesh::new(p.to_vec(), vec![[0, 2, 1], [1, 3, 0]]);
-    let faces = triangulate_loop(&blocked, &[0, 2, 1, 3]).expect("a triangulation");
-    assert!(faces.iter().all(|f| !(f.contains(&0) && f.contains(&1))));
-}
-
-#[test]
-fn loops_that_touch_twice_share_no_diagonal() {
-    // Two arrowheads in planes across each other, both with the tip 2 and the inward corner 0.
-    let p = [
-        DVec3::ZERO,
-        DVec3::new(-1.0, -1.0, 0.0),
-        DVec3::new(0.0, 2.0, 0.0),
-        DVec3::new(1.0, -1.0, 0.0),
-        DVec3::new(0.0, -1.0, -1.0),
-        DVec3::new(0.0, -1.0, 1.0),
-    ];
-    let mesh = Mesh::new(p.to_vec(), Vec::new());
-    let has = |faces: &[[u32; 3]]| faces.iter().any(|f| f.contains(&0) && f.contains(&2));
-    let first = triangulate_loop(&mesh, &[0, 1, 2, 3]).expect("a triangulation");
-    let alone = triangulate_loop(&mesh, &[0, 4, 2, 5]).expect("a triangulation");
-    assert!(has(&first) && has(&alone));
-    let beside = triangulate_loop_beside(&mesh, &[0, 4, 2, 5], &first).expect("another");
-    assert!(!has(&beside));
 }

@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::extract::marching_cubes;
 use crate::mesh::Mesh;
 pub use crate::mesh::shapes::{grid, icosphere, punch};
-use crate::stitch::Surface;
+use crate::sdf::Surface;
 
 /// A fixed sequence of numbers in [0, 1).
 pub struct Noise(pub u64);

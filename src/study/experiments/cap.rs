@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use crate::flow::Variant;
-use crate::study::evolution::Evolution;
+use crate::study::evolution::PlaneRun;
 use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::report::{Curve, StudyReport, Table};
@@ -45,7 +45,7 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
     let grid = energy.grid.clone();
     let mut flow = PlaneFlow::new(energy, Variant::II, settings.tau, Tolerance::OfState(1e-10))
         .with_multigrid(&phi);
-    let mut evolution = Evolution::default();
+    let mut evolution = PlaneRun::default();
     let mut table = Table::new(
         &format!("h = 1/{}, time step {:e}", settings.cells, settings.tau),
         &["step", "time", "energy", "L2 error", "largest error"],
@@ -90,7 +90,7 @@ pub fn cap(settings: &CapSettings, observer: &dyn Observer) -> Result<StudyRepor
     Ok(report)
 }
 
-fn claims(report: &mut StudyReport, evolution: &Evolution, errors: &[(f64, f64)], h: f64) {
+fn claims(report: &mut StudyReport, evolution: &PlaneRun, errors: &[(f64, f64)], h: f64) {
     claim_fall(report, evolution);
     if let (Some(first), Some(last)) = (errors.first(), errors.last()) {
         // The error of the steady state is 6.4e-2 h² (Table 1).

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::flow::Variant;
 use crate::study::contour::level_line;
-use crate::study::evolution::Evolution;
+use crate::study::evolution::PlaneRun;
 use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::plane::PlaneEnergy;
@@ -62,7 +62,7 @@ struct Run {
     interval: usize,
     rule: bool,
     samples: Vec<Sample>,
-    evolution: Evolution,
+    evolution: PlaneRun,
     start: Vec<[[f64; 2]; 2]>,
     end: Vec<[[f64; 2]; 2]>,
 }
@@ -86,7 +86,7 @@ fn run_one(
     let start = level_line(&grid, &phi, 0.0);
     let energy = PlaneEnergy::natural(grid.clone(), h * h);
     let mut flow = PlaneFlow::new(energy, variant, tau, Tolerance::OfState(1e-9));
-    let mut evolution = Evolution::default();
+    let mut evolution = PlaneRun::default();
     let mut samples = Vec::new();
     let series = format!("circle-{cells}-{}", variant_name(variant));
     let mut done = 0;

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use crate::flow::Variant;
 use crate::mesh::Mesh;
-use crate::study::evolution::Evolution;
+use crate::study::evolution::PlaneRun;
 use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::parametric::ParametricFlow;
@@ -121,7 +121,7 @@ fn difference(grid: &SquareGrid, phi: &[f64], mesh: &Mesh, time: f64) -> Differe
 struct Pair {
     phi: Vec<f64>,
     flow: PlaneFlow,
-    evolution: Evolution,
+    evolution: PlaneRun,
     surface: ParametricFlow,
     /// (time, energy) of the parametric flow before each step.
     energies: Vec<(f64, f64)>,
@@ -143,7 +143,7 @@ impl Pair {
         Self {
             surface: ParametricFlow::new(triangulated(&grid, &phi), settings.tau, outward),
             flow: PlaneFlow::new(energy, Variant::II, settings.tau, Tolerance::OfState(1e-8)),
-            evolution: Evolution::default(),
+            evolution: PlaneRun::default(),
             energies: Vec::new(),
             phi,
         }
@@ -243,7 +243,7 @@ fn section(grid: &SquareGrid, phi: &[f64], step: usize) -> Curve {
 fn claims(
     report: &mut StudyReport,
     settings: &GraphSettings,
-    evolution: &Evolution,
+    evolution: &PlaneRun,
     end: f64,
     apart: &[Difference],
 ) {

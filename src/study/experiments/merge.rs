@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::flow::Variant;
 use crate::study::contour::{level_line, pieces_inside};
-use crate::study::evolution::Evolution;
+use crate::study::evolution::PlaneRun;
 use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::plane::PlaneEnergy;
@@ -130,7 +130,7 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
     let mut phi = grid.field(|x| square(x, CENTRES[0]).min(square(x, CENTRES[1])));
     let energy = PlaneEnergy::natural(grid.clone(), EPSILON * h);
     let mut flow = PlaneFlow::new(energy, Variant::II, tau, Tolerance::OfState(1e-7));
-    let mut evolution = Evolution::default();
+    let mut evolution = PlaneRun::default();
     let columns = [
         "step",
         "energy",
@@ -172,7 +172,7 @@ pub fn merge(settings: &MergeSettings, observer: &dyn Observer) -> Result<StudyR
     Ok(report)
 }
 
-fn claims(report: &mut StudyReport, watch: &Watch, evolution: &Evolution, last: &Look) {
+fn claims(report: &mut StudyReport, watch: &Watch, evolution: &PlaneRun, last: &Look) {
     let (settings, merged) = (watch.settings, watch.merged);
     claim_fall(report, evolution);
     if let Some(r) = watch.round {

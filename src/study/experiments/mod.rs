@@ -2,6 +2,7 @@
 
 mod cap;
 mod circle;
+mod closed;
 mod graph;
 mod merge;
 mod orthogonal;
@@ -11,16 +12,17 @@ mod table1;
 
 pub use cap::{CapSettings, cap};
 pub use circle::{CircleSettings, circle};
+pub use closed::Closed;
 pub use graph::{GraphSettings, graph};
 pub use merge::{MergeSettings, merge};
 pub use orthogonal::{OrthogonalSettings, orthogonal};
 pub use patches::{PatchError, PatchesSettings, fill_shape, patch_error, patches};
-pub use surfaces::{Closed, SurfacesSettings, surfaces};
+pub use surfaces::{SurfacesSettings, surfaces};
 pub use table1::{Table1Settings, table1};
 
 use rayon::prelude::*;
 
-use super::evolution::Evolution;
+use super::evolution::PlaneRun;
 use super::observer::StudyError;
 use super::report::{Chart, Curve, Panel, StudyReport};
 use crate::flow::Variant;
@@ -43,7 +45,7 @@ fn in_parallel<S: Sync, R: Send>(
 }
 
 /// The claim that the energy falls in every step.
-fn claim_fall(report: &mut StudyReport, evolution: &Evolution) {
+fn claim_fall(report: &mut StudyReport, evolution: &PlaneRun) {
     let (rises, steps) = (evolution.rises(), evolution.energies.len());
     report.claim(
         "energy",

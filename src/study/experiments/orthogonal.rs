@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use crate::flow::Variant;
 use crate::study::contour::level_line;
-use crate::study::evolution::Evolution;
+use crate::study::evolution::PlaneRun;
 use crate::study::grid::SquareGrid;
 use crate::study::observer::{Frame, Observer, StudyError};
 use crate::study::plane::PlaneEnergy;
@@ -104,7 +104,7 @@ pub fn orthogonal(
     let mut phi = grid.field(start);
     let energy = PlaneEnergy::natural(grid.clone(), h);
     let mut flow = PlaneFlow::new(energy, Variant::II, tau, Tolerance::OfState(1e-7));
-    let mut evolution = Evolution::default();
+    let mut evolution = PlaneRun::default();
     let mut table = Table::new(
         &format!(
             "h = 1/{}; the arc is the line {LEVEL} round the corner (0, 0)",
@@ -155,7 +155,7 @@ pub fn orthogonal(
     Ok(report)
 }
 
-fn claims(report: &mut StudyReport, evolution: &Evolution, looks: &[Look]) {
+fn claims(report: &mut StudyReport, evolution: &PlaneRun, looks: &[Look]) {
     claim_fall(report, evolution);
     if let [first, .., last] = looks {
         report.claim(

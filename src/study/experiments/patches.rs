@@ -102,7 +102,7 @@ pub fn fill_shape(
         },
         dims: [nodes; 3],
         refinements,
-        stop_when_lost: false,
+        give_up_early: false,
         start: Start::Biharmonic,
         time: None,
         flow: FlowSettings {

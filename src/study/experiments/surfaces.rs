@@ -1,18 +1,12 @@
 //! Closed surfaces that evolve in time: spheres stay, tori of revolution go to the Clifford torus, and what is of the kind
 //! of a sphere becomes round.
 
-use std::f64::consts::PI;
 use std::time::Instant;
 
-use glam::DVec3;
-use rayon::prelude::*;
-
+use super::closed::{Closed, Field, Form, SIDE};
 use super::{line, variant_name};
 use crate::flow::{Evolution, FlowSettings, Pause, Variant};
-use crate::grid::{Lattice, SparseGrid, Volume, as_point};
-use crate::mesh::bounds;
-use crate::sdf::project_on_zero_set;
-use crate::study::observer::{Frame, Observer, StudyError};
+use crate::study::observer::{Observer, StudyError};
 use crate::study::report::{Cell, Chart, Panel, StudyReport, Table};
 
 /// Settings of the experiment.
@@ -42,90 +36,13 @@ impl Default for SurfacesSettings {
     }
 }
 
-/// About the width of the torus.
-pub const SIDE: f64 = 3.4;
-/// Voxels round the boxes, for the band and nodes that are held.
-const MARGIN: f64 = 8.0;
 /// The tables have a row whenever the time has grown by this factor.
 const LOOK: f64 = 2.0;
 /// The first row after the start, of the whole time.
 const FIRST_LOOK: f64 = 1e-3;
 
-/// A closed surface at time 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Closed {
-    /// The unit sphere.
-    Sphere,
-    /// The unit sphere with a wave of degree 2 of 2.5 % of its radius up and down.
-    Wave,
-    /// The torus of revolution of radii 1 and ½.
-    Torus,
-    /// The unit sphere with harmonics of degree 2 and 3 of 15 % of its radius.
-    Uneven,
-    /// The cube of side 1.7.
-    Cube,
-}
-
-impl Closed {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Sphere => "sphere",
-            Self::Wave => "sphere with a wave",
-            Self::Torus => "torus",
-            Self::Uneven => "uneven sphere",
-            Self::Cube => "cube",
-        }
-    }
-
-    /// A function that is negative inside, with slopes of about 1.
-    fn level(self, p: DVec3) -> f64 {
-        match self {
-            Self::Sphere => p.length() - 1.0,
-            Self::Wave => {
-                let n = p.normalize_or(DVec3::X);
-                p.length() - (1.0 + 0.05 * n.y * n.z)
-            }
-            Self::Torus => (p.x.hypot(p.y) - 1.0).hypot(p.z) - 0.5,
-            Self::Uneven => {
-                let n = p.normalize_or(DVec3::X);
-                let waves = n.y * n.z + 0.4 * n.x * (n.x * n.x - 3.0 * n.y * n.y);
-                p.length() - (1.0 + 0.15 * waves)
-            }
-            Self::Cube => {
-                let out = p.abs() - DVec3::splat(0.85);
-                out.max(DVec3::ZERO).length() + out.max_element().min(0.0)
-            }
-        }
-    }
-
-    /// Half the sides of a box that it never leaves.
-    fn reach(self) -> DVec3 {
-        match self {
-            Self::Torus => DVec3::new(1.55, 1.55, 0.75),
-            _ => DVec3::splat(1.22),
-        }
-    }
-
-    /// ½∫h² of the steady state: 8π for a sphere, 4π² for the Clifford torus (with H = h/2 these are ∫H² = 4π and 2π²).
-    fn steady_energy(self) -> f64 {
-        match self {
-            Self::Torus => 4.0 * PI * PI,
-            _ => 8.0 * PI,
-        }
-    }
-}
-
 /// A wave of degree l on a sphere of radius R decays as exp(−(l − 1) l (l + 1) (l + 2) t / R⁴).
 const DECAY: f64 = 24.0;
-
-/// What the zero set looks like.
-#[derive(Clone, Copy, Debug)]
-struct Form {
-    /// Mean radius; of a torus that of its middle circle.
-    radius: f64,
-    /// Half the difference of the largest and the smallest radius, over the mean; of a torus the ratio of its two radii.
-    shape: f64,
-}
 
 /// One run.
 struct Run {
@@ -344,22 +261,11 @@ fn evolve(
     observer: &dyn Observer,
 ) -> Result<Run, StudyError> {
     let clock = Instant::now();
-    let voxel = SIDE / voxels as f64;
-    let half = surface.reach() + MARGIN * voxel;
-    let dims = (2.0 * half / voxel).to_array().map(|n| n.ceil() as i32 + 1);
-    // The lattice has no plane in common with the surface's symmetries.
-    let lattice = Lattice {
-        origin: -half + voxel * DVec3::new(0.137, -0.251, 0.319),
-        voxel,
-    };
-    let grid = SparseGrid::new(dims, |_| true);
-    let mask: Vec<bool> = (0..grid.len())
-        .map(|s| grid.is_interior(grid.node(s), 3))
+    let mut field = Field::new(surface, voxels);
+    let mask: Vec<bool> = (0..field.grid.len())
+        .map(|s| field.grid.is_interior(field.grid.node(s), 3))
         .collect();
-    let position = |s: usize| lattice.to_world(as_point(grid.node(s)));
-    let mut phi: Vec<f64> = (0..grid.len())
-        .map(|s| surface.level(position(s)) / voxel)
-        .collect();
+    let voxel = field.lattice.voxel;
     let mut evolution = Evolution::new(
         FlowSettings {
             variant,
@@ -368,14 +274,11 @@ fn evolve(
         .across(2.0 / voxel),
     );
     let unit = voxel.powi(4);
-    let first = form(surface, &grid, &phi, &lattice);
+    let first = field.form();
     let mut rows = Vec::new();
     let mut next = FIRST_LOOK * time;
-    let mut steady = true;
     loop {
-        let mut steps = 0;
-        let pause = evolution.run(&grid, &mut phi, &mask, next / unit, &mut |_| {
-            steps += 1;
+        let pause = evolution.run(&field.grid, &mut field.phi, &mask, next / unit, &mut |_| {
             observer.keep_going()
         });
         if pause == Pause::Stopped {
@@ -384,30 +287,11 @@ fn evolve(
         if rows.is_empty() {
             rows.push(row(0.0, 0, evolution.willmore_before, surface, first));
         }
-        let now = form(surface, &grid, &phi, &lattice);
-        let done = evolution.steps.len();
-        let at = evolution.time * unit;
+        let now = field.form();
+        let (at, done) = (evolution.time * unit, evolution.steps.len());
         rows.push(row(at, done, evolution.willmore(), surface, now));
-        observer.progress(&format!(
-            "{}, {}: time {at:.2e}, step {done}, 1/2 int h^2 {:.4}, {:.5}",
-            surface.name(),
-            variant_name(variant),
-            evolution.willmore(),
-            now.shape
-        ));
-        let series = format!(
-            "surfaces-{}-{}",
-            surface.name().replace(' ', "-"),
-            variant_name(variant)
-        );
-        observer.frame(&Frame {
-            series: &series,
-            step: done,
-            time: at,
-            volume: &volume(&grid, &phi, &lattice),
-        })?;
+        field.show(&evolution, now, observer)?;
         if pause != Pause::Done || next >= time {
-            steady &= pause == Pause::Done;
             let energies = evolution
                 .steps
                 .iter()
@@ -417,7 +301,7 @@ fn evolve(
                 energies: energies.collect(),
                 first,
                 last: now,
-                steady,
+                steady: pause == Pause::Done,
                 evolution,
                 seconds: clock.elapsed().as_secs_f64(),
             });
@@ -435,55 +319,4 @@ fn row(time: f64, steps: usize, energy: f64, surface: Closed, form: Form) -> Vec
         form.radius.into(),
         form.shape.into(),
     ]
-}
-
-/// The form of the zero set, from the feet of the nodes beside it.
-fn form(surface: Closed, grid: &SparseGrid, phi: &[f64], lattice: &Lattice) -> Form {
-    let feet: Vec<DVec3> = (0..grid.len())
-        .into_par_iter()
-        .filter(|&s| phi[s].abs() < 0.9)
-        .filter_map(|s| {
-            let x = as_point(grid.node(s));
-            project_on_zero_set(grid, phi, x, x).map(|p| lattice.to_world(p))
-        })
-        .collect();
-    let centre = feet.iter().sum::<DVec3>() / feet.len().max(1) as f64;
-    let extremes = |values: &dyn Fn(&DVec3) -> f64| {
-        feet.iter()
-            .map(values)
-            .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), v| {
-                (low.min(v), high.max(v))
-            })
-    };
-    if surface == Closed::Torus {
-        let (low, high) = extremes(&|p| (*p - centre).truncate().length());
-        return Form {
-            radius: 0.5 * (low + high),
-            shape: (low + high) / (high - low),
-        };
-    }
-    // The middle of the extremes, which does not depend on how the feet are spread.
-    let (low, high) = bounds(feet.iter().copied());
-    let middle = 0.5 * (low + high);
-    let (low, high) = extremes(&|p| p.distance(middle));
-    Form {
-        radius: 0.5 * (low + high),
-        shape: (high - low) / (high + low),
-    }
-}
-
-/// φ in units of length, as a volume.
-fn volume(grid: &SparseGrid, phi: &[f64], lattice: &Lattice) -> Volume {
-    let dims = grid.dims().map(|n| n as usize);
-    let mut values = vec![0.0; dims.iter().product()];
-    for (s, v) in phi.iter().enumerate() {
-        let [i, j, k] = grid.node(s).map(|n| n as usize);
-        values[(k * dims[1] + j) * dims[0] + i] = v * lattice.voxel;
-    }
-    Volume {
-        dims,
-        origin: lattice.origin,
-        spacing: DVec3::splat(lattice.voxel),
-        values,
-    }
 }

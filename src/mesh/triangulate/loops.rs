@@ -4,21 +4,47 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::StitchError;
-use crate::mesh::{Mesh, polygon::Triangulator};
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::Triangulator;
+use crate::mesh::{Mesh, area_vector};
 
 /// Polygons with more edges are first reduced by cutting ears.
 const MOST_EDGES: usize = 300;
 /// Polygons whose corners are nearer to a plane than this part of their size are cut in it.
 const FLAT: f64 = 1e-3;
 
+/// Why a loop was not triangulated.
+#[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum TriangulationError {
+    /// An index is beyond the vertices.
+    #[error("a rim loop refers to vertex {vertex}, but there are only {len}; check the input")]
+    Index {
+        /// The index.
+        vertex: u32,
+        /// The number of vertices.
+        len: usize,
+    },
+    /// A loop cannot be triangulated without repeating an edge of the mesh.
+    #[error(
+        "the loop of {edges} edges cannot be triangulated without repeating edges of the mesh; refine the mesh there"
+    )]
+    Blocked {
+        /// Number of edges of the loop.
+        edges: usize,
+    },
+}
+
 /// A polygon to be triangulated.
-pub(super) struct Polygon<'a> {
-    pub(super) position: &'a [DVec3],
+pub(crate) struct Polygon<'a> {
+    pub(crate) position: &'a [DVec3],
     /// Unit normal of the face beyond edge `i → i + 1`, where there is one.
-    pub(super) beyond: &'a [Option<DVec3>],
+    pub(crate) beyond: &'a [Option<DVec3>],
     /// Whether the diagonal between two corners must not be used.
-    pub(super) blocked: &'a (dyn Fn(usize, usize) -> bool + Sync),
+    pub(crate) blocked: &'a (dyn Fn(usize, usize) -> bool + Sync),
 }
 
 /// Triangulates a boundary loop of `mesh` without new vertices; faces have the direction of `rim`, whose edges
@@ -28,7 +54,7 @@ pub(super) struct Polygon<'a> {
 /// those triangulations the one of least area is taken (Liepa 2003, section 3). No diagonal repeats an edge of the mesh.
 /// Takes time with the cube of the number of edges up to 300; longer loops are cut in their plane if they lie in one, else
 /// first reduced by cutting ears.
-pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, StitchError> {
+pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, TriangulationError> {
     triangulate_loop_beside(mesh, rim, &[])
 }
 
@@ -38,14 +64,10 @@ pub(crate) fn triangulate_loop_beside(
     mesh: &Mesh,
     rim: &[u32],
     others: &[[u32; 3]],
-) -> Result<Vec<[u32; 3]>, StitchError> {
+) -> Result<Vec<[u32; 3]>, TriangulationError> {
     let len = mesh.positions.len();
     if let Some(&vertex) = rim.iter().find(|&&v| v as usize >= len) {
-        return Err(StitchError::Index {
-            what: "a rim loop".into(),
-            vertex,
-            len,
-        });
+        return Err(TriangulationError::Index { vertex, len });
     }
     let mut corner = HashMap::new();
     rim.iter().enumerate().for_each(|(i, &v)| {
@@ -57,9 +79,9 @@ pub(crate) fn triangulate_loop_beside(
         for k in 0..3 {
             let (a, b) = (f[k], f[(k + 1) % 3]);
             if corner.contains_key(&a) && corner.contains_key(&b) {
-                let [p, q, r] = f.map(|v| mesh.positions[v as usize]);
+                let normal = area_vector(f.map(|v| mesh.positions[v as usize]));
                 edges.insert((a.min(b), a.max(b)));
-                normals.insert((b, a), (q - p).cross(r - p).normalize_or_zero());
+                normals.insert((b, a), normal.normalize_or_zero());
             }
         }
     }
@@ -81,18 +103,18 @@ pub(crate) fn triangulate_loop_beside(
         beyond: &beyond,
         blocked: &blocked,
     };
-    let faces = triangulate(&polygon).ok_or(StitchError::NoTriangulation { edges: n })?;
+    let faces = triangulate(&polygon).ok_or(TriangulationError::Blocked { edges: n })?;
     Ok(faces.into_iter().map(|f| f.map(|i| rim[i])).collect())
 }
 
 /// The triangulation; None if every one has a blocked diagonal or the polygon is too short.
-pub(super) fn triangulate(polygon: &Polygon) -> Option<Vec<[usize; 3]>> {
+pub(crate) fn triangulate(polygon: &Polygon) -> Option<Vec<[usize; 3]>> {
     let n = polygon.position.len();
     if n < 3 || polygon.position.iter().any(|p| !p.is_finite()) {
         return None;
     }
     let mut faces = Vec::with_capacity(n);
-    let (ring, beyond) = cut_ears(polygon, &mut faces);
+    let (ring, beyond) = reduce(polygon, &mut faces);
     let table = Table::new(polygon, &ring, &beyond);
     table.collect(&mut faces).then_some(faces)
 }
@@ -122,7 +144,7 @@ fn cut_flat(position: &[DVec3], blocked: &dyn Fn(usize, usize) -> bool) -> Optio
 }
 
 /// Cuts the most equilateral ears until [`MOST_EDGES`] are left.
-fn cut_ears(polygon: &Polygon, faces: &mut Vec<[usize; 3]>) -> (Vec<usize>, Vec<Option<DVec3>>) {
+fn reduce(polygon: &Polygon, faces: &mut Vec<[usize; 3]>) -> (Vec<usize>, Vec<Option<DVec3>>) {
     let mut ring: Vec<usize> = (0..polygon.position.len()).collect();
     let mut beyond = polygon.beyond.to_vec();
     while ring.len() > MOST_EDGES {
@@ -131,7 +153,7 @@ fn cut_ears(polygon: &Polygon, faces: &mut Vec<[usize; 3]>) -> (Vec<usize>, Vec<
         let cost = |k: usize| {
             let [a, b, c] = ear(k);
             let normal = normal(polygon, a, b, c);
-            let lean: f64 = [beyond[(k + n - 1) % n], beyond[k]]
+            let bend: f64 = [beyond[(k + n - 1) % n], beyond[k]]
                 .iter()
                 .flatten()
                 .map(|m| (1.0 - m.dot(normal)).powi(2))
@@ -140,7 +162,7 @@ fn cut_ears(polygon: &Polygon, faces: &mut Vec<[usize; 3]>) -> (Vec<usize>, Vec<
             if (polygon.blocked)(a, c) {
                 f64::INFINITY
             } else {
-                diagonal * (1.0 + 20.0 * lean)
+                diagonal * (1.0 + 20.0 * bend)
             }
         };
         let best = (0..n)
@@ -160,8 +182,7 @@ fn cut_ears(polygon: &Polygon, faces: &mut Vec<[usize; 3]>) -> (Vec<usize>, Vec<
 }
 
 fn normal(polygon: &Polygon, a: usize, b: usize, c: usize) -> DVec3 {
-    let [p, q, r] = [a, b, c].map(|i| polygon.position[i]);
-    (q - p).cross(r - p).normalize_or_zero()
+    area_vector([a, b, c].map(|i| polygon.position[i])).normalize_or_zero()
 }
 
 /// Weight of a partial triangulation: largest angle (as 1 - cosine) and area.
@@ -226,7 +247,7 @@ impl<'a> Table<'a> {
                     continue;
                 }
                 let q = polygon.position[self.ring[m]];
-                let cross = (q - p).cross(r - p);
+                let cross = area_vector([p, q, r]);
                 let length = cross.length();
                 let normal = if length > 0.0 {
                     cross / length
@@ -275,5 +296,42 @@ fn turn(a: DVec3, b: DVec3) -> f64 {
         0.0
     } else {
         1.0 - a.dot(b)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangulation_repeats_no_edge_of_the_mesh() {
+        // without one face, a tetrahedron's edges all exist; the loop is one face
+        let p = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let mesh = Mesh::new(p.to_vec(), vec![[0, 2, 1], [0, 1, 3], [0, 3, 2]]);
+        assert_eq!(triangulate_loop(&mesh, &[1, 2, 3]), Ok(vec![[1, 2, 3]]));
+        // a loop of four, one of whose diagonals is in the mesh
+        let blocked = Mesh::new(p.to_vec(), vec![[0, 2, 1], [1, 3, 0]]);
+        let faces = triangulate_loop(&blocked, &[0, 2, 1, 3]).expect("a triangulation");
+        assert!(faces.iter().all(|f| !(f.contains(&0) && f.contains(&1))));
+    }
+
+    #[test]
+    fn loops_that_touch_twice_share_no_diagonal() {
+        // Two arrowheads in planes across each other, both with the tip 2 and the inward corner 0.
+        let p = [
+            DVec3::ZERO,
+            DVec3::new(-1.0, -1.0, 0.0),
+            DVec3::new(0.0, 2.0, 0.0),
+            DVec3::new(1.0, -1.0, 0.0),
+            DVec3::new(0.0, -1.0, -1.0),
+            DVec3::new(0.0, -1.0, 1.0),
+        ];
+        let mesh = Mesh::new(p.to_vec(), Vec::new());
+        let has = |faces: &[[u32; 3]]| faces.iter().any(|f| f.contains(&0) && f.contains(&2));
+        let first = triangulate_loop(&mesh, &[0, 1, 2, 3]).expect("a triangulation");
+        let alone = triangulate_loop(&mesh, &[0, 4, 2, 5]).expect("a triangulation");
+        assert!(has(&first) && has(&alone));
+        let beside = triangulate_loop_beside(&mesh, &[0, 4, 2, 5], &first).expect("another");
+        assert!(!has(&beside));
     }
 }

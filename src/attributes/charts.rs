@@ -3,8 +3,8 @@
 use rayon::prelude::*;
 
 use super::Source;
-use crate::mesh::Mesh;
 use crate::mesh::attributes::Labels;
+use crate::mesh::{DisjointSets, Mesh};
 
 /// The chart of each face: faces are in one where they share an edge, have the same texture coordinates at its ends and the
 /// same material. `weld` gives each vertex the first one in its place.
@@ -22,18 +22,17 @@ pub(super) fn charts(
         })
         .collect();
     edges.par_sort_unstable();
-    let mut root: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+    let mut charts = DisjointSets::new(mesh.faces.len());
     let material = |half: u32| materials.map(|m| m.of_face[half as usize / 3]);
     for pair in edges.windows(2) {
         let [(key, one), (other_key, other)] = [pair[0], pair[1]];
         if key == other_key && material(one) == material(other) && agree(mesh, weld, uv, one, other)
         {
-            let (a, b) = (find(&mut root, one / 3), find(&mut root, other / 3));
-            root[a.max(b) as usize] = a.min(b);
+            charts.join(one / 3, other / 3);
         }
     }
     (0..mesh.faces.len() as u32)
-        .map(|f| find(&mut root, f))
+        .map(|f| charts.find(f))
         .collect()
 }
 
@@ -54,12 +53,4 @@ fn agree(mesh: &Mesh, weld: &[u32], uv: &Source<'_>, one: u32, other: u32) -> bo
         let value = uv.at(mesh, x.0, x.1);
         value.is_some() && value == uv.at(mesh, y.0, y.1)
     })
-}
-
-fn find(root: &mut [u32], mut f: u32) -> u32 {
-    while root[f as usize] != f {
-        root[f as usize] = root[root[f as usize] as usize];
-        f = root[f as usize];
-    }
-    f
 }

@@ -210,7 +210,7 @@ fn a_rim_across_a_seam_gets_a_material_of_its_own() {
 #[test]
 fn patches_use_the_vertices_of_their_rim_where_vertices_are_split() {
     let Sheet { original, filled } = sheet();
-    // Each face has its own three vertices, as after a glTF export with flat shading.
+    // Each face has its own three vertices, as after an export with flat shading.
     let mut split = Mesh::default();
     let mut normal = Attribute::new("n", Role::Normal, Scalar::F32, 3);
     let mut uv = Attribute::new("t", Role::Uv(0), Scalar::F32, 2);

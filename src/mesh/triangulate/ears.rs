@@ -4,30 +4,58 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
-use super::edges::{Used, sides};
-use super::half_edge::PatchMesh;
-use super::rim::Rims;
+use crate::mesh::area_vector;
 
-/// Weight of the lean of an ear against the square of its diagonal.
-const LEAN_WEIGHT: f64 = 20.0;
+/// Weight of the tilt of an ear (what its cosine to the surface falls short of a half, times the square of its longest edge)
+/// against the square of its diagonal.
+const TILT_WEIGHT: f64 = 20.0;
 
-/// The triangulation of a polygon of patch vertices with its inside to the left, seen against the normals.
+/// What a polygon is made of.
+pub(crate) struct Ground<'a> {
+    /// Positions of the vertices.
+    pub(crate) position: &'a [DVec3],
+    /// Unit normals of the surface there.
+    pub(crate) normal: &'a [DVec3],
+    /// Faces that are there already: no new one may repeat a directed edge of theirs.
+    pub(crate) faces: &'a [[u32; 3]],
+    /// Whether there must be no edge between two vertices of the ground.
+    pub(crate) taken: &'a dyn Fn(u32, u32) -> bool,
+}
+
+/// A polygon cut into faces.
+pub(crate) struct EarCut {
+    /// The faces. Numbers past the vertices of the ground are those of the new ones.
+    pub(crate) faces: Vec<[u32; 3]>,
+    /// Vertices that had to be put in.
+    pub(crate) new: Vec<NewVertex>,
+}
+
+/// A vertex put in where every diagonal would repeat an edge.
+pub(crate) struct NewVertex {
+    pub(crate) position: DVec3,
+    /// The unit normal of the surface.
+    pub(crate) normal: DVec3,
+    /// A vertex next to it, perhaps a new one before it.
+    pub(crate) beside: u32,
+}
+
+/// The triangulation of a polygon with its inside to the left, seen against the normals.
 ///
 /// The ear with the shortest diagonal goes first, among those that hold no other vertex; each test is made in the plane
 /// across the mean normal at the ear. Where every diagonal would repeat an edge, a vertex is put on one. None if that does
 /// not come to an end. Takes time with the square of the number of vertices.
-pub(super) fn cut(mesh: &mut PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<Vec<[u32; 3]>> {
+pub(crate) fn cut_ears(ground: &Ground, polygon: &[u32]) -> Option<EarCut> {
     let corners: HashSet<u32> = polygon.iter().copied().collect();
-    let edges = mesh.faces.iter().flat_map(|&f| sides(f));
+    let edges = ground.faces.iter().flat_map(|&f| sides(f));
     let used = edges
         .filter(|(a, b)| corners.contains(a) && corners.contains(b))
         .collect();
     let mut work = Ears {
-        mesh,
-        rims,
+        ground,
         ring: polygon.to_vec(),
         cost: Vec::new(),
         used,
+        new: Vec::new(),
     };
     let mut faces = Vec::with_capacity(polygon.len());
     work.cost = (0..work.ring.len()).map(|k| work.rate(k)).collect();
@@ -55,15 +83,22 @@ pub(super) fn cut(mesh: &mut PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<
         let m = work.add_vertex(last)?;
         faces.extend(sides(last).map(|(a, b)| [a, b, m]));
     }
-    distinct.then_some(faces)
+    let new = work.new;
+    distinct.then_some(EarCut { faces, new })
+}
+
+/// Directed edges of a face.
+fn sides(face: [u32; 3]) -> [(u32, u32); 3] {
+    [(face[0], face[1]), (face[1], face[2]), (face[2], face[0])]
 }
 
 struct Ears<'a> {
-    mesh: &'a mut PatchMesh,
-    rims: &'a Rims,
+    ground: &'a Ground<'a>,
     ring: Vec<u32>,
     cost: Vec<f64>,
-    used: Used,
+    /// Directed edges that are in use.
+    used: HashSet<(u32, u32)>,
+    new: Vec<NewVertex>,
 }
 
 /// Added to the cost of an ear that holds another vertex, or that is turned over: taken only if there is no other.
@@ -104,36 +139,48 @@ impl Ears<'_> {
 
     /// A new vertex amid three others.
     fn add_vertex(&mut self, of: [u32; 3]) -> Option<u32> {
-        let mesh = &mut *self.mesh;
-        let mean = |all: &[DVec3]| of.iter().map(|&v| all[v as usize]).sum::<DVec3>() / 3.0;
-        let (position, normal) = (mean(&mesh.position), mean(&mesh.normal).normalize_or_zero());
-        mesh.position.push(position);
-        mesh.normal.push(normal);
-        mesh.size.push(mesh.size[of[0] as usize]);
-        position
-            .is_finite()
-            .then_some(mesh.position.len() as u32 - 1)
+        let position = of.iter().map(|&v| self.position(v)).sum::<DVec3>() / 3.0;
+        let normal = of.iter().map(|&v| self.normal(v)).sum::<DVec3>() / 3.0;
+        self.new.push(NewVertex {
+            position,
+            normal: normal.normalize_or_zero(),
+            beside: of[0],
+        });
+        let count = self.ground.position.len() + self.new.len();
+        position.is_finite().then_some(count as u32 - 1)
+    }
+
+    fn position(&self, v: u32) -> DVec3 {
+        let new = || self.new[v as usize - self.ground.position.len()].position;
+        let own = self.ground.position.get(v as usize);
+        own.copied().unwrap_or_else(new)
+    }
+
+    fn normal(&self, v: u32) -> DVec3 {
+        let new = || self.new[v as usize - self.ground.normal.len()].normal;
+        let own = self.ground.normal.get(v as usize);
+        own.copied().unwrap_or_else(new)
     }
 
     fn rate(&self, k: usize) -> f64 {
         let ear = self.ear(k);
-        let [a, b, c] = ear.map(|v| self.mesh.position[v as usize]);
+        let [a, b, c] = ear.map(|v| self.position(v));
         if !self.may_cut(ear) {
             return f64::INFINITY;
         }
         let normal = ear
             .iter()
-            .map(|&v| self.mesh.normal[v as usize])
+            .map(|&v| self.normal(v))
             .sum::<DVec3>()
             .normalize_or_zero();
-        let cross = (b - a).cross(c - a);
+        let cross = area_vector([a, b, c]);
         let cosine = cross.normalize_or_zero().dot(normal);
         let longest = a
             .distance_squared(b)
             .max(b.distance_squared(c))
             .max(c.distance_squared(a));
-        let cost = a.distance_squared(c) + LEAN_WEIGHT * (0.5 - cosine).max(0.0) * longest;
-        // slivers and ears that turn inwards wait
+        let cost = a.distance_squared(c) + TILT_WEIGHT * (0.5 - cosine).max(0.0) * longest;
+        // Slivers and ears that turn inwards wait.
         let flat = cross.dot(normal) < 1e-3 * longest;
         if flat || self.holds_vertex(ear, normal, longest) {
             LAST_RESORT * (1.0 + cost)
@@ -142,13 +189,11 @@ impl Ears<'_> {
         }
     }
 
-    /// Whether the diagonal would be a new edge, in the patch and in the mesh.
+    /// Whether the diagonal would be a new edge.
     fn may_cut(&self, [a, b, c]: [u32; 3]) -> bool {
-        let rim = |v: u32| self.mesh.is_rim(v).then(|| self.mesh.origin[v as usize]);
-        let taken = match (rim(a), rim(c)) {
-            (Some(u), Some(v)) => u == v || self.rims.has_edge(u, v),
-            _ => false,
-        };
+        let count = self.ground.position.len();
+        let of_ground = (a.max(c) as usize) < count;
+        let taken = of_ground && (self.ground.taken)(a, c);
         let distinct = a != b && b != c && c != a;
         distinct
             && !taken
@@ -170,9 +215,9 @@ impl Ears<'_> {
 
     /// Whether another vertex of the polygon lies in the ear, seen along `normal`.
     fn holds_vertex(&self, ear: [u32; 3], normal: DVec3, longest: f64) -> bool {
-        let t = ear.map(|v| self.mesh.position[v as usize]);
+        let t = ear.map(|v| self.position(v));
         self.ring.iter().any(|&v| {
-            let p = self.mesh.position[v as usize];
+            let p = self.position(v);
             p.distance_squared(t[0]) < 2.0 * longest
                 && !t.contains(&p)
                 && (0..3).all(|k| (t[(k + 1) % 3] - t[k]).cross(p - t[k]).dot(normal) >= 0.0)

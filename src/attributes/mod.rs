@@ -1,4 +1,4 @@
-//! Carrying attributes over to patches.
+//! Attributes on patches.
 //!
 //! What the mesh's own vertices, faces and corners carry stays as it is. On the patches values are interpolated
 //! harmonically from the rim; normals are those of the patch's shape, bent at the rim to the normals there; integers that
@@ -20,7 +20,7 @@ use glam::DVec3;
 use crate::mesh::attributes::{
     Attribute, CornerAttribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar,
 };
-use crate::mesh::{Attributes, Mesh};
+use crate::mesh::{Attributes, Mesh, area_vector};
 use field::{Field, Source};
 use harmonic::Laplacian;
 use rim::Patches;
@@ -82,7 +82,7 @@ struct Transfer<'a> {
     /// Normals of the filled mesh's shape at the slots.
     normals: Vec<DVec3>,
     /// Patches whose rim lies in several charts.
-    torn: Vec<bool>,
+    crosses_seam: Vec<bool>,
 }
 
 impl<'a> Transfer<'a> {
@@ -95,38 +95,38 @@ impl<'a> Transfer<'a> {
             .collect();
         let laplacian = Laplacian::new(&points, &patches.faces);
         let normals = shape_normals(&patches, &points, original);
-        let torn = vec![false; patches.rim_faces.len()];
+        let crosses_seam = vec![false; patches.rim_faces.len()];
         let mut transfer = Self {
             original,
             before,
             patches,
             laplacian,
             normals,
-            torn,
+            crosses_seam,
         };
-        transfer.find_torn();
+        transfer.find_seam_crossings();
         transfer
     }
 
     /// Finds the patches whose rim does not lie in one chart of every set of texture coordinates that it has.
-    fn find_torn(&mut self) {
+    fn find_seam_crossings(&mut self) {
         let vertex = self.before.vertex.iter().map(Source::Vertex);
         let sources = vertex.chain(self.before.corner.iter().map(Source::Corner));
         let materials = self.before.labels_of(LabelKind::Material);
         for source in sources.filter(|s| matches!(s.attribute().role, Role::Uv(_))) {
             let field = Field::at_rim(self.original, &self.patches, &source);
             let chart = charts::charts(self.original, &self.patches.weld, &source, materials);
-            let mut some = vec![false; self.torn.len()];
+            let mut some = vec![false; self.crosses_seam.len()];
             for (s, slot) in self.patches.slots.iter().enumerate() {
                 let patch = slot.patch as usize;
                 some[patch] |= field.get(s).is_some();
-                self.torn[patch] |= !field.is_single(s);
+                self.crosses_seam[patch] |= !field.is_single(s);
             }
             for (patch, faces) in self.patches.rim_faces.iter().enumerate() {
                 let one_chart = faces
                     .windows(2)
                     .all(|f| chart[f[0] as usize] == chart[f[1] as usize]);
-                self.torn[patch] |= some[patch] && !one_chart;
+                self.crosses_seam[patch] |= some[patch] && !one_chart;
             }
         }
     }
@@ -137,7 +137,7 @@ impl<'a> Transfer<'a> {
         field.spread(&self.patches, &self.laplacian, source, &self.normals);
         if matches!(source.attribute().role, Role::Uv(_)) {
             for (s, slot) in self.patches.slots.iter().enumerate() {
-                if self.torn[slot.patch as usize] {
+                if self.crosses_seam[slot.patch as usize] {
                     field.clear(s);
                 }
             }
@@ -158,11 +158,11 @@ impl<'a> Transfer<'a> {
         let marks = self.before.face.iter().filter(|a| a.name == PATCH_NAME);
         out.attributes.face.extend(marks.cloned());
         vertices::finish(self, out);
-        let torn = self.torn.iter().filter(|t| **t).count();
-        if torn > 0 {
+        let without = self.crosses_seam.iter().filter(|c| **c).count();
+        if without > 0 {
             out.notes.push(format!(
-                "patches without texture coordinates, because their rims cross seams of the texture: {torn} of {}",
-                self.torn.len()
+                "patches without texture coordinates, because their rims cross seams of the texture: {without} of {}",
+                self.crosses_seam.len()
             ));
         }
     }
@@ -220,10 +220,10 @@ impl<'a> Transfer<'a> {
             all.push(materials);
         }
         for labels in &mut all {
-            let of_patch: Vec<u32> = (0..self.torn.len())
+            let of_patch: Vec<u32> = (0..self.crosses_seam.len())
                 .map(|patch| match labels.kind {
                     LabelKind::Group => labels.place(PATCH_NAME),
-                    LabelKind::Material if self.torn[patch] => labels.place(PATCH_NAME),
+                    LabelKind::Material if self.crosses_seam[patch] => labels.place(PATCH_NAME),
                     _ => most_frequent(self.patches.rim_faces[patch].iter(), labels),
                 })
                 .collect();
@@ -250,14 +250,12 @@ fn most_frequent<'a>(faces: impl Iterator<Item = &'a u32>, labels: &Labels) -> u
 fn shape_normals(patches: &Patches, points: &[DVec3], original: &Mesh) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; points.len()];
     for face in &patches.faces {
-        let [a, b, c] = face.map(|s| points[s as usize]);
-        let normal = (b - a).cross(c - a);
+        let normal = area_vector(face.map(|s| points[s as usize]));
         face.iter().for_each(|&s| normals[s as usize] += normal);
     }
     for (s, slot) in patches.slots.iter().enumerate() {
         for &(f, _) in &slot.rim {
-            let [a, b, c] = original.faces[f as usize].map(|v| original.positions[v as usize]);
-            normals[s] += (b - a).cross(c - a);
+            normals[s] += area_vector(original.corners(f));
         }
     }
     normals.iter().map(|n| n.normalize_or(DVec3::Z)).collect()

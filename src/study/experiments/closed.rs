@@ -1,0 +1,207 @@
+//! Closed surfaces as level sets on lattices of their own, and what they look like.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::variant_name;
+use crate::flow::Evolution;
+use crate::grid::{Lattice, SparseGrid, Volume, as_point};
+use crate::mesh::bounds;
+use crate::sdf::project_on_zero_set;
+use crate::study::observer::{Frame, Observer, StudyError};
+
+/// About the width of the torus.
+pub const SIDE: f64 = 3.4;
+/// Voxels round the boxes, for the band and nodes that are held.
+const MARGIN: f64 = 8.0;
+
+/// A closed surface at time 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Closed {
+    /// The unit sphere.
+    Sphere,
+    /// The unit sphere with a wave of degree 2 of 2.5 % of its radius up and down.
+    Wave,
+    /// The torus of revolution of radii 1 and ½.
+    Torus,
+    /// The unit sphere with harmonics of degree 2 and 3 of 15 % of its radius.
+    Uneven,
+    /// The cube of side 1.7.
+    Cube,
+}
+
+impl Closed {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Sphere => "sphere",
+            Self::Wave => "sphere with a wave",
+            Self::Torus => "torus",
+            Self::Uneven => "uneven sphere",
+            Self::Cube => "cube",
+        }
+    }
+
+    /// A function that is negative inside, with slopes of about 1.
+    pub(super) fn level(self, p: DVec3) -> f64 {
+        match self {
+            Self::Sphere => p.length() - 1.0,
+            Self::Wave => {
+                let n = p.normalize_or(DVec3::X);
+                p.length() - (1.0 + 0.05 * n.y * n.z)
+            }
+            Self::Torus => (p.x.hypot(p.y) - 1.0).hypot(p.z) - 0.5,
+            Self::Uneven => {
+                let n = p.normalize_or(DVec3::X);
+                let waves = n.y * n.z + 0.4 * n.x * (n.x * n.x - 3.0 * n.y * n.y);
+                p.length() - (1.0 + 0.15 * waves)
+            }
+            Self::Cube => {
+                let out = p.abs() - DVec3::splat(0.85);
+                out.max(DVec3::ZERO).length() + out.max_element().min(0.0)
+            }
+        }
+    }
+
+    /// Half the sides of a box that it never leaves.
+    pub(super) fn reach(self) -> DVec3 {
+        match self {
+            Self::Torus => DVec3::new(1.55, 1.55, 0.75),
+            _ => DVec3::splat(1.22),
+        }
+    }
+
+    /// ½∫h² of the steady state: 8π for a sphere, 4π² for the Clifford torus (with H = h/2 these are ∫H² = 4π and 2π²).
+    pub(super) fn steady_energy(self) -> f64 {
+        match self {
+            Self::Torus => 4.0 * PI * PI,
+            _ => 8.0 * PI,
+        }
+    }
+}
+
+/// What the zero set looks like.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Form {
+    /// Mean radius; of a torus that of its middle circle.
+    pub(super) radius: f64,
+    /// Half the difference of the largest and the smallest radius, over the mean; of a torus the ratio of its two radii.
+    pub(super) shape: f64,
+}
+
+/// A surface on a lattice of its own.
+pub(super) struct Field {
+    pub(super) surface: Closed,
+    pub(super) lattice: Lattice,
+    pub(super) grid: SparseGrid,
+    /// In voxels.
+    pub(super) phi: Vec<f64>,
+}
+
+impl Field {
+    pub(super) fn new(surface: Closed, voxels: usize) -> Self {
+        let voxel = SIDE / voxels as f64;
+        let half = surface.reach() + MARGIN * voxel;
+        let dims = (2.0 * half / voxel).to_array().map(|n| n.ceil() as i32 + 1);
+        // The lattice has no plane in common with the surface's symmetries.
+        let lattice = Lattice {
+            origin: -half + voxel * DVec3::new(0.137, -0.251, 0.319),
+            voxel,
+        };
+        let grid = SparseGrid::new(dims, |_| true);
+        let position = |s: usize| lattice.to_world(as_point(grid.node(s)));
+        let phi = (0..grid.len())
+            .map(|s| surface.level(position(s)) / voxel)
+            .collect();
+        Self {
+            surface,
+            lattice,
+            grid,
+            phi,
+        }
+    }
+
+    pub(super) fn form(&self) -> Form {
+        form(self.surface, &self.grid, &self.phi, &self.lattice)
+    }
+
+    /// Tells the observer of a look at the surface.
+    pub(super) fn show(
+        &self,
+        evolution: &Evolution,
+        form: Form,
+        observer: &dyn Observer,
+    ) -> Result<(), StudyError> {
+        let (name, variant) = (
+            self.surface.name(),
+            variant_name(evolution.settings.variant),
+        );
+        let (step, time) = (
+            evolution.steps.len(),
+            evolution.time * self.lattice.voxel.powi(4),
+        );
+        observer.progress(&format!(
+            "{name}, {variant}: time {time:.2e}, step {step}, 1/2 int h^2 {:.4}, {:.5}",
+            evolution.willmore(),
+            form.shape
+        ));
+        observer.frame(&Frame {
+            series: &format!("surfaces-{}-{variant}", name.replace(' ', "-")),
+            step,
+            time,
+            volume: &volume(&self.grid, &self.phi, &self.lattice),
+        })
+    }
+}
+
+/// The form of the zero set, from the feet of the nodes beside it.
+fn form(surface: Closed, grid: &SparseGrid, phi: &[f64], lattice: &Lattice) -> Form {
+    let feet: Vec<DVec3> = (0..grid.len())
+        .into_par_iter()
+        .filter(|&s| phi[s].abs() < 0.9)
+        .filter_map(|s| {
+            let x = as_point(grid.node(s));
+            project_on_zero_set(grid, phi, x, x).map(|p| lattice.to_world(p))
+        })
+        .collect();
+    let centre = feet.iter().sum::<DVec3>() / feet.len().max(1) as f64;
+    let extremes = |values: &dyn Fn(&DVec3) -> f64| {
+        feet.iter()
+            .map(values)
+            .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), v| {
+                (low.min(v), high.max(v))
+            })
+    };
+    if surface == Closed::Torus {
+        let (low, high) = extremes(&|p| (*p - centre).truncate().length());
+        return Form {
+            radius: 0.5 * (low + high),
+            shape: (low + high) / (high - low),
+        };
+    }
+    // The middle of the extremes, which does not depend on how the feet are spread.
+    let (low, high) = bounds(feet.iter().copied());
+    let middle = 0.5 * (low + high);
+    let (low, high) = extremes(&|p| p.distance(middle));
+    Form {
+        radius: 0.5 * (low + high),
+        shape: (high - low) / (high + low),
+    }
+}
+
+/// φ in units of length, as a volume.
+fn volume(grid: &SparseGrid, phi: &[f64], lattice: &Lattice) -> Volume {
+    let dims = grid.dims().map(|n| n as usize);
+    let mut values = vec![0.0; dims.iter().product()];
+    for (s, v) in phi.iter().enumerate() {
+        let [i, j, k] = grid.node(s).map(|n| n as usize);
+        values[(k * dims[1] + j) * dims[0] + i] = v * lattice.voxel;
+    }
+    Volume {
+        dims,
+        origin: lattice.origin,
+        spacing: DVec3::splat(lattice.voxel),
+        values,
+    }
+}
