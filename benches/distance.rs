@@ -10,9 +10,9 @@ mod common;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isomend::glam::DVec3;
 use isomend::grid::SparseGrid;
-use isomend::mend::volume::{VolumeParams, signed_distance_volume};
 use isomend::sdf::redistance;
 use isomend::spatial::{Bvh, WindingTree};
+use isomend::volume::{VolumeParams, signed_distance_volume};
 use isomend::{Mesh, VoxelSize};
 
 /// A torus of 200 000 triangles.

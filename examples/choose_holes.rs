@@ -5,7 +5,7 @@ use std::error::Error;
 use std::path::Path;
 
 use isomend::attributes::transfer;
-use isomend::io::{Model, Precision, WriteOptions, read_path, write_model};
+use isomend::io::{Contents, Precision, WriteOptions, read_path, write_model};
 use isomend::report::summary_lines;
 use isomend::{Control, FillParams, FillReport, inspect};
 
@@ -22,7 +22,7 @@ pub fn run(input: &Path, output: &Path, widest: f64) -> Result<FillReport, Box<d
     params.holes = Some(chosen.map(|hole| hole.id).collect());
     let filled = found.fill(&params, &Control::new())?;
     let done = transfer(&loaded.mesh, &loaded.attributes, filled.mesh);
-    let model = Model {
+    let model = Contents {
         mesh: &done.mesh,
         attributes: &done.attributes,
         document: loaded.document.as_ref(),

@@ -44,7 +44,7 @@
 //! - Every vertex and face of the input is kept, bit for bit and in order; what is new comes after it
 //!   ([`SurfaceKind::Stitched`]).
 //! - A filled hole is closed by a manifold patch, oriented as its surroundings, that shares the rim's edges.
-//! - Every hole is accounted for in the [`report`]: filled, triangulated, left or failed, and why.
+//! - Every hole is accounted for in the [`FillReport`]: filled, triangulated, left or failed, and why.
 //! - It always ends, and the result is the same, to the byte, for any number of threads.
 //!
 //! # What it does not
@@ -52,53 +52,83 @@
 //! - A patch is checked against the mesh's faces for intersections; what cannot be had is reported, not prevented.
 //! - It mends holes, not other defects: edges with more than two faces, misoriented faces and intersections of the
 //!   input with itself are reported and stay.
-//! - [`fill`] works on the shape alone; colours, normals, texture coordinates and materials are carried over to the
-//!   patches by [`attributes::transfer`].
 //!
-//! # Marked regions
-//! [`restore`] cuts marked faces out, which a [`mesh::mask::Mask`] may choose, and fills what is missing then; all other faces
-//! are kept as above. [`RestoreParams::keep_shape`] keeps part of the shape that was there.
+//! # Ways in
+//! - [`fill`], [`restore`] and [`fair`]: a mesh and parameters in, a mesh and a report out.
+//! - [`Inspection`]: what a mesh holds, found once; plans and runs on it, with a [`Control`] of threads, progress and cancelling;
+//!   [`Inspection::regions`] hands out the work on each region as a value that can be done anywhere.
+//! - [`Model::inspect`] and [`Model::mended`] carry colours, normals, texture coordinates and materials along.
+//! - `job` (features `io` and `report`): from file to file, as the command line does it; `io`: files and bytes to meshes and back.
 //!
-//! # From file to file
-//! [`io::read_path`], [`inspect`], [`fill`], [`attributes::transfer`], [`io::write_model`];
-//! [`fill_with_progress`] tells of progress and can be stopped. Lengths are in the units of the mesh throughout.
+//! [`restore`] cuts marked faces out, which a [`mask::Mask`] may choose, and fills what is missing then; all other faces are kept
+//! as above. [`RestoreParams::keep_shape`] keeps part of the shape that was there. Lengths are in the units of the mesh
+//! throughout.
+//!
+//! # Features
+//! The core without features needs no format and no command line. `io` reads and writes files, `report` draws pages and pictures,
+//! `study` holds the experiments of the paper; `cli`, the default, is all of them and the program.
 //!
 //! # Source
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
 
-pub mod attributes;
 pub mod compare;
-pub mod extract;
-pub mod flow;
-pub mod grid;
 #[cfg(feature = "io")]
 pub mod io;
 #[cfg(all(feature = "io", feature = "report"))]
 pub mod job;
-pub mod linalg;
-pub mod mend;
-pub mod mesh;
-pub mod region;
 #[cfg(feature = "report")]
 pub mod report;
-pub mod sdf;
-pub mod spatial;
-pub mod stitch;
 #[cfg(feature = "study")]
 pub mod study;
 
-pub use flow::{Energy, Variant};
+// The engine's rooms, open to the project's own tests and benchmarks. They may change in any release.
+#[doc(hidden)]
+pub mod attributes;
+#[doc(hidden)]
+pub mod extract;
+#[doc(hidden)]
+pub mod flow;
+#[doc(hidden)]
+pub mod grid;
+#[doc(hidden)]
+pub mod linalg;
+mod mend;
+#[doc(hidden)]
+pub mod mesh;
+#[doc(hidden)]
+pub mod region;
+#[doc(hidden)]
+pub mod sdf;
+#[doc(hidden)]
+pub mod spatial;
+#[doc(hidden)]
+pub mod stitch;
+
 pub use glam;
+
+pub use attributes::transfer;
+#[doc(inline)]
+pub use extract::{VolumeSurfaceError, level_surface};
+#[doc(inline)]
+pub use flow::{Energy, Variant};
+#[doc(inline)]
+pub use grid::Volume;
 pub use mend::{
     Cancel, ClosedBy, Control, Event, FailedReason, FairError, FairExtent, FairParams, FairReport,
     Faired, FillError, FillParams, FillReport, Filled, HoleOutcome, HoleReport, Inspection,
     LeftReason, Progress, RegionPatch, RegionReport, RegionTask, Regions, RestoreError,
     RestoreParams, RestoreReport, Restored, Step, SurfaceKind, Tally, TriangulatedReason,
-    TryFailure, fair, fill, inspect, restore,
+    TryFailure, fair, fill, inspect, restore, volume,
 };
-pub use mesh::Mesh;
-pub use region::VoxelSize;
+#[doc(inline)]
+pub use mesh::{
+    Attributes, ChainReason, Defects, Hole, Mesh, Model, OpenChain, Topology, cut::Remainder, mask,
+};
+#[doc(inline)]
+pub use region::{LevelReport, VoxelSize};
+#[doc(inline)]
+pub use stitch::StitchError;
 
 /// The examples of the pages, run as tests.
 #[cfg(all(doctest, feature = "cli"))]

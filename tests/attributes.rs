@@ -10,7 +10,7 @@ use assert_cmd::Command;
 use glam::DVec3;
 use isomend::Mesh;
 use isomend::io::{
-    Format, Loaded, Model, WriteOptions, model_to_bytes, no_side_files, read_bytes, read_path,
+    Contents, Format, Loaded, WriteOptions, model_to_bytes, no_side_files, read_bytes, read_path,
 };
 use isomend::mesh::attributes::{Attribute, Attributes, PATCH_NAME, Role, Scalar};
 use serde_json::{Value, json};
@@ -90,7 +90,7 @@ fn dressed(mesh: &Mesh) -> Attributes {
 }
 
 fn save(desk: &Desk, name: &str, format: Format, mesh: &Mesh, attributes: &Attributes) {
-    let model = Model {
+    let model = Contents {
         mesh,
         attributes,
         document: None,
@@ -555,7 +555,7 @@ fn faces_taken_out_of_a_document_are_gone_where_they_were_only() {
             .filter(|f| keep[*f])
             .map(|f| loaded.mesh.faces[f]);
         let cut = Mesh::new(loaded.mesh.positions.clone(), faces.collect());
-        let model = Model {
+        let model = Contents {
             mesh: &cut,
             attributes: &attributes,
             document: loaded.document.as_ref(),
@@ -592,7 +592,7 @@ fn values_without_a_name_get_one_where_a_format_needs_it() {
                 ascii,
                 ..WriteOptions::default()
             };
-            let model = Model {
+            let model = Contents {
                 mesh: &loaded.mesh,
                 attributes: &loaded.attributes,
                 document: None,

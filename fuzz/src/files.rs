@@ -6,7 +6,7 @@ use std::path::Path;
 use isomend::Mesh;
 use isomend::grid::Volume;
 use isomend::io::{
-    Format, IoError, Loaded, Model, Precision, WriteOptions, model_to_bytes, no_side_files,
+    Contents, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes, no_side_files,
     read_bytes, read_volume_bytes, volume_to_bytes,
 };
 use isomend::mesh::attributes::LabelKind;
@@ -117,7 +117,7 @@ fn check_message(error: &IoError) {
 }
 
 fn write_and_read(loaded: &Loaded, format: Format, options: &WriteOptions) {
-    let model = Model {
+    let model = Contents {
         mesh: &loaded.mesh,
         attributes: &loaded.attributes,
         document: loaded.document.as_ref(),

@@ -20,29 +20,19 @@ use glam::DVec3;
 use crate::mesh::attributes::{
     Attribute, CornerAttribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar,
 };
-use crate::mesh::{Attributes, Mesh, area_vector};
+use crate::mesh::{Attributes, Mesh, Model, area_vector};
 use field::{Field, Source};
 use harmonic::Laplacian;
 use rim::Patches;
 
-/// A filled mesh with the attributes of all its vertices and faces.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Transferred {
-    /// The mesh. Corners of patches may name another vertex in the same place than before: the one that the mesh's own
-    /// faces at the rim use there, or, where those differ, a copy that stands behind all other vertices.
-    pub mesh: Mesh,
-    /// Its attributes.
-    pub attributes: Attributes,
-    /// Remarks for the user.
-    pub notes: Vec<String>,
-}
-
 /// Extends the attributes of a mesh to the patches that fill its holes.
 ///
-/// `filled` begins with the vertices and faces of `original`; what comes after them is new.
-pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Transferred {
+/// `filled` begins with the vertices and faces of `original`; what comes after them is new. In the result corners of patches may
+/// name another vertex in the same place than before: the one that the mesh's own faces at the rim use there, or, where those
+/// differ, a copy that stands behind all other vertices. Its notes are remarks on what could not be continued.
+pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Model {
     let new_faces = filled.faces.len() - original.faces.len();
-    let mut out = Transferred {
+    let mut out = Model {
         mesh: filled,
         attributes: attributes.clone(),
         notes: Vec::new(),
@@ -145,7 +135,7 @@ impl<'a> Transfer<'a> {
         field
     }
 
-    fn finish(&self, out: &mut Transferred) {
+    fn finish(&self, out: &mut Model) {
         let face = self.before.face.iter().filter(|a| a.name != PATCH_NAME);
         out.attributes.face = face.map(|a| self.face_attribute(a)).collect();
         out.attributes.corner = self

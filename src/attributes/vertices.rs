@@ -1,11 +1,12 @@
 //! Attributes of vertices: values for the new ones, and the vertex of each corner of the patches at the rim.
 
+use super::Transfer;
 use super::field::{Field, Source};
-use super::{Transfer, Transferred};
+use crate::mesh::Model;
 use crate::mesh::attributes::{Attribute, NONE};
 
 /// Gives the new vertices their values and the corners of the patches their vertices.
-pub(super) fn finish(transfer: &Transfer<'_>, out: &mut Transferred) {
+pub(super) fn finish(transfer: &Transfer<'_>, out: &mut Model) {
     let before = &transfer.before.vertex;
     if before.is_empty() {
         return;

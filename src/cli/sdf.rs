@@ -9,8 +9,8 @@ use isomend::glam::DVec3;
 use isomend::grid::Volume;
 use isomend::io::{Precision, save, volume_to_bytes};
 use isomend::job::{Document, FileInfo, Place};
-use isomend::mend::volume::{MeasuredSeconds, VolumeParams, measure_volume};
 use isomend::report::length;
+use isomend::volume::{MeasuredSeconds, VolumeParams, measure_volume};
 use serde::Serialize;
 
 use super::arguments::{self, Band};

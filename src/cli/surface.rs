@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::{Args, ValueHint};
 use isomend::extract::level_surface;
-use isomend::io::{Format, Model, Precision, read_volume_bytes, read_volume_path};
+use isomend::io::{Contents, Format, Precision, read_volume_bytes, read_volume_path};
 use isomend::job::{Document, FileInfo};
 use isomend::mesh::Attributes;
 use serde::Serialize;
@@ -107,7 +107,7 @@ pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
         true => Precision::F64,
         false => Precision::F32,
     };
-    let model = Model {
+    let model = Contents {
         mesh: &mesh,
         attributes: &Attributes::default(),
         document: None,

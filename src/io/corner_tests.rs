@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::samples::read_alone;
-use super::{Format, Loaded, Model, Precision, WriteOptions, model_to_bytes};
+use super::{Contents, Format, Loaded, Precision, WriteOptions, model_to_bytes};
 use crate::mesh::attributes::{Attribute, Role};
 
 /// A roof of two squares with its seam along the ridge, and a vertex that no face uses.
@@ -87,7 +87,7 @@ fn hard(text: &str) -> String {
 }
 
 fn write(loaded: &Loaded, format: Format) -> (Vec<u8>, Vec<String>) {
-    let model = Model {
+    let model = Contents {
         mesh: &loaded.mesh,
         attributes: &loaded.attributes,
         document: loaded.document.as_ref(),

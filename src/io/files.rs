@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Component, Path};
 
 use super::{
-    Format, IoError, Loaded, Model, Precision, WriteOptions, model_to_bytes, read_bytes,
+    Contents, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes, read_bytes,
     read_volume_bytes, save, volume_to_bytes,
 };
 use crate::grid::Volume;
@@ -95,7 +95,7 @@ pub fn write_path(
     options: &WriteOptions,
 ) -> Result<Vec<String>, IoError> {
     let attributes = &Attributes::default();
-    let model = Model {
+    let model = Contents {
         mesh,
         attributes,
         document: None,
@@ -109,7 +109,7 @@ pub fn write_path(
 /// As [`write_path`].
 pub fn write_model(
     path: &Path,
-    model: &Model<'_>,
+    model: &Contents<'_>,
     format: Option<Format>,
     options: &WriteOptions,
 ) -> Result<Vec<String>, IoError> {

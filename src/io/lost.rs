@@ -1,9 +1,9 @@
 //! Remarks on attributes that a format cannot hold.
 
-use super::{Format, Model, Written};
+use super::{Contents, Format, Written};
 
 /// Adds a remark when there are attributes at all, marks of patches not counted.
-pub(super) fn all(mut written: Written, model: &Model<'_>, format: Format) -> Written {
+pub(super) fn all(mut written: Written, model: &Contents<'_>, format: Format) -> Written {
     written
         .notes
         .extend(note(&model.attributes.listed(), format));

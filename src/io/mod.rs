@@ -47,7 +47,7 @@ pub use save::{Abandoned, abandon_unfinished};
 
 use crate::grid::Volume;
 use crate::mesh::cut::Remainder;
-use crate::mesh::{Attributes, Mesh};
+use crate::mesh::{Attributes, Mesh, Model};
 
 /// A mesh that was read, and what is to be known about its file.
 #[derive(Clone, Debug, PartialEq)]
@@ -75,6 +75,16 @@ impl Loaded {
             mesh: kept.mesh.clone(),
             attributes: attributes.with_vertices(&kept.vertices),
             ..self
+        }
+    }
+}
+
+impl From<Loaded> for Model {
+    fn from(loaded: Loaded) -> Self {
+        Self {
+            mesh: loaded.mesh,
+            attributes: loaded.attributes,
+            notes: loaded.notes,
         }
     }
 }
@@ -113,7 +123,7 @@ pub struct WriteOptions {
 
 /// A mesh with all that is written beside its shape.
 #[derive(Clone, Copy, Debug)]
-pub struct Model<'a> {
+pub struct Contents<'a> {
     /// The mesh.
     pub mesh: &'a Mesh,
     /// What it carries beside its shape.
@@ -176,7 +186,7 @@ pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result
 /// When a face names a vertex that is not there, or a coordinate is not finite or too large for the format.
 pub fn to_bytes(mesh: &Mesh, format: Format, options: &WriteOptions) -> Result<Written, IoError> {
     let attributes = &Attributes::default();
-    let model = Model {
+    let model = Contents {
         mesh,
         attributes,
         document: None,
@@ -189,7 +199,7 @@ pub fn to_bytes(mesh: &Mesh, format: Format, options: &WriteOptions) -> Result<W
 /// # Errors
 /// As [`to_bytes`].
 pub fn model_to_bytes(
-    model: &Model<'_>,
+    model: &Contents<'_>,
     format: Format,
     options: &WriteOptions,
 ) -> Result<Written, IoError> {

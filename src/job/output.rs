@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::{JobError, Place};
 use crate::attributes::transfer;
 use crate::io::{
-    Document, Format, IoError, Loaded, Model, Precision, WriteOptions, model_to_bytes, save,
+    Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes, save,
 };
 use crate::mend::RegionReport;
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
@@ -172,7 +172,7 @@ impl Output {
             true => Precision::F32,
             false => Precision::F64,
         };
-        let model = Model {
+        let model = Contents {
             mesh: &mesh,
             attributes,
             document,
@@ -187,7 +187,7 @@ impl Output {
     /// When the format cannot hold it, or the file cannot be written.
     pub fn write(
         &self,
-        model: &Model<'_>,
+        model: &Contents<'_>,
         precision: Precision,
     ) -> Result<(Vec<String>, Vec<u8>), JobError> {
         let options = WriteOptions {

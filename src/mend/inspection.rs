@@ -5,8 +5,9 @@ use std::borrow::Cow;
 use glam::DVec3;
 
 use super::FillError;
+use crate::attributes::transfer;
 use crate::mesh::{
-    Hole, LARGEST, Mesh, OpenChain, SMALLEST, Topology, bounds, find_holes, weld_map,
+    Hole, LARGEST, Mesh, Model, OpenChain, SMALLEST, Topology, bounds, find_holes, weld_map,
 };
 
 /// What a mesh holds. [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and [`Inspection::fair`] work on it.
@@ -66,6 +67,23 @@ impl<'m> Inspection<'m> {
     /// Whether a hole bounds a component of one or two triangles.
     pub(super) fn bounds_small_component(&self, hole: usize) -> bool {
         self.topology.piece_faces[self.holes[hole].piece as usize] <= 2
+    }
+}
+
+impl Model {
+    /// Finds the pieces, holes and defects of the mesh.
+    ///
+    /// # Errors
+    /// As [`Inspection::new`].
+    pub fn inspect(&self) -> Result<Inspection<'_>, FillError> {
+        Inspection::new(&self.mesh)
+    }
+
+    /// The model with another mesh, which begins with the vertices and faces of this one: what it carries is continued on what
+    /// comes after them; see [`transfer`].
+    #[must_use]
+    pub fn mended(&self, mesh: Mesh) -> Self {
+        transfer(&self.mesh, &self.attributes, mesh)
     }
 }
 

@@ -8,6 +8,7 @@ pub mod holes;
 mod lengths;
 pub mod mask;
 pub mod measures;
+mod model;
 mod part;
 mod sets;
 #[cfg(test)]
@@ -27,6 +28,7 @@ pub use chains::{ChainReason, OpenChain};
 pub use holes::{Hole, find_holes};
 pub use lengths::{length, point};
 pub use measures::area_vector;
+pub use model::Model;
 pub use part::Part;
 pub use sets::DisjointSets;
 pub use topology::{Defects, Topology};

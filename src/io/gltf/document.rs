@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::super::{Model, text};
+use super::super::{Contents, text};
 use super::scene::{Block, PlacedPrimitive};
 
 /// A glTF or GLB file with all that a mesh does not hold: its node tree, materials, textures, animations and extras.
@@ -47,7 +47,7 @@ impl Document {
     }
 
     /// How many of the faces are kept.
-    pub(super) fn kept(&self, model: &Model<'_>) -> usize {
+    pub(super) fn kept(&self, model: &Contents<'_>) -> usize {
         match &model.attributes.kept_of_file {
             Some(kept) => kept.iter().filter(|k| **k).count(),
             None => self.counts().1,
@@ -55,7 +55,7 @@ impl Document {
     }
 
     /// Whether a mesh can be one that began as this scene.
-    pub(super) fn fits(&self, model: &Model<'_>) -> bool {
+    pub(super) fn fits(&self, model: &Contents<'_>) -> bool {
         let (vertices, faces) = self.counts();
         let marks = model.attributes.kept_of_file.as_ref();
         model.mesh.positions.len() >= vertices

@@ -14,7 +14,7 @@ pub use document::Document;
 
 use gltf_json::Root;
 
-use super::{Format, IoError, Loaded, Model, Place, Resolve, Written, text};
+use super::{Contents, Format, IoError, Loaded, Place, Resolve, Written, text};
 
 /// Reads all triangles of the default scene of a glTF or GLB file into one mesh.
 pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
@@ -52,7 +52,7 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
 }
 
 /// Writes a mesh: into the document it came from, where there is one, else into a new one.
-pub(super) fn write(model: &Model<'_>, format: Format) -> Result<Written, IoError> {
+pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoError> {
     match model.document.filter(|document| document.fits(model)) {
         Some(document) => patch::write(document, model, format),
         None => write::write(model, format),

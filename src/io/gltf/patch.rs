@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde_json::{Map, Value, json};
 
-use super::super::{Format, IoError, Model, Written};
+use super::super::{Contents, Format, IoError, Written};
 use super::build::Builder;
 use super::document::Document;
 use super::scene::{Block, PlacedPrimitive};
@@ -18,7 +18,7 @@ use crate::mesh::attributes::{LabelKind, NONE, PATCH_NAME, Role};
 /// Writes the document with the new faces of the mesh.
 pub(super) fn write(
     document: &Document,
-    model: &Model<'_>,
+    model: &Contents<'_>,
     format: Format,
 ) -> Result<Written, IoError> {
     let mut builder = merge(document);
@@ -88,7 +88,7 @@ fn merge(document: &Document) -> Builder {
 }
 
 /// Gives primitives that lost faces new indices. A mesh that several nodes use is copied for the one that lost some.
-fn take_out(builder: &mut Builder, document: &Document, model: &Model<'_>, kept: &[bool]) {
+fn take_out(builder: &mut Builder, document: &Document, model: &Contents<'_>, kept: &[bool]) {
     let mut next = 0;
     let mut copied: BTreeMap<usize, usize> = BTreeMap::new();
     let mut emptied: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -188,14 +188,14 @@ fn add_node(builder: &mut Builder, node: usize, primitives: Vec<Value>) {
 /// The new faces, sorted by the node under which they are put and by their material.
 struct Patches<'a> {
     document: &'a Document,
-    model: &'a Model<'a>,
+    model: &'a Contents<'a>,
     /// The block of each vertex that is a copy of one, or one, of the file.
     origin: BTreeMap<u32, u32>,
     groups: BTreeMap<(usize, u32), Vec<[u32; 3]>>,
 }
 
 impl<'a> Patches<'a> {
-    fn new(document: &'a Document, model: &'a Model<'a>) -> Self {
+    fn new(document: &'a Document, model: &'a Contents<'a>) -> Self {
         let mut patches = Self {
             document,
             model,

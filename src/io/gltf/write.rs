@@ -4,13 +4,13 @@ use std::collections::HashMap;
 
 use serde_json::{Map, Value, json};
 
-use super::super::{Format, IoError, Model, Written, lost, rounded};
+use super::super::{Contents, Format, IoError, Written, lost, rounded};
 use super::build::Builder;
 use super::materials::{Materials, turned};
 use crate::mesh::attributes::{Attribute, Attributes, LabelKind, NONE, PATCH_NAME, Role, Scalar};
 
 /// Writes a glTF or GLB file.
-pub(super) fn write(model: &Model<'_>, format: Format) -> Result<Written, IoError> {
+pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoError> {
     let mesh = model.mesh;
     if mesh.positions.is_empty() || mesh.faces.is_empty() {
         return Err(IoError::NotWritable {
@@ -83,7 +83,7 @@ struct Split {
 }
 
 impl Split {
-    fn new(model: &Model<'_>) -> Self {
+    fn new(model: &Contents<'_>) -> Self {
         let pools = &model.attributes.corner;
         let count = model.mesh.positions.len();
         let mut split = Self {

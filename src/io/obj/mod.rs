@@ -245,7 +245,7 @@ fn fault(line: usize, what: String) -> IoError {
 #[cfg(test)]
 mod tests {
     use super::super::samples::*;
-    use super::super::{Model, WriteOptions, to_bytes};
+    use super::super::{Contents, WriteOptions, to_bytes};
     use super::*;
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -365,7 +365,7 @@ mod tests {
     #[test]
     fn attributes_come_back_as_they_were() {
         let loaded = read(DRESSED.as_bytes()).unwrap();
-        let model = Model {
+        let model = Contents {
             mesh: &loaded.mesh,
             attributes: &loaded.attributes,
             document: None,

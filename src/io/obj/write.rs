@@ -2,11 +2,11 @@
 
 use std::io::Write;
 
-use super::super::{Format, Model, Written, lost};
+use super::super::{Contents, Format, Written, lost};
 use crate::mesh::attributes::{Attribute, LabelKind, NONE, PATCH_NAME, Role, Scalar};
 
 /// Writes a mesh as OBJ text with the shortest decimals that give back the same floats.
-pub(in super::super) fn write(model: &Model<'_>) -> Written {
+pub(in super::super) fn write(model: &Contents<'_>) -> Written {
     let mesh = model.mesh;
     let mut bytes = Vec::with_capacity(mesh.positions.len() * 40 + mesh.faces.len() * 24);
     // Writing to a vector does not fail.
@@ -32,7 +32,7 @@ pub(in super::super) fn write(model: &Model<'_>) -> Written {
     }
 }
 
-fn notes(model: &Model<'_>) -> Vec<String> {
+fn notes(model: &Contents<'_>) -> Vec<String> {
     let all = model.attributes;
     let of_face = |a: &Attribute| all.face.iter().any(|b| std::ptr::eq(a, b));
     let held =
@@ -65,7 +65,7 @@ enum Corners<'a> {
 }
 
 impl<'a> Corners<'a> {
-    fn new(model: &Model<'a>, role: Role) -> Self {
+    fn new(model: &Contents<'a>, role: Role) -> Self {
         let attributes = model.attributes;
         if let Some(found) = attributes.corner.iter().find(|c| c.pool.role == role) {
             return Corners::Pool(&found.pool, &found.corners);
@@ -100,7 +100,7 @@ impl<'a> Corners<'a> {
     }
 }
 
-fn faces(bytes: &mut Vec<u8>, model: &Model<'_>, corners: &[Corners<'_>; 2]) {
+fn faces(bytes: &mut Vec<u8>, model: &Contents<'_>, corners: &[Corners<'_>; 2]) {
     let plain = corners.iter().all(|c| matches!(c, Corners::None));
     let mut states = States::new(model);
     for (f, face) in model.mesh.faces.iter().enumerate() {
@@ -126,7 +126,7 @@ fn faces(bytes: &mut Vec<u8>, model: &Model<'_>, corners: &[Corners<'_>; 2]) {
 
 /// Labels of the kinds that OBJ has, of which those that change from face to face are written.
 struct States<'m> {
-    model: &'m Model<'m>,
+    model: &'m Contents<'m>,
     now: [Option<&'m str>; 4],
 }
 
@@ -138,7 +138,7 @@ const KINDS: [(LabelKind, &str); 4] = [
 ];
 
 impl<'m> States<'m> {
-    fn new(model: &'m Model<'m>) -> Self {
+    fn new(model: &'m Contents<'m>) -> Self {
         Self {
             model,
             now: [None; 4],

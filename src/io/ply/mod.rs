@@ -36,7 +36,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
 #[cfg(test)]
 mod tests {
     use super::super::samples::*;
-    use super::super::{Format, Model, Precision, WriteOptions, model_to_bytes, to_bytes};
+    use super::super::{Contents, Format, Precision, WriteOptions, model_to_bytes, to_bytes};
     use super::*;
     use crate::mesh::attributes::{Attribute, Role, Scalar};
 
@@ -256,7 +256,7 @@ mod tests {
     #[test]
     fn attributes_come_back_as_they_were() {
         let loaded = read(DRESSED.as_bytes()).unwrap();
-        let model = Model {
+        let model = Contents {
             mesh: &loaded.mesh,
             attributes: &loaded.attributes,
             document: None,
@@ -293,7 +293,7 @@ mod tests {
             vertex: vec![colour, uv],
             ..Attributes::default()
         };
-        let model = Model {
+        let model = Contents {
             mesh: &mesh,
             attributes: &attributes,
             document: None,
@@ -323,7 +323,7 @@ mod tests {
         let text = format!("{head}{sets}{same}{tail}{rows}3 0 1 2\n");
         let loaded = read(text.as_bytes()).unwrap();
         assert_eq!(loaded.attributes.vertex.len(), 39_998 + 20_000);
-        let model = Model {
+        let model = Contents {
             mesh: &loaded.mesh,
             attributes: &loaded.attributes,
             document: None,

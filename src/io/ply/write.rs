@@ -4,12 +4,14 @@ use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
-use super::super::{Format, IoError, Model, Precision, WriteOptions, Written, lost, rounded, text};
+use super::super::{
+    Contents, Format, IoError, Precision, WriteOptions, Written, lost, rounded, text,
+};
 use crate::mesh::attributes::{Attribute, Attributes, CornerAttribute, Role, Scalar};
 
 /// Writes positions, triangles and their attributes.
 pub(in super::super) fn write(
-    model: &Model<'_>,
+    model: &Contents<'_>,
     options: &WriteOptions,
 ) -> Result<Written, IoError> {
     let mesh = model.mesh;
@@ -163,7 +165,7 @@ fn distinct<'a>(attributes: &'a [Attribute], taken: &[&str]) -> Vec<Column<'a>> 
 }
 
 /// The attributes with values of corners, save texture coordinates, made ones of vertices where they can be.
-fn of_vertices<'a>(model: &Model<'a>) -> Cow<'a, Attributes> {
+fn of_vertices<'a>(model: &Contents<'a>) -> Cow<'a, Attributes> {
     let is_list = |c: &CornerAttribute| c.pool.role == Role::Uv(0);
     if model.attributes.corner.iter().all(is_list) {
         return Cow::Borrowed(model.attributes);
@@ -205,7 +207,7 @@ impl<'a> Tables<'a> {
         }
     }
 
-    fn header(&self, model: &Model<'_>, options: &WriteOptions) -> String {
+    fn header(&self, model: &Contents<'_>, options: &WriteOptions) -> String {
         let encoding = if options.ascii {
             "ascii"
         } else {

@@ -1,5 +1,5 @@
 use super::super::samples::*;
-use super::super::{Format, Loaded, Model, Precision, WriteOptions, model_to_bytes};
+use super::super::{Contents, Format, Loaded, Precision, WriteOptions, model_to_bytes};
 use super::tests::legacy;
 use crate::mesh::attributes::{Active, Attribute, Role, Scalar};
 
@@ -69,7 +69,7 @@ fn arrays_of_points_and_cells_go_through() {
     let loaded = read_alone(&legacy(DRESSED), Format::Vtk).unwrap();
     assert_eq!(loaded.mesh.faces.len(), 4);
     assert_dressed(&loaded);
-    let model = Model {
+    let model = Contents {
         mesh: &loaded.mesh,
         attributes: &loaded.attributes,
         document: None,

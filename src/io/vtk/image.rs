@@ -203,7 +203,7 @@ pub(super) fn choose(
         ([_], None) => Ok(0),
         (_, None) => refuse(
             format!("it has several arrays: '{listed}'"),
-            "name one of them with --array",
+            "name one of them",
         ),
     }
 }

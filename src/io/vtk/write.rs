@@ -3,7 +3,7 @@
 use vtkio::IOBuffer;
 use vtkio::model::{Attributes, ByteOrder, DataSet, PolyDataPiece, Version, VertexNumbers, Vtk};
 
-use super::super::{Format, IoError, Model, Precision, WriteOptions, Written, rounded};
+use super::super::{Contents, Format, IoError, Precision, WriteOptions, Written, rounded};
 use super::write_data::data;
 use crate::mesh::Mesh;
 
@@ -11,7 +11,7 @@ const TITLE: &str = "written by isomend";
 
 /// Writes a legacy file, which every version of VTK reads.
 pub(in super::super) fn write_legacy(
-    model: &Model<'_>,
+    model: &Contents<'_>,
     options: &WriteOptions,
 ) -> Result<Written, IoError> {
     let mesh = model.mesh;
@@ -57,7 +57,7 @@ pub(in super::super) fn write_legacy(
 
 /// Writes a VTP file with base64 arrays.
 pub(in super::super) fn write_xml(
-    model: &Model<'_>,
+    model: &Contents<'_>,
     options: &WriteOptions,
 ) -> Result<Written, IoError> {
     let mesh = model.mesh;

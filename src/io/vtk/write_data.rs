@@ -5,12 +5,12 @@ use std::borrow::Cow;
 use vtkio::IOBuffer;
 use vtkio::model::{Attribute as Item, Attributes as Data, DataArray, ElementType, FieldArray};
 
-use super::super::{Format, Model, lost, text};
+use super::super::{Contents, Format, lost, text};
 use super::scalar::Scalar;
 use crate::mesh::attributes::{Active, Attribute, CornerAttribute, Role};
 
 /// The data of a model for a format, and what is left out.
-pub(super) fn data(model: &Model<'_>, format: Format) -> (Data, Vec<String>) {
+pub(super) fn data(model: &Contents<'_>, format: Format) -> (Data, Vec<String>) {
     let all = model.attributes;
     // Values of corners become ones of points where all corners of a point agree.
     let corner: Vec<Option<Attribute>> = all

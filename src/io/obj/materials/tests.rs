@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::io::samples::read_alone;
-use crate::io::{Format, Loaded, Model, WriteOptions, model_to_bytes, read_bytes};
+use crate::io::{Contents, Format, Loaded, WriteOptions, model_to_bytes, read_bytes};
 
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\nmore";
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0.25\nvt 1 1\n";
@@ -20,7 +20,7 @@ fn square(libraries: &str, files: &[(&str, &[u8])]) -> Loaded {
 }
 
 fn gltf(loaded: &Loaded) -> serde_json::Value {
-    let model = Model {
+    let model = Contents {
         mesh: &loaded.mesh,
         attributes: &loaded.attributes,
         document: None,
