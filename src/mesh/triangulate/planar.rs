@@ -8,7 +8,6 @@ mod search;
 use glam::{DVec2, DVec3};
 
 use crate::mesh::area_vector;
-
 use search::{Marks, Tree};
 
 /// How many steps the polygons of one file may cost: corners and boxes that are looked at for one inside an ear. What remains
@@ -25,7 +24,7 @@ pub(crate) struct Triangulator {
     small: f64,
     work_left: u64,
     /// The corners that may be ears: all but those that were found to be none, as long as the reason lasts.
-    candidates: Marks,
+    likely: Marks,
     /// For each corner those that are no ears because it lies inside.
     blocks: Vec<Vec<u32>>,
     tree: Tree,
@@ -41,7 +40,7 @@ impl Triangulator {
             reflex_count: 0,
             small: 0.0,
             work_left: WORK_LIMIT,
-            candidates: Marks::default(),
+            likely: Marks::default(),
             blocks: Vec::new(),
             tree: Tree::default(),
         }
@@ -71,7 +70,7 @@ impl Triangulator {
         while left > 3 {
             at = match self.next_ear(at) {
                 Some(ear) => ear,
-                // Round the polygon there is none: it crosses itself.
+                // A polygon without ears crosses itself.
                 None => {
                     clean = false;
                     self.next[at]
@@ -92,14 +91,11 @@ impl Triangulator {
             if self.work_left == 0 {
                 return Some(at);
             }
-            let corner = self
-                .candidates
-                .from(from)
-                .or_else(|| self.candidates.from(0))?;
+            let corner = self.likely.from(from).or_else(|| self.likely.from(0))?;
             match self.obstacle(corner) {
                 None => return Some(corner),
                 Some(obstacle) => {
-                    self.candidates.clear(corner);
+                    self.likely.clear(corner);
                     if obstacle != corner {
                         self.blocks[obstacle].push(corner as u32);
                     }
@@ -147,7 +143,7 @@ impl Triangulator {
         self.prev.clear();
         self.prev
             .extend((0..count).map(|i| (i + count - 1) % count));
-        self.candidates.fill(count);
+        self.likely.fill(count);
         self.blocks.iter_mut().take(count).for_each(Vec::clear);
         self.blocks
             .resize_with(self.blocks.len().max(count), Vec::new);
@@ -170,7 +166,7 @@ impl Triangulator {
                 self.release(i);
             }
         }
-        self.candidates.set(i);
+        self.likely.set(i);
     }
 
     /// A corner is no longer reflex, or gone: what it kept from being an ear may be one now.
@@ -181,7 +177,7 @@ impl Triangulator {
             // Of a corner that is gone already the mark must stay cleared.
             let blocked = blocked as usize;
             if self.next[self.prev[blocked]] == blocked {
-                self.candidates.set(blocked);
+                self.likely.set(blocked);
             }
         }
     }
@@ -190,7 +186,7 @@ impl Triangulator {
     /// round the polygon instead of forming a fan of slivers.
     fn unlink(&mut self, i: usize) -> usize {
         let (before, after) = (self.prev[i], self.next[i]);
-        self.candidates.clear(i);
+        self.likely.clear(i);
         self.next[before] = after;
         self.prev[after] = before;
         if self.reflex[i] {
@@ -231,9 +227,8 @@ fn turn(flat: &[DVec2], prev: &[usize], next: &[usize], i: usize) -> f64 {
 /// Takes the diagonal from the first corner unless only the other one keeps both halves facing the same way.
 fn cut_quad(p: &[DVec3], emit: &mut impl FnMut([usize; 3])) -> bool {
     let normal = |a: usize, b: usize, c: usize| area_vector([p[a], p[b], p[c]]);
-    let agreement = |n: DVec3, m: DVec3| n.dot(m);
-    let first = agreement(normal(0, 1, 2), normal(0, 2, 3));
-    let second = agreement(normal(1, 2, 3), normal(1, 3, 0));
+    let first = normal(0, 1, 2).dot(normal(0, 2, 3));
+    let second = normal(1, 2, 3).dot(normal(1, 3, 0));
     if first <= 0.0 && second > 0.0 {
         emit([1, 2, 3]);
         emit([1, 3, 0]);
