@@ -219,6 +219,13 @@ impl Output {
     fn side_files(&self, input: &Loaded) -> Option<String> {
         let names = match (input.format, self.format) {
             (Format::Obj, Format::Obj) => input.attributes.libraries.clone(),
+            (Format::Obj, Format::Gltf | Format::Glb) => {
+                let materials = input.attributes.materials.iter();
+                let mut textures: Vec<_> = materials.filter_map(|m| m.texture.clone()).collect();
+                textures.sort_unstable();
+                textures.dedup();
+                textures
+            }
             (Format::Ply, Format::Ply) => input.attributes.textures.clone(),
             (Format::Gltf | Format::Glb, Format::Gltf | Format::Glb) => {
                 input.document.as_ref().map(Document::side_files)?

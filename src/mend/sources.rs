@@ -6,8 +6,8 @@ use glam::DVec3;
 
 use super::Inspection;
 use super::task::Looked;
-use crate::mesh::Hole;
 use crate::mesh::topology::NONE;
+use crate::mesh::{DisjointSets, Hole};
 use crate::region::{Region, VoxelSize};
 use crate::sdf::Sampler;
 
@@ -121,7 +121,7 @@ struct Bodies {
 impl Bodies {
     fn new(found: &Inspection) -> Self {
         let (mesh, topology) = (&found.mesh, &found.topology);
-        let mut parent: Vec<u32> = (0..topology.piece_faces.len() as u32).collect();
+        let mut sets = DisjointSets::new(topology.piece_faces.len());
         let mut first = vec![NONE; mesh.positions.len()];
         for (face, &piece) in mesh.faces.iter().zip(&topology.piece) {
             if piece == NONE {
@@ -132,13 +132,12 @@ impl Bodies {
                 if *other == NONE {
                     *other = piece;
                 } else {
-                    let (a, b) = (root(&mut parent, *other), root(&mut parent, piece));
-                    parent[a.max(b) as usize] = a.min(b);
+                    sets.join(*other, piece);
                 }
             }
         }
-        let count = parent.len();
-        let of_piece: Vec<u32> = (0..count as u32).map(|p| root(&mut parent, p)).collect();
+        let count = topology.piece_faces.len();
+        let of_piece: Vec<u32> = (0..count as u32).map(|p| sets.find(p)).collect();
         let mut faces = vec![0; count];
         let mut boxes = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; count];
         for (face, &piece) in mesh.faces.iter().zip(&topology.piece) {
@@ -186,12 +185,4 @@ fn widest_box(found: &Inspection, holes: &[&Hole], voxel: VoxelSize) -> [DVec3; 
 /// Whether two boxes meet.
 fn meet(a: &[DVec3; 2], b: &[DVec3; 2]) -> bool {
     b[0].cmple(a[1]).all() && b[1].cmpge(a[0]).all()
-}
-
-fn root(parent: &mut [u32], mut i: u32) -> u32 {
-    while parent[i as usize] != i {
-        parent[i as usize] = parent[parent[i as usize] as usize];
-        i = parent[i as usize];
-    }
-    i
 }
