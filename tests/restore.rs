@@ -295,7 +295,7 @@ fn what_cannot_be_restored_is_refused() {
     let part = restore(&mesh, &marked, &keep_shape).unwrap_err();
     assert!(matches!(part, RestoreError::KeepShape(_)), "{part}");
     let empty = refused(&Mesh::default(), &[]);
-    assert!(empty.to_string().contains("mark"), "{empty}");
+    assert!(empty.to_string().contains("no faces"), "{empty}");
 }
 
 struct Desk(TempDir);

@@ -67,7 +67,7 @@ impl Drawings {
     /// Refuses files that cannot be written, have another kind's name or are another file of the job.
     ///
     /// # Errors
-    /// [`JobError::Unwritable`] and [`JobError::Places`].
+    /// [`JobError::Unwritable`] and [`JobError::Drawing`].
     pub fn check(&self, input: &Place, mesh: Option<&Place>) -> Result<(), JobError> {
         let mut taken = vec![("the input", input.clone())];
         taken.extend(mesh.map(|mesh| ("the mesh", mesh.clone())));
@@ -79,7 +79,7 @@ impl Drawings {
             let Some(path) = path else {
                 continue;
             };
-            let bad = |what: String| Err(JobError::Places { what });
+            let bad = |what: String| Err(JobError::Drawing { what });
             let shown = path.display();
             let extension = path.extension().and_then(|e| e.to_str());
             if !extension.is_some_and(|e| extensions.contains(&e.to_ascii_lowercase().as_str())) {

@@ -151,6 +151,12 @@ pub enum JobError {
         /// What is wrong, and what to do.
         what: String,
     },
+    /// A page or picture that cannot go where it should.
+    #[error("{what}")]
+    Drawing {
+        /// What is wrong, and what to do.
+        what: String,
+    },
     /// A picture could not be made.
     #[error(transparent)]
     Picture(#[from] PictureError),

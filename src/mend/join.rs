@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason};
+use super::patch::RegionPatch;
 use super::report::RegionReport;
 use super::solve::RegionWork;
-use super::task::RegionPatch;
 use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::mesh::{Hole, Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};

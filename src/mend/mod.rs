@@ -12,6 +12,7 @@ mod join;
 mod opening;
 mod outcome;
 mod params;
+mod patch;
 mod regions;
 mod report;
 mod restore;
@@ -32,10 +33,11 @@ pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
 };
 pub use params::{FairExtent, FairParams, FillParams, RestoreParams, SurfaceKind};
+pub use patch::RegionPatch;
 pub use regions::Regions;
 pub use report::{FairReport, FillReport, HoleReport, RegionReport, RestoreReport};
 pub use restore::Restored;
-pub use task::{RegionPatch, RegionTask};
+pub use task::RegionTask;
 
 /// A filled mesh.
 #[derive(Clone, Debug)]

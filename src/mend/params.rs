@@ -57,6 +57,11 @@ impl FillParams {
             .unwrap_or_else(|| self.energy.needs().edge_ratio)
     }
 
+    /// Whether one of these holes is to be put together with others.
+    pub(super) fn bridges(&self, holes: &[usize]) -> bool {
+        self.bridge.iter().flatten().any(|id| holes.contains(id))
+    }
+
     /// Whether they make sense by themselves.
     ///
     /// # Errors

@@ -8,10 +8,11 @@ use super::control::Watch;
 use super::damaged::Damaged;
 use super::outcome::{FailedReason, HoleOutcome, LeftReason, TriangulatedReason};
 use super::params::{FillParams, SurfaceKind};
+use super::patch::RegionPatch;
 use super::report::{FEW_EDGES, FillReport, HoleReport, RegionReport};
 use super::solve::{RegionWork, first_region, is_trivial};
 use super::sources::Sources;
-use super::task::{RegionPatch, RegionTask};
+use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::mesh::{Hole, Mesh};
 use crate::region::{Region, VoxelSize, group_holes};
@@ -89,7 +90,13 @@ impl<'a> Regions<'a> {
     /// Each has a copy of the pieces of the mesh that its region may look at, so they are made one at a time.
     pub fn tasks(&self) -> impl Iterator<Item = RegionTask> {
         let sources = self.sources();
-        (0..self.len()).map(move |i| RegionTask::new(self, &sources, i))
+        (0..self.len()).map(move |i| {
+            let group = &self.groups[i];
+            let holes = self.holes(group);
+            let looked = sources.pieces_of(self.found, i, &holes, self.params.voxel);
+            let closed = self.closes(group);
+            RegionTask::new(i + 1, self.found, &holes, closed, looked, &self.params)
+        })
     }
 
     /// What would be done, without doing it.
@@ -217,19 +224,7 @@ impl<'a> Regions<'a> {
         }
     }
 
-    pub(super) fn found(&self) -> &'a Inspection<'a> {
-        self.found
-    }
-
-    pub(super) fn params(&self) -> &FillParams {
-        &self.params
-    }
-
-    pub(super) fn group(&self, region: usize) -> &[usize] {
-        &self.groups[region]
-    }
-
-    pub(super) fn holes(&self, group: &[usize]) -> Vec<&'a Hole> {
+    fn holes(&self, group: &[usize]) -> Vec<&'a Hole> {
         group.iter().map(|&h| &self.found.holes[h]).collect()
     }
 
@@ -239,7 +234,7 @@ impl<'a> Regions<'a> {
     }
 
     /// Whether the pieces of a group are closed once all holes but their outer borders are filled.
-    pub(super) fn closes(&self, group: &[usize]) -> bool {
+    fn closes(&self, group: &[usize]) -> bool {
         let holes = &self.found.holes;
         let same_piece = |h: &Hole| group.iter().any(|&g| holes[g].piece == h.piece);
         let other_border =
@@ -293,7 +288,7 @@ impl<'a> Regions<'a> {
         let ids: Vec<usize> = holes.iter().map(|h| h.id).collect();
         RegionReport {
             id: region + 1,
-            bridge: is_bridged(&self.params, &ids),
+            bridge: self.params.bridges(&ids),
             diameter: holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
             voxel: grid.as_ref().map(|g| g.voxel),
             dims: grid.as_ref().map(Region::finest_dims),
@@ -301,12 +296,6 @@ impl<'a> Regions<'a> {
             ..RegionReport::default()
         }
     }
-}
-
-/// Whether the caller asked to put holes of a region together.
-pub(super) fn is_bridged(params: &FillParams, holes: &[usize]) -> bool {
-    let mut asked = params.bridge.iter().flatten();
-    asked.any(|id| holes.contains(id))
 }
 
 fn lookup(found: &Inspection, ids: &[usize]) -> Result<Vec<usize>, FillError> {

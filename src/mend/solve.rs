@@ -7,9 +7,8 @@ use glam::DVec3;
 use super::damaged::Damaged;
 use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
 use super::params::{FillParams, SurfaceKind};
-use super::regions::is_bridged;
+use super::patch::RegionPatch;
 use super::report::{FEW_EDGES, RegionReport};
-use super::task::RegionPatch;
 use super::tries::{Try, Verdict, next_try};
 use crate::flow::{FlowSettings, Variant};
 use crate::mesh::{Hole, Mesh};
@@ -108,7 +107,7 @@ impl RegionWork<'_> {
         let report = &mut filled.report;
         report.id = self.id;
         report.holes = self.holes.iter().map(|h| h.id).collect();
-        report.bridge = is_bridged(self.params, &report.holes);
+        report.bridge = self.params.bridges(&report.holes);
         report.seconds = clock.elapsed().as_secs_f64();
         filled
     }

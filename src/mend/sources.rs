@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Inspection;
-use super::task::Looked;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole};
 use crate::region::{Region, VoxelSize};
@@ -30,6 +29,14 @@ pub(super) struct Sources<'a> {
     /// For each group the bodies that it knows, where it has a restricted sampler.
     own: Vec<Option<Vec<u32>>>,
     bodies: Bodies,
+}
+
+/// Which pieces a region looks at.
+pub(super) struct Looked {
+    /// Those in or near its box, by piece.
+    pub(super) near: Vec<bool>,
+    /// Those that it knows.
+    pub(super) known: Vec<bool>,
 }
 
 impl<'a> Sources<'a> {

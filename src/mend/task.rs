@@ -2,14 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::FillError;
 use super::control::{Control, Watch};
-use super::outcome::HoleOutcome;
 use super::params::FillParams;
-use super::regions::Regions;
-use super::report::RegionReport;
+use super::patch::RegionPatch;
 use super::solve::RegionWork;
-use super::sources::Sources;
+use super::sources::Looked;
+use super::{FillError, Inspection};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology};
 use crate::sdf::Sampler;
@@ -37,38 +35,27 @@ pub struct RegionTask {
     params: FillParams,
 }
 
-/// What became of a region.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct RegionPatch {
-    /// The patch: vertex numbers below the input's number of vertices are the input's, the others those of its own vertices.
-    pub mesh: Mesh,
-    /// What was done.
-    pub report: RegionReport,
-    /// What became of each of its holes, in the order of the report's.
-    pub outcomes: Vec<HoleOutcome>,
-}
-
 impl RegionTask {
-    /// The work on a region, from 0.
-    pub(super) fn new(regions: &Regions, sources: &Sources, region: usize) -> Self {
-        let found = regions.found();
-        let group = regions.group(region);
-        let count = found.mesh.positions.len();
-        let closed = regions.closes(group);
-        let holes = regions.holes(group);
-        let voxel = regions.params().voxel;
-        let looked_at = sources.pieces_of(found, region, &holes, voxel);
+    /// The work on a region, from 1, of a mesh; `looked` says which pieces it looks at, if not all.
+    pub(super) fn new(
+        id: usize,
+        found: &Inspection,
+        holes: &[&Hole],
+        closed: bool,
+        looked: Option<Looked>,
+        params: &FillParams,
+    ) -> Self {
         let task = Self {
-            id: region + 1,
+            id,
             mesh: Mesh::default(),
             known: None,
             vertices: None,
-            count,
-            holes: holes.into_iter().cloned().collect(),
+            count: found.mesh.positions.len(),
+            holes: holes.iter().copied().cloned().collect(),
             closed,
-            params: regions.params().clone(),
+            params: params.clone(),
         };
-        let Some(Looked { near, known }) = looked_at else {
+        let Some(Looked { near, known }) = looked else {
             let mesh = found.mesh.clone();
             return Self { mesh, ..task };
         };
@@ -171,14 +158,6 @@ impl RegionTask {
             *face = face.map(whole);
         }
     }
-}
-
-/// Which pieces a region looks at.
-pub(super) struct Looked {
-    /// Those in or near its box, by piece.
-    pub(super) near: Vec<bool>,
-    /// Those that it knows.
-    pub(super) known: Vec<bool>,
 }
 
 /// The piece that a hole bounds.

@@ -1,0 +1,144 @@
+//! The file-to-file job as a library does what the command line does.
+
+mod desk;
+mod shapes;
+
+use isomend::glam::DVec3;
+use isomend::io::{Format, WriteOptions, read_path, to_bytes};
+use isomend::job::{Extent, JobError, JobSpec, MaskSpec, Output, Place, Source, Work, run};
+use isomend::{Control, FairParams, FillParams, RestoreParams, VoxelSize};
+use serde_json::Value;
+
+use desk::Desk;
+
+fn ball() -> isomend::Mesh {
+    shapes::cut(&shapes::sphere(8), |p| p.z > 0.8)
+}
+
+fn params() -> FillParams {
+    let mut params = FillParams::default();
+    params.voxel = VoxelSize::Length(0.1);
+    params
+}
+
+/// A document without what differs from run to run.
+fn timeless(mut document: Value) -> Value {
+    document["seconds"] = Value::Null;
+    for region in document["regions"].as_array_mut().into_iter().flatten() {
+        region["seconds"] = Value::Null;
+        for level in region["levels"].as_array_mut().into_iter().flatten() {
+            level["seconds"] = Value::Null;
+        }
+    }
+    document
+}
+
+#[test]
+fn a_job_writes_and_tells_what_the_command_line_does() {
+    let desk = Desk::new();
+    desk.save("ball.ply", &ball(), Format::Ply);
+    let voxel = ["--voxel", "0.1", "-q", "--json", "told.json"];
+    let args = [&["fill", "ball.ply", "-o", "cli.ply"][..], &voxel].concat();
+    assert!(desk.run(&args).status.success());
+    let spec = JobSpec::new(
+        desk.path("ball.ply"),
+        desk.path("job.ply"),
+        Work::Fill(params()),
+    );
+    let spec = spec.unwrap();
+    // As it would come to another machine.
+    let spec: JobSpec = serde_json::from_str(&serde_json::to_string(&spec).unwrap()).unwrap();
+    let result = run(&spec, &Control::new()).unwrap();
+    let bytes = |name| std::fs::read(desk.path(name)).unwrap();
+    assert_eq!(bytes("job.ply"), bytes("cli.ply"));
+    let mut told = timeless(desk.json("told.json"));
+    let mut own = timeless(serde_json::to_value(result.document()).unwrap());
+    for document in [&mut told, &mut own] {
+        document["input"]["path"] = Value::Null;
+        document["output"]["path"] = Value::Null;
+    }
+    assert_eq!(own, told);
+    assert!(result.complete() && result.report.flawless());
+}
+
+#[test]
+fn bytes_go_in_and_out() {
+    let mesh = ball();
+    let written = to_bytes(&mesh, Format::Ply, &WriteOptions::default()).unwrap();
+    let mut spec = JobSpec::plan(Source::bytes("upload", written.bytes), Work::Fill(params()));
+    let plan = run(&spec, &Control::new()).unwrap();
+    assert!(plan.planned && plan.bytes.is_empty() && plan.mesh.is_none());
+    let document = serde_json::to_value(plan.document()).unwrap();
+    assert_eq!(document["dry_run"], true);
+    assert_eq!(document["holes"][0]["outcome"], "would_be_filled");
+    let place = Place::Bytes("download".to_owned());
+    spec.output = Some(Output::new(place, Some(Format::Obj)).unwrap());
+    let filled = run(&spec, &Control::new()).unwrap();
+    assert!(filled.bytes.starts_with(b"#") || filled.bytes.starts_with(b"v"));
+    let faces = filled
+        .bytes
+        .split(|b| *b == b'\n')
+        .filter(|l| l.starts_with(b"f "))
+        .count();
+    assert_eq!(faces, filled.mesh.unwrap().faces.len());
+    spec.source = Source::bytes("upload", b"solid nothing".to_vec());
+    let error = run(&spec, &Control::new()).unwrap_err();
+    assert!(error.to_string().contains("upload"), "{error}");
+}
+
+#[test]
+fn regions_are_marked_in_words() {
+    let desk = Desk::new();
+    desk.save("ball.ply", &shapes::sphere(8), Format::Ply);
+    let mut mask = MaskSpec::default();
+    mask.balls = vec![(DVec3::Z, 0.5)];
+    let mut restore = RestoreParams::default();
+    restore.fill = params();
+    let work = Work::Restore(mask.clone(), restore.clone());
+    let spec = JobSpec::new(desk.path("ball.ply"), desk.path("out.ply"), work).unwrap();
+    let result = run(&spec, &Control::new()).unwrap();
+    let Extent::Region(cut) = &result.extent else {
+        panic!("{:?}", result.extent);
+    };
+    assert!(cut.removed_faces >= cut.marked_faces && cut.marked_faces > 0);
+    let (mesh, written) = (
+        result.mesh.as_ref().unwrap(),
+        read_path(&desk.path("out.ply"), None),
+    );
+    assert_eq!(mesh.faces, written.unwrap().mesh.faces);
+    mask.balls = vec![(9.0 * DVec3::Z, 0.5)];
+    let spec = JobSpec::plan(desk.path("ball.ply"), Work::Restore(mask, restore));
+    let missed = run(&spec, &Control::new()).unwrap_err();
+    assert!(matches!(missed, JobError::NothingMarked { .. }), "{missed}");
+    let nothing = Work::Restore(MaskSpec::default(), RestoreParams::default());
+    let spec = JobSpec::plan(desk.path("ball.ply"), nothing);
+    assert!(matches!(run(&spec, &Control::new()), Err(JobError::NoMask)));
+    let spec = JobSpec::plan(
+        desk.path("ball.ply"),
+        Work::Fair(None, FairParams::default()),
+    );
+    let plan = run(&spec, &Control::new()).unwrap();
+    assert!(matches!(&plan.extent, Extent::Faired(report) if report.whole));
+}
+
+#[test]
+fn what_would_overwrite_another_file_is_refused_before_any_work() {
+    let desk = Desk::new();
+    desk.save("ball.ply", &ball(), Format::Ply);
+    let work = Work::Fill(params());
+    let mut spec = JobSpec::new(desk.path("ball.ply"), desk.path("out.ply"), work.clone()).unwrap();
+    spec.drawings.page = Some(desk.path("out.ply"));
+    assert!(matches!(
+        run(&spec, &Control::new()),
+        Err(JobError::Drawing { .. })
+    ));
+    spec.drawings.page = None;
+    spec.drawings.picture = Some(desk.path("no/folder.png"));
+    assert!(matches!(
+        run(&spec, &Control::new()),
+        Err(JobError::Unwritable { .. })
+    ));
+    let nameless = JobSpec::new(desk.path("ball.ply"), desk.path("out.xyz"), work);
+    assert!(matches!(nameless, Err(JobError::NoFormat { .. })));
+    assert!(!desk.path("out.ply").exists());
+}
