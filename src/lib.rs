@@ -69,6 +69,7 @@
 
 pub mod compare;
 pub mod extract;
+pub mod finish;
 pub mod flow;
 pub mod grid;
 pub mod io;

@@ -10,7 +10,7 @@ const ROWS: [&[&str]; 9] = [
     &["spatial", "io"],
     &["sdf", "extract", "compare"],
     &["flow"],
-    &["params", "stitch"],
+    &["finish", "params", "stitch"],
     &["region"],
     &["report", "study"],
     &["pipeline"],

@@ -1,0 +1,255 @@
+//! What the surroundings foretell, weighted by how well it foretold a ring of what is known.
+
+use glam::DVec3;
+
+use super::biharmonic::solve_for;
+use super::chart::Chart;
+use super::found::{Candidate, CandidateFound, Refusal};
+use super::geometry::{Stiffness, barycentric, half_cotangents};
+use super::kriging::Kriging;
+use super::params::FinishParams;
+use super::patch::Patch;
+use super::random::Random;
+use super::willmore::minimise;
+
+/// The kriged candidates: width of the collar, and the radius up to which a sphere is the chart, in diameters.
+const KRIGED: [(Candidate, f64, f64); 3] = [
+    (Candidate::Sphere, 0.45, 4.0),
+    (Candidate::WideSphere, 0.6, 4.0),
+    (Candidate::Plane, 0.45, 0.0),
+];
+/// With fewer data, no kriging.
+const FEWEST_DATA: usize = 15;
+/// The ring of the test: known vertices nearer than this part of the diameter, or so many mean edges.
+const RING: (f64, f64) = (0.12, 1.5);
+/// The mismatch of a kriged surface at the rim decays over so many mean edges.
+const DECAY: f64 = 1.5;
+/// The least error on the ring that counts, in diameters.
+const LEAST_ERROR: f64 = 1e-6;
+
+/// A surface that may be part of the blend.
+pub(super) struct Surface {
+    /// Positions of the vertices that move.
+    pub(super) shape: Vec<DVec3>,
+    pub(super) found: CandidateFound,
+    /// How it was kriged.
+    pub(super) kriged: Option<Kriged>,
+}
+
+/// A kriging and what it lies over.
+pub(super) struct Kriged {
+    pub(super) chart: Chart,
+    pub(super) kriging: Kriging,
+}
+
+impl Surface {
+    fn willmore(shape: &[DVec3]) -> Self {
+        Self {
+            shape: shape.to_vec(),
+            found: CandidateFound {
+                candidate: Candidate::Willmore,
+                chart: None,
+                order: 0,
+                nugget: 0.0,
+                ring_error: None,
+                weight: 1.0,
+            },
+            kriged: None,
+        }
+    }
+}
+
+/// The blend of the energy's minimum with the kriged surfaces, `Σ e⁻² x / Σ e⁻²` with their errors `e` on a ring of known vertices
+/// that is deleted and refilled; and the surfaces that it is made of.
+pub(super) fn blend(
+    patch: &Patch,
+    minimum: &[DVec3],
+    params: &FinishParams,
+    keep_going: &dyn Fn() -> bool,
+) -> (Vec<Surface>, Result<Vec<DVec3>, Refusal>) {
+    let mut surfaces = candidates(patch, minimum, params, keep_going);
+    if surfaces.len() == 1 {
+        return (surfaces, Err(Refusal::NoChart));
+    }
+    let ring = ring(patch);
+    if ring.is_empty() {
+        return (surfaces, Err(Refusal::NoRing));
+    }
+    let wider = patch.enlarged(&ring, minimum);
+    if wider.rim.is_empty() || !keep_going() {
+        return (surfaces, Err(Refusal::NoRing));
+    }
+    let refilled = minimise(&wider, &wider.shape(), params, keep_going).shape;
+    let tried = candidates(&wider, &refilled, params, keep_going);
+    if !keep_going() {
+        return (surfaces, Err(Refusal::Stopped));
+    }
+    let errors = ring_errors(patch, &wider, &ring, &tried);
+    let mut sum = 0.0;
+    for surface in &mut surfaces {
+        let own = errors.iter().find(|e| e.0 == surface.found.candidate);
+        surface.found.ring_error = own.map(|e| e.1);
+        surface.found.weight = own.map_or(0.0, |e| e.1.max(LEAST_ERROR).powi(-2));
+        sum += surface.found.weight;
+    }
+    let mut shift = vec![DVec3::ZERO; minimum.len()];
+    for surface in &mut surfaces {
+        surface.found.weight /= sum;
+        for ((s, x), m) in shift.iter_mut().zip(&surface.shape).zip(minimum) {
+            *s += surface.found.weight * (*x - *m);
+        }
+    }
+    let farthest = shift.iter().map(|s| s.length()).fold(0.0, f64::max);
+    let most = params.farthest_kriged * patch.diameter;
+    let part = if farthest > most {
+        most / farthest
+    } else {
+        1.0
+    };
+    let shape = minimum.iter().zip(&shift).map(|(m, s)| *m + part * *s);
+    (surfaces, Ok(shape.collect()))
+}
+
+/// The energy's minimum and the kriged surfaces that there are.
+fn candidates(
+    patch: &Patch,
+    minimum: &[DVec3],
+    params: &FinishParams,
+    keep_going: &dyn Fn() -> bool,
+) -> Vec<Surface> {
+    let mut all = vec![Surface::willmore(minimum)];
+    let normals = patch.known_normals();
+    for (candidate, width, largest) in KRIGED {
+        if keep_going() {
+            all.extend(kriged(
+                patch,
+                minimum,
+                &normals,
+                (candidate, width, largest),
+                params,
+            ));
+        }
+    }
+    all
+}
+
+/// The surface kriged from a collar, lifted over the feet of the energy's minimum. With noise it passes beside the rim: the
+/// mismatch there is spread into the patch.
+fn kriged(
+    patch: &Patch,
+    minimum: &[DVec3],
+    normals: &[DVec3],
+    (candidate, width, largest): (Candidate, f64, f64),
+    params: &FinishParams,
+) -> Option<Surface> {
+    let (collar, data) = data(patch, width, params.most_data);
+    if collar.len() < FEWEST_DATA {
+        return None;
+    }
+    let chart = Chart::new(patch, minimum, &collar, normals, largest)?;
+    let coordinates = data
+        .iter()
+        .map(|&v| chart.coordinates(patch.points[v as usize]));
+    let (points, heights): (Vec<_>, Vec<f64>) = coordinates.unzip();
+    let kriging = Kriging::new(points, &heights, patch.edge / patch.diameter)?;
+    let lift = |p: &DVec3| chart.lifted(*p, kriging.at(chart.coordinates(*p).0));
+    let mut shape: Vec<DVec3> = minimum.iter().map(lift).collect();
+    let mismatch: Vec<DVec3> = patch.rim_points().iter().map(|p| *p - lift(p)).collect();
+    for (x, c) in shape.iter_mut().zip(spread(patch, &mismatch)?) {
+        *x += c;
+    }
+    let finite = shape.iter().all(|p| p.is_finite());
+    finite.then(|| Surface {
+        shape,
+        found: CandidateFound {
+            candidate,
+            chart: Some(chart.kind()),
+            order: kriging.order,
+            nugget: kriging.nugget,
+            ring_error: None,
+            weight: 0.0,
+        },
+        kriged: Some(Kriged { chart, kriging }),
+    })
+}
+
+/// The known vertices within a collar, and those of them that are data: of the rim at most half, of the others more the nearer
+/// they are.
+fn data(patch: &Patch, width: f64, most: usize) -> (Vec<u32>, Vec<u32>) {
+    let near = |&v: &u32| {
+        let i = v as usize;
+        patch.known[i] && patch.distance[i] < width * patch.diameter
+    };
+    let collar: Vec<u32> = (0..patch.points.len() as u32).filter(near).collect();
+    if collar.len() <= most {
+        return (collar.clone(), collar);
+    }
+    let (rim, rest): (Vec<u32>, Vec<u32>) = collar
+        .iter()
+        .partition(|v| patch.rim.binary_search(v).is_ok());
+    let mut random = Random::new(0);
+    let mut chosen = random.draw(&rim, |_| 1.0, most / 2);
+    let weight = |v: u32| 1.0 / (patch.distance[v as usize] + 0.5 * patch.edge);
+    chosen.extend(random.draw(&rest, weight, most - chosen.len()));
+    (collar, chosen)
+}
+
+/// What a mismatch at the rim is inside: `(S + M / δ²) c = 0`.
+fn spread(patch: &Patch, mismatch: &[DVec3]) -> Option<Vec<DVec3>> {
+    let closure = &patch.closure;
+    let points = patch.closure_points(&patch.shape());
+    let (weights, twice) = half_cotangents(&points, &closure.patch_faces);
+    let mut stiffness = Stiffness::new(points.len(), &closure.patch_faces);
+    stiffness.set(&closure.patch_faces, &weights);
+    let areas = barycentric(points.len(), &closure.patch_faces, &twice);
+    let decay = (DECAY * patch.edge).powi(-2);
+    let mut matrix = stiffness.matrix;
+    for &v in &closure.moving {
+        let i = v as usize;
+        if let Some(entry) = matrix.get_mut(i, i) {
+            *entry += areas[i] * decay;
+        }
+    }
+    let mut values = vec![DVec3::ZERO; points.len()];
+    for (&v, m) in closure.rim.iter().zip(mismatch) {
+        values[v as usize] = *m;
+    }
+    solve_for(&matrix, &closure.moving, &values)
+}
+
+/// The known vertices next to the hole, but none on a border.
+fn ring(patch: &Patch) -> Vec<u32> {
+    let reach = (RING.0 * patch.diameter).max(RING.1 * patch.edge);
+    let inside = |&v: &u32| {
+        let i = v as usize;
+        patch.known[i] && !patch.border[i] && patch.distance[i] < reach
+    };
+    (0..patch.points.len() as u32).filter(inside).collect()
+}
+
+/// Root mean square of the distance along the normal between the ring and what surfaces have in its place.
+fn ring_errors(
+    patch: &Patch,
+    wider: &Patch,
+    ring: &[u32],
+    tried: &[Surface],
+) -> Vec<(Candidate, f64)> {
+    let normals = super::geometry::vertex_normals(&patch.points, &patch.faces);
+    let moving = &wider.closure;
+    let place = |v: u32| {
+        let own = |m: &u32| moving.vertices[*m as usize] < v;
+        moving.moving.partition_point(own)
+    };
+    let error = |surface: &Surface| {
+        let square = |&v: &u32| {
+            let i = v as usize;
+            let way = surface.shape[place(v)] - patch.points[i];
+            way.dot(normals[i]).powi(2)
+        };
+        (ring.iter().map(square).sum::<f64>() / ring.len() as f64).sqrt()
+    };
+    tried
+        .iter()
+        .map(|s| (s.found.candidate, error(s)))
+        .collect()
+}
