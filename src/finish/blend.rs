@@ -8,20 +8,18 @@ use super::found::{Candidate, CandidateFound, Refusal};
 use super::geometry::{Stiffness, barycentric, half_cotangents};
 use super::kriging::Kriging;
 use super::params::FinishParams;
-use super::patch::Patch;
+use super::patch::{Patch, RING, WIDEST_COLLAR};
 use super::random::Random;
 use super::willmore::minimise;
 
 /// The kriged candidates: width of the collar, and the radius up to which a sphere is the chart, in diameters.
 const KRIGED: [(Candidate, f64, f64); 3] = [
     (Candidate::Sphere, 0.45, 4.0),
-    (Candidate::WideSphere, 0.6, 4.0),
+    (Candidate::WideSphere, WIDEST_COLLAR, 4.0),
     (Candidate::Plane, 0.45, 0.0),
 ];
 /// With fewer data, no kriging.
 const FEWEST_DATA: usize = 15;
-/// The ring of the test: known vertices nearer than this part of the diameter, or so many mean edges.
-const RING: (f64, f64) = (0.12, 1.5);
 /// The mismatch of a kriged surface at the rim decays over so many mean edges.
 const DECAY: f64 = 1.5;
 /// The least error on the ring that counts, in diameters.

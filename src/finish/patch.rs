@@ -9,15 +9,19 @@ use super::found::Refusal;
 use super::geometry::{Faces, vertex_normals};
 use super::surroundings::Surroundings;
 
-/// The neighbourhood reaches so many diameters of the hole from the patch, along edges. The data of kriging round the hole
-/// with one more ring lie within 0.6 of its diameter, which is at most 1.24, from the ring: 0.87 in all.
-const REACH: f64 = 1.0;
-/// And at least so many edges.
+/// The neighbourhood reaches at least so many edges from the patch.
 const RINGS: usize = 4;
+/// And so many mean edges farther than the data, for the normals there.
+const MARGIN: f64 = 3.0;
 /// The least length of an edge in distances, in diameters.
 const LEAST_EDGE: f64 = 1e-12;
 /// Up to so many points their diameter is that of all pairs; above, one found by going to the farthest point repeatedly.
 const ALL_PAIRS: usize = 1500;
+
+/// The ring of the test: known vertices nearer than this part of the diameter, or so many mean edges.
+pub(super) const RING: (f64, f64) = (0.12, 1.5);
+/// The widest collar that data are taken from, in diameters.
+pub(super) const WIDEST_COLLAR: f64 = 0.6;
 
 /// A patch and the mesh round it, relative to the middle of the rim and its diameter.
 #[derive(Clone)]
@@ -110,7 +114,9 @@ impl Patch {
         if !(scale > 0.0 && scale.is_finite() && centre.is_finite()) {
             return Err(Refusal::NotFinite);
         }
-        let (ids, distance) = around.within(vertices, REACH * scale, RINGS, LEAST_EDGE * scale);
+        let edge = around.mean_edge(&rim) / scale;
+        let limit = (reach(edge) + MARGIN * edge) * scale;
+        let (ids, distance) = around.within(vertices, limit, RINGS, LEAST_EDGE * scale);
         let faces = around.faces_within(&ids);
         let own = |v: u32| ids.partition_point(|&w| w < v) as u32;
         let faces: Vec<[u32; 3]> = faces.iter().map(|f| f.map(own)).collect();
@@ -226,6 +232,13 @@ impl Patch {
             closure,
         }
     }
+}
+
+/// How far from the patch data may lie, in diameters of the hole, along edges. The hole with one more ring is wider by two widths
+/// of the ring, and its data lie within the collar's part of that from the ring.
+fn reach(edge: f64) -> f64 {
+    let ring = RING.0.max(RING.1 * edge);
+    WIDEST_COLLAR * (1.0 + 2.0 * ring) + ring
 }
 
 /// A patch and where it lies in the mesh.

@@ -118,6 +118,19 @@ impl<'a> Surroundings<'a> {
         rim
     }
 
+    /// Mean length of the edges of the faces round some vertices.
+    pub(super) fn mean_edge(&self, vertices: &[u32]) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for &v in vertices {
+            let p = self.position(v);
+            for w in self.beside(v) {
+                sum += p.distance(self.position(w));
+                count += 1.0;
+            }
+        }
+        sum / f64::max(count, 1.0)
+    }
+
     /// All vertices within a distance of the given ones along edges, and those up to so many edges away; rising, with their
     /// distances. Edges count as at least `least` long.
     pub(super) fn within(
