@@ -7,7 +7,7 @@
 
 use glam::DVec2;
 
-use crate::linalg::{Symmetric, Tridiagonal};
+use crate::linalg::{Symmetric, Triangle, Tridiagonal};
 
 /// Orders of the kernel.
 const ORDERS: [u8; 4] = [2, 3, 4, 5];
@@ -39,25 +39,24 @@ fn drift(p: DVec2) -> [f64; TERMS] {
     [1.0, p.x, p.y, p.x * p.x, p.x * p.y, p.y * p.y]
 }
 
+/// The kernel of the surface and the noise of the data.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Model {
+    /// The order of the kernel.
+    pub(super) order: u8,
+    /// The noise, as a length in mean edges.
+    pub(super) nugget: f64,
+}
+
 /// A surface kriged from data.
 pub(super) struct Kriging {
     points: Vec<DVec2>,
     weights: Vec<f64>,
     coefficients: Vec<f64>,
-    /// The order of the kernel.
-    pub(super) order: u8,
-    /// The noise, as a length in mean edges.
-    pub(super) nugget: f64,
-    variance: Variance,
-}
-
-/// What the variance of a prediction needs.
-struct Variance {
-    basis: DriftBasis,
-    reduced: Tridiagonal,
-    shift: f64,
-    top: Vec<f64>,
-    cross: Vec<f64>,
+    model: Model,
+    contrasts: Contrasts,
+    factor: Triangle,
+    /// The variance of the surface, in units of the kernel.
     scale: f64,
 }
 
@@ -132,52 +131,48 @@ fn reflect(v: &[f64], factor: f64, x: &mut [f64]) {
     x.iter_mut().zip(v).for_each(|(x, v)| *x -= s * v);
 }
 
-/// The data without their drift, for one order: `Zᵀ K Z` reduced to tridiagonal form, and what else of `Qᵀ K Q` is needed.
+/// The data without their drift, and what else of `Qᵀ K Q` and `Qᵀ z` is needed.
 struct Contrasts {
     basis: DriftBasis,
-    reduced: Tridiagonal,
-    /// `Qᵀ z`, its last part in the basis of the tridiagonal form.
+    /// The first part of `Qᵀ z`, that of the drift.
     top_data: Vec<f64>,
+    /// The rest.
     data: Vec<f64>,
+    /// The drift's block of `Qᵀ K Q`, and that below it.
     top: Vec<f64>,
     cross: Vec<f64>,
 }
 
 impl Contrasts {
-    fn new(points: &[DVec2], heights: &[f64], squared: &[f64], order: u8) -> Self {
+    /// With `Zᵀ K Z`, the kernel's block that is free of drift.
+    fn new(points: &[DVec2], heights: &[f64], order: u8) -> (Self, Symmetric) {
         let (n, m) = (points.len(), terms(order));
-        let mut kernel = Symmetric::new(n, |i, j| covariance(order, squared[i * n + j]));
+        let entry = |i: usize, j: usize| covariance(order, points[i].distance_squared(points[j]));
+        let mut kernel = Symmetric::new(n, entry);
         let basis = DriftBasis::new(points, m);
         for (v, factor) in &basis.reflectors {
             kernel.reflect(v, *factor);
         }
-        let mut top = vec![0.0; m * m];
-        for i in 0..m {
-            for j in 0..m {
-                top[i * m + j] = kernel.get(i, j);
-            }
-        }
-        let mut cross = Vec::with_capacity((n - m) * m);
-        for i in m..n {
-            cross.extend((0..m).map(|j| kernel.get(i, j)));
-        }
-        let reduced = Tridiagonal::new(kernel.without_first(m));
-        let mut data = heights.to_vec();
-        basis.to(&mut data);
-        let top_data = data[..m].to_vec();
-        let mut data = data.split_off(m);
-        reduced.to_reduced(&mut data);
-        Self {
+        let block = |i: usize| (0..m).map(move |j| (i, j));
+        let entries = |rows: std::ops::Range<usize>| -> Vec<f64> {
+            let all = rows.flat_map(block);
+            all.map(|(i, j)| kernel.get(i, j)).collect()
+        };
+        let (top, cross) = (entries(0..m), entries(m..n));
+        let mut top_data = heights.to_vec();
+        basis.to(&mut top_data);
+        let data = top_data.split_off(m);
+        let contrasts = Self {
             basis,
-            reduced,
             top_data,
             data,
             top,
             cross,
-        }
+        };
+        (contrasts, kernel.without_first(m))
     }
 
-    /// `Z`-part times the block of `Qᵀ K Q` beside the drift's.
+    /// The block below the drift's, transposed, times a vector.
     fn cross_times(&self, x: &[f64]) -> Vec<f64> {
         let m = self.basis.terms;
         let mut out = vec![0.0; m];
@@ -188,74 +183,92 @@ impl Contrasts {
     }
 }
 
-/// The best of all orders and nuggets so far.
-struct Choice {
-    likelihood: f64,
-    contrasts: Contrasts,
-    order: u8,
-    nugget: f64,
-    shift: f64,
-    scale: f64,
+impl Model {
+    /// That of the largest restricted likelihood, `−½ (n ln mean(yᵀ (ZᵀKZ + ν)⁻¹ y) + ln det (ZᵀKZ + ν))` with `y = Zᵀ z`; `edge`
+    /// is the mean edge in the points' unit. `ZᵀKZ` is reduced to tridiagonal form once for an order and serves all nuggets
+    /// then. None where there are too few data or they allow no number.
+    pub(super) fn estimate(points: &[DVec2], heights: &[f64], edge: f64) -> Option<Self> {
+        if points.len() < 2 * TERMS {
+            return None;
+        }
+        let mut best = None::<(f64, Self)>;
+        for order in ORDERS {
+            let (contrasts, kernel) = Contrasts::new(points, heights, order);
+            let (count, ridge) = (
+                contrasts.data.len() as f64,
+                RIDGE * kernel.largest_eigenvalue(),
+            );
+            let reduced = Tridiagonal::new(kernel);
+            let mut data = contrasts.data;
+            reduced.to_reduced(&mut data);
+            for nugget in NUGGETS {
+                let model = Self { order, nugget };
+                let Some(shifted) = reduced.shifted(model.noise(edge) + ridge) else {
+                    continue;
+                };
+                let scale = (shifted.quadratic(&data) / count).max(1e-300);
+                let likelihood = -0.5 * (count * scale.ln() + shifted.log_determinant());
+                if likelihood.is_finite() && best.is_none_or(|b| likelihood > b.0) {
+                    best = Some((likelihood, model));
+                }
+            }
+        }
+        best.map(|b| b.1)
+    }
+
+    /// The variance of the noise, in units of the kernel.
+    fn noise(self, edge: f64) -> f64 {
+        if self.nugget > 0.0 {
+            covariance(self.order, (self.nugget * edge).powi(2)).abs()
+        } else {
+            0.0
+        }
+    }
 }
 
 impl Kriging {
-    /// Kriging of heights at points, with the order and the noise of the largest likelihood; `edge` is the mean edge in the
-    /// points' unit. None where there are too few data or they allow no number.
-    pub(super) fn new(points: Vec<DVec2>, heights: &[f64], edge: f64) -> Option<Self> {
-        let n = points.len();
-        if n < 2 * TERMS {
+    /// Kriging of heights at points by a model. None where there are too few data or they allow no number.
+    pub(super) fn new(
+        points: Vec<DVec2>,
+        heights: &[f64],
+        edge: f64,
+        model: Model,
+    ) -> Option<Self> {
+        if points.len() < 2 * TERMS {
             return None;
         }
-        let mut squared = vec![0.0; n * n];
-        for i in 0..n {
-            for j in 0..i {
-                squared[i * n + j] = points[i].distance_squared(points[j]);
-            }
-        }
-        let mut best: Option<Choice> = None;
-        for order in ORDERS {
-            let contrasts = Contrasts::new(&points, heights, &squared, order);
-            let count = contrasts.data.len() as f64;
-            let ridge = RIDGE * contrasts.reduced.bound();
-            let mut own = None::<(f64, f64, f64, f64)>;
-            for nugget in NUGGETS {
-                let noise = if nugget > 0.0 {
-                    covariance(order, (nugget * edge).powi(2)).abs()
-                } else {
-                    0.0
-                };
-                let shift = noise + ridge;
-                let Some(shifted) = contrasts.reduced.shifted(shift) else {
-                    continue;
-                };
-                let scale = shifted.quadratic(&contrasts.data) / count;
-                let likelihood =
-                    -0.5 * (count * scale.max(1e-300).ln() + shifted.log_determinant());
-                if likelihood.is_finite() && own.is_none_or(|o| likelihood > o.0) {
-                    own = Some((likelihood, nugget, shift, scale));
-                }
-            }
-            let Some((likelihood, nugget, shift, scale)) = own else {
-                continue;
-            };
-            if best.as_ref().is_none_or(|b| likelihood > b.likelihood) {
-                best = Some(Choice {
-                    likelihood,
-                    contrasts,
-                    order,
-                    nugget,
-                    shift,
-                    scale,
-                });
-            }
-        }
-        best?.kriging(points)
+        let (contrasts, kernel) = Contrasts::new(&points, heights, model.order);
+        let ridge = RIDGE * kernel.largest_eigenvalue();
+        let factor = kernel.cholesky(model.noise(edge) + ridge)?;
+        let mut solution = contrasts.data.clone();
+        factor.forward(&mut solution);
+        let squares: f64 = solution.iter().map(|y| y * y).sum();
+        let scale = squares / solution.len() as f64;
+        factor.backward(&mut solution);
+        let cross = contrasts.cross_times(&solution);
+        let both = contrasts.top_data.iter().zip(cross);
+        let mut coefficients: Vec<f64> = both.map(|(z, k)| z - k).collect();
+        contrasts.basis.solve(&mut coefficients);
+        let mut weights = vec![0.0; contrasts.basis.terms];
+        weights.extend(solution);
+        contrasts.basis.from(&mut weights);
+        let finite = weights.iter().chain(&coefficients).all(|w| w.is_finite());
+        finite.then_some(Self {
+            points,
+            weights,
+            coefficients,
+            model,
+            contrasts,
+            factor,
+            scale,
+        })
     }
 
     /// The height at a point.
     pub(super) fn at(&self, p: DVec2) -> f64 {
+        let order = self.model.order;
         let pairs = self.points.iter().zip(&self.weights);
-        let kernel = pairs.map(|(q, w)| w * covariance(self.order, p.distance_squared(*q)));
+        let kernel = pairs.map(|(q, w)| w * covariance(order, p.distance_squared(*q)));
         let polynomial = self.coefficients.iter().zip(drift(p)).map(|(c, t)| c * t);
         kernel.sum::<f64>() + polynomial.sum::<f64>()
     }
@@ -264,57 +277,23 @@ impl Kriging {
     /// b)` with `Rᵀ a = t` (the drift's terms at the point) and `(A₂₂ + ν) b = k₂ − A₂₁ a`, and the variance in units of the
     /// scale is `aᵀ A₁₁ a − 2 aᵀ k₁ − bᵀ (A₂₂ + ν) b`.
     pub(super) fn deviation(&self, p: DVec2) -> f64 {
-        let v = &self.variance;
-        let m = v.basis.terms;
+        let c = &self.contrasts;
+        let m = c.basis.terms;
         let distances = self.points.iter().map(|q| p.distance_squared(*q));
-        let mut k: Vec<f64> = distances.map(|d| covariance(self.order, d)).collect();
-        v.basis.to(&mut k);
+        let mut k: Vec<f64> = distances.map(|d| covariance(self.model.order, d)).collect();
+        c.basis.to(&mut k);
         let mut a = drift(p)[..m].to_vec();
-        v.basis.solve_transposed(&mut a);
+        c.basis.solve_transposed(&mut a);
         let mut rest = k.split_off(m);
-        for (r, row) in rest.iter_mut().zip(v.cross.chunks_exact(m)) {
+        for (r, row) in rest.iter_mut().zip(c.cross.chunks_exact(m)) {
             *r -= row.iter().zip(&a).map(|(c, a)| c * a).sum::<f64>();
         }
-        v.reduced.to_reduced(&mut rest);
-        let Some(shifted) = v.reduced.shifted(v.shift) else {
-            return f64::NAN;
-        };
-        let mut variance = -shifted.quadratic(&rest);
+        self.factor.forward(&mut rest);
+        let mut variance = -rest.iter().map(|r| r * r).sum::<f64>();
         for i in 0..m {
-            let row: f64 = (0..m).map(|j| v.top[i * m + j] * a[j]).sum();
+            let row: f64 = (0..m).map(|j| c.top[i * m + j] * a[j]).sum();
             variance += a[i] * (row - 2.0 * k[i]);
         }
-        (v.scale * variance.max(0.0)).sqrt()
-    }
-}
-
-impl Choice {
-    fn kriging(self, points: Vec<DVec2>) -> Option<Kriging> {
-        let c = self.contrasts;
-        let mut solution = c.data.clone();
-        c.reduced.shifted(self.shift)?.solve(&mut solution);
-        c.reduced.from_reduced(&mut solution);
-        let cross = c.cross_times(&solution);
-        let mut coefficients: Vec<f64> = c.top_data.iter().zip(cross).map(|(z, k)| z - k).collect();
-        c.basis.solve(&mut coefficients);
-        let mut weights = vec![0.0; c.basis.terms];
-        weights.extend(solution);
-        c.basis.from(&mut weights);
-        let finite = weights.iter().chain(&coefficients).all(|w| w.is_finite());
-        finite.then_some(Kriging {
-            points,
-            weights,
-            coefficients,
-            order: self.order,
-            nugget: self.nugget,
-            variance: Variance {
-                basis: c.basis,
-                reduced: c.reduced,
-                shift: self.shift,
-                top: c.top,
-                cross: c.cross,
-                scale: self.scale,
-            },
-        })
+        (self.scale * variance.max(0.0)).sqrt()
     }
 }

@@ -21,7 +21,6 @@ mod geometry;
 mod kriging;
 mod params;
 mod patch;
-mod random;
 mod surroundings;
 #[cfg(test)]
 mod tests;

@@ -21,5 +21,5 @@ pub use dense::{Cholesky, solve_spd};
 pub use ldl::{Ldl, LdlPattern};
 pub use multigrid::{Multigrid, MultigridCycle};
 pub use real::Real;
-pub use symmetric::Symmetric;
+pub use symmetric::{Symmetric, Triangle};
 pub use tridiagonal::{Shifted, Tridiagonal};

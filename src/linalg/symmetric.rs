@@ -9,6 +9,9 @@ pub struct Symmetric {
     entries: Vec<f64>,
 }
 
+/// Steps of the power method: enough for the first digit.
+const POWERS: usize = 8;
+
 /// Start of a row of the lower triangle.
 fn start(i: usize) -> usize {
     i * (i + 1) / 2
@@ -32,6 +35,27 @@ impl Symmetric {
     /// An entry.
     pub fn get(&self, i: usize, j: usize) -> f64 {
         self.entries[start(i.max(j)) + i.min(j)]
+    }
+
+    /// The largest eigenvalue, from below, by a few steps of the power method from the sum of all columns.
+    pub fn largest_eigenvalue(&self) -> f64 {
+        let (mut x, mut largest) = (vec![1.0; self.n], 0.0);
+        for _ in 0..POWERS {
+            let norm = dot(&x, &x).sqrt();
+            x.iter_mut().for_each(|x| *x /= norm);
+            let mut y = vec![0.0; self.n];
+            for i in 0..self.n {
+                let row = self.row(i);
+                axpy(x[i], &row[..i], &mut y[..i]);
+                y[i] += dot(row, &x[..=i]);
+            }
+            largest = dot(&y, &y).sqrt();
+            if largest == 0.0 || !largest.is_finite() {
+                break;
+            }
+            x = y;
+        }
+        largest
     }
 
     /// A row up to its diagonal.
@@ -58,6 +82,49 @@ impl Symmetric {
     }
 }
 
+/// The lower triangle `L` of `L Lᵀ`.
+pub struct Triangle(Symmetric);
+
+impl Symmetric {
+    /// The Cholesky factor of the matrix plus `shift` on the diagonal; none where that is not positive definite.
+    pub fn cholesky(mut self, shift: f64) -> Option<Triangle> {
+        for i in 0..self.n {
+            let (above, row) = self.entries.split_at_mut(start(i));
+            let row = &mut row[..=i];
+            for j in 0..i {
+                let other = &above[start(j)..=start(j) + j];
+                row[j] = (row[j] - dot(&row[..j], &other[..j])) / other[j];
+            }
+            let pivot = row[i] + shift - dot(&row[..i], &row[..i]);
+            if pivot <= 0.0 || !pivot.is_finite() {
+                return None;
+            }
+            row[i] = pivot.sqrt();
+        }
+        Some(Triangle(self))
+    }
+}
+
+impl Triangle {
+    /// Solves `L y = x` in place.
+    pub fn forward(&self, x: &mut [f64]) {
+        for i in 0..x.len() {
+            let row = self.0.row(i);
+            x[i] = (x[i] - dot(&row[..i], &x[..i])) / row[i];
+        }
+    }
+
+    /// Solves `Lᵀ y = x` in place.
+    pub fn backward(&self, x: &mut [f64]) {
+        for i in (0..x.len()).rev() {
+            let row = self.0.row(i);
+            x[i] /= row[i];
+            let value = x[i];
+            axpy(-value, &row[..i], &mut x[..i]);
+        }
+    }
+}
+
 /// Reflects the first rows of a lower triangle, as many as `v` is long.
 pub(super) fn reflect(entries: &mut [f64], v: &[f64], factor: f64, p: &mut [f64]) {
     p.fill(0.0);
@@ -75,5 +142,26 @@ pub(super) fn reflect(entries: &mut [f64], v: &[f64], factor: f64, p: &mut [f64]
         for ((t, p), v) in row.iter_mut().zip(p.iter()).zip(v) {
             *t -= vi * p + pi * v;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cholesky_factor_solves_and_refuses_what_is_not_positive() {
+        let matrix = Symmetric::new(40, |i, j| (-0.05 * (i as f64 - j as f64).powi(2)).exp());
+        let wanted: Vec<f64> = (0..40).map(|i| (f64::from(i) * 0.9).sin()).collect();
+        let mut x: Vec<f64> = (0..40)
+            .map(|i| (0..40).map(|j| matrix.get(i, j) * wanted[j]).sum::<f64>() + wanted[i])
+            .collect();
+        let factor = matrix.clone().cholesky(1.0).unwrap();
+        factor.forward(&mut x);
+        factor.backward(&mut x);
+        for (x, w) in x.iter().zip(wanted) {
+            assert!((x - w).abs() < 1e-13);
+        }
+        assert!(matrix.cholesky(-1.5).is_none());
     }
 }
