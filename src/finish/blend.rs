@@ -7,7 +7,7 @@ use super::chart::Chart;
 use super::found::{Candidate, CandidateFound, Refusal};
 use super::geometry::{Stiffness, barycentric, half_cotangents};
 use super::kriging::{Kriging, Model};
-use super::params::FinishParams;
+use super::params::{FinishMethod, FinishParams};
 use super::patch::{Patch, RING, WIDEST_COLLAR};
 use super::willmore::minimise;
 
@@ -88,30 +88,26 @@ pub(super) fn blend(
     params: &FinishParams,
     keep_going: &dyn Fn() -> bool,
 ) -> (Vec<Surface>, Result<Vec<DVec3>, Refusal>) {
-    let mut surfaces = candidates(patch, minimum, &[], params, keep_going);
-    if surfaces.len() == 1 {
-        return (surfaces, Err(Refusal::NoChart));
-    }
+    let reason = if params.method == FinishMethod::Willmore {
+        Some(Refusal::NotAsked)
+    } else if minimum.len() > params.most_kriged {
+        Some(Refusal::TooLarge)
+    } else {
+        None
+    };
+    let with_kriging = reason.is_none();
+    let mut surfaces = candidates(patch, minimum, with_kriging, params, keep_going);
+    let reason = match reason {
+        None if surfaces.len() == 1 => Some(Refusal::NoChart),
+        reason => reason,
+    };
     let ring = ring(patch);
-    if ring.is_empty() {
-        return (surfaces, Err(Refusal::NoRing));
-    }
     let wider = patch.enlarged(&ring, minimum);
-    if wider.rim.is_empty() || !keep_going() {
-        return (surfaces, Err(Refusal::NoRing));
+    if ring.is_empty() || wider.rim.is_empty() || !keep_going() {
+        return (surfaces, Err(reason.unwrap_or(Refusal::NoRing)));
     }
     let refilled = minimise(&wider, &wider.shape(), params, keep_going).shape;
-    let tried = candidates(
-        &wider,
-        &refilled,
-        if std::env::var("REUSE").is_ok() {
-            &surfaces
-        } else {
-            &[]
-        },
-        params,
-        keep_going,
-    );
+    let tried = candidates(&wider, &refilled, reason.is_none(), params, keep_going);
     if !keep_going() {
         return (surfaces, Err(Refusal::Stopped));
     }
@@ -122,6 +118,9 @@ pub(super) fn blend(
         surface.found.ring_error = own.map(|e| e.1);
         surface.found.weight = own.map_or(0.0, |e| e.1.max(LEAST_ERROR).powi(-2));
         sum += surface.found.weight;
+    }
+    if let Some(reason) = reason {
+        return (surfaces, Err(reason));
     }
     let mut shift = vec![DVec3::ZERO; minimum.len()];
     for surface in &mut surfaces {
@@ -141,15 +140,18 @@ pub(super) fn blend(
     (surfaces, Ok(shape.collect()))
 }
 
-/// The energy's minimum and the kriged surfaces that there are; `models` may give those of some.
+/// The energy's minimum and the kriged surfaces that there are.
 fn candidates(
     patch: &Patch,
     minimum: &[DVec3],
-    models: &[Surface],
+    with_kriging: bool,
     params: &FinishParams,
     keep_going: &dyn Fn() -> bool,
 ) -> Vec<Surface> {
     let mut all = vec![Surface::willmore(minimum)];
+    if !with_kriging {
+        return all;
+    }
     let normals = patch.known_normals();
     let mut collars: Vec<Collar> = Vec::new();
     for (candidate, width, largest) in KRIGED {
@@ -162,9 +164,7 @@ fn candidates(
         let Some(collar) = collars.iter().find(|c| c.width == width) else {
             continue;
         };
-        let same = models.iter().find(|m| m.found.candidate == candidate);
-        let model = same.and_then(|m| m.kriged.as_ref()).map(|k| k.model);
-        let surface = kriged(patch, minimum, &normals, collar, largest, model, params);
+        let surface = kriged(patch, minimum, &normals, collar, largest, params);
         if let Some((shape, kriged)) = surface {
             all.push(Surface::kriged(candidate, shape, kriged));
         }
@@ -252,7 +252,6 @@ fn kriged(
     normals: &[DVec3],
     collar: &Collar,
     largest: f64,
-    model: Option<Model>,
     params: &FinishParams,
 ) -> Option<(Vec<DVec3>, Kriged)> {
     if collar.vertices.len() < FEWEST_DATA {
@@ -265,13 +264,8 @@ fn kriged(
         at.map(|p| chart.coordinates(p)).unzip()
     };
     let edge = patch.edge / patch.diameter;
-    let model = match model {
-        Some(model) => model,
-        None => {
-            let (points, heights) = coordinates(params.most_data.min(most_estimated()));
-            Model::estimate(&points, &heights, edge)?
-        }
-    };
+    let (points, heights) = coordinates(params.most_estimated.min(params.most_data));
+    let model = Model::estimate(&points, &heights, edge)?;
     let (points, heights) = coordinates(params.most_data);
     let kriging = Kriging::new(points, &heights, edge, model)?;
     let lift = |p: &DVec3| chart.lifted(*p, kriging.at(chart.coordinates(*p).0));
@@ -287,10 +281,6 @@ fn kriged(
     };
     let finite = shape.iter().all(|p| p.is_finite());
     finite.then_some((shape, kriged))
-}
-
-fn most_estimated() -> usize {
-    std::env::var("MOST").map_or(1000, |s| s.parse().unwrap())
 }
 
 /// What a mismatch at the rim is inside: `(S + M / δ²) c = 0`.

@@ -21,6 +21,7 @@ mod geometry;
 mod kriging;
 mod params;
 mod patch;
+mod sigma;
 mod surroundings;
 #[cfg(test)]
 mod tests;
@@ -164,34 +165,30 @@ fn run(
         found.energy_after = minimum.energy;
         found.result = FinishResult::Willmore;
     }
-    if params.method == FinishMethod::Auto {
-        if shape.len() > params.most_kriged {
-            found.blend_refused = Some(Refusal::TooLarge);
-        } else {
-            let (surfaces, blended) = blend::blend(patch, &shape, params, keep_going);
-            let blended = blended.and_then(|b| match flaw(patch, &b, &start, params) {
-                Some(refusal) => Err(refusal),
-                None => Ok(b),
-            });
-            match blended {
-                Ok(blended) => {
-                    shape = blended;
-                    found.result = FinishResult::Blend;
-                }
-                Err(refusal) => found.blend_refused = Some(refusal),
-            }
-            for surface in surfaces {
-                let mut one = surface.found;
-                one.ring_error = one.ring_error.map(|e| e * located.scale);
-                found.candidates.push(one);
-            }
+    let (surfaces, blended) = blend::blend(patch, &shape, params, keep_going);
+    let checked = blended.and_then(|b| match flaw(patch, &b, &start, params) {
+        Some(refusal) => Err(refusal),
+        None => Ok(b),
+    });
+    match checked {
+        Ok(blended) => {
+            shape = blended;
+            found.result = FinishResult::Blend;
         }
+        Err(refusal) => found.blend_refused = Some(refusal),
+    }
+    for surface in &surfaces {
+        let mut one = surface.found.clone();
+        one.ring_error = one.ring_error.map(|e| e * located.scale);
+        found.candidates.push(one);
     }
     if !keep_going() {
         found.result = FinishResult::Unchanged;
         found.willmore_refused = Some(Refusal::Stopped);
         return;
     }
+    let sigma = sigma::sigma(patch, &shape, &surfaces);
+    finished.sigma = sigma.iter().map(|s| s * located.scale).collect();
     if found.result == FinishResult::Unchanged {
         return;
     }

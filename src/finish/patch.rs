@@ -187,6 +187,18 @@ impl Patch {
         points
     }
 
+    /// Distances of the vertices that move from the rim, along edges.
+    pub(super) fn depth(&self) -> Vec<f64> {
+        let points = self.closure_points(&self.shape());
+        let mut from = vec![false; points.len()];
+        self.closure
+            .rim
+            .iter()
+            .for_each(|&v| from[v as usize] = true);
+        let distances = edge_distances(&points, &self.closure.patch_faces, &from);
+        self.closure.moved(&distances)
+    }
+
     /// Positions of the rim.
     pub(super) fn rim_points(&self) -> Vec<DVec3> {
         let rim = self.rim.iter();
