@@ -19,6 +19,8 @@ const KRIGED: [(Candidate, f64, f64); 3] = [
 ];
 /// With fewer data, no kriging.
 const FEWEST_DATA: usize = 15;
+/// Most steps of Gauss-Newton on the ring where nothing is to be blended.
+const QUICK_STEPS: usize = 10;
 /// The mismatch of a kriged surface at the rim decays over so many mean edges.
 const DECAY: f64 = 1.5;
 /// The least error on the ring that counts, in diameters.
@@ -106,7 +108,13 @@ pub(super) fn blend(
     if ring.is_empty() || wider.rim.is_empty() || !keep_going() {
         return (surfaces, Err(reason.unwrap_or(Refusal::NoRing)));
     }
-    let refilled = minimise(&wider, &wider.shape(), params, keep_going).shape;
+    let quick = FinishParams {
+        most_steps: params.most_steps.min(QUICK_STEPS),
+        ..params.clone()
+    };
+    // Without candidates the error on the ring only says how sure the patch is.
+    let limits = if reason.is_some() { &quick } else { params };
+    let refilled = minimise(&wider, &wider.shape(), limits, keep_going).shape;
     let tried = candidates(&wider, &refilled, reason.is_none(), params, keep_going);
     if !keep_going() {
         return (surfaces, Err(Refusal::Stopped));

@@ -36,7 +36,7 @@ struct Tried {
     floor: f64,
 }
 const TRIED: Tried = Tried {
-    factor: 0.13,
+    factor: 0.135,
     bend: 0.2,
     slope: 0.45,
     floor: 0.15,
