@@ -58,6 +58,8 @@ pub(super) struct Kriging {
     factor: Triangle,
     /// The variance of the surface, in units of the kernel.
     scale: f64,
+    /// That of the noise, in units of the scale.
+    noise: f64,
 }
 
 /// Householder's reflectors that turn the drift at the data into an upper triangle; what is below is free of drift.
@@ -239,7 +241,8 @@ impl Kriging {
         }
         let (contrasts, kernel) = Contrasts::new(&points, heights, model.order);
         let ridge = RIDGE * kernel.largest_eigenvalue();
-        let factor = kernel.cholesky(model.noise(edge) + ridge)?;
+        let noise = model.noise(edge) + ridge;
+        let factor = kernel.cholesky(noise)?;
         let mut solution = contrasts.data.clone();
         factor.forward(&mut solution);
         let squares: f64 = solution.iter().map(|y| y * y).sum();
@@ -261,6 +264,7 @@ impl Kriging {
             contrasts,
             factor,
             scale,
+            noise,
         })
     }
 
@@ -275,7 +279,7 @@ impl Kriging {
 
     /// The standard deviation of the height at a point. In the basis `Q` with `Qᵀ B = (R, 0)`, the weights of the data are `(a,
     /// b)` with `Rᵀ a = t` (the drift's terms at the point) and `(A₂₂ + ν) b = k₂ − A₂₁ a`, and the variance in units of the
-    /// scale is `aᵀ A₁₁ a − 2 aᵀ k₁ − bᵀ (A₂₂ + ν) b`.
+    /// scale is `aᵀ (A₁₁ + ν) a − 2 aᵀ k₁ − bᵀ (A₂₂ + ν) b`.
     pub(super) fn deviation(&self, p: DVec2) -> f64 {
         let c = &self.contrasts;
         let m = c.basis.terms;
@@ -292,8 +296,127 @@ impl Kriging {
         let mut variance = -rest.iter().map(|r| r * r).sum::<f64>();
         for i in 0..m {
             let row: f64 = (0..m).map(|j| c.top[i * m + j] * a[j]).sum();
-            variance += a[i] * (row - 2.0 * k[i]);
+            variance += a[i] * (row + self.noise * a[i] - 2.0 * k[i]);
         }
         (self.scale * variance.max(0.0)).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scattered(n: usize) -> Vec<DVec2> {
+        (0..n)
+            .map(|i| {
+                let (r, a) = ((i as f64 + 0.5).sqrt(), i as f64 * 2.399_963);
+                DVec2::from_angle(a) * r / (n as f64).sqrt()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_drift_is_reproduced_by_every_model() {
+        let points = scattered(60);
+        for order in ORDERS {
+            for nugget in NUGGETS {
+                let height = |p: DVec2| {
+                    let linear = 0.3 - 1.2 * p.x + 0.7 * p.y;
+                    if order > 3 {
+                        linear + p.x * p.x - 0.4 * p.x * p.y
+                    } else {
+                        linear
+                    }
+                };
+                let heights: Vec<f64> = points.iter().map(|p| height(*p)).collect();
+                let model = Model { order, nugget };
+                let kriging = Kriging::new(points.clone(), &heights, 0.1, model).unwrap();
+                for p in [DVec2::new(0.2, 0.1), DVec2::new(-1.5, 0.9)] {
+                    let off = kriging.at(p) - height(p);
+                    assert!(off.abs() < 1e-7, "{order} {nugget} {off}");
+                    assert!(kriging.deviation(p) < 1e-5);
+                }
+            }
+        }
+    }
+
+    /// The system of universal kriging, `(K + ν, B; Bᵀ, 0)`, by elimination with pivots.
+    fn solved(points: &[DVec2], order: u8, noise: f64, rhs: &[f64]) -> Vec<f64> {
+        let (n, m) = (points.len(), terms(order));
+        let size = n + m;
+        let mut a = vec![vec![0.0; size + 1]; size];
+        for i in 0..n {
+            for j in 0..n {
+                a[i][j] = covariance(order, points[i].distance_squared(points[j]));
+            }
+            a[i][i] += noise;
+            for j in 0..m {
+                a[i][n + j] = drift(points[i])[j];
+                a[n + j][i] = drift(points[i])[j];
+            }
+        }
+        (0..size).for_each(|i| a[i][size] = rhs[i]);
+        for k in 0..size {
+            let pivot = (k..size).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()));
+            a.swap(k, pivot.unwrap());
+            for i in (0..size).filter(|&i| i != k) {
+                let factor = a[i][k] / a[k][k];
+                for j in k..=size {
+                    a[i][j] -= factor * a[k][j];
+                }
+            }
+        }
+        (0..size).map(|k| a[k][size] / a[k][k]).collect()
+    }
+
+    #[test]
+    fn predictions_and_deviations_are_those_of_the_full_system() {
+        let points = scattered(30);
+        let heights: Vec<f64> = points
+            .iter()
+            .map(|p| (3.0 * p.x).sin() + p.y * p.y)
+            .collect();
+        let at = DVec2::new(0.15, -0.35);
+        for order in ORDERS {
+            let model = Model { order, nugget: 0.8 };
+            let kriging = Kriging::new(points.clone(), &heights, 0.3, model).unwrap();
+            let n = points.len();
+            let squared = points.iter().map(|p| p.distance_squared(at));
+            let mut rhs: Vec<f64> = squared.map(|s| covariance(order, s)).collect();
+            rhs.extend(&drift(at)[..terms(order)]);
+            let weights = solved(&points, order, model.noise(0.3), &rhs);
+            let height: f64 = weights.iter().zip(&heights).map(|(w, z)| w * z).sum();
+            assert!((height - kriging.at(at)).abs() < 1e-7, "{order} {height}");
+            let variance = -weights.iter().zip(&rhs).map(|(w, r)| w * r).sum::<f64>();
+            let wanted = (kriging.scale * variance).sqrt();
+            let deviation = kriging.deviation(at);
+            assert!(
+                (deviation / wanted - 1.0).abs() < 1e-5,
+                "{order} {deviation} {wanted}"
+            );
+            assert_eq!(n, kriging.points.len());
+        }
+    }
+
+    #[test]
+    fn the_likelihood_tells_noise_from_shape() {
+        let points = scattered(150);
+        let smooth: Vec<f64> = points.iter().map(|p| (2.0 * p.x + p.y).cos()).collect();
+        let exact = Model::estimate(&points, &smooth, 0.15).unwrap();
+        assert!(exact.order >= 4 && exact.nugget <= 0.4, "{exact:?}");
+        let noisy: Vec<f64> = (0..150)
+            .map(|i| smooth[i] + 0.2 * (i as f64 * 78.233).sin())
+            .collect();
+        let noisy = Model::estimate(&points, &noisy, 0.15).unwrap();
+        assert!(noisy.nugget > exact.nugget, "{noisy:?}");
+    }
+
+    #[test]
+    fn too_few_data_or_none_apart_give_no_surface() {
+        assert!(Model::estimate(&scattered(5), &[0.0; 5], 0.1).is_none());
+        let heap = vec![DVec2::ONE; 40];
+        let model = Model::estimate(&heap, &[1.0; 40], 0.1);
+        let kriging = model.and_then(|m| Kriging::new(heap, &[1.0; 40], 0.1, m));
+        assert!(kriging.is_none());
     }
 }

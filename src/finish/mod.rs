@@ -155,11 +155,13 @@ fn run(
         Second::Better => Restart::Taken,
     };
     let mut shape = start.clone();
-    found.willmore_refused = flaw(patch, &minimum.shape, &start, params);
     let rose = minimum.energy > minimum.energy_before * ENERGY_RISE;
-    if found.willmore_refused.is_none() && (rose || minimum.energy.is_nan()) {
-        found.willmore_refused = Some(Refusal::EnergyRose);
-    }
+    found.willmore_refused = if !minimum.energy_before.is_finite() {
+        Some(Refusal::NotFinite)
+    } else {
+        let flaw = flaw(patch, &minimum.shape, &start, params);
+        flaw.or(rose.then_some(Refusal::EnergyRose))
+    };
     if found.willmore_refused.is_none() {
         shape = minimum.shape;
         found.energy_after = minimum.energy;

@@ -155,11 +155,14 @@ impl Patch {
         })
     }
 
-    /// Mean length of the edges of the faces of the known mesh within half a diameter; none where there are no such faces.
+    /// Mean length of the edges of the faces of the known mesh within half a diameter, or at the rim; none where there are no
+    /// such faces.
     fn mean_edge(&self) -> Option<f64> {
         let (mut sum, mut count) = (0.0, 0.0);
         for face in &self.faces {
-            let near = face.iter().any(|&v| self.distance[v as usize] < 0.5);
+            let is_near =
+                |&v: &u32| self.distance[v as usize] < 0.5 || self.rim.binary_search(&v).is_ok();
+            let near = face.iter().any(is_near);
             if near && !face.iter().any(|&v| self.moving[v as usize]) {
                 let [a, b, c] = face.map(|v| self.points[v as usize]);
                 sum += a.distance(b) + b.distance(c) + c.distance(a);

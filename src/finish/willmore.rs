@@ -151,9 +151,9 @@ impl<'a> Solver<'a> {
         for &i in &closure.acting {
             let i = i as usize;
             let (m, h) = (state.masses[i], state.curvature[i]);
-            let bounded = h.clamp(-most, most).powi(2);
-            let k = gauss[i].clamp(-most * most, 0.25 * bounded);
-            let squares = (bounded - 2.0 * k).clamp(0.0, most * most);
+            let bounded = h.powi(2).min(most * most);
+            let k = gauss[i].max(-most * most).min(0.25 * bounded);
+            let squares = (bounded - 2.0 * k).max(0.0).min(most * most);
             let row = self.stiffness.matrix.outer_view(i);
             for (j, s) in row.iter().flat_map(|row| row.iter()) {
                 if let Some(u) = self.unknown[j] {
@@ -263,7 +263,7 @@ pub(super) fn minimise(
     let mut state = State::new(&patch.closure, &points);
     let energy_before = state.energy;
     let (mut steps, mut last) = (0, f64::INFINITY);
-    while steps < params.most_steps && keep_going() {
+    while steps < params.most_steps && state.energy.is_finite() && keep_going() {
         steps += 1;
         let normal = solver.linearised(&points, &state);
         let Some((d, largest)) = solver.displacements(normal) else {
