@@ -359,11 +359,14 @@ mod tests {
         for k in 0..size {
             let pivot = (k..size).max_by(|&i, &j| a[i][k].abs().total_cmp(&a[j][k].abs()));
             a.swap(k, pivot.unwrap());
-            for i in (0..size).filter(|&i| i != k) {
-                let factor = a[i][k] / a[k][k];
-                for j in k..=size {
-                    a[i][j] -= factor * a[k][j];
-                }
+            let row = a[k].clone();
+            for (i, other) in a.iter_mut().enumerate().filter(|(i, _)| *i != k) {
+                let factor = other[k] / row[k];
+                assert!(i < size && factor.is_finite());
+                other
+                    .iter_mut()
+                    .zip(&row)
+                    .for_each(|(x, r)| *x -= factor * r);
             }
         }
         (0..size).map(|k| a[k][size] / a[k][k]).collect()

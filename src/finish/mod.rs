@@ -129,7 +129,7 @@ fn located(
     if vertices.len() > params.most_vertices {
         return Err(Refusal::TooLarge);
     }
-    Patch::new(around, vertices)
+    Located::new(around, vertices)
 }
 
 fn run(

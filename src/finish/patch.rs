@@ -101,60 +101,6 @@ impl Closure {
 }
 
 impl Patch {
-    /// The patch of some vertices of a mesh, with the mesh's number of each vertex and the way back to its units.
-    pub(super) fn new(around: &Surroundings<'_>, vertices: &[u32]) -> Result<Located, Refusal> {
-        let rim = around.rim(vertices);
-        if rim.is_empty() {
-            return Err(Refusal::NothingKnown);
-        }
-        let at: Vec<DVec3> = rim.iter().map(|&v| around.position(v)).collect();
-        let first = at[0];
-        let centre = first + at.iter().map(|p| *p - first).sum::<DVec3>() / at.len() as f64;
-        let scale = diameter(&at);
-        if !(scale > 0.0 && scale.is_finite() && centre.is_finite()) {
-            return Err(Refusal::NotFinite);
-        }
-        let edge = around.mean_edge(&rim) / scale;
-        let limit = (reach(edge) + MARGIN * edge) * scale;
-        let (ids, distance) = around.within(vertices, limit, RINGS, LEAST_EDGE * scale);
-        let faces = around.faces_within(&ids);
-        let own = |v: u32| ids.partition_point(|&w| w < v) as u32;
-        let faces: Vec<[u32; 3]> = faces.iter().map(|f| f.map(own)).collect();
-        let points: Vec<DVec3> = ids
-            .iter()
-            .map(|&v| (around.position(v) - centre) / scale)
-            .collect();
-        if !points.iter().all(|p| p.is_finite()) {
-            return Err(Refusal::NotFinite);
-        }
-        let mut moving = vec![false; ids.len()];
-        vertices
-            .iter()
-            .for_each(|&v| moving[own(v) as usize] = true);
-        let known = ids.iter().zip(&moving);
-        let known = known.map(|(&v, m)| around.is_known(v) && !m).collect();
-        let closure = Closure::new(ids.len(), &faces, &moving);
-        let mut patch = Self {
-            border: border(ids.len(), &faces),
-            points,
-            faces,
-            moving,
-            known,
-            distance: distance.iter().map(|d| d / scale).collect(),
-            rim: rim.iter().map(|&v| own(v)).collect(),
-            diameter: 1.0,
-            edge: 0.0,
-            closure,
-        };
-        patch.edge = patch.mean_edge().ok_or(Refusal::NothingKnown)?;
-        Ok(Located {
-            patch,
-            ids,
-            centre,
-            scale,
-        })
-    }
-
     /// Mean length of the edges of the faces of the known mesh within half a diameter, or at the rim; none where there are no
     /// such faces.
     fn mean_edge(&self) -> Option<f64> {
@@ -260,8 +206,6 @@ fn reach(edge: f64) -> f64 {
 pub(super) struct Located {
     /// The patch.
     pub(super) patch: Patch,
-    /// The mesh's number of each vertex, rising.
-    pub(super) ids: Vec<u32>,
     /// The origin of the patch's coordinates.
     pub(super) centre: DVec3,
     /// The unit of the patch's coordinates: the diameter of the hole.
@@ -269,6 +213,59 @@ pub(super) struct Located {
 }
 
 impl Located {
+    /// The patch of some vertices (rising) of a mesh.
+    pub(super) fn new(around: &Surroundings<'_>, vertices: &[u32]) -> Result<Self, Refusal> {
+        let rim = around.rim(vertices);
+        if rim.is_empty() {
+            return Err(Refusal::NothingKnown);
+        }
+        let at: Vec<DVec3> = rim.iter().map(|&v| around.position(v)).collect();
+        let first = at[0];
+        let centre = first + at.iter().map(|p| *p - first).sum::<DVec3>() / at.len() as f64;
+        let scale = diameter(&at);
+        if !(scale > 0.0 && scale.is_finite() && centre.is_finite()) {
+            return Err(Refusal::NotFinite);
+        }
+        let edge = around.mean_edge(&rim) / scale;
+        let limit = (reach(edge) + MARGIN * edge) * scale;
+        let (ids, distance) = around.within(vertices, limit, RINGS, LEAST_EDGE * scale);
+        let faces = around.faces_within(&ids);
+        let own = |v: u32| ids.partition_point(|&w| w < v) as u32;
+        let faces: Vec<[u32; 3]> = faces.iter().map(|f| f.map(own)).collect();
+        let points: Vec<DVec3> = ids
+            .iter()
+            .map(|&v| (around.position(v) - centre) / scale)
+            .collect();
+        if !points.iter().all(|p| p.is_finite()) {
+            return Err(Refusal::NotFinite);
+        }
+        let mut moving = vec![false; ids.len()];
+        vertices
+            .iter()
+            .for_each(|&v| moving[own(v) as usize] = true);
+        let known = ids.iter().zip(&moving);
+        let known = known.map(|(&v, m)| around.is_known(v) && !m).collect();
+        let closure = Closure::new(ids.len(), &faces, &moving);
+        let mut patch = Patch {
+            border: border(ids.len(), &faces),
+            points,
+            faces,
+            moving,
+            known,
+            distance: distance.iter().map(|d| d / scale).collect(),
+            rim: rim.iter().map(|&v| own(v)).collect(),
+            diameter: 1.0,
+            edge: 0.0,
+            closure,
+        };
+        patch.edge = patch.mean_edge().ok_or(Refusal::NothingKnown)?;
+        Ok(Self {
+            patch,
+            centre,
+            scale,
+        })
+    }
+
     /// A point of the patch's coordinates in those of the mesh.
     pub(super) fn outward(&self, point: DVec3) -> DVec3 {
         self.centre + point * self.scale
