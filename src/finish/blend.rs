@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::biharmonic::solve_for;
 use super::chart::Chart;
-use super::found::{Candidate, CandidateFound, Refusal};
+use super::found::{Candidate, CandidateFound, ChartKind, Refusal};
 use super::geometry::{Stiffness, barycentric, half_cotangents};
 use super::kriging::{Kriging, Model};
 use super::params::{FinishMethod, FinishParams};
@@ -66,6 +66,24 @@ impl Surface {
         }
     }
 
+    /// Whether it is what the narrow collar foretells over a plane.
+    fn is_over_plane(&self) -> bool {
+        let narrow = self.found.candidate == Candidate::Sphere;
+        narrow && self.found.chart == Some(ChartKind::Plane)
+    }
+
+    /// The same as another candidate: where no sphere fits, two are over the plane and count twice.
+    fn repeated(&self, candidate: Candidate) -> Self {
+        Self {
+            shape: self.shape.clone(),
+            found: CandidateFound {
+                candidate,
+                ..self.found.clone()
+            },
+            kriged: None,
+        }
+    }
+
     fn kriged(candidate: Candidate, shape: Vec<DVec3>, kriged: Kriged) -> Self {
         Self {
             shape,
@@ -120,19 +138,35 @@ pub(super) fn blend(
         return (surfaces, Err(Refusal::Stopped));
     }
     let errors = ring_errors(patch, &wider, &ring, &tried);
+    weigh(&mut surfaces, &errors);
+    let blended = match reason {
+        Some(reason) => Err(reason),
+        None => Ok(combined(patch, minimum, &surfaces, params)),
+    };
+    (surfaces, blended)
+}
+
+/// Sets errors on the ring and weights.
+fn weigh(surfaces: &mut [Surface], errors: &[(Candidate, f64)]) {
     let mut sum = 0.0;
-    for surface in &mut surfaces {
-        let own = errors.iter().find(|e| e.0 == surface.found.candidate);
-        surface.found.ring_error = own.map(|e| e.1);
-        surface.found.weight = own.map_or(0.0, |e| e.1.max(LEAST_ERROR).powi(-2));
-        sum += surface.found.weight;
+    for Surface { found, .. } in surfaces.iter_mut() {
+        let own = errors.iter().find(|e| e.0 == found.candidate);
+        found.ring_error = own.map(|e| e.1);
+        found.weight = own.map_or(0.0, |e| e.1.max(LEAST_ERROR).powi(-2));
+        sum += found.weight;
     }
-    if let Some(reason) = reason {
-        return (surfaces, Err(reason));
-    }
+    surfaces.iter_mut().for_each(|s| s.found.weight /= sum);
+}
+
+/// The weighted mean of the surfaces, not farther from the energy's minimum than is allowed.
+fn combined(
+    patch: &Patch,
+    minimum: &[DVec3],
+    surfaces: &[Surface],
+    params: &FinishParams,
+) -> Vec<DVec3> {
     let mut shift = vec![DVec3::ZERO; minimum.len()];
-    for surface in &mut surfaces {
-        surface.found.weight /= sum;
+    for surface in surfaces {
         for ((s, x), m) in shift.iter_mut().zip(&surface.shape).zip(minimum) {
             *s += surface.found.weight * (*x - *m);
         }
@@ -144,8 +178,11 @@ pub(super) fn blend(
     } else {
         1.0
     };
-    let shape = minimum.iter().zip(&shift).map(|(m, s)| *m + part * *s);
-    (surfaces, Ok(shape.collect()))
+    minimum
+        .iter()
+        .zip(&shift)
+        .map(|(m, s)| *m + part * *s)
+        .collect()
 }
 
 /// The energy's minimum and the kriged surfaces that there are.
@@ -165,6 +202,14 @@ fn candidates(
     for (candidate, width, largest) in KRIGED {
         if !keep_going() {
             break;
+        }
+        if let Some(same) = all
+            .iter()
+            .find(|s| s.is_over_plane() && candidate == Candidate::Plane)
+        {
+            let repeated = same.repeated(candidate);
+            all.push(repeated);
+            continue;
         }
         if !collars.iter().any(|c| c.width == width) {
             collars.push(Collar::new(patch, width, params.most_data));

@@ -9,6 +9,9 @@ pub struct Finished {
     pub vertices: Vec<u32>,
     /// Their new positions; those that they had, to the bit, where the finish was refused.
     pub positions: Vec<DVec3>,
+    /// Where they are at the minimum of the energy: the step before, for callers that find fault with a blend. Empty where the
+    /// positions are not those of a blend, or the minimum was refused.
+    pub minimum: Vec<DVec3>,
     /// The expected error of each, in units of the mesh: about 0.7 of a patch's vertices are nearer to the true surface than this,
     /// 0.92 nearer than twice this. NaN where nothing can be said.
     pub sigma: Vec<f64>,

@@ -52,6 +52,7 @@ pub fn finish(
     let vertices = usable(around, vertices);
     let mut finished = Finished {
         positions: vertices.iter().map(|&v| around.position(v)).collect(),
+        minimum: Vec::new(),
         sigma: vec![f64::NAN; vertices.len()],
         found: FinishFound {
             vertices: vertices.len(),
@@ -145,35 +146,23 @@ fn run(
     found.edge = patch.edge * located.scale;
     found.folds_before = willmore::folds(patch, &start);
     found.folds_after = found.folds_before;
-    let (minimum, second) = willmore::lowest(patch, params, keep_going);
-    found.steps = minimum.steps;
-    found.energy_before = minimum.energy_before;
-    found.energy_after = minimum.energy_before;
-    found.restart = match second {
-        Second::NotNeeded => Restart::NotNeeded,
-        Second::Worse => Restart::Tried,
-        Second::Better => Restart::Taken,
-    };
-    let mut shape = start.clone();
-    let rose = minimum.energy > minimum.energy_before * ENERGY_RISE;
-    found.willmore_refused = if !minimum.energy_before.is_finite() {
-        Some(Refusal::NotFinite)
-    } else {
-        let flaw = flaw(patch, &minimum.shape, &start, params);
-        flaw.or(rose.then_some(Refusal::EnergyRose))
-    };
-    if found.willmore_refused.is_none() {
-        shape = minimum.shape;
-        found.energy_after = minimum.energy;
-        found.result = FinishResult::Willmore;
-    }
+    let mut shape = minimum(patch, &start, params, keep_going, found);
     let (surfaces, blended) = blend::blend(patch, &shape, params, keep_going);
+    if !keep_going() {
+        found.result = FinishResult::Unchanged;
+        found.energy_after = found.energy_before;
+        found.willmore_refused = Some(Refusal::Stopped);
+        return;
+    }
     let checked = blended.and_then(|b| match flaw(patch, &b, &start, params) {
         Some(refusal) => Err(refusal),
         None => Ok(b),
     });
     match checked {
         Ok(blended) => {
+            if found.result == FinishResult::Willmore {
+                finished.minimum = shape.iter().map(|p| located.outward(*p)).collect();
+            }
             shape = blended;
             found.result = FinishResult::Blend;
         }
@@ -184,11 +173,6 @@ fn run(
         one.ring_error = one.ring_error.map(|e| e * located.scale);
         found.candidates.push(one);
     }
-    if !keep_going() {
-        found.result = FinishResult::Unchanged;
-        found.willmore_refused = Some(Refusal::Stopped);
-        return;
-    }
     let sigma = sigma::sigma(patch, &shape, &surfaces);
     finished.sigma = sigma.iter().map(|s| s * located.scale).collect();
     if found.result == FinishResult::Unchanged {
@@ -198,6 +182,38 @@ fn run(
     let ways = shape.iter().zip(&start).map(|(a, b)| a.distance(*b));
     found.largest_move = ways.fold(0.0, f64::max) * located.scale;
     finished.positions = shape.iter().map(|p| located.outward(*p)).collect();
+}
+
+/// The minimum of the energy, or the start where that is refused.
+fn minimum(
+    patch: &Patch,
+    start: &[DVec3],
+    params: &FinishParams,
+    keep_going: &dyn Fn() -> bool,
+    found: &mut FinishFound,
+) -> Vec<DVec3> {
+    let (minimum, second) = willmore::lowest(patch, params, keep_going);
+    found.steps = minimum.steps;
+    found.energy_before = minimum.energy_before;
+    found.energy_after = minimum.energy_before;
+    found.restart = match second {
+        Second::NotNeeded => Restart::NotNeeded,
+        Second::Worse => Restart::Tried,
+        Second::Better => Restart::Taken,
+    };
+    let rose = minimum.energy > minimum.energy_before * ENERGY_RISE;
+    found.willmore_refused = if !minimum.energy_before.is_finite() {
+        Some(Refusal::NotFinite)
+    } else {
+        let flaw = flaw(patch, &minimum.shape, start, params);
+        flaw.or(rose.then_some(Refusal::EnergyRose))
+    };
+    if found.willmore_refused.is_some() {
+        return start.to_vec();
+    }
+    found.energy_after = minimum.energy;
+    found.result = FinishResult::Willmore;
+    minimum.shape
 }
 
 /// Why a shape is refused in favour of the one before.

@@ -226,7 +226,7 @@ impl Located {
         if !(scale > 0.0 && scale.is_finite() && centre.is_finite()) {
             return Err(Refusal::NotFinite);
         }
-        let edge = around.mean_edge(&rim) / scale;
+        let edge = around.edge(&rim) / scale;
         let limit = (reach(edge) + MARGIN * edge) * scale;
         let (ids, distance) = around.within(vertices, limit, RINGS, LEAST_EDGE * scale);
         let faces = around.faces_within(&ids);

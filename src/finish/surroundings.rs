@@ -6,6 +6,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 use glam::DVec3;
 
+use super::geometry::median;
 use crate::mesh::{Mesh, VertexFaces};
 
 /// An index of a mesh, built once for all of its patches: which faces are round each vertex, and which vertices are data.
@@ -118,17 +119,11 @@ impl<'a> Surroundings<'a> {
         rim
     }
 
-    /// Mean length of the edges of the faces round some vertices.
-    pub(super) fn mean_edge(&self, vertices: &[u32]) -> f64 {
-        let (mut sum, mut count) = (0.0, 0.0);
-        for &v in vertices {
-            let p = self.position(v);
-            for w in self.beside(v) {
-                sum += p.distance(self.position(w));
-                count += 1.0;
-            }
-        }
-        sum / f64::max(count, 1.0)
+    /// The median length of the edges at some vertices: a few long ones do not count.
+    pub(super) fn edge(&self, vertices: &[u32]) -> f64 {
+        let at = |v: u32| self.beside(v).map(move |w| (v, w));
+        let lengths = vertices.iter().flat_map(|&v| at(v));
+        median(lengths.map(|(v, w)| self.position(v).distance(self.position(w))))
     }
 
     /// All vertices within a distance of the given ones along edges, and those up to so many edges away; rising, with their

@@ -70,8 +70,11 @@ fn cylinders_are_foretold_better_than_by_the_energy() {
     let side = |p: DVec3| p.distance(DVec3::X) < 0.45;
     let (mesh, patch) = with_patch(cylinder, side, |v, _| DVec3::X * (0.02 * noise(v) - 0.03));
     let distance = |p: DVec3| p.truncate().length() - 1.0;
-    let energy = rms(&minimum(&mesh, &patch), distance);
+    let minimum = minimum(&mesh, &patch);
+    let energy = rms(&minimum, distance);
     let blend = finished(&mesh, &patch);
+    assert_eq!(blend.minimum, minimum.positions);
+    assert!(minimum.minimum.is_empty());
     let error = rms(&blend, distance);
     assert!(error < 0.4 * energy, "{error} {energy}");
     let orders: Vec<u8> = blend.found.candidates.iter().map(|c| c.order).collect();
