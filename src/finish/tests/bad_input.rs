@@ -108,6 +108,38 @@ fn faces_that_repeat_a_vertex_and_edges_of_three_faces_do_no_harm() {
 }
 
 #[test]
+fn heaps_of_triangles_end_in_numbers() {
+    for seed in 0..150u32 {
+        let random = |i: u32| 0.5 + 0.5 * noise(7919 * seed + i);
+        let count = 12 + seed % 30;
+        // Coarse coordinates: many coincide or lie on lines and planes.
+        let grain = f64::from(1 + seed % 4);
+        let point = |v: u32| {
+            let at = |k: u32| (random(3 * v + k) * grain * 3.0).floor() / grain;
+            DVec3::new(at(0), at(1), if seed % 3 == 0 { 0.0 } else { at(2) })
+        };
+        let vertex = |i: u32| ((random(1000 + i) * f64::from(count)) as u32).min(count - 1);
+        let faces = (0..4 * count).map(|f| [0, 1, 2].map(|k| vertex(3 * f + k)));
+        let mesh = Mesh::new((0..count).map(point).collect(), faces.collect());
+        let patch: Vec<u32> = (0..1 + seed % 8).collect();
+        let result = finished(&mesh, &patch);
+        assert!(result.positions.iter().all(|p| p.is_finite()), "{seed}");
+        assert!(
+            result.found.folds_after <= result.found.folds_before,
+            "{seed}"
+        );
+        let around = surroundings(&mesh, &patch);
+        for fill in [
+            biharmonic(&around, &patch),
+            minimal_surface(&around, &patch),
+        ] {
+            let finite = |p: &(u32, DVec3)| p.1.is_finite();
+            assert!(fill.map_or(true, |fill| fill.iter().all(finite)), "{seed}");
+        }
+    }
+}
+
+#[test]
 fn a_patch_at_the_border_of_the_mesh_is_finite_and_stays_near() {
     let (mesh, patch) = with_patch(
         square(16, |x, _| 0.1 * x * x),
