@@ -175,6 +175,10 @@ fn run(
     }
     let sigma = sigma::sigma(patch, &shape, &surfaces);
     finished.sigma = sigma.iter().map(|s| s * located.scale).collect();
+    let mean = finished.sigma.iter().sum::<f64>() / finished.sigma.len() as f64;
+    found.mean_sigma = mean.is_finite().then_some(mean);
+    let largest = finished.sigma.iter().copied().fold(0.0, f64::max);
+    found.largest_sigma = found.mean_sigma.map(|_| largest);
     if found.result == FinishResult::Unchanged {
         return;
     }

@@ -117,6 +117,9 @@ fn the_expected_error_grows_from_the_rim_inwards() {
             let third = ((0.45 - p.truncate().length()) / 0.15).clamp(0.0, 2.0) as usize;
             sums[third] = (sums[third].0 + s, sums[third].1 + 1.0);
         }
+        let largest = result.sigma.iter().copied().fold(0.0, f64::max);
+        assert_eq!(result.found.largest_sigma, Some(largest));
+        assert!(result.found.mean_sigma.unwrap() < largest);
         let [rim, middle, deep] = sums.map(|s| s.0 / s.1);
         assert!(
             0.0 < rim && 1.2 * rim < middle && 1.1 * middle < deep,
