@@ -26,8 +26,8 @@ const HALVINGS: usize = 5;
 const RIDGE: f64 = 1e-10;
 /// Where a start took more steps than this, a second is tried.
 const QUICK: usize = 8;
-/// A face is folded when the cosines of its normal with those at its corners are all below this. On 143 patches of real scans
-/// this found all that met themselves and no others.
+/// A face is folded when the cosines of its normal with those at its corners are all below this. On patches of real
+/// scans this found all that met themselves and no others.
 const FOLDED: f64 = -0.2;
 
 /// A minimum, or what was come to.

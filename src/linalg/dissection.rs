@@ -8,8 +8,9 @@ use std::collections::VecDeque;
 
 use sprs::CsMat;
 
-/// Sets of at most so many unknowns are not cut any more. From 8 to 64 the factor of a patch grew by less than a tenth.
-const LEAF: usize = 24;
+/// Sets of at most so many unknowns are not cut any more. On a squared Laplacian of 3600 unknowns the factor had 171,000 entries
+/// with 8, 184,000 with 48, and 169,000 by multiple minimum degree.
+const LEAF: usize = 8;
 /// Marks of a search that has not come to an unknown.
 const UNSEEN: u32 = u32::MAX;
 
