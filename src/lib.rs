@@ -88,6 +88,8 @@ pub mod attributes;
 #[doc(hidden)]
 pub mod extract;
 #[doc(hidden)]
+pub mod finish;
+#[doc(hidden)]
 pub mod flow;
 #[doc(hidden)]
 pub mod grid;

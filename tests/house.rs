@@ -10,7 +10,7 @@ const ROWS: [&[&str]; 9] = [
     &["spatial", "io"],
     &["sdf", "extract", "compare"],
     &["flow"],
-    &["attributes", "region", "stitch"],
+    &["attributes", "finish", "region", "stitch"],
     &["mend"],
     &["report", "study"],
     &["job"],

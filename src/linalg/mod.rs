@@ -4,14 +4,22 @@ mod bicgstab;
 mod cg;
 mod csr;
 mod dense;
+mod dissection;
+mod ldl;
 mod multigrid;
 mod real;
+mod rows;
+mod symmetric;
 #[cfg(test)]
 mod tests;
+mod tridiagonal;
 
 pub use bicgstab::bicgstab;
 pub use cg::{CgOutcome, Jacobi, LinearOperator, Preconditioner, conjugate_gradient};
 pub use csr::{Accumulator, Csr, SparseMatrix};
 pub use dense::{Cholesky, solve_spd};
+pub use ldl::{Ldl, LdlPattern};
 pub use multigrid::{Multigrid, MultigridCycle};
 pub use real::Real;
+pub use symmetric::{Symmetric, Triangle};
+pub use tridiagonal::{Shifted, Tridiagonal};

@@ -1,0 +1,97 @@
+//! Linear fills of a patch from its triangles alone.
+
+use glam::DVec3;
+use sprs::CsMat;
+
+use super::geometry::{Stiffness, barycentric, half_cotangents};
+use super::patch::Patch;
+use crate::linalg::LdlPattern;
+
+/// Harmonic fills towards a minimal surface.
+const MINIMAL_STEPS: usize = 20;
+/// They end when no vertex moves more than this, in diameters.
+const MINIMAL_TOLERANCE: f64 = 1e-5;
+
+/// Two harmonic fills, then the biharmonic one, `min xᵀ S M⁻¹ S x` with all other vertices given, each with the cotangents of
+/// the surface before: forgets the shape of the patch but for its triangles, keeps the slope at the rim. None where a system
+/// cannot be solved. (M. Botsch, L. Kobbelt, "An intuitive framework for real-time freeform modeling", 2004.)
+pub(super) fn biharmonic(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
+    let mut shape = shape.to_vec();
+    for order in [1, 1, 2] {
+        shape = fill(patch, &shape, order)?;
+    }
+    Some(shape)
+}
+
+/// The surface of least area with the patch's rim and triangles, by harmonic fills with the cotangents of the one before
+/// (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993). The slope at the rim does not
+/// matter. None where a system cannot be solved.
+pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
+    let mut shape = shape.to_vec();
+    for _ in 0..MINIMAL_STEPS {
+        let next = fill(patch, &shape, 1)?;
+        let ways = shape.iter().zip(&next).map(|(a, b)| a.distance(*b));
+        let farthest = ways.fold(0.0, f64::max);
+        shape = next;
+        if farthest < MINIMAL_TOLERANCE * patch.diameter {
+            break;
+        }
+    }
+    Some(shape)
+}
+
+/// The harmonic (`order` 1) or biharmonic fill with the cotangents of a shape.
+fn fill(patch: &Patch, shape: &[DVec3], order: usize) -> Option<Vec<DVec3>> {
+    let closure = &patch.closure;
+    let points = patch.closure_points(shape);
+    let (weights, twice) = half_cotangents(&points, &closure.faces);
+    let mut stiffness = Stiffness::new(points.len(), &closure.faces);
+    stiffness.set(&closure.faces, &weights);
+    let laplacian = stiffness.matrix;
+    let matrix = if order == 1 {
+        laplacian
+    } else {
+        let areas = barycentric(points.len(), &closure.faces, &twice);
+        let mut scaled = laplacian.clone();
+        for (mut row, area) in scaled.outer_iterator_mut().zip(&areas) {
+            row.iter_mut().for_each(|(_, v)| *v /= area);
+        }
+        &laplacian * &scaled
+    };
+    solve_for(&matrix, &closure.moving, &points)
+}
+
+/// Solves `(A x)_i = 0` for the unknown vertices (rising), all others being where the points are; none where that cannot be.
+pub(super) fn solve_for(
+    matrix: &CsMat<f64>,
+    unknowns: &[u32],
+    points: &[DVec3],
+) -> Option<Vec<DVec3>> {
+    let n = unknowns.len();
+    let mut starts = vec![0];
+    let (mut columns, mut values) = (Vec::new(), Vec::new());
+    let mut rhs = vec![DVec3::ZERO; n];
+    for (row, &i) in unknowns.iter().enumerate() {
+        let entries = matrix.outer_view(i as usize);
+        for (j, &v) in entries.iter().flat_map(|row| row.iter()) {
+            match unknowns.binary_search(&(j as u32)) {
+                Ok(u) => {
+                    columns.push(u);
+                    values.push(v);
+                }
+                Err(_) => rhs[row] -= v * points[j],
+            }
+        }
+        starts.push(columns.len());
+    }
+    let inner = CsMat::new((n, n), starts, columns, values);
+    let pattern = LdlPattern::new(&inner);
+    let factor = pattern.factorise(&inner, 0.0)?;
+    let mut solution = vec![DVec3::ZERO; n];
+    for axis in 0..3 {
+        let mut b: Vec<f64> = rhs.iter().map(|r| r[axis]).collect();
+        factor.solve(&mut b);
+        solution.iter_mut().zip(b).for_each(|(s, b)| s[axis] = b);
+    }
+    solution.iter().all(|p| p.is_finite()).then_some(solution)
+}

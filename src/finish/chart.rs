@@ -1,0 +1,181 @@
+//! Surfaces over which the neighbourhood of a hole is a graph: a sphere or a plane.
+
+use glam::{DMat3, DVec2, DVec3};
+
+use super::found::ChartKind;
+use super::geometry::{median, quantile, vertex_normals};
+use super::patch::Patch;
+
+/// A chart is refused when this part of the normals
+const OUTLIERS: f64 = 0.02;
+/// has a smaller cosine with its direction: 75.5°.
+const LEAST_COSINE: f64 = 0.25;
+/// Rounds of the sphere's fit.
+const ROUNDS: usize = 3;
+/// Residuals above so many times their median, which is 1.5 standard deviations, weigh less.
+const ROBUST: f64 = 1.5 * 1.4826;
+/// Added to the median residual, in diameters: exact spheres leave none.
+const EXACT: f64 = 1e-12;
+
+/// Plane coordinates and heights over a sphere or a plane, in diameters of the hole.
+pub(super) struct Chart {
+    surface: Surface,
+    /// Columns are the first two coordinates' directions and the direction of the chart's middle.
+    frame: DMat3,
+    unit: f64,
+}
+
+enum Surface {
+    Plane { origin: DVec3 },
+    Sphere { centre: DVec3, radius: f64 },
+}
+
+impl Chart {
+    /// The chart for some known vertices round a patch, and the patch in the shape given: a sphere where the one that fits best
+    /// is smaller than `largest` in radius, else a plane; none where too many normals are steep over it. Lengths in diameters.
+    pub(super) fn new(
+        patch: &Patch,
+        shape: &[DVec3],
+        data: &[u32],
+        normals: &[DVec3],
+        largest: f64,
+    ) -> Option<Self> {
+        let points: Vec<DVec3> = data.iter().map(|&v| patch.points[v as usize]).collect();
+        let normals: Vec<DVec3> = data.iter().map(|&v| normals[v as usize]).collect();
+        let closure_points = patch.closure_points(shape);
+        let own = vertex_normals(&closure_points, &patch.closure.faces);
+        let own: Vec<DVec3> = patch.closure.moved(&own);
+        let steep = |cosines: &mut dyn Iterator<Item = f64>| {
+            // Not a number counts as steep.
+            let least = quantile(cosines, OUTLIERS);
+            least.is_nan() || least <= LEAST_COSINE
+        };
+        let unit = patch.diameter;
+        let (centre, radius) = fit_sphere(&points, &normals, unit);
+        if radius.abs() < largest * unit {
+            let surface = Surface::Sphere { centre, radius };
+            let over = |p: &DVec3| surface.over(*p);
+            let middle: DVec3 = points.iter().map(over).sum();
+            let mut data = points.iter().zip(&normals).map(|(p, n)| n.dot(over(p)));
+            let mut inner = shape.iter().zip(&own).map(|(p, n)| n.dot(over(p)));
+            if !steep(&mut data) && !steep(&mut inner) {
+                let frame = frame(middle.try_normalize()?);
+                return Some(Self {
+                    surface,
+                    frame,
+                    unit,
+                });
+            }
+        }
+        let normal = normals.iter().sum::<DVec3>().try_normalize()?;
+        if steep(&mut normals.iter().map(|n| n.dot(normal)))
+            || steep(&mut own.iter().map(|n| n.dot(normal)))
+        {
+            return None;
+        }
+        let rim = patch.rim_points();
+        let origin = rim.iter().sum::<DVec3>() / rim.len() as f64;
+        Some(Self {
+            surface: Surface::Plane { origin },
+            frame: frame(normal),
+            unit,
+        })
+    }
+
+    /// Which chart it is.
+    pub(super) fn kind(&self) -> ChartKind {
+        match self.surface {
+            Surface::Plane { .. } => ChartKind::Plane,
+            Surface::Sphere { radius, .. } => ChartKind::Sphere(radius / self.unit),
+        }
+    }
+
+    /// The coordinates of the foot of a point and its height. On the sphere: the azimuthal equidistant map, which keeps
+    /// distances from the middle.
+    pub(super) fn coordinates(&self, point: DVec3) -> (DVec2, f64) {
+        match self.surface {
+            Surface::Plane { origin } => {
+                let v = self.frame.transpose() * (point - origin) / self.unit;
+                (v.truncate(), v.z)
+            }
+            Surface::Sphere { centre, radius } => {
+                let v = self.frame.transpose() * self.surface.over(point);
+                let sine = v.truncate().length();
+                let stretch = if sine > 1e-9 {
+                    sine.atan2(v.z) / sine
+                } else {
+                    1.0
+                };
+                let height = point.distance(centre) - radius.abs();
+                (
+                    v.truncate() * stretch * radius.abs() / self.unit,
+                    height * radius.signum() / self.unit,
+                )
+            }
+        }
+    }
+
+    /// The point with a height over the same foot.
+    pub(super) fn lifted(&self, point: DVec3, height: f64) -> DVec3 {
+        match self.surface {
+            Surface::Plane { .. } => {
+                let now = self.coordinates(point).1;
+                point + (height - now) * self.unit * self.frame.z_axis
+            }
+            Surface::Sphere { centre, radius } => {
+                centre + self.surface.over(point) * (radius + height * self.unit)
+            }
+        }
+    }
+}
+
+impl Surface {
+    /// The unit normal of the chart's surface below a point.
+    fn over(&self, point: DVec3) -> DVec3 {
+        match *self {
+            Surface::Plane { .. } => DVec3::ZERO,
+            Surface::Sphere { centre, radius } => {
+                (point - centre).normalize_or_zero() * radius.signum()
+            }
+        }
+    }
+}
+
+/// Centre and radius of the sphere with `x ≈ c + R n` in least squares, of positions and normals; a negative radius where the
+/// surface is hollow. Rounds after the first weigh outliers less.
+fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
+    let mut weights = vec![1.0; points.len()];
+    let (mut centre, mut radius) = (DVec3::ZERO, f64::INFINITY);
+    for _ in 0..ROUNDS {
+        let sum: f64 = weights.iter().sum();
+        let mean = |values: &[DVec3]| {
+            let weighted = values.iter().zip(&weights).map(|(v, w)| *v * *w);
+            weighted.sum::<DVec3>() / sum
+        };
+        let (x, n) = (mean(points), mean(normals));
+        let (mut both, mut squares) = (0.0, 0.0);
+        for ((p, m), w) in points.iter().zip(normals).zip(&weights) {
+            both += w * (*p - x).dot(*m - n);
+            squares += w * (*m - n).length_squared();
+        }
+        radius = both / sum / (squares / sum).max(1e-12);
+        centre = x - radius * n;
+        let off = |(p, m): (&DVec3, &DVec3)| (*p - centre - radius * *m).length();
+        let residuals: Vec<f64> = points.iter().zip(normals).map(off).collect();
+        let scale = ROBUST * (median(residuals.iter().copied()) + EXACT * unit);
+        let weight = |r: &f64| (scale / r.max(EXACT * unit)).min(1.0);
+        weights = residuals.iter().map(weight).collect();
+    }
+    (centre, radius)
+}
+
+/// Two directions across a unit vector, and the vector.
+fn frame(normal: DVec3) -> DMat3 {
+    let axis = if normal.x.abs() < 0.8 {
+        DVec3::X
+    } else {
+        DVec3::Y
+    };
+    let first = normal.cross(axis).normalize_or_zero();
+    DMat3::from_cols(first, normal.cross(first), normal)
+}

@@ -1,0 +1,200 @@
+//! What a finish found and did.
+
+use glam::DVec3;
+
+/// An energy this many times as high is clearly higher.
+const CLEARLY_LOWER: f64 = 1.1;
+
+/// A patch after its finish.
+#[derive(Clone, Debug)]
+pub struct Finished {
+    /// The vertices, rising.
+    pub vertices: Vec<u32>,
+    /// Their new positions; those that they had, to the bit, where the finish was refused.
+    pub positions: Vec<DVec3>,
+    /// Where they are at the minimum of the energy: the step before, for callers that find fault with a blend. Empty where the
+    /// positions are not those of a blend, or the minimum was refused.
+    pub minimum: Vec<DVec3>,
+    /// The expected error of each, in units of the mesh: about 0.7 of a patch's vertices are nearer to the true surface than this,
+    /// 0.92 nearer than twice this. NaN where nothing can be said.
+    pub sigma: Vec<f64>,
+    /// What was found.
+    pub found: FinishFound,
+}
+
+/// What a finish found and did.
+#[derive(Clone, Debug, Default, serde::Serialize)]
+#[non_exhaustive]
+pub struct FinishFound {
+    /// Number of vertices that could move.
+    pub vertices: usize,
+    /// The largest distance of two vertices of the rim, in units of the mesh.
+    pub diameter: f64,
+    /// Mean length of edges round the patch, in units of the mesh.
+    pub edge: f64,
+    /// What the positions are.
+    pub result: FinishResult,
+    /// Steps of Gauss-Newton, of all starts that were taken.
+    pub steps: usize,
+    /// Whether a second start was tried.
+    pub restart: Restart,
+    /// `½ ∫ h²` of the patch before, `h` being the sum of the principal curvatures.
+    pub energy_before: f64,
+    /// The same at the minimum of the energy.
+    pub energy_after: f64,
+    /// Folded faces of the patch before.
+    pub folds_before: usize,
+    /// Folded faces of the patch after.
+    pub folds_after: usize,
+    /// The surfaces that were blended.
+    pub candidates: Vec<CandidateFound>,
+    /// Why the minimum of the energy was not taken.
+    pub willmore_refused: Option<Refusal>,
+    /// Why the blend was not made, or not taken.
+    pub blend_refused: Option<Refusal>,
+    /// The farthest way of a vertex, in units of the mesh.
+    pub largest_move: f64,
+    /// Mean of the expected errors of the vertices, in units of the mesh; none where nothing can be said.
+    pub mean_sigma: Option<f64>,
+    /// The largest of them.
+    pub largest_sigma: Option<f64>,
+}
+
+impl FinishFound {
+    /// Whether this end is better than that of another start for the same hole: it has fewer folded faces, or as many and an
+    /// energy lower by more than a tenth. Smaller differences tell triangulations apart rather than surfaces.
+    pub fn is_better_than(&self, other: &Self) -> bool {
+        let lower = self.energy_after * CLEARLY_LOWER < other.energy_after;
+        self.folds_after < other.folds_after || self.folds_after == other.folds_after && lower
+    }
+}
+
+/// What the positions of a finished patch are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FinishResult {
+    /// Those that they were.
+    #[default]
+    Unchanged,
+    /// A minimum of Willmore's energy.
+    Willmore,
+    /// Its blend with what the surroundings foretell.
+    Blend,
+}
+
+/// Whether Gauss-Newton was started a second time, from the biharmonic fill of the same triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Restart {
+    /// The first start was quick and did not fold.
+    #[default]
+    NotNeeded,
+    /// It was, to no better end.
+    Tried,
+    /// It was, and has fewer folds or the lower energy.
+    Taken,
+}
+
+/// A surface that a blend may be made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Candidate {
+    /// The minimum of the energy.
+    Willmore,
+    /// Kriging over a sphere, from a collar of 0.45 diameters.
+    Sphere,
+    /// Kriging over a sphere, from a collar of 0.6 diameters.
+    WideSphere,
+    /// Kriging over a plane, from a collar of 0.45 diameters.
+    Plane,
+}
+
+/// The surface over which heights were kriged.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ChartKind {
+    /// A plane.
+    Plane,
+    /// A sphere of so many diameters of the hole in radius; negative where the surface is hollow.
+    Sphere(f64),
+}
+
+/// What is known of a surface that a blend may be made of.
+#[derive(Clone, Debug, serde::Serialize)]
+#[non_exhaustive]
+pub struct CandidateFound {
+    /// Which.
+    pub candidate: Candidate,
+    /// Over what it was kriged; none for the minimum of the energy.
+    pub chart: Option<ChartKind>,
+    /// The order of the kernel, 2 to 5; 0 for the minimum of the energy.
+    pub order: u8,
+    /// The kernel's length for the noise of the data, in mean edges; 0 where they are exact.
+    pub nugget: f64,
+    /// Root mean square of its error, along the normal, on a ring of known vertices that was left out, in units of the mesh.
+    pub ring_error: Option<f64>,
+    /// Its weight in the blend.
+    pub weight: f64,
+}
+
+/// Why a patch, or a way of finishing it, was left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Refusal {
+    /// No vertex of the patch is used by a face.
+    #[error("the patch has no vertex of its own that a face uses")]
+    NoVertices,
+    /// Too many vertices.
+    #[error("the patch has more vertices than are finished")]
+    TooLarge,
+    /// Nothing is round the patch that stays.
+    #[error("nothing known is round the patch")]
+    NothingKnown,
+    /// Coordinates, or what was computed of them, are not numbers.
+    #[error("its shape gives no finite numbers")]
+    NotFinite,
+    /// A system could not be solved.
+    #[error("its triangles give no system that can be solved")]
+    Singular,
+    /// A vertex would move too far.
+    #[error("a vertex would move too far")]
+    MovedTooFar,
+    /// More faces would be folded.
+    #[error("more faces would be folded over")]
+    Folded,
+    /// The energy would be higher.
+    #[error("the energy would be higher")]
+    EnergyRose,
+    /// Too few vertices round the hole, or none that lie over a plane or sphere.
+    #[error("the surroundings do not lie over a plane or a sphere, or are too few")]
+    NoChart,
+    /// No ring of known vertices on which continuations could be tried.
+    #[error("no ring of vertices round the hole on which to try a continuation")]
+    NoRing,
+    /// The parameters do not ask for it.
+    #[error("it was not asked for")]
+    NotAsked,
+    /// Stopped by the caller.
+    #[error("it was stopped")]
+    Stopped,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fewer_folds_go_before_a_clearly_lower_energy() {
+        let end = |folds_after, energy_after| FinishFound {
+            folds_after,
+            energy_after,
+            ..FinishFound::default()
+        };
+        assert!(end(0, 9.0).is_better_than(&end(1, 2.0)));
+        assert!(!end(1, 2.0).is_better_than(&end(0, 9.0)));
+        assert!(end(1, 2.0).is_better_than(&end(1, 2.3)));
+        assert!(!end(0, 2.0).is_better_than(&end(0, 2.1)));
+        assert!(!end(0, f64::NAN).is_better_than(&end(0, 2.0)));
+    }
+}

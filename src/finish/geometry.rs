@@ -1,0 +1,208 @@
+//! Discrete geometry on triangles: normals, areas, cotangent weights, curvatures.
+//!
+//! M. Meyer, M. Desbrun, P. Schröder, A. H. Barr, "Discrete differential-geometry operators for triangulated 2-manifolds",
+//! Visualization and Mathematics III, 2003.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use sprs::CsMat;
+
+/// Faces between local vertices.
+pub(super) type Faces = [[u32; 3]];
+
+/// Bounds of the cotangent of a corner: below -2 (153°) and above 8 (7°) the weights of slivers would spoil the systems.
+const COTANGENTS: [f64; 2] = [-2.0, 8.0];
+/// The least area of a face, in that of the largest one: bounds the division by it.
+const LEAST_FACE: f64 = 1e-12;
+/// The least area of a vertex, in the median one.
+const LEAST_VERTEX: f64 = 1e-3;
+
+/// The corners of a face.
+pub(super) fn corners(points: &[DVec3], face: [u32; 3]) -> [DVec3; 3] {
+    face.map(|v| points[v as usize])
+}
+
+/// The normal of a face, as long as twice its area.
+pub(super) fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+/// Unit normals of vertices, faces weighted by area; zero where there is no area.
+pub(super) fn vertex_normals(points: &[DVec3], faces: &Faces) -> Vec<DVec3> {
+    let mut sums = vec![DVec3::ZERO; points.len()];
+    for &face in faces {
+        let area = area_vector(corners(points, face));
+        face.iter().for_each(|&v| sums[v as usize] += area);
+    }
+    sums.into_iter().map(DVec3::normalize_or_zero).collect()
+}
+
+/// The middle one of values, the lower of two; zero where there are none.
+pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    if values.is_empty() {
+        return 0.0;
+    }
+    let middle = (values.len() - 1) / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// The least of two entries of a field that count: what is smaller is raised to a part of the median.
+fn raised(mut areas: Vec<f64>) -> Vec<f64> {
+    let least = LEAST_VERTEX * median(areas.iter().copied());
+    areas.iter_mut().for_each(|a| *a = a.max(least));
+    areas
+}
+
+/// Half the cotangents at the corners of each face, bounded, and twice its area.
+pub(super) fn half_cotangents(points: &[DVec3], faces: &Faces) -> (Vec<[f64; 3]>, Vec<f64>) {
+    let area = |&f: &[u32; 3]| area_vector(corners(points, f)).length();
+    let mut areas: Vec<f64> = faces.iter().map(area).collect();
+    let least = LEAST_FACE * areas.iter().copied().fold(0.0, f64::max);
+    areas.iter_mut().for_each(|a| *a = a.max(least));
+    let at = |(&face, area): (&[u32; 3], &f64)| {
+        let p = corners(points, face);
+        [0, 1, 2].map(|k| {
+            let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+            0.5 * (u.dot(v) / area).clamp(COTANGENTS[0], COTANGENTS[1])
+        })
+    };
+    (faces.iter().zip(&areas).map(at).collect(), areas)
+}
+
+/// Barycentric areas of vertices from twice the areas of faces.
+pub(super) fn barycentric(count: usize, faces: &Faces, twice: &[f64]) -> Vec<f64> {
+    let mut areas = vec![0.0; count];
+    for (face, area) in faces.iter().zip(twice) {
+        face.iter().for_each(|&v| areas[v as usize] += area / 6.0);
+    }
+    raised(areas)
+}
+
+/// Mixed Voronoi areas of vertices (Meyer et al., section 3.3): obtuse faces give a half to the obtuse corner and a quarter to
+/// the others.
+pub(super) fn voronoi(points: &[DVec3], faces: &Faces) -> Vec<f64> {
+    let mut areas = vec![0.0; points.len()];
+    for &face in faces {
+        let p = corners(points, face);
+        let twice = area_vector(p).length();
+        let dots = [0, 1, 2].map(|k| (p[(k + 1) % 3] - p[k]).dot(p[(k + 2) % 3] - p[k]));
+        let obtuse = dots.iter().position(|&d| d < 0.0);
+        for k in 0..3 {
+            let share = match obtuse {
+                Some(o) if o == k => 0.25 * twice,
+                Some(_) => 0.125 * twice,
+                None => {
+                    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+                    let sum = p[i].distance_squared(p[k]) * dots[j]
+                        + p[j].distance_squared(p[k]) * dots[i];
+                    sum / (8.0 * twice.max(f64::MIN_POSITIVE))
+                }
+            };
+            areas[face[k] as usize] += share;
+        }
+    }
+    raised(areas)
+}
+
+/// Gaussian curvature at vertices by the angles that lack to a full turn, over the areas (Meyer et al., section 4).
+pub(super) fn gauss_curvature(points: &[DVec3], faces: &Faces, areas: &[f64]) -> Vec<f64> {
+    let mut lack = vec![2.0 * PI; points.len()];
+    for &face in faces {
+        let p = corners(points, face);
+        for k in 0..3 {
+            let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+            lack[face[k] as usize] -= u.cross(v).length().atan2(u.dot(v));
+        }
+    }
+    lack.iter().zip(areas).map(|(l, a)| l / a).collect()
+}
+
+/// The stiffness matrix `S` of the cotangent weights, `(S u)_i = Σ_j w_ij (u_i − u_j)`, on a pattern that serves for all
+/// positions of the vertices.
+#[derive(Clone)]
+pub(super) struct Stiffness {
+    /// The matrix by rows.
+    pub(super) matrix: CsMat<f64>,
+    /// For each corner of each face the entries of the edge opposite to it, both ways.
+    slots: Vec<[[usize; 2]; 3]>,
+    diagonal: Vec<usize>,
+}
+
+impl Stiffness {
+    /// The pattern, with all entries zero.
+    pub(super) fn new(count: usize, faces: &Faces) -> Self {
+        let mut entries: Vec<(u32, u32)> = (0..count as u32).map(|i| (i, i)).collect();
+        for face in faces {
+            for k in 0..3 {
+                let (i, j) = (face[k], face[(k + 1) % 3]);
+                entries.extend([(i, j), (j, i)]);
+            }
+        }
+        entries.sort_unstable();
+        entries.dedup();
+        let slot = |i: u32, j: u32| entries.partition_point(|&e| e < (i, j));
+        let opposite = |face: &[u32; 3]| {
+            [0, 1, 2].map(|k| {
+                let (i, j) = (face[(k + 1) % 3], face[(k + 2) % 3]);
+                [slot(i, j), slot(j, i)]
+            })
+        };
+        let slots = faces.iter().map(opposite).collect();
+        let diagonal = (0..count as u32).map(|i| slot(i, i)).collect();
+        let starts = (0..=count as u32).map(|i| slot(i, 0)).collect();
+        let indices: Vec<usize> = entries.iter().map(|e| e.1 as usize).collect();
+        let zeros = vec![0.0; indices.len()];
+        Self {
+            matrix: CsMat::new((count, count), starts, indices, zeros),
+            slots,
+            diagonal,
+        }
+    }
+
+    /// Sets the entries from half the cotangents at the corners of the faces.
+    pub(super) fn set(&mut self, faces: &Faces, half_cotangents: &[[f64; 3]]) {
+        let data = self.matrix.data_mut();
+        data.fill(0.0);
+        for ((face, slots), weights) in faces.iter().zip(&self.slots).zip(half_cotangents) {
+            for k in 0..3 {
+                let weight = weights[k];
+                slots[k].iter().for_each(|&s| data[s] -= weight);
+                data[self.diagonal[face[(k + 1) % 3] as usize]] += weight;
+                data[self.diagonal[face[(k + 2) % 3] as usize]] += weight;
+            }
+        }
+    }
+}
+
+/// `S x` without the matrix.
+pub(super) fn stiffness_times(
+    points: &[DVec3],
+    faces: &Faces,
+    half_cotangents: &[[f64; 3]],
+) -> Vec<DVec3> {
+    let mut out = vec![DVec3::ZERO; points.len()];
+    for (face, weights) in faces.iter().zip(half_cotangents) {
+        for k in 0..3 {
+            let [i, j] = [face[(k + 1) % 3], face[(k + 2) % 3]].map(|v| v as usize);
+            let pull = weights[k] * (points[i] - points[j]);
+            out[i] += pull;
+            out[j] -= pull;
+        }
+    }
+    out
+}
+
+/// A quantile by linear interpolation between the sorted values; infinite where there are none.
+pub(super) fn quantile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_unstable_by(f64::total_cmp);
+    let Some(last) = values.len().checked_sub(1) else {
+        return f64::INFINITY;
+    };
+    let at = part * last as f64;
+    let low = (at as usize).min(last);
+    let high = (low + 1).min(last);
+    values[low] + (at - low as f64) * (values[high] - values[low])
+}

@@ -1,0 +1,354 @@
+//! A patch with its neighbourhood, in its own numbering and units.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use super::found::Refusal;
+use super::geometry::{Faces, vertex_normals};
+use super::surroundings::Surroundings;
+
+/// The neighbourhood reaches at least so many edges from the patch.
+const RINGS: usize = 4;
+/// And so many mean edges farther than the data, for the normals there.
+const MARGIN: f64 = 3.0;
+/// The least length of an edge in distances, in diameters.
+const LEAST_EDGE: f64 = 1e-12;
+/// Up to so many points their diameter is that of all pairs; above, one found by going to the farthest point repeatedly.
+const ALL_PAIRS: usize = 1500;
+
+/// The ring of the test: known vertices nearer than this part of the diameter, or so many mean edges.
+pub(super) const RING: (f64, f64) = (0.12, 1.5);
+/// The widest collar that data are taken from, in diameters.
+pub(super) const WIDEST_COLLAR: f64 = 0.6;
+
+/// A patch and the mesh round it, relative to the middle of the rim and its diameter.
+#[derive(Clone)]
+pub(super) struct Patch {
+    /// Positions.
+    pub(super) points: Vec<DVec3>,
+    /// All faces, those of the patch among them.
+    pub(super) faces: Vec<[u32; 3]>,
+    /// Whether a vertex may move.
+    pub(super) moving: Vec<bool>,
+    /// Whether a vertex may serve as data.
+    pub(super) known: Vec<bool>,
+    /// Whether a vertex is at the border of the neighbourhood.
+    pub(super) border: Vec<bool>,
+    /// Distance of each vertex from those that move, along edges.
+    pub(super) distance: Vec<f64>,
+    /// Vertices that stay and share a face with ones that move.
+    pub(super) rim: Vec<u32>,
+    /// The largest distance of two rim vertices: 1, but for a hole with one more ring.
+    pub(super) diameter: f64,
+    /// Mean length of the edges round the patch.
+    pub(super) edge: f64,
+    /// The faces on which the energy of the patch depends.
+    pub(super) closure: Closure,
+}
+
+/// The vertices whose curvature depends on the patch, with all faces round them, in a numbering of their own.
+#[derive(Clone)]
+pub(super) struct Closure {
+    /// The patch's number of each vertex, rising.
+    pub(super) vertices: Vec<u32>,
+    /// All faces.
+    pub(super) faces: Vec<[u32; 3]>,
+    /// The faces with a vertex that moves.
+    pub(super) patch_faces: Vec<[u32; 3]>,
+    /// Vertices that move, rising.
+    pub(super) moving: Vec<u32>,
+    /// Vertices that move and those of the rim, rising.
+    pub(super) acting: Vec<u32>,
+    /// Vertices of the rim, rising.
+    pub(super) rim: Vec<u32>,
+}
+
+impl Closure {
+    fn new(count: usize, faces: &Faces, moving: &[bool]) -> Self {
+        let any = |mask: &[bool], f: &[u32; 3]| f.iter().any(|&v| mask[v as usize]);
+        let mut acting = vec![false; count];
+        for face in faces.iter().filter(|f| any(moving, f)) {
+            face.iter().for_each(|&v| acting[v as usize] = true);
+        }
+        let near: Vec<[u32; 3]> = faces.iter().copied().filter(|f| any(&acting, f)).collect();
+        let mut vertices: Vec<u32> = near.iter().flatten().copied().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let own = |v: u32| vertices.partition_point(|&w| w < v) as u32;
+        let local = |f: &[u32; 3]| f.map(own);
+        let chosen = |mask: &dyn Fn(u32) -> bool| {
+            let all = vertices.iter().enumerate();
+            all.filter(|(_, v)| mask(**v))
+                .map(|(i, _)| i as u32)
+                .collect()
+        };
+        Self {
+            faces: near.iter().map(local).collect(),
+            patch_faces: near.iter().filter(|f| any(moving, f)).map(local).collect(),
+            moving: chosen(&|v| moving[v as usize]),
+            acting: chosen(&|v| acting[v as usize]),
+            rim: chosen(&|v| acting[v as usize] && !moving[v as usize]),
+            vertices,
+        }
+    }
+
+    /// The values of the vertices that move.
+    pub(super) fn moved<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        self.moving.iter().map(|&v| values[v as usize]).collect()
+    }
+}
+
+impl Patch {
+    /// Mean length of the edges of the faces of the known mesh within half a diameter, or at the rim; none where there are no
+    /// such faces.
+    fn mean_edge(&self) -> Option<f64> {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for face in &self.faces {
+            let is_near =
+                |&v: &u32| self.distance[v as usize] < 0.5 || self.rim.binary_search(&v).is_ok();
+            let near = face.iter().any(is_near);
+            if near && !face.iter().any(|&v| self.moving[v as usize]) {
+                let [a, b, c] = face.map(|v| self.points[v as usize]);
+                sum += a.distance(b) + b.distance(c) + c.distance(a);
+                count += 3.0;
+            }
+        }
+        (sum > 0.0).then_some(sum / count)
+    }
+
+    /// Positions of the vertices that move.
+    pub(super) fn shape(&self) -> Vec<DVec3> {
+        let moving = self.closure.moving.iter();
+        moving
+            .map(|&v| self.points[self.closure.vertices[v as usize] as usize])
+            .collect()
+    }
+
+    /// Positions of the closure's vertices, those that move being where they are said to be.
+    pub(super) fn closure_points(&self, shape: &[DVec3]) -> Vec<DVec3> {
+        let vertices = self.closure.vertices.iter();
+        let mut points: Vec<DVec3> = vertices.map(|&v| self.points[v as usize]).collect();
+        for (&v, p) in self.closure.moving.iter().zip(shape) {
+            points[v as usize] = *p;
+        }
+        points
+    }
+
+    /// Distances of the vertices that move from the rim, along edges.
+    pub(super) fn depth(&self) -> Vec<f64> {
+        let points = self.closure_points(&self.shape());
+        let mut from = vec![false; points.len()];
+        self.closure
+            .rim
+            .iter()
+            .for_each(|&v| from[v as usize] = true);
+        let distances = edge_distances(&points, &self.closure.patch_faces, &from);
+        self.closure.moved(&distances)
+    }
+
+    /// Positions of the rim.
+    pub(super) fn rim_points(&self) -> Vec<DVec3> {
+        let rim = self.rim.iter();
+        rim.map(|&v| self.points[v as usize]).collect()
+    }
+
+    /// Unit normals of vertices from the faces that are not the patch's.
+    pub(super) fn known_normals(&self) -> Vec<DVec3> {
+        let is_patch = |f: &&[u32; 3]| f.iter().any(|&v| self.moving[v as usize]);
+        let faces = self.faces.iter().filter(|f| !is_patch(f));
+        vertex_normals(&self.points, &faces.copied().collect::<Vec<_>>())
+    }
+
+    /// The patch of a hole with one more ring round it, from the known vertices that `ring` names; `shape` tells where its own
+    /// vertices are.
+    pub(super) fn enlarged(&self, ring: &[u32], shape: &[DVec3]) -> Self {
+        let mut points = self.points.clone();
+        for (&v, p) in self.closure.moving.iter().zip(shape) {
+            points[self.closure.vertices[v as usize] as usize] = *p;
+        }
+        let (mut moving, mut known) = (self.moving.clone(), self.known.clone());
+        for &v in ring {
+            moving[v as usize] = true;
+            known[v as usize] = false;
+        }
+        let closure = Closure::new(points.len(), &self.faces, &moving);
+        let rim: Vec<u32> = closure
+            .rim
+            .iter()
+            .map(|&v| closure.vertices[v as usize])
+            .collect();
+        let at: Vec<DVec3> = rim.iter().map(|&v| points[v as usize]).collect();
+        Self {
+            distance: edge_distances(&points, &self.faces, &moving),
+            diameter: diameter(&at),
+            faces: self.faces.clone(),
+            border: self.border.clone(),
+            edge: self.edge,
+            points,
+            moving,
+            known,
+            rim,
+            closure,
+        }
+    }
+}
+
+/// How far from the patch data may lie, in diameters of the hole, along edges. The hole with one more ring is wider by two widths
+/// of the ring, and its data lie within the collar's part of that from the ring.
+fn reach(edge: f64) -> f64 {
+    let ring = RING.0.max(RING.1 * edge);
+    WIDEST_COLLAR * (1.0 + 2.0 * ring) + ring
+}
+
+/// A patch and where it lies in the mesh.
+pub(super) struct Located {
+    /// The patch.
+    pub(super) patch: Patch,
+    /// The origin of the patch's coordinates.
+    pub(super) centre: DVec3,
+    /// The unit of the patch's coordinates: the diameter of the hole.
+    pub(super) scale: f64,
+}
+
+impl Located {
+    /// The patch of some vertices (rising) of a mesh.
+    pub(super) fn new(around: &Surroundings<'_>, vertices: &[u32]) -> Result<Self, Refusal> {
+        let rim = around.rim(vertices);
+        if rim.is_empty() {
+            return Err(Refusal::NothingKnown);
+        }
+        let at: Vec<DVec3> = rim.iter().map(|&v| around.position(v)).collect();
+        let first = at[0];
+        let centre = first + at.iter().map(|p| *p - first).sum::<DVec3>() / at.len() as f64;
+        let scale = diameter(&at);
+        if !(scale > 0.0 && scale.is_finite() && centre.is_finite()) {
+            return Err(Refusal::NotFinite);
+        }
+        let edge = around.edge(&rim) / scale;
+        let limit = (reach(edge) + MARGIN * edge) * scale;
+        let (ids, distance) = around.within(vertices, limit, RINGS, LEAST_EDGE * scale);
+        let faces = around.faces_within(&ids);
+        let own = |v: u32| ids.partition_point(|&w| w < v) as u32;
+        let faces: Vec<[u32; 3]> = faces.iter().map(|f| f.map(own)).collect();
+        let points: Vec<DVec3> = ids
+            .iter()
+            .map(|&v| (around.position(v) - centre) / scale)
+            .collect();
+        if !points.iter().all(|p| p.is_finite()) {
+            return Err(Refusal::NotFinite);
+        }
+        let mut moving = vec![false; ids.len()];
+        vertices
+            .iter()
+            .for_each(|&v| moving[own(v) as usize] = true);
+        let known = ids.iter().zip(&moving);
+        let known = known.map(|(&v, m)| around.is_known(v) && !m).collect();
+        let closure = Closure::new(ids.len(), &faces, &moving);
+        let mut patch = Patch {
+            border: border(ids.len(), &faces),
+            points,
+            faces,
+            moving,
+            known,
+            distance: distance.iter().map(|d| d / scale).collect(),
+            rim: rim.iter().map(|&v| own(v)).collect(),
+            diameter: 1.0,
+            edge: 0.0,
+            closure,
+        };
+        patch.edge = patch.mean_edge().ok_or(Refusal::NothingKnown)?;
+        Ok(Self {
+            patch,
+            centre,
+            scale,
+        })
+    }
+
+    /// A point of the patch's coordinates in those of the mesh.
+    pub(super) fn outward(&self, point: DVec3) -> DVec3 {
+        self.centre + point * self.scale
+    }
+}
+
+/// Vertices at edges that have fewer than two faces.
+fn border(count: usize, faces: &Faces) -> Vec<bool> {
+    let mut edges: Vec<(u32, u32)> = faces
+        .iter()
+        .flat_map(|f| [0, 1, 2].map(|k| (f[k], f[(k + 1) % 3])))
+        .map(|(a, b)| (a.min(b), a.max(b)))
+        .collect();
+    edges.sort_unstable();
+    let mut border = vec![false; count];
+    for same in edges.chunk_by(|a, b| a == b).filter(|same| same.len() < 2) {
+        border[same[0].0 as usize] = true;
+        border[same[0].1 as usize] = true;
+    }
+    border
+}
+
+/// The largest distance of two points.
+fn diameter(points: &[DVec3]) -> f64 {
+    let farthest = |p: DVec3| {
+        let distances = points.iter().map(|q| p.distance_squared(*q));
+        distances.enumerate().fold(
+            (0, 0.0),
+            |best, (i, d)| if d > best.1 { (i, d) } else { best },
+        )
+    };
+    if points.len() <= ALL_PAIRS {
+        let largest = points.iter().map(|p| farthest(*p).1).fold(0.0, f64::max);
+        return largest.sqrt();
+    }
+    let (mut at, mut largest) = (0, 0.0);
+    loop {
+        let (next, distance) = farthest(points[at]);
+        if distance <= largest {
+            return largest.sqrt();
+        }
+        (at, largest) = (next, distance);
+    }
+}
+
+/// Distances along edges from the marked vertices; infinite where there is no way.
+fn edge_distances(points: &[DVec3], faces: &Faces, from: &[bool]) -> Vec<f64> {
+    let mut starts = vec![0u32; points.len() + 1];
+    for f in faces.iter().flatten() {
+        starts[*f as usize + 1] += 2;
+    }
+    for i in 1..starts.len() {
+        starts[i] += starts[i - 1];
+    }
+    let (mut at, mut beside) = (starts.clone(), vec![0u32; 6 * faces.len()]);
+    for face in faces {
+        for k in 0..3 {
+            let v = face[k] as usize;
+            for other in [face[(k + 1) % 3], face[(k + 2) % 3]] {
+                beside[at[v] as usize] = other;
+                at[v] += 1;
+            }
+        }
+    }
+    let mut distance = vec![f64::INFINITY; points.len()];
+    let mut queue = BinaryHeap::new();
+    for i in (0..points.len()).filter(|&i| from[i]) {
+        distance[i] = 0.0;
+        queue.push(Reverse((0u64, i as u32)));
+    }
+    while let Some(Reverse((bits, i))) = queue.pop() {
+        let (d, i) = (f64::from_bits(bits), i as usize);
+        if d > distance[i] {
+            continue;
+        }
+        for &j in &beside[starts[i] as usize..starts[i + 1] as usize] {
+            let j = j as usize;
+            let through = d + points[i].distance(points[j]).max(LEAST_EDGE);
+            if through < distance[j] {
+                distance[j] = through;
+                queue.push(Reverse((through.to_bits(), j as u32)));
+            }
+        }
+    }
+    distance
+}

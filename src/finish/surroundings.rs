@@ -1,0 +1,207 @@
+//! What is round the patches of a mesh, found without walking over the mesh.
+
+use std::cmp::Reverse;
+use std::collections::{BinaryHeap, HashMap};
+use std::hash::{BuildHasherDefault, Hasher};
+
+use glam::DVec3;
+
+use super::geometry::median;
+use crate::mesh::{Mesh, VertexFaces};
+
+/// An index of a mesh, built once for all of its patches: which faces are round each vertex, and which vertices are data.
+pub struct Surroundings<'a> {
+    mesh: &'a Mesh,
+    around: VertexFaces,
+    known: Vec<bool>,
+}
+
+/// Hashing of vertex numbers by multiplication (D. E. Knuth, "The Art of Computer Programming" 3, section 6.4). Only looked up,
+/// never walked through, so that no result depends on it.
+#[derive(Default)]
+struct Multiply(u64);
+
+impl Hasher for Multiply {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&b| self.write_u32(b.into()));
+    }
+
+    fn write_u32(&mut self, value: u32) {
+        let product = (self.0 ^ u64::from(value)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        self.0 = product ^ (product >> 32);
+    }
+}
+
+type Numbers = HashMap<u32, u32, BuildHasherDefault<Multiply>>;
+
+impl<'a> Surroundings<'a> {
+    /// For a mesh of whose vertices `known` says which were measured and may serve as data for what is missing: not those of
+    /// other patches.
+    pub fn new(mesh: &'a Mesh, known: impl Fn(u32) -> bool) -> Self {
+        let count = mesh.positions.len() as u32;
+        Self {
+            mesh,
+            around: VertexFaces::new(mesh),
+            known: (0..count).map(known).collect(),
+        }
+    }
+
+    /// The mesh.
+    pub fn mesh(&self) -> &'a Mesh {
+        self.mesh
+    }
+
+    /// Groups vertices that are connected by edges between them: the patches that they belong to. Each is finished on its own.
+    pub fn pieces(&self, vertices: &[u32]) -> Vec<Vec<u32>> {
+        let mut group: Numbers = vertices.iter().map(|&v| (v, u32::MAX)).collect();
+        let mut pieces: Vec<Vec<u32>> = Vec::new();
+        for &first in vertices {
+            if group.get(&first) != Some(&u32::MAX) {
+                continue;
+            }
+            let own = pieces.len() as u32;
+            group.insert(first, own);
+            let mut piece = vec![first];
+            let mut done = 0;
+            while done < piece.len() {
+                for w in self.beside(piece[done]) {
+                    if group.get(&w) == Some(&u32::MAX) {
+                        group.insert(w, own);
+                        piece.push(w);
+                    }
+                }
+                done += 1;
+            }
+            piece.sort_unstable();
+            pieces.push(piece);
+        }
+        pieces
+    }
+
+    pub(super) fn position(&self, vertex: u32) -> DVec3 {
+        self.mesh.positions[vertex as usize]
+    }
+
+    pub(super) fn is_known(&self, vertex: u32) -> bool {
+        self.known[vertex as usize]
+    }
+
+    /// Whether there is such a vertex, with a face round it that has three corners.
+    pub(super) fn is_used(&self, vertex: u32) -> bool {
+        (vertex as usize) < self.mesh.positions.len() && self.faces(vertex).next().is_some()
+    }
+
+    /// The faces round a vertex that have three different corners.
+    fn faces(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+        let whole = |f: &u32| {
+            let [a, b, c] = self.mesh.faces[*f as usize];
+            a != b && b != c && c != a
+        };
+        self.around.of(vertex).iter().copied().filter(whole)
+    }
+
+    /// The vertices that share a face with one, some more than once.
+    fn beside(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+        let corners = self.faces(vertex).flat_map(|f| self.mesh.faces[f as usize]);
+        corners.filter(move |&w| w != vertex)
+    }
+
+    /// The vertices that share a face with some of the given (sorted) ones and are none of them, rising.
+    pub(super) fn rim(&self, vertices: &[u32]) -> Vec<u32> {
+        let all = vertices.iter().flat_map(|&v| self.beside(v));
+        let mut rim: Vec<u32> = all.filter(|w| vertices.binary_search(w).is_err()).collect();
+        rim.sort_unstable();
+        rim.dedup();
+        rim
+    }
+
+    /// The median length of the edges at some vertices: a few long ones do not count.
+    pub(super) fn edge(&self, vertices: &[u32]) -> f64 {
+        let at = |v: u32| self.beside(v).map(move |w| (v, w));
+        let lengths = vertices.iter().flat_map(|&v| at(v));
+        median(lengths.map(|(v, w)| self.position(v).distance(self.position(w))))
+    }
+
+    /// All vertices within a distance of the given ones along edges, and those up to so many edges away; rising, with their
+    /// distances. Edges count as at least `least` long.
+    pub(super) fn within(
+        &self,
+        vertices: &[u32],
+        limit: f64,
+        rings: usize,
+        least: f64,
+    ) -> (Vec<u32>, Vec<f64>) {
+        let mut numbers = Numbers::default();
+        let (mut found, mut distance) = (Vec::new(), Vec::new());
+        let mut queue = BinaryHeap::new();
+        for &v in vertices {
+            numbers.insert(v, found.len() as u32);
+            queue.push(Reverse((0u64, found.len() as u32)));
+            found.push(v);
+            distance.push(0.0);
+        }
+        self.add_rings(rings, &mut numbers, &mut found);
+        let always = found.len();
+        distance.resize(always, f64::INFINITY);
+        while let Some(Reverse((bits, i))) = queue.pop() {
+            let (d, i) = (f64::from_bits(bits), i as usize);
+            if d > distance[i] || d > limit && i >= always {
+                continue;
+            }
+            let from = self.position(found[i]);
+            for w in self.beside(found[i]) {
+                let through = d + from.distance(self.position(w)).max(least);
+                if through.is_nan() || through > limit && !numbers.contains_key(&w) {
+                    continue;
+                }
+                let j = *numbers.entry(w).or_insert(found.len() as u32) as usize;
+                if j == found.len() {
+                    found.push(w);
+                    distance.push(f64::INFINITY);
+                }
+                if through < distance[j] {
+                    distance[j] = through;
+                    queue.push(Reverse((through.to_bits(), j as u32)));
+                }
+            }
+        }
+        let mut both: Vec<(u32, f64)> = found.into_iter().zip(distance).collect();
+        both.sort_unstable_by_key(|b| b.0);
+        both.into_iter().unzip()
+    }
+
+    fn add_rings(&self, rings: usize, numbers: &mut Numbers, found: &mut Vec<u32>) {
+        let mut first = 0;
+        for _ in 0..rings {
+            let last = found.len();
+            for i in first..last {
+                for w in self.beside(found[i]) {
+                    numbers.entry(w).or_insert_with(|| {
+                        found.push(w);
+                        found.len() as u32 - 1
+                    });
+                }
+            }
+            first = last;
+        }
+    }
+
+    /// The faces whose corners are all among sorted vertices, in the mesh's order.
+    pub(super) fn faces_within(&self, vertices: &[u32]) -> Vec<[u32; 3]> {
+        let inside: Numbers = vertices.iter().map(|&v| (v, 0)).collect();
+        let mut faces = Vec::new();
+        for &v in vertices {
+            let own = self.faces(v).filter(|&f| {
+                let face = self.mesh.faces[f as usize];
+                face.iter().all(|w| *w >= v && inside.contains_key(w))
+            });
+            faces.extend(own);
+        }
+        faces.sort_unstable();
+        faces.iter().map(|&f| self.mesh.faces[f as usize]).collect()
+    }
+}

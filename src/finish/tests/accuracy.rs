@@ -1,0 +1,157 @@
+use super::super::*;
+use super::{
+    clifford_torus, finished, noise, rms, square, surroundings, torus_distance, with_patch,
+};
+use crate::mesh::Mesh;
+use crate::mesh::shapes::{grid, icosphere};
+
+/// Willmore's energy alone.
+fn minimum(mesh: &Mesh, patch: &[u32]) -> Finished {
+    let params = FinishParams {
+        method: FinishMethod::Willmore,
+        ..FinishParams::default()
+    };
+    finish(&surroundings(mesh, patch), patch, &params, &|| true)
+}
+
+#[test]
+fn spheres_are_mended_to_spheres() {
+    let cap = |p: DVec3| p.z > 0.8;
+    let (mesh, patch) = with_patch(icosphere(4), cap, |v, p| {
+        p * (0.03 * noise(v) - 0.1 * (p.z - 0.8))
+    });
+    for (result, most) in [
+        (minimum(&mesh, &patch), 1e-4),
+        (finished(&mesh, &patch), 1e-5),
+    ] {
+        assert_ne!(result.found.result, FinishResult::Unchanged);
+        let error = rms(&result, |p| p.length() - 1.0);
+        assert!(error < most, "{error}");
+        assert!(result.found.energy_after < result.found.energy_before);
+        assert_eq!(result.found.folds_after, 0);
+    }
+}
+
+#[test]
+fn clifford_tori_are_mended_to_tori() {
+    let outside = |p: DVec3| p.distance(DVec3::new(2f64.sqrt() + 1.0, 0.0, 0.0)) < 0.7;
+    let (mesh, patch) = with_patch(clifford_torus(70), outside, |v, p| {
+        DVec3::X * (0.02 * noise(v) - 0.05 * (p.x - 1.8))
+    });
+    let energy = minimum(&mesh, &patch);
+    let error = rms(&energy, torus_distance);
+    assert!(error < 5e-4, "{error}");
+    let blend = finished(&mesh, &patch);
+    assert_eq!(blend.found.result, FinishResult::Blend);
+    let error = rms(&blend, torus_distance);
+    assert!(error < 2e-4, "{error}");
+}
+
+#[test]
+fn planes_are_mended_to_planes() {
+    let (mesh, patch) = with_patch(
+        square(24, |x, y| 0.5 * x - 0.2 * y),
+        |p| p.truncate().length() < 0.35,
+        |v, _| DVec3::Z * (0.1 + 0.02 * noise(v)),
+    );
+    let result = finished(&mesh, &patch);
+    let error = rms(&result, |p| p.z - 0.5 * p.x + 0.2 * p.y);
+    assert!(error < 1e-6, "{error}");
+    let sigma = result.sigma.iter().copied().fold(0.0, f64::max);
+    assert!(sigma < 1e-4, "{sigma}");
+}
+
+#[test]
+fn cylinders_are_foretold_better_than_by_the_energy() {
+    let cylinder = grid(60, 40, [true, false], |s, t| {
+        let angle = s * std::f64::consts::TAU;
+        DVec3::new(angle.cos(), angle.sin(), 4.0 * t - 2.0)
+    });
+    let side = |p: DVec3| p.distance(DVec3::X) < 0.45;
+    let (mesh, patch) = with_patch(cylinder, side, |v, _| DVec3::X * (0.02 * noise(v) - 0.03));
+    let distance = |p: DVec3| p.truncate().length() - 1.0;
+    let minimum = minimum(&mesh, &patch);
+    let energy = rms(&minimum, distance);
+    let blend = finished(&mesh, &patch);
+    assert_eq!(blend.minimum, minimum.positions);
+    assert!(minimum.minimum.is_empty());
+    let error = rms(&blend, distance);
+    assert!(error < 0.4 * energy, "{error} {energy}");
+    let orders: Vec<u8> = blend.found.candidates.iter().map(|c| c.order).collect();
+    assert!(orders.iter().any(|&o| o >= 4), "{orders:?}");
+}
+
+#[test]
+fn noise_is_seen_and_not_continued() {
+    let amount = 0.01;
+    let mut mesh = square(30, |_, _| 0.0);
+    for (v, p) in mesh.positions.iter_mut().enumerate() {
+        p.z += amount * noise(v as u32);
+    }
+    let (mesh, patch) = with_patch(mesh, |p| p.truncate().length() < 0.35, |_, _| DVec3::ZERO);
+    let energy = rms(&minimum(&mesh, &patch), |p| p.z);
+    let blend = finished(&mesh, &patch);
+    let error = rms(&blend, |p| p.z);
+    assert!(error < 0.95 * energy, "{error} {energy}");
+    let kriged = &blend.found.candidates[1..];
+    assert!(!kriged.is_empty() && kriged.iter().all(|c| c.nugget > 0.0));
+    let weights: f64 = blend.found.candidates.iter().map(|c| c.weight).sum();
+    assert!((weights - 1.0).abs() < 1e-12);
+    // The expected error is of the size of the true one.
+    let sigma = (blend.sigma.iter().map(|s| s * s).sum::<f64>() / patch.len() as f64).sqrt();
+    let ratio = error * blend.found.diameter / sigma;
+    assert!(ratio > 0.1 && ratio < 2.0, "{ratio}");
+}
+
+#[test]
+fn the_expected_error_grows_from_the_rim_inwards() {
+    let saddle = square(28, |x, y| 0.3 * x * x - 0.2 * x * y * y);
+    let (mesh, patch) = with_patch(
+        saddle,
+        |p| p.truncate().length() < 0.45,
+        |v, _| DVec3::Z * 0.01 * noise(v),
+    );
+    for result in [finished(&mesh, &patch), minimum(&mesh, &patch)] {
+        let mut sums = [(0.0, 0.0); 3];
+        for (p, s) in result.positions.iter().zip(&result.sigma) {
+            let third = ((0.45 - p.truncate().length()) / 0.15).clamp(0.0, 2.0) as usize;
+            sums[third] = (sums[third].0 + s, sums[third].1 + 1.0);
+        }
+        let largest = result.sigma.iter().copied().fold(0.0, f64::max);
+        assert_eq!(result.found.largest_sigma, Some(largest));
+        assert!(result.found.mean_sigma.unwrap() < largest);
+        let [rim, middle, deep] = sums.map(|s| s.0 / s.1);
+        assert!(
+            0.0 < rim && 1.2 * rim < middle && 1.1 * middle < deep,
+            "{rim} {middle} {deep}"
+        );
+    }
+}
+
+#[test]
+fn large_patches_get_the_energy_alone() {
+    let cap = |p: DVec3| p.z > 0.4;
+    let (mesh, patch) = with_patch(icosphere(5), cap, |_, p| p * -0.05 * (p.z - 0.4));
+    assert!(patch.len() > 3000);
+    let result = finished(&mesh, &patch);
+    assert_eq!(result.found.result, FinishResult::Willmore);
+    assert_eq!(result.found.blend_refused, Some(Refusal::TooLarge));
+    let error = rms(&result, |p| p.length() - 1.0);
+    assert!(error < 1e-3, "{error}");
+    assert!(result.sigma.iter().all(|s| *s > 0.0));
+}
+
+#[test]
+fn a_folded_start_is_given_up_for_the_biharmonic_one() {
+    let cap = |p: DVec3| p.z > 0.8;
+    let (mesh, patch) = with_patch(icosphere(4), cap, |v, _| {
+        0.15 * DVec3::new(noise(v), noise(v + 1000), noise(v + 2000))
+    });
+    let around = surroundings(&mesh, &patch);
+    assert!(folds(&around, &patch).unwrap() > 0);
+    let result = finished(&mesh, &patch);
+    assert_eq!(result.found.restart, Restart::Taken);
+    assert_eq!(result.found.folds_after, 0);
+    let error = rms(&result, |p| p.length() - 1.0);
+    assert!(error < 1e-3, "{error}");
+}

@@ -1,0 +1,324 @@
+//! The minimum of Willmore's energy on a patch's own triangles, by Gauss-Newton.
+
+use glam::DVec3;
+use sprs::CsMat;
+
+use super::biharmonic::biharmonic;
+use super::geometry::{
+    Stiffness, area_vector, corners, gauss_curvature, half_cotangents, stiffness_times,
+    vertex_normals, voronoi,
+};
+use super::params::FinishParams;
+use super::patch::{Closure, Patch};
+use crate::linalg::LdlPattern;
+
+/// A displacement is at most so many mean edges.
+const LONGEST_STEP: f64 = 2.0;
+/// Vertices are spread along the surface as long as steps are longer than this, in diameters.
+const SPREAD_ABOVE: f64 = 5e-3;
+/// By this part of the way to the mean of their neighbours.
+const SPREAD: f64 = 0.3;
+/// A step shorter than this, in diameters, is taken though the energy rises: at rounding, or by the spread of the vertices.
+const ALWAYS_BELOW: f64 = 2e-3;
+/// Most halvings of a step.
+const HALVINGS: usize = 5;
+/// Added to the system's diagonal, in itself.
+const RIDGE: f64 = 1e-10;
+/// Where a start took more steps than this, a second is tried.
+const QUICK: usize = 8;
+/// A face is folded when the cosines of its normal with those at its corners are all below this. On patches of real
+/// scans this found all that met themselves and no others.
+const FOLDED: f64 = -0.2;
+
+/// A minimum, or what was come to.
+#[derive(Clone, Debug)]
+pub(super) struct Minimum {
+    /// Positions of the vertices that move.
+    pub(super) shape: Vec<DVec3>,
+    pub(super) steps: usize,
+    /// The last displacement, in diameters.
+    pub(super) last: f64,
+    pub(super) energy_before: f64,
+    pub(super) energy: f64,
+}
+
+/// The second start.
+pub(super) enum Second {
+    NotNeeded,
+    Worse,
+    Better,
+}
+
+/// The surface at a moment.
+struct State {
+    half_cotangents: Vec<[f64; 3]>,
+    normals: Vec<DVec3>,
+    masses: Vec<f64>,
+    /// Sum of the principal curvatures.
+    curvature: Vec<f64>,
+    energy: f64,
+}
+
+impl State {
+    /// `h = n · S x / m` and `E = ½ Σ m h²` over the vertices that act.
+    fn new(closure: &Closure, points: &[DVec3]) -> Self {
+        let faces = &closure.faces;
+        let (half_cotangents, _) = half_cotangents(points, faces);
+        let normals = vertex_normals(points, faces);
+        let masses = voronoi(points, faces);
+        let pull = stiffness_times(points, faces, &half_cotangents);
+        let curvature: Vec<f64> = (0..points.len())
+            .map(|i| normals[i].dot(pull[i]) / masses[i])
+            .collect();
+        let acting = closure.acting.iter().map(|&i| i as usize);
+        let energy = 0.5
+            * acting
+                .map(|i| masses[i] * curvature[i].powi(2))
+                .sum::<f64>();
+        Self {
+            half_cotangents,
+            normals,
+            masses,
+            curvature,
+            energy,
+        }
+    }
+}
+
+/// `½ ∫ h²` of a patch, with its rim, in its own units (it does not depend on the unit).
+pub(super) fn energy(patch: &Patch, shape: &[DVec3]) -> f64 {
+    State::new(&patch.closure, &patch.closure_points(shape)).energy
+}
+
+/// The number of faces of a patch that look against the normals at all three of their vertices.
+pub(super) fn folds(patch: &Patch, shape: &[DVec3]) -> usize {
+    let points = patch.closure_points(shape);
+    let normals = vertex_normals(&points, &patch.closure.faces);
+    let is_folded = |face: &&[u32; 3]| {
+        let normal = area_vector(corners(&points, **face)).normalize_or_zero();
+        face.iter()
+            .all(|&v| normal.dot(normals[v as usize]) < FOLDED)
+    };
+    patch.closure.patch_faces.iter().filter(is_folded).count()
+}
+
+/// What the steps of Gauss-Newton work on.
+struct Solver<'a> {
+    closure: &'a Closure,
+    stiffness: Stiffness,
+    /// The unknown of each vertex of the closure, if it moves.
+    unknown: Vec<Option<usize>>,
+    pattern: Option<LdlPattern>,
+    diameter: f64,
+    edge: f64,
+    damping: f64,
+}
+
+/// `J'MJ` and the right-hand side.
+struct Normal {
+    matrix: CsMat<f64>,
+    rhs: Vec<f64>,
+}
+
+impl<'a> Solver<'a> {
+    fn new(patch: &'a Patch) -> Self {
+        let closure = &patch.closure;
+        let mut unknown = vec![None; closure.vertices.len()];
+        for (k, &v) in closure.moving.iter().enumerate() {
+            unknown[v as usize] = Some(k);
+        }
+        Self {
+            closure,
+            stiffness: Stiffness::new(closure.vertices.len(), &closure.faces),
+            unknown,
+            pattern: None,
+            diameter: patch.diameter,
+            edge: patch.edge,
+            damping: 0.0,
+        }
+    }
+
+    /// The linearised problem: with `J = ∂h/∂d = M⁻¹ S − diag(h² − 2 K)` for displacements `d` along the normals, `(Jᵀ M J) d =
+    /// −(Jᵀ M h + ½ M h³)`. Rows of `J` are the vertices that move and the rim, whose curvature the patch sets too.
+    fn linearised(&mut self, points: &[DVec3], state: &State) -> Normal {
+        let closure = self.closure;
+        self.stiffness.set(&closure.faces, &state.half_cotangents);
+        let gauss = gauss_curvature(points, &closure.faces, &state.masses);
+        let most = std::f64::consts::PI / (2.0 * self.edge);
+        let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
+        let mut weighted = Vec::new();
+        let mut rhs = vec![0.0; closure.moving.len()];
+        for &i in &closure.acting {
+            let i = i as usize;
+            let (m, h) = (state.masses[i], state.curvature[i]);
+            let bounded = h.powi(2).min(most * most);
+            let k = gauss[i].max(-most * most).min(0.25 * bounded);
+            let squares = (bounded - 2.0 * k).max(0.0).min(most * most);
+            let row = self.stiffness.matrix.outer_view(i);
+            for (j, s) in row.iter().flat_map(|row| row.iter()) {
+                if let Some(u) = self.unknown[j] {
+                    let entry = s / m - if i == j { squares } else { 0.0 };
+                    columns.push(u);
+                    values.push(entry);
+                    weighted.push(entry * m);
+                    rhs[u] -= entry * m * h;
+                }
+            }
+            if let Some(u) = self.unknown[i] {
+                rhs[u] -= 0.5 * m * h.powi(3);
+            }
+            starts.push(columns.len());
+        }
+        let shape = (closure.acting.len(), closure.moving.len());
+        let weighted = CsMat::new(shape, starts.clone(), columns.clone(), weighted);
+        let jacobian = CsMat::new(shape, starts, columns, values);
+        let transposed = jacobian.transpose_view().to_csr();
+        Normal {
+            matrix: &transposed * &weighted,
+            rhs,
+        }
+    }
+
+    /// Displacements along the normals, bounded, and the largest; none where the system has no finite solution.
+    fn displacements(&mut self, normal: Normal) -> Option<(Vec<f64>, f64)> {
+        let matrix = &normal.matrix;
+        let pattern = self.pattern.get_or_insert_with(|| LdlPattern::new(matrix));
+        let mut d = normal.rhs;
+        pattern
+            .factorise(matrix, RIDGE + self.damping)?
+            .solve(&mut d);
+        if !d.iter().all(|d| d.is_finite()) {
+            return None;
+        }
+        let longest = LONGEST_STEP * self.edge;
+        d.iter_mut().for_each(|d| *d = d.clamp(-longest, longest));
+        let largest = d.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
+        Some((d, largest))
+    }
+
+    /// The points after a step.
+    fn moved(&self, points: &[DVec3], normals: &[DVec3], d: &[f64], part: f64) -> Vec<DVec3> {
+        let mut moved = points.to_vec();
+        for (&v, d) in self.closure.moving.iter().zip(d) {
+            moved[v as usize] += part * d * normals[v as usize];
+        }
+        moved
+    }
+
+    /// Moves vertices along the surface towards the mean of their neighbours.
+    fn spread(&self, points: &mut [DVec3]) {
+        let normals = vertex_normals(points, &self.closure.faces);
+        let mut goals = Vec::with_capacity(self.closure.moving.len());
+        for &v in &self.closure.moving {
+            let i = v as usize;
+            let row = self.stiffness.matrix.outer_view(i);
+            let beside = row.iter().flat_map(|row| row.indices());
+            let (mut sum, mut count) = (DVec3::ZERO, 0.0);
+            for &j in beside.filter(|&&j| j != i) {
+                sum += points[j];
+                count += 1.0;
+            }
+            let way = sum / f64::max(count, 1.0) - points[i];
+            goals.push(way - way.dot(normals[i]) * normals[i]);
+        }
+        for (&v, way) in self.closure.moving.iter().zip(goals) {
+            points[v as usize] += SPREAD * way;
+        }
+    }
+
+    /// One step with halvings, from the state at some points; none where the energy falls nowhere on the way.
+    fn step(
+        &self,
+        points: &[DVec3],
+        state: &State,
+        d: &[f64],
+        largest: f64,
+    ) -> Option<(Vec<DVec3>, State)> {
+        let mut part = 1.0;
+        for _ in 0..HALVINGS {
+            let mut moved = self.moved(points, &state.normals, d, part);
+            if largest > SPREAD_ABOVE * self.diameter {
+                self.spread(&mut moved);
+            }
+            let next = State::new(self.closure, &moved);
+            let falls = next.energy < state.energy * (1.0 + 1e-9);
+            if falls || largest * part < ALWAYS_BELOW * self.diameter && next.energy.is_finite() {
+                return Some((moved, next));
+            }
+            part *= 0.5;
+        }
+        None
+    }
+}
+
+/// Gauss-Newton from a shape.
+pub(super) fn minimise(
+    patch: &Patch,
+    shape: &[DVec3],
+    params: &FinishParams,
+    keep_going: &dyn Fn() -> bool,
+) -> Minimum {
+    let mut solver = Solver::new(patch);
+    let mut points = patch.closure_points(shape);
+    let mut state = State::new(&patch.closure, &points);
+    let energy_before = state.energy;
+    let (mut steps, mut last) = (0, f64::INFINITY);
+    while steps < params.most_steps && state.energy.is_finite() && keep_going() {
+        steps += 1;
+        let normal = solver.linearised(&points, &state);
+        let Some((d, largest)) = solver.displacements(normal) else {
+            break;
+        };
+        last = largest / patch.diameter;
+        if let Some((moved, next)) = solver.step(&points, &state, &d, largest) {
+            (points, state) = (moved, next);
+            solver.damping *= 0.1;
+            if last < params.tolerance {
+                break;
+            }
+        } else {
+            solver.damping = (10.0 * solver.damping).max(1e-3);
+            if solver.damping > 1e2 {
+                break;
+            }
+        }
+    }
+    Minimum {
+        shape: patch.closure.moved(&points),
+        steps,
+        last,
+        energy_before,
+        energy: state.energy,
+    }
+}
+
+/// The minimum from the patch's own shape; where that took many steps, folded faces or stalled, also from the biharmonic fill of
+/// the same triangles, which unfolds them: that with fewer folds, then of lower energy.
+pub(super) fn lowest(
+    patch: &Patch,
+    params: &FinishParams,
+    keep_going: &dyn Fn() -> bool,
+) -> (Minimum, Second) {
+    let shape = patch.shape();
+    let first = minimise(patch, &shape, params, keep_going);
+    let first_folds = folds(patch, &first.shape);
+    if first.steps <= QUICK && first.last <= params.tolerance && first_folds == 0 {
+        return (first, Second::NotNeeded);
+    }
+    let Some(start) = biharmonic(patch, &shape) else {
+        return (first, Second::Worse);
+    };
+    let second = minimise(patch, &start, params, keep_going);
+    let second_folds = folds(patch, &second.shape);
+    let better =
+        second_folds < first_folds || second_folds == first_folds && second.energy < first.energy;
+    if better && second.shape.iter().all(|p| p.is_finite()) {
+        let both = Minimum {
+            steps: first.steps + second.steps,
+            energy_before: first.energy_before,
+            ..second
+        };
+        return (both, Second::Better);
+    }
+    (first, Second::Worse)
+}
