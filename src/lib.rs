@@ -113,15 +113,19 @@ pub use attributes::transfer;
 #[doc(inline)]
 pub use extract::{VolumeSurfaceError, level_surface};
 #[doc(inline)]
+pub use finish::{
+    Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,
+};
+#[doc(inline)]
 pub use flow::{Energy, Variant};
 #[doc(inline)]
 pub use grid::Volume;
 pub use mend::{
     Cancel, ClosedBy, Control, Event, FailedReason, FairError, FairExtent, FairParams, FairReport,
-    Faired, FillError, FillParams, FillReport, Filled, HoleOutcome, HoleReport, Inspection,
-    LeftReason, Progress, RegionPatch, RegionReport, RegionTask, Regions, RestoreError,
-    RestoreParams, RestoreReport, Restored, Step, SurfaceKind, Tally, TriangulatedReason,
-    TryFailure, fair, fill, inspect, restore, volume,
+    Faired, FillError, FillParams, FillReport, Filled, Finish, FinishReport, HoleOutcome,
+    HoleReport, Inspection, LeftReason, PatchStart, Progress, RegionPatch, RegionReport,
+    RegionTask, Regions, RestoreError, RestoreParams, RestoreReport, Restored, Step, SurfaceKind,
+    Tally, TriangulatedReason, TryFailure, fair, fill, inspect, restore, volume,
 };
 #[doc(inline)]
 pub use mesh::{

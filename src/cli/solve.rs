@@ -3,7 +3,7 @@
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use isomend::flow::{Energy, Variant};
-use isomend::{FillParams, VoxelSize};
+use isomend::{FillParams, Finish, VoxelSize};
 
 use super::{Usage, arguments};
 
@@ -15,6 +15,15 @@ pub struct SolveArgs {
 
     #[command(flatten)]
     energy: EnergyArg,
+
+    /// How patches are finished on their own triangles, once the level set has found them.
+    #[arg(
+        long,
+        value_enum,
+        value_name = "auto|willmore|none",
+        default_value = "auto"
+    )]
+    finish: FinishName,
 
     #[command(flatten)]
     scheme: SchemeArg,
@@ -103,6 +112,26 @@ pub struct EnergyArg {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum FinishName {
+    /// By Newton steps of the Willmore energy, and by what the surroundings foretell as far as that proves itself at the rim.
+    Auto,
+    /// By Newton steps of the Willmore energy.
+    Willmore,
+    /// Not at all: the level set's surface as it is, on finer grids.
+    None,
+}
+
+impl From<FinishName> for Finish {
+    fn from(name: FinishName) -> Self {
+        match name {
+            FinishName::Auto => Self::Auto,
+            FinishName::Willmore => Self::Willmore,
+            FinishName::None => Self::None,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum EnergyName {
     /// The integral of the squared mean curvature.
     Willmore,
@@ -125,6 +154,7 @@ impl SolveArgs {
     pub fn params(&self) -> FillParams {
         let mut params = FillParams::default();
         params.voxel = self.voxel.voxel;
+        params.finish = self.finish.into();
         params.energy = self.energy.energy();
         params.variant = self.scheme.variant();
         params.steps = self.steps;

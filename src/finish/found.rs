@@ -23,7 +23,7 @@ pub struct Finished {
 }
 
 /// What a finish found and did.
-#[derive(Clone, Debug, Default, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct FinishFound {
     /// Number of vertices that could move.
@@ -70,7 +70,7 @@ impl FinishFound {
 }
 
 /// What the positions of a finished patch are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum FinishResult {
     /// Those that they were.
@@ -83,7 +83,7 @@ pub enum FinishResult {
 }
 
 /// Whether Gauss-Newton was started a second time, from the biharmonic fill of the same triangles.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Restart {
     /// The first start was quick and did not fold.
@@ -96,7 +96,9 @@ pub enum Restart {
 }
 
 /// A surface that a blend may be made of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
+)]
 #[serde(rename_all = "kebab-case")]
 pub enum Candidate {
     /// The minimum of the energy.
@@ -110,7 +112,7 @@ pub enum Candidate {
 }
 
 /// The surface over which heights were kriged.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ChartKind {
     /// A plane.
@@ -120,7 +122,7 @@ pub enum ChartKind {
 }
 
 /// What is known of a surface that a blend may be made of.
-#[derive(Clone, Debug, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
 pub struct CandidateFound {
     /// Which.
@@ -138,7 +140,9 @@ pub struct CandidateFound {
 }
 
 /// Why a patch, or a way of finishing it, was left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, serde::Serialize)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, thiserror::Error, serde::Serialize, serde::Deserialize,
+)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Refusal {

@@ -8,8 +8,8 @@ use super::steps::Extent;
 use super::{JobResult, Place};
 use crate::io::Format;
 use crate::mend::{
-    ClosedBy, FailedReason, FairReport, FillReport, HoleOutcome, HoleReport, LeftReason,
-    RegionReport, RestoreReport, Tally, TriangulatedReason, TryFailure,
+    ClosedBy, FailedReason, FairReport, FillReport, FinishReport, HoleOutcome, HoleReport,
+    LeftReason, RegionReport, RestoreReport, Tally, TriangulatedReason, TryFailure,
 };
 use crate::mesh::{Defects, Hole, Mesh, OpenChain};
 use crate::region::LevelReport;
@@ -392,6 +392,7 @@ impl OutcomeRow<'_> {
         let (outcome, cause) = match &report.outcome {
             HoleOutcome::Filled => ("filled", None),
             HoleOutcome::WouldBeFilled => ("would_be_filled", None),
+            HoleOutcome::Faired(why) => ("faired", Some(failure(why))),
             HoleOutcome::Triangulated(why) => ("triangulated", Some(triangulated(why))),
             HoleOutcome::WouldBeTriangulated(why) => {
                 ("would_be_triangulated", Some(triangulated(why)))
@@ -416,14 +417,18 @@ fn triangulated(why: &TriangulatedReason) -> &'static str {
     match why {
         TriangulatedReason::FewEdges => "few_edges",
         TriangulatedReason::Seam => "seam",
-        TriangulatedReason::NoSurface(failure) => match failure {
-            TryFailure::Stopped => "stopped",
-            TryFailure::Contradiction => "contradiction",
-            TryFailure::NotSteady => "not_steady",
-            TryFailure::ReachedBox => "reached_box",
-            TryFailure::NotJoined(_) => "not_joined",
-            TryFailure::Crossing(_) => "crossing",
-        },
+        TriangulatedReason::NoSurface(why) => failure(why),
+    }
+}
+
+fn failure(why: &TryFailure) -> &'static str {
+    match why {
+        TryFailure::Stopped => "stopped",
+        TryFailure::Contradiction => "contradiction",
+        TryFailure::NotSteady => "not_steady",
+        TryFailure::ReachedBox => "reached_box",
+        TryFailure::NotJoined(_) => "not_joined",
+        TryFailure::Crossing(_) => "crossing",
     }
 }
 
@@ -480,6 +485,8 @@ struct RegionRow<'a> {
     quality_mean: f64,
     intersecting_faces: usize,
     components: usize,
+    /// How the patch was finished on its own triangles; null where it was not.
+    finish: Option<&'a FinishReport>,
     earlier_tries: Vec<String>,
     other_energy: bool,
     seconds: f64,
@@ -503,6 +510,7 @@ impl<'a> RegionRow<'a> {
             quality_mean: r.quality_mean,
             intersecting_faces: r.intersecting_faces,
             components: r.components,
+            finish: r.finish.as_ref(),
             earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),
             other_energy: r.other_energy,
             seconds: r.seconds,

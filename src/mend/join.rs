@@ -87,6 +87,7 @@ impl RegionWork<'_> {
         renumber(&mut faces, &part, self.mesh.positions.len());
         RegionPatch {
             mesh: Mesh::new(Vec::new(), faces),
+            sigma: Vec::new(),
             report,
             outcomes,
         }

@@ -7,6 +7,7 @@ mod control;
 mod damaged;
 mod error;
 mod fair;
+mod finishing;
 mod inspection;
 mod join;
 mod opening;
@@ -28,11 +29,12 @@ use control::Watch;
 pub use control::{Cancel, Control, Event, Progress, Step};
 pub use error::{FillError, RestoreError};
 pub use fair::{FairError, Faired};
+pub use finishing::{FinishReport, PatchStart};
 pub use inspection::Inspection;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
 };
-pub use params::{FairExtent, FairParams, FillParams, RestoreParams, SurfaceKind};
+pub use params::{FairExtent, FairParams, FillParams, Finish, RestoreParams, SurfaceKind};
 pub use patch::RegionPatch;
 pub use regions::Regions;
 pub use report::{FairReport, FillReport, HoleReport, RegionReport, RestoreReport};
@@ -45,6 +47,9 @@ pub struct Filled {
     /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches. With
     /// [`SurfaceKind::Whole`] the zero sets alone.
     pub mesh: Mesh,
+    /// For each vertex of a patch, in order, its expected error in the mesh's units; none where nothing can be said. Empty with
+    /// [`SurfaceKind::Whole`].
+    pub sigma: Vec<Option<f64>>,
     /// What was found and done.
     pub report: FillReport,
 }

@@ -13,6 +13,8 @@ use crate::stitch::StitchError;
 pub enum HoleOutcome {
     /// Filled by the level set.
     Filled,
+    /// Closed by a triangulation of its rim, refined and faired: the level set found no surface. What its last try failed with.
+    Faired(TryFailure),
     /// Triangulated on its own, without new vertices.
     Triangulated(TriangulatedReason),
     /// Left as it was because it was not asked for.
@@ -116,6 +118,8 @@ pub enum TryFailure {
 pub enum ClosedBy {
     /// The surface of the level set.
     LevelSet,
+    /// Triangulations of the rims, refined and faired.
+    Faired,
     /// Thin triangles between two rims that lie on each other.
     Seam,
     /// Triangles between the vertices of each rim.
@@ -129,6 +133,8 @@ pub enum ClosedBy {
 pub struct Tally {
     /// Filled by the level set.
     pub filled: usize,
+    /// Closed by faired triangulations of their rims.
+    pub faired: usize,
     /// Closed by triangles between the vertices of their rims.
     pub triangulated: usize,
     /// Left as they were because they were not asked for.

@@ -20,6 +20,20 @@ pub enum SurfaceKind {
     Whole,
 }
 
+/// How patches are finished on their own triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Finish {
+    /// By Newton steps of the Willmore energy, and by what the surroundings foretell as far as that proves itself next to the
+    /// hole.
+    #[default]
+    Auto,
+    /// By Newton steps of the Willmore energy.
+    Willmore,
+    /// Not at all: the level set's surface as it is, on finer grids.
+    None,
+}
+
 /// Parameters of a fill. Make one by [`FillParams::default`] and set what is to differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -37,6 +51,8 @@ pub struct FillParams {
     pub bridge: Vec<Vec<usize>>,
     /// What to return.
     pub surface: SurfaceKind,
+    /// How patches are finished. Those of the variation of curvature, of level sets by themselves and of flows in time are not.
+    pub finish: Finish,
     /// What the flow makes small.
     pub energy: Energy,
     /// The metric of the flow's steps; the variation of curvature takes Gauss-Newton whatever is asked here.
@@ -102,6 +118,7 @@ impl Default for FillParams {
             keep_open: Vec::new(),
             bridge: Vec::new(),
             surface: SurfaceKind::Stitched,
+            finish: Finish::Auto,
             energy: Energy::Willmore,
             variant: Variant::GaussNewton,
             steps: None,

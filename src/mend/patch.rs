@@ -11,6 +11,8 @@ use crate::mesh::Mesh;
 pub struct RegionPatch {
     /// The patch: vertex numbers below the input's number of vertices are the input's, the others those of its own vertices.
     pub mesh: Mesh,
+    /// For each of its own vertices its expected error in the mesh's units; none where nothing can be said.
+    pub sigma: Vec<Option<f64>>,
     /// What was done.
     pub report: RegionReport,
     /// What became of each of its holes, in the order of the report's.

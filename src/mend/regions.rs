@@ -186,6 +186,7 @@ impl<'a> Regions<'a> {
             SurfaceKind::Whole => Mesh::default(),
         };
         let mut report = self.report();
+        let mut sigma = Vec::new();
         for (i, patch) in patches.into_iter().enumerate() {
             for (&h, outcome) in self.groups[i].iter().zip(patch.outcomes) {
                 report.holes[h].outcome = outcome;
@@ -197,9 +198,14 @@ impl<'a> Regions<'a> {
                 &patch.mesh,
                 self.params.surface,
             );
+            sigma.extend(patch.sigma);
             report.regions.push(patch.report);
         }
-        Ok(Filled { mesh, report })
+        Ok(Filled {
+            mesh,
+            sigma,
+            report,
+        })
     }
 
     /// The report before anything is done.

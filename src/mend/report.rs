@@ -3,6 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::finishing::FinishReport;
 use super::outcome::{ClosedBy, HoleOutcome, Tally, TryFailure};
 use crate::mesh::{Defects, Hole, OpenChain};
 use crate::region::LevelReport;
@@ -56,6 +57,8 @@ pub struct RegionReport {
     pub intersecting_faces: usize,
     /// Connected pieces of the patch.
     pub components: usize,
+    /// How its patch was finished; none where it was not.
+    pub finish: Option<FinishReport>,
     /// Why earlier tries failed.
     pub earlier_tries: Vec<TryFailure>,
     /// Whether the surface is that of the energy to fall back to because the one asked for found none.
@@ -120,6 +123,7 @@ impl FillReport {
         for hole in &self.holes {
             let count = match hole.outcome {
                 HoleOutcome::Filled | HoleOutcome::WouldBeFilled => &mut tally.filled,
+                HoleOutcome::Faired(_) => &mut tally.faired,
                 HoleOutcome::Triangulated(_) | HoleOutcome::WouldBeTriangulated(_) => {
                     &mut tally.triangulated
                 }

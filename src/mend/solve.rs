@@ -5,6 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::damaged::Damaged;
+use super::finishing::FinishedPatch;
 use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
 use super::params::{FillParams, SurfaceKind};
 use super::patch::RegionPatch;
@@ -13,7 +14,7 @@ use super::tries::{Try, Verdict, next_try};
 use crate::flow::{FlowSettings, Variant};
 use crate::mesh::{Hole, Mesh};
 use crate::region::{
-    LevelSurface, MeshData, NestedSettings, Region, Solved, Start, VoxelSize, solve_nested,
+    BoxSize, LevelSurface, MeshData, NestedSettings, Region, Solved, Start, VoxelSize, solve_nested,
 };
 use crate::sdf::Sampler;
 use crate::stitch::{Patch, close_seam};
@@ -25,6 +26,7 @@ const SMALL_EDGES: usize = 16;
 const MOST_STEPS: usize = 200;
 
 /// The work on one region.
+#[derive(Clone, Copy)]
 pub(super) struct RegionWork<'a> {
     /// Its number, from 1.
     pub(super) id: usize,
@@ -56,18 +58,34 @@ pub(super) fn is_trivial(holes: &[&Hole], params: &FillParams) -> bool {
 
 /// The region of the first try.
 pub(super) fn first_region(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Region {
-    region(mesh, holes, params, &Try::first(params.energy), None)
+    let coarse = params.finishes();
+    region(
+        mesh,
+        holes,
+        params,
+        &Try::first(params.energy),
+        None,
+        coarse,
+    )
 }
 
-/// The lattice of a try; `extent` bounds the surface that it starts from, if any.
+/// The lattice of a try; `extent` bounds the surface that it starts from, if any. It may be `coarse` where patches are finished
+/// on their own triangles.
 fn region(
     mesh: &Mesh,
     holes: &[&Hole],
     params: &FillParams,
     next: &Try,
     extent: Option<(DVec3, DVec3)>,
+    coarse: bool,
 ) -> Region {
-    let of = |voxel| Region::new(mesh, holes, voxel, next.growth, next.refine, extent);
+    let size = |voxel| BoxSize {
+        voxel,
+        coarse,
+        growth: next.growth,
+        refine: next.refine,
+    };
+    let of = |voxel| Region::new(mesh, holes, &size(voxel), extent);
     let region = of(params.voxel);
     let (part, most_across) = next.energy.needs().voxel;
     if part == 1.0 || params.voxel != VoxelSize::Auto {
@@ -148,15 +166,14 @@ impl RegionWork<'_> {
             history.push((now, tried.verdict));
         }
         if let Some((patch, report)) = best {
-            return self.accept(patch, report);
+            return match self.finish(Some(patch.clone())) {
+                Some(finished) => self.accept(finished, report),
+                None => self.accept(FinishedPatch::unfinished(patch), report),
+            };
         }
         last.earlier_tries = failures(&history);
-        let why = last
-            .earlier_tries
-            .last()
-            .cloned()
-            .unwrap_or(TryFailure::Stopped);
-        self.triangulate(TriangulatedReason::NoSurface(why), last)
+        let why = last.earlier_tries.last().cloned();
+        self.without_level_set(why.unwrap_or(TryFailure::Stopped), last)
     }
 
     /// One try.
@@ -239,7 +256,15 @@ impl RegionWork<'_> {
     }
 
     fn solve(&self, next: &Try) -> (Solved, Region, MeshData<'_>) {
-        let region = region(self.mesh, self.holes, self.params, next, self.extent);
+        let coarse = self.is_finished();
+        let region = region(
+            self.mesh,
+            self.holes,
+            self.params,
+            next,
+            self.extent,
+            coarse,
+        );
         let kept = self.damaged.map(|d| d.kept(region.diameter, region.voxel));
         let data = MeshData::new(self.known, self.mesh, self.holes, self.closed).keeping(kept);
         let may_refine = self.params.voxel == VoxelSize::Auto;
@@ -273,15 +298,34 @@ impl RegionWork<'_> {
         }
     }
 
-    fn accept(&self, patch: Patch, mut report: RegionReport) -> RegionPatch {
+    fn accept(&self, finished: FinishedPatch, mut report: RegionReport) -> RegionPatch {
         report.closed_by = Some(ClosedBy::LevelSet);
+        self.all_finished(finished, report, HoleOutcome::Filled)
+    }
+
+    /// A finished patch that closes all of its holes in one way.
+    pub(super) fn all_finished(
+        &self,
+        finished: FinishedPatch,
+        mut report: RegionReport,
+        outcome: HoleOutcome,
+    ) -> RegionPatch {
+        let FinishedPatch {
+            patch,
+            report: finish,
+            sigma,
+        } = finished;
+        report.finish = finish;
         report.seam_angle_mean = Some(patch.report.seam_angle_mean);
         report.seam_angle_max = Some(patch.report.seam_angle_max);
         report.quality_mean = patch.report.quality_mean;
         report.intersecting_faces = patch.report.intersecting_faces;
         report.components = patch.report.components;
         let mesh = Mesh::new(patch.positions, patch.faces);
-        self.all(mesh, report, HoleOutcome::Filled)
+        RegionPatch {
+            sigma,
+            ..self.all(mesh, report, outcome)
+        }
     }
 
     fn whole(&self, mesh: Mesh, mut report: RegionReport) -> RegionPatch {
@@ -294,6 +338,7 @@ impl RegionWork<'_> {
         report.new_vertices = mesh.positions.len();
         report.new_faces = mesh.faces.len();
         RegionPatch {
+            sigma: vec![None; mesh.positions.len()],
             mesh,
             report,
             outcomes: vec![outcome; self.holes.len()],

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::Inspection;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole};
-use crate::region::{Region, VoxelSize};
+use crate::region::{BoxSize, Region, VoxelSize};
 use crate::sdf::Sampler;
 
 /// The restricted hierarchies may hold this many times the mesh's faces in all.
@@ -183,7 +183,13 @@ impl Bodies {
 
 /// The box of a region once it was widened.
 fn widest_box(found: &Inspection, holes: &[&Hole], voxel: VoxelSize) -> [DVec3; 2] {
-    let region = Region::new(&found.mesh, holes, voxel, WIDEST, 1.0, None);
+    let size = BoxSize {
+        voxel,
+        coarse: false,
+        growth: WIDEST,
+        refine: 1.0,
+    };
+    let region = Region::new(&found.mesh, holes, &size, None);
     let low = region.lattice.origin;
     let size = DVec3::from_array(region.dims.map(f64::from)) * region.lattice.voxel;
     [low, low + size]

@@ -18,6 +18,9 @@ const MOST_NEARBY: usize = 128;
 const SAMPLES: usize = 240;
 /// Voxels across a hole by default.
 const ACROSS: f64 = 32.0;
+/// The same where the patch is finished on its own triangles. On 44 holes of scans 12 were 4 % farther from the truth after the
+/// finish, 24 and more no nearer.
+const ACROSS_COARSE: f64 = 16.0;
 /// Slots are resolved across their width, up to this ratio of diameter to width.
 const NARROWEST: f64 = 2.0;
 /// Voxels across a hole on the coarsest level.
@@ -230,6 +233,20 @@ impl RimSamples {
     }
 }
 
+/// How a region's lattice is chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct BoxSize {
+    /// The voxel size.
+    pub voxel: VoxelSize,
+    /// Whether an automatic one is just fine enough for the surface and its topology, as for a patch that is finished on its own
+    /// triangles.
+    pub coarse: bool,
+    /// Widens the box; 1 at first.
+    pub growth: f64,
+    /// Divides the voxel, and where it doubles it the coarsest voxel too; 1 at first.
+    pub refine: f64,
+}
+
 impl Region {
     /// The smallest voxel of a region whose widest hole has a diameter. What a grid costs goes with the square of the
     /// diameter in voxels: at this one it has some ten million unknowns, of about a kilobyte each.
@@ -243,16 +260,14 @@ impl Region {
         self.dims.map(|n| n as usize * finer)
     }
 
-    /// The lattice of holes that are filled together. `growth` widens the box, `refine` divides the voxel (both 1 at first) and, where it
-    /// doubles it, the coarsest voxel too. The box holds `part` too, where there is a surface to start from.
-    pub fn new(
-        mesh: &Mesh,
-        holes: &[&Hole],
-        voxel: VoxelSize,
-        growth: f64,
-        refine: f64,
-        part: Option<(DVec3, DVec3)>,
-    ) -> Self {
+    /// The lattice of holes that are filled together. The box holds `part` too, where there is a surface to start from.
+    pub fn new(mesh: &Mesh, holes: &[&Hole], size: &BoxSize, part: Option<(DVec3, DVec3)>) -> Self {
+        let BoxSize {
+            voxel,
+            coarse: is_coarse,
+            growth,
+            refine,
+        } = *size;
         let chosen = || holes.iter();
         let extent = part.map_or(0.0, |(low, high)| (high - low).max_element());
         let diameter = chosen().map(|h| h.diameter).fold(extent, f64::max);
@@ -269,8 +284,12 @@ impl Region {
                     .filter(|h| h.edges > 8)
                     .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(NARROWEST))
                     .fold(1.0, f64::max);
-                let wanted = (ACROSS * narrow)
-                    .max((diameter / edge).min(64.0))
+                let (across, by_edges) = match is_coarse {
+                    true => (ACROSS_COARSE, 0.0),
+                    false => (ACROSS, (diameter / edge).min(64.0)),
+                };
+                let wanted = (across * narrow)
+                    .max(by_edges)
                     .max((ACROSS_SMALLEST * diameter / smallest).min(96.0));
                 diameter
                     / (wanted * refine)

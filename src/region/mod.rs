@@ -12,6 +12,6 @@ mod zero_set;
 
 pub use data::{KeptShape, LevelSurface, MeshData};
 pub use distance::{DistanceData, NodeData, Wanted};
-pub use group::{Region, VoxelSize, group_holes};
+pub use group::{BoxSize, Region, VoxelSize, group_holes};
 pub use level::Level;
 pub use nested::{LevelReport, NestedSettings, Solved, Start, TimeSpan, solve_nested};

@@ -2,8 +2,11 @@
 
 use std::collections::HashMap;
 
+use crate::finish::{FinishFound, FinishResult};
 use crate::flow::Energy;
-use crate::mend::{ClosedBy, FillReport, HoleOutcome, RegionReport, TriangulatedReason};
+use crate::mend::{
+    ClosedBy, FillReport, FinishReport, HoleOutcome, PatchStart, RegionReport, TriangulatedReason,
+};
 use crate::mesh::{Defects, Hole, OpenChain, length, point};
 
 /// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.
@@ -111,10 +114,14 @@ pub fn region_lines(r: &RegionReport) -> String {
     );
     line += &match r.closed_by {
         Some(ClosedBy::LevelSet) => solved(r),
+        Some(ClosedBy::Faired) => "closed by a faired triangulation of its rim".to_owned(),
         Some(ClosedBy::Seam) => "closed with thin triangles between the sides of a seam".to_owned(),
         Some(ClosedBy::RimTriangles) => "closed by triangles between its rim's vertices".to_owned(),
         Some(ClosedBy::Nothing) | None => "not closed".to_owned(),
     };
+    if let Some(finish) = &r.finish {
+        line += &finished(finish);
+    }
     line += &format!(", {} faces, {:.2} s", r.new_faces, r.seconds);
     if r.closed_by == Some(ClosedBy::LevelSet) && !r.levels.is_empty() && !r.converged {
         let movement = r.levels.last().map_or(f64::NAN, |l| l.flow.movement);
@@ -130,6 +137,31 @@ pub fn region_lines(r: &RegionReport) -> String {
         line += &format!("; the surface came out in {} separate caps", r.components);
     }
     line
+}
+
+/// How a patch was finished.
+fn finished(finish: &FinishReport) -> String {
+    let blended = |p: &FinishFound| p.result == FinishResult::Blend;
+    let mut text = match finish.pieces.iter().any(blended) {
+        true => ", finished with its surroundings",
+        false
+            if finish
+                .pieces
+                .iter()
+                .all(|p| p.result == FinishResult::Unchanged) =>
+        {
+            ", not finished"
+        }
+        false => ", finished",
+    }
+    .to_owned();
+    if finish.start == PatchStart::Triangulation {
+        text += " from a triangulation";
+    }
+    if let Some(sigma) = finish.largest_sigma() {
+        text += &format!(", expected error up to {}", length(sigma));
+    }
+    text
 }
 
 /// How the level set found the surface of a region.
@@ -275,6 +307,7 @@ fn unsolved_lines(report: &FillReport) -> Vec<String> {
     for h in &report.holes {
         let what = match h.outcome {
             HoleOutcome::Triangulated(_) if h.hole.edges > 4 => "triangulated",
+            HoleOutcome::Faired(_) => "faired without a level set",
             HoleOutcome::Left(_) => "left open",
             HoleOutcome::Failed(_) => "NOT filled",
             _ => continue,
@@ -313,6 +346,7 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
         HoleOutcome::Triangulated(why) | HoleOutcome::WouldBeTriangulated(why) => {
             Some(why.to_string())
         }
+        HoleOutcome::Faired(why) => Some(why.to_string()),
         HoleOutcome::Left(why) => Some(why.to_string()),
         HoleOutcome::Failed(why) => Some(why.to_string()),
         HoleOutcome::Filled | HoleOutcome::WouldBeFilled => None,
@@ -339,6 +373,13 @@ pub fn tally_line(report: &FillReport) -> String {
         tally.left,
         tally.failed
     );
+    if tally.faired > 0 {
+        let by = format!("{} by faired triangulations, ", tally.faired);
+        line = line.replace(
+            " filled by the level set, ",
+            &format!(" filled by the level set, {by}"),
+        );
+    }
     if tally.open_chains > 0 {
         line += &format!(", {} boundary chains that do not close", tally.open_chains);
     }

@@ -4,6 +4,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::mesh::triangulate::TriangulationError;
+
 /// Why a patch could not be made.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -64,6 +66,9 @@ pub enum StitchError {
         /// Index of the loop in the input.
         rim: usize,
     },
+    /// A rim could not be triangulated.
+    #[error(transparent)]
+    Triangulation(#[from] TriangulationError),
     /// Remeshing made more faces than the rims account for.
     #[error(
         "remeshing came to {faces} faces for rims of {edges} edges and would make more; the edges there differ too much in \

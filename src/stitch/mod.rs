@@ -20,6 +20,8 @@ mod half_edge;
 mod intersect;
 mod joined;
 mod matching;
+mod measure;
+mod refined;
 mod remesh;
 mod rim;
 mod seam;
@@ -36,6 +38,7 @@ use crate::mesh::Mesh;
 use crate::sdf::Surface;
 
 pub use error::StitchError;
+pub use refined::{flipped, refined_triangulation};
 pub use seam::close_seam;
 pub use written::count_crossing;
 

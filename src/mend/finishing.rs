@@ -1,0 +1,359 @@
+//! The finish of a region's patch, and the second start: a triangulation of the rim, faired.
+
+use std::collections::HashSet;
+use std::time::Instant;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
+use super::params::{FillParams, Finish, SurfaceKind};
+use super::patch::RegionPatch;
+use super::report::RegionReport;
+use super::solve::RegionWork;
+use crate::finish::{FinishFound, FinishMethod, FinishParams, Surroundings, biharmonic, finish};
+use crate::flow::Energy;
+use crate::mesh::{Mesh, Part, bounds};
+use crate::stitch::{Patch, StitchError, count_intersecting, flipped, refined_triangulation};
+
+/// How far round the rims the mesh is looked at, in diagonals of their bounding box. The finish asks for 0.72 of a hole's
+/// diameter, along the surface.
+const REACH: f64 = 0.8;
+/// Rims of more edges get no second start: its triangulation takes time with the cube of their number, and what is as large is
+/// seldom told by its rim alone.
+const MOST_EDGES: usize = 400;
+/// How often the second start is filled and its edges flipped before it is filled at last.
+const FAIRINGS: usize = 2;
+
+/// From what a patch was finished.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum PatchStart {
+    /// The surface of the level set.
+    #[default]
+    LevelSet,
+    /// A refined triangulation of the rim, filled biharmonically.
+    Triangulation,
+}
+
+/// What the finish of a region's patch found and did.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FinishReport {
+    /// From what it was finished.
+    pub start: PatchStart,
+    /// Each connected piece of the patch.
+    pub pieces: Vec<FinishFound>,
+}
+
+impl FinishReport {
+    /// Whether another finish of the same hole, from another start, has fewer folded faces or a clearly lower energy.
+    fn is_worse_than(&self, other: &Self) -> bool {
+        let sum = |report: &Self| {
+            let mut all = FinishFound::default();
+            for piece in &report.pieces {
+                all.folds_after += piece.folds_after;
+                all.energy_after += piece.energy_after;
+            }
+            all
+        };
+        sum(other).is_better_than(&sum(self))
+    }
+
+    /// The largest expected error of a vertex.
+    pub fn largest_sigma(&self) -> Option<f64> {
+        let pieces = self.pieces.iter().filter_map(|p| p.largest_sigma);
+        pieces.reduce(f64::max)
+    }
+}
+
+/// A patch after its finish.
+pub(super) struct FinishedPatch {
+    pub(super) patch: Patch,
+    /// None where it was not finished.
+    pub(super) report: Option<FinishReport>,
+    /// For each new vertex its expected error.
+    pub(super) sigma: Vec<Option<f64>>,
+}
+
+impl FinishedPatch {
+    /// A patch as it is.
+    pub(super) fn unfinished(patch: Patch) -> Self {
+        Self {
+            sigma: vec![None; patch.positions.len()],
+            patch,
+            report: None,
+        }
+    }
+
+    /// The better of two: that which crosses less, then that with fewer folds, then with the lower energy.
+    pub(super) fn or_better(self, other: Option<Self>) -> Self {
+        // A patch without vertices of its own is no surface that could be compared.
+        let Some(other) = other.filter(|o| !o.patch.positions.is_empty()) else {
+            return self;
+        };
+        let crossing = |p: &Self| p.patch.report.intersecting_faces;
+        let better = match crossing(&other).cmp(&crossing(&self)) {
+            std::cmp::Ordering::Less => true,
+            std::cmp::Ordering::Greater => false,
+            std::cmp::Ordering::Equal => match (&self.report, &other.report) {
+                (Some(own), Some(other)) => own.is_worse_than(other),
+                _ => false,
+            },
+        };
+        if better { other } else { self }
+    }
+}
+
+impl FillParams {
+    /// Whether patches are finished on their own triangles. A flow in time, with given steps or with another energy than the
+    /// finish minimises has its own end.
+    pub(super) fn finishes(&self) -> bool {
+        self.finish != Finish::None
+            && self.surface == SurfaceKind::Stitched
+            && self.energy == Energy::Willmore
+            && self.steps.is_none()
+            && self.time_step.is_none()
+    }
+}
+
+/// The part of the mesh round a patch, with the patch in it.
+struct Local {
+    part: Part,
+    /// Number of vertices of the whole mesh.
+    count: usize,
+    /// The part and the patch's faces and vertices behind its own.
+    joined: Mesh,
+}
+
+impl Local {
+    fn new(part: Part, count: usize, patch: &Patch) -> Self {
+        let own = part.mesh.positions.len() as u32;
+        let local = |v: u32| match v.checked_sub(count as u32) {
+            Some(new) => own + new,
+            None => part.local(v),
+        };
+        let mut joined = part.mesh.clone();
+        joined.positions.extend_from_slice(&patch.positions);
+        joined
+            .faces
+            .extend(patch.faces.iter().map(|f| f.map(local)));
+        Self {
+            part,
+            count,
+            joined,
+        }
+    }
+
+    /// The numbers of the patch's own vertices.
+    fn new_vertices(&self) -> Vec<u32> {
+        (self.part.mesh.positions.len() as u32..self.joined.positions.len() as u32).collect()
+    }
+
+    fn new_faces(&self) -> &[[u32; 3]] {
+        &self.joined.faces[self.part.mesh.faces.len()..]
+    }
+
+    /// Number of the patch's faces that intersect others, were its vertices there.
+    fn crossing(&self, positions: &[DVec3]) -> usize {
+        count_intersecting(&self.part.mesh, positions, self.new_faces())
+    }
+
+    /// Gives a patch of the part the whole mesh's numbers.
+    fn to_whole(&self, mut patch: Patch) -> Patch {
+        for f in &mut patch.faces {
+            *f = f.map(|v| self.part.original(v, self.count));
+        }
+        patch
+    }
+}
+
+impl RegionWork<'_> {
+    /// Whether its patch is finished.
+    pub(super) fn is_finished(&self) -> bool {
+        self.params.finishes() && self.damaged.is_none()
+    }
+
+    /// Finishes the patch of the level set, if there is one, and that of the second start where the region has one rim; the
+    /// better of them. None where there is neither, or patches are not finished.
+    pub(super) fn finish(&self, patch: Option<Patch>) -> Option<FinishedPatch> {
+        if !self.is_finished() {
+            return None;
+        }
+        let clock = Instant::now();
+        let first = patch.map(|patch| self.finished(patch, PatchStart::LevelSet));
+        let finished = clock.elapsed().as_secs_f64();
+        let second = self.second_start();
+        let started = clock.elapsed().as_secs_f64() - finished;
+        let second = second.map(|patch| self.finished(patch, PatchStart::Triangulation));
+        log::debug!(
+            "holes {:?}: finish {finished:.2} s, second start {started:.2} s, all {:.2} s{}",
+            self.holes.iter().map(|h| h.id).collect::<Vec<_>>(),
+            clock.elapsed().as_secs_f64(),
+            second
+                .as_ref()
+                .err()
+                .map(|e| format!(": {e}"))
+                .unwrap_or_default()
+        );
+        match first {
+            Some(first) => Some(first.or_better(second.ok())),
+            None => second.ok(),
+        }
+    }
+
+    /// Moves the vertices of a patch to where the finish has them. What crosses more than before is not taken, but the step
+    /// before.
+    fn finished(&self, mut patch: Patch, start: PatchStart) -> FinishedPatch {
+        let local = Local::new(self.wide_part(&patch), self.mesh.positions.len(), &patch);
+        let own = local.part.mesh.positions.len();
+        let around = Surroundings::new(&local.joined, |v| (v as usize) < own);
+        let mut params = FinishParams::default();
+        if self.params.finish == Finish::Willmore {
+            params.method = FinishMethod::Willmore;
+        }
+        let (mut blend, mut minimum) = (patch.positions.clone(), patch.positions.clone());
+        let mut sigma = vec![None; patch.positions.len()];
+        let mut report = FinishReport {
+            start,
+            pieces: Vec::new(),
+        };
+        for piece in around.pieces(&local.new_vertices()) {
+            let done = finish(&around, &piece, &params, self.keep_going);
+            for (i, &v) in done.vertices.iter().enumerate() {
+                let at = v as usize - own;
+                blend[at] = done.positions[i];
+                minimum[at] = *done.minimum.get(i).unwrap_or(&done.positions[i]);
+                sigma[at] = done.sigma.get(i).copied().filter(|s| s.is_finite());
+            }
+            report.pieces.push(done.found);
+        }
+        let before = patch.report.intersecting_faces;
+        let found = [&blend, &minimum].into_iter().find_map(|positions| {
+            let crossing = local.crossing(positions);
+            (crossing <= before).then(|| (positions.clone(), crossing))
+        });
+        if let Some((positions, crossing)) = found {
+            patch.positions = positions;
+            patch.report.intersecting_faces = crossing;
+            let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
+            patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
+        }
+        FinishedPatch {
+            patch,
+            report: Some(report),
+            sigma,
+        }
+    }
+
+    /// A refined triangulation of the only rim, filled biharmonically.
+    fn second_start(&self) -> Result<Patch, StitchError> {
+        let [hole] = self.holes else {
+            return Err(StitchError::NoLoops);
+        };
+        if hole.edges > MOST_EDGES {
+            return Err(StitchError::NoLoops);
+        }
+        let part = self.wide_part(&Patch::default());
+        let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
+        let ratio = self.params.edge_ratio();
+        let faired = |mut patch: Patch| {
+            let own = part.mesh.positions.len();
+            let local = Local::new(part.clone(), own, &patch);
+            let around = Surroundings::new(&local.joined, |v| (v as usize) < own);
+            let moved = biharmonic(&around, &local.new_vertices());
+            for (v, p) in moved.into_iter().flatten() {
+                patch.positions[v as usize - own] = p;
+            }
+            patch
+        };
+        let mut patch = refined_triangulation(&part.mesh, &rim, ratio)?;
+        for _ in 0..FAIRINGS {
+            patch = flipped(&part.mesh, &rim, &faired(patch));
+        }
+        let patch = faired(patch);
+        let local = Local::new(part.clone(), part.mesh.positions.len(), &patch);
+        let crossing = local.crossing(&patch.positions);
+        let local = Local {
+            count: self.mesh.positions.len(),
+            ..local
+        };
+        let mut patch = local.to_whole(patch);
+        patch.report.intersecting_faces = crossing;
+        Ok(patch)
+    }
+
+    /// Closes the holes by themselves: by faired triangulations, unless these cross more than triangles between their vertices.
+    pub(super) fn without_level_set(&self, why: TryFailure, report: RegionReport) -> RegionPatch {
+        let reason = TriangulatedReason::NoSurface(why.clone());
+        let plain = self.triangulate(reason, report.clone());
+        let Some(faired) = self.each_faired(why, report) else {
+            return plain;
+        };
+        let open = plain.report.closed_by == Some(ClosedBy::Nothing);
+        if open || faired.report.intersecting_faces <= plain.report.intersecting_faces {
+            faired
+        } else {
+            plain
+        }
+    }
+
+    /// Each hole closed by a faired triangulation; none where one cannot be, or two of them touch.
+    fn each_faired(&self, why: TryFailure, mut report: RegionReport) -> Option<RegionPatch> {
+        let mut seen = HashSet::new();
+        if !self
+            .holes
+            .iter()
+            .flat_map(|h| &h.rim)
+            .all(|v| seen.insert(*v))
+        {
+            return None;
+        }
+        let count = self.mesh.positions.len() as u32;
+        let mut all = FinishedPatch::unfinished(Patch::default());
+        let mut pieces = Vec::new();
+        let (mut angles, mut shapes) = (0.0, 0.0);
+        for hole in self.holes {
+            report.diameter = report.diameter.max(hole.diameter);
+            let one = RegionWork {
+                holes: &[hole],
+                ..*self
+            };
+            let finished = one.finish(None)?;
+            let base = all.patch.positions.len() as u32;
+            let moved = |v: u32| if v < count { v } else { v + base };
+            let (own, sum) = (&finished.patch.report, &mut all.patch.report);
+            sum.components += own.components;
+            sum.seam_angle_max = sum.seam_angle_max.max(own.seam_angle_max);
+            angles += own.seam_angle_mean * hole.edges as f64;
+            shapes += own.quality_mean * finished.patch.faces.len() as f64;
+            all.patch.positions.extend(&finished.patch.positions);
+            all.patch
+                .faces
+                .extend(finished.patch.faces.iter().map(|f| f.map(moved)));
+            all.sigma.extend(finished.sigma);
+            pieces.extend(finished.report.into_iter().flat_map(|r| r.pieces));
+        }
+        let edges: usize = self.holes.iter().map(|h| h.edges).sum();
+        all.patch.report.seam_angle_mean = angles / edges as f64;
+        all.patch.report.quality_mean = shapes / all.patch.faces.len().max(1) as f64;
+        all.report = Some(FinishReport {
+            start: PatchStart::Triangulation,
+            pieces,
+        });
+        let local = Local::new(self.wide_part(&all.patch), count as usize, &all.patch);
+        all.patch.report.intersecting_faces = local.crossing(&all.patch.positions);
+        report.closed_by = Some(ClosedBy::Faired);
+        Some(self.all_finished(all, report, HoleOutcome::Faired(why)))
+    }
+
+    /// The part of the mesh round the rims and a patch.
+    fn wide_part(&self, patch: &Patch) -> Part {
+        let rim = || self.holes.iter().flat_map(|h| &h.rim).copied();
+        let (low, high) = bounds(rim().map(|v| self.mesh.positions[v as usize]));
+        let margin = DVec3::splat(REACH * low.distance(high));
+        let (lowest, highest) = bounds(patch.positions.iter().copied());
+        let (low, high) = (low - margin, high + margin);
+        self.all.part(low.min(lowest), high.max(highest), rim())
+    }
+}

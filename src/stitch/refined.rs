@@ -1,0 +1,205 @@
+//! Patches that begin as a triangulation of a rim, refined until their faces are as large as those round it: Liepa, "Filling holes
+//! in meshes", 2003, section 4.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+
+use super::{Patch, StitchError};
+use crate::mesh::Mesh;
+use crate::mesh::triangulate::triangulate_loop;
+
+/// A face is divided at its centroid where this times the centroid's distance from each corner is more than the lengths of the
+/// edges there. Liepa's α, √2, gives faces of about the size of those round the hole.
+const DENSITY: f64 = std::f64::consts::SQRT_2;
+/// Most rounds of division: each divides lengths by about two.
+const MOST_ROUNDS: usize = 40;
+/// Most rounds of flips after each.
+const MOST_FLIPS: usize = 60;
+/// Most faces, for each square of the rim's number of edges and besides: see `remesh::size`.
+const MOST_FACES_OF_RIM: usize = 16;
+const MOST_FACES_BESIDES: usize = 5000;
+
+/// A triangulation of one rim of `mesh`, refined. Its new vertices lie on the triangles between the rim's vertices: only the
+/// connectivity and the density of the patch are of use.
+///
+/// # Errors
+/// When the rim cannot be triangulated, or the edges at it differ so much that too many faces would be made.
+pub fn refined_triangulation(mesh: &Mesh, rim: &[u32], factor: f64) -> Result<Patch, StitchError> {
+    let faces = triangulate_loop(mesh, rim)?;
+    let local: HashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
+    let faces = faces.into_iter().map(|f| f.map(|v| local[&v])).collect();
+    let mut work = Refinement::new(mesh, rim, factor, faces);
+    work.flip();
+    let most = MOST_FACES_BESIDES + MOST_FACES_OF_RIM * rim.len() * rim.len();
+    for _ in 0..MOST_ROUNDS {
+        if !work.divide() {
+            break;
+        }
+        if work.faces.len() > most {
+            return Err(StitchError::TooManyFaces {
+                faces: work.faces.len(),
+                edges: rim.len(),
+            });
+        }
+        work.flip();
+    }
+    Ok(work.into_patch(mesh))
+}
+
+/// Flips the edges of a patch of one rim, after its vertices were moved, until they are as Delaunay as they can be.
+pub fn flipped(mesh: &Mesh, rim: &[u32], patch: &Patch) -> Patch {
+    let count = mesh.positions.len() as u32;
+    let local: HashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
+    let number = |v: u32| match v.checked_sub(count) {
+        Some(new) => Some(rim.len() as u32 + new),
+        None => local.get(&v).copied(),
+    };
+    let faces: Option<Vec<[u32; 3]>> = patch
+        .faces
+        .iter()
+        .map(|f| Some([number(f[0])?, number(f[1])?, number(f[2])?]))
+        .collect();
+    let Some(faces) = faces else {
+        return patch.clone();
+    };
+    let mut work = Refinement::new(mesh, rim, 1.0, faces);
+    work.position.extend_from_slice(&patch.positions);
+    work.flip();
+    work.into_patch(mesh)
+}
+
+/// A patch under refinement. Vertices are the rim's, in its order, then new ones.
+struct Refinement {
+    rim: Vec<u32>,
+    position: Vec<DVec3>,
+    /// Length of edges wanted at each vertex.
+    size: Vec<f64>,
+    faces: Vec<[u32; 3]>,
+    /// Pairs of rim vertices, the smaller first, that the mesh or the rim joins.
+    taken: HashSet<(u32, u32)>,
+}
+
+impl Refinement {
+    fn new(mesh: &Mesh, rim: &[u32], factor: f64, faces: Vec<[u32; 3]>) -> Self {
+        let local: HashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
+        let at = |v: u32| mesh.positions[v as usize];
+        let mut lengths = vec![(0.0, 0.0); rim.len()];
+        let mut taken = HashSet::new();
+        for f in &mesh.faces {
+            for k in 0..3 {
+                let (a, b) = (f[k], f[(k + 1) % 3]);
+                let ends = [local.get(&a), local.get(&b)];
+                for &i in ends.into_iter().flatten() {
+                    let sum: &mut (f64, f64) = &mut lengths[i as usize];
+                    *sum = (sum.0 + at(a).distance(at(b)), sum.1 + 1.0);
+                }
+                if let [Some(&i), Some(&j)] = ends {
+                    taken.insert((i.min(j), i.max(j)));
+                }
+            }
+        }
+        Self {
+            rim: rim.to_vec(),
+            position: rim.iter().map(|&v| at(v)).collect(),
+            size: lengths
+                .iter()
+                .map(|(s, n)| factor * s / f64::max(*n, 1.0))
+                .collect(),
+            faces,
+            taken,
+        }
+    }
+
+    /// Divides faces that are too large; whether there were any.
+    fn divide(&mut self) -> bool {
+        let before = self.faces.len();
+        for i in 0..before {
+            let f = self.faces[i];
+            let corners = f.map(|v| self.position[v as usize]);
+            let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
+            let size = f.iter().map(|&v| self.size[v as usize]).sum::<f64>() / 3.0;
+            let large = (0..3).all(|k| {
+                let away = DENSITY * centroid.distance(corners[k]);
+                away > size && away > self.size[f[k] as usize]
+            });
+            if large {
+                let new = self.position.len() as u32;
+                self.position.push(centroid);
+                self.size.push(size);
+                self.faces[i] = [f[0], f[1], new];
+                self.faces.extend([[f[1], f[2], new], [f[2], f[0], new]]);
+            }
+        }
+        self.faces.len() > before
+    }
+
+    /// Flips edges while the angles opposite to one add up to more than those after the flip.
+    fn flip(&mut self) {
+        let mut beside: HashMap<(u32, u32), u32> = HashMap::new();
+        for (f, face) in self.faces.iter().enumerate() {
+            for k in 0..3 {
+                beside.insert((face[k], face[(k + 1) % 3]), f as u32);
+            }
+        }
+        for _ in 0..MOST_FLIPS {
+            let mut flipped = false;
+            for f in 0..self.faces.len() {
+                for k in 0..3 {
+                    flipped |= self.flip_edge(f, k, &mut beside);
+                }
+            }
+            if !flipped {
+                break;
+            }
+        }
+    }
+
+    fn flip_edge(&mut self, f: usize, k: usize, beside: &mut HashMap<(u32, u32), u32>) -> bool {
+        let face = self.faces[f];
+        let (a, b, c) = (face[k], face[(k + 1) % 3], face[(k + 2) % 3]);
+        let Some(&g) = beside.get(&(b, a)) else {
+            return false;
+        };
+        let Some(d) = self.faces[g as usize]
+            .into_iter()
+            .find(|v| *v != a && *v != b)
+        else {
+            return false;
+        };
+        let joined = beside.contains_key(&(c, d)) || beside.contains_key(&(d, c));
+        if c == d || joined || self.taken.contains(&(c.min(d), c.max(d))) {
+            return false;
+        }
+        let [pa, pb, pc, pd] = [a, b, c, d].map(|v| self.position[v as usize]);
+        let opposite = (pa - pc).angle_between(pb - pc) + (pa - pd).angle_between(pb - pd);
+        let after = (pc - pa).angle_between(pd - pa) + (pc - pb).angle_between(pd - pb);
+        // A flip must help by more than rounding, so that flips end.
+        if opposite.partial_cmp(&(after + 1e-9)) != Some(std::cmp::Ordering::Greater) {
+            return false;
+        }
+        beside.remove(&(a, b));
+        beside.remove(&(b, a));
+        self.faces[f] = [c, a, d];
+        self.faces[g as usize] = [d, b, c];
+        for (at, [x, y, z]) in [(f as u32, [c, a, d]), (g, [d, b, c])] {
+            for edge in [(x, y), (y, z), (z, x)] {
+                beside.insert(edge, at);
+            }
+        }
+        true
+    }
+
+    fn into_patch(self, mesh: &Mesh) -> Patch {
+        let (count, len) = (self.rim.len() as u32, mesh.positions.len() as u32);
+        let number = |v: u32| match self.rim.get(v as usize) {
+            Some(&own) => own,
+            None => v - count + len,
+        };
+        Patch {
+            positions: self.position[self.rim.len()..].to_vec(),
+            faces: self.faces.iter().map(|f| f.map(number)).collect(),
+            ..Patch::default()
+        }
+    }
+}
