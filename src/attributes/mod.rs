@@ -18,12 +18,17 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use crate::mesh::attributes::{
-    Attribute, CornerAttribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar,
+    Attribute, CornerAttribute, LabelKind, Labels, NONE, PATCH_NAME, Role, SIGMA_NAME, Scalar,
 };
 use crate::mesh::{Attributes, Mesh, Model, area_vector};
 use field::{Field, Source};
 use harmonic::Laplacian;
 use rim::Patches;
+
+/// The expected error of a vertex of which nothing can be said.
+const UNKNOWN: f64 = -1.0;
+/// Lengths that 32-bit floats hold to their full precision.
+const SINGLE: std::ops::Range<f64> = 1e-30..1e38;
 
 /// Extends the attributes of a mesh to the patches that fill its holes.
 ///
@@ -42,6 +47,38 @@ pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Model
     }
     mark_patches(&mut out.attributes, original.faces.len(), new_faces);
     out
+}
+
+impl Model {
+    /// Gives the vertices of patches, which begin behind the `kept` ones of the input, their expected errors as values named
+    /// [`SIGMA_NAME`]; those of an earlier run stay. Nothing where no error is known.
+    pub fn tell_errors(&mut self, kept: usize, sigma: &[Option<f64>]) {
+        if sigma.iter().all(Option::is_none) {
+            return;
+        }
+        let largest = sigma.iter().flatten().copied().fold(0.0, f64::max);
+        // Meshes may have units in which 32-bit floats hold no such lengths.
+        let scalar = match SINGLE.contains(&largest) {
+            true => Scalar::F32,
+            false => Scalar::F64,
+        };
+        let all = &mut self.attributes.vertex;
+        let own = |a: &Attribute| a.name == SIGMA_NAME && a.components == 1;
+        let mut told = match all.iter().position(own) {
+            Some(place) => all.remove(place),
+            None => Attribute::new(SIGMA_NAME, Role::Other, scalar, 1),
+        };
+        let earlier = std::mem::take(&mut told.values);
+        let count = self.mesh.positions.len();
+        for v in 0..count {
+            let new = v.checked_sub(kept).and_then(|i| sigma.get(i));
+            let known = || earlier.get(v).copied().filter(|_| v < kept).unwrap_or(0.0);
+            let value = new.map_or_else(known, |s| s.unwrap_or(UNKNOWN));
+            told.push(Some(&[value]));
+        }
+        told.missing = Vec::new();
+        self.attributes.vertex.push(told);
+    }
 }
 
 /// Marks the new faces, and those that an earlier run marked.

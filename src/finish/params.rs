@@ -19,6 +19,8 @@ pub struct FinishParams {
     pub method: FinishMethod,
     /// Most steps of Gauss-Newton from each start.
     pub most_steps: usize,
+    /// The same for patches with more vertices than are kriged, whose systems take most of the time; they get one start.
+    pub most_steps_of_large: usize,
     /// Steps end when the largest displacement is below this part of the hole's diameter.
     pub tolerance: f64,
     /// Most data of a kriging; the work grows with the cube. On 143 holes of real scans 180 or 400 instead of 250 left errors
@@ -42,6 +44,7 @@ impl Default for FinishParams {
         Self {
             method: FinishMethod::Auto,
             most_steps: 30,
+            most_steps_of_large: 6,
             tolerance: 3e-4,
             most_data: 250,
             most_estimated: 180,

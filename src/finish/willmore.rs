@@ -300,6 +300,16 @@ pub(super) fn lowest(
     keep_going: &dyn Fn() -> bool,
 ) -> (Minimum, Second) {
     let shape = patch.shape();
+    if shape.len() > params.most_kriged {
+        let params = FinishParams {
+            most_steps: params.most_steps_of_large,
+            ..params.clone()
+        };
+        return (
+            minimise(patch, &shape, &params, keep_going),
+            Second::NotNeeded,
+        );
+    }
     let first = minimise(patch, &shape, params, keep_going);
     let first_folds = folds(patch, &first.shape);
     if first.steps <= QUICK && first.last <= params.tolerance && first_folds == 0 {

@@ -110,6 +110,7 @@ impl Output {
         mut mesh: Mesh,
         input: &Loaded,
         whole: bool,
+        sigma: &[Option<f64>],
         regions: &mut [RegionReport],
     ) -> Result<Saved, JobError> {
         let kept = if whole { 0 } else { input.mesh.positions.len() };
@@ -129,6 +130,9 @@ impl Output {
             return self.write_whole(mesh, input);
         }
         let mut done = transfer(&input.mesh, &input.attributes, mesh);
+        if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
+            done.tell_errors(kept, sigma);
+        }
         let in_file = self.format == Format::Obj && self.place.path().is_some();
         let material = in_file && refer_to_material(&mut done.attributes);
         let document = input.document.as_ref();

@@ -29,6 +29,8 @@ pub struct Mended<'s> {
     before: Option<Before>,
     /// The mesh after.
     mesh: Mesh,
+    /// For each vertex of a patch its expected error.
+    sigma: Vec<Option<f64>>,
     /// Whether nothing of the input is in it.
     whole: bool,
     /// What was done beside filling.
@@ -152,10 +154,16 @@ impl<'s> Read<'s> {
         let Self { spec, loaded } = self;
         let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
         let keep_vertices = spec.keeps_vertices(&loaded);
-        let (mesh, kept, extent, report) = match &spec.work {
+        let (mesh, sigma, kept, extent, report) = match &spec.work {
             Work::Fill(params) => {
                 let filled = Inspection::new(&loaded.mesh)?.fill(params, control)?;
-                (filled.mesh, None, Extent::Holes, filled.report)
+                (
+                    filled.mesh,
+                    filled.sigma,
+                    None,
+                    Extent::Holes,
+                    filled.report,
+                )
             }
             Work::Restore(mask, params) => {
                 let marked = mask.marked(&loaded)?.some()?;
@@ -165,7 +173,13 @@ impl<'s> Read<'s> {
                 let mut restored = found.restore(&marked, &params, control)?;
                 let fill = std::mem::take(&mut restored.report.fill);
                 let extent = Extent::Region(restored.report);
-                (restored.mesh, Some(restored.kept), extent, fill)
+                (
+                    restored.mesh,
+                    restored.sigma,
+                    Some(restored.kept),
+                    extent,
+                    fill,
+                )
             }
             Work::Fair(mask, params) => {
                 let marked = mask.as_ref().map(|mask| mask.marked(&loaded));
@@ -177,6 +191,7 @@ impl<'s> Read<'s> {
                 let fill = std::mem::take(&mut faired.report.fill);
                 (
                     faired.mesh,
+                    Vec::new(),
                     faired.kept,
                     Extent::Faired(faired.report),
                     fill,
@@ -195,6 +210,7 @@ impl<'s> Read<'s> {
             size,
             before,
             mesh,
+            sigma,
             whole,
             extent,
             report,
@@ -225,7 +241,8 @@ impl<'s> Mended<'s> {
             what: "there is no output to write to".to_owned(),
         })?;
         let regions: &mut [RegionReport] = &mut self.report.regions;
-        let saved = output.write_mended(self.mesh, &self.first, self.whole, regions)?;
+        let saved =
+            output.write_mended(self.mesh, &self.first, self.whole, &self.sigma, regions)?;
         let Saved { mesh, notes, bytes } = saved;
         let notes_read = self.first.notes.len();
         let notes = [self.first.notes, notes].concat();

@@ -19,6 +19,8 @@ pub struct Restored {
     pub mesh: Mesh,
     /// What is kept of the input, and which vertices and faces these are.
     pub kept: Remainder,
+    /// For each vertex of a patch its expected error; see [`Filled::sigma`].
+    pub sigma: Vec<Option<f64>>,
     /// What was found and done.
     pub report: RestoreReport,
 }
@@ -50,6 +52,7 @@ impl Inspection<'_> {
             report.fill.seconds = clock.elapsed().as_secs_f64();
             Ok(Restored {
                 mesh: filled.mesh,
+                sigma: filled.sigma,
                 kept: opening.into_kept(),
                 report,
             })

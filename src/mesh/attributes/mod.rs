@@ -13,6 +13,8 @@ pub const NONE: u32 = u32::MAX;
 
 /// The name under which new faces are marked: that of a face attribute, a group, a material, a node of a scene.
 pub const PATCH_NAME: &str = "isomend_patch";
+/// The name of the expected errors of vertices: 0 for those of the input, negative where nothing can be said.
+pub const SIGMA_NAME: &str = "isomend_sigma";
 
 /// What the numbers of an attribute mean, as far as it matters for carrying them over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -375,7 +377,7 @@ impl Attributes {
         let corner = self.corner.iter().map(|c| &c.pool);
         let all = self.vertex.iter().chain(corner).chain(&self.face);
         let mut words: Vec<String> = all
-            .filter(|a| a.name != PATCH_NAME && attribute(a))
+            .filter(|a| a.name != PATCH_NAME && a.name != SIGMA_NAME && attribute(a))
             .map(|a| match a.role {
                 Role::Normal => "normals".to_owned(),
                 Role::Colour => "colours".to_owned(),
