@@ -121,6 +121,8 @@ fn obj(mesh: &Mesh) -> String {
 #[test]
 fn the_edge_ratio_is_the_energys_unless_it_is_given() {
     let mut params = FillParams::default();
+    assert_eq!(params.edge_ratio(), 0.7);
+    params.finish = isomend::Finish::None;
     assert_eq!(params.edge_ratio(), 0.8);
     params.energy = isomend::flow::Energy::CurvatureVariation;
     assert_eq!(params.edge_ratio(), 0.45);

@@ -38,7 +38,8 @@ pub struct SolveArgs {
     #[arg(long, value_name = "N", value_parser = arguments::steps)]
     steps: Option<usize>,
 
-    /// Length of the patch's edges over that of the edges round the hole [default: 0.8, with curvature-variation 0.45].
+    /// Length of the patch's edges over that of the edges round the hole [default: 0.7, with --finish none 0.8, with
+    /// curvature-variation 0.45].
     #[arg(long, value_name = "RATIO", value_parser = arguments::edge_ratio)]
     edge_ratio: Option<f64>,
 

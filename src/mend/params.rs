@@ -9,6 +9,11 @@ use crate::region::VoxelSize;
 /// The edge ratios that meshes can have.
 const EDGE_RATIOS: std::ops::Range<f64> = 0.05..20.0;
 
+/// The usual edge ratio of patches that are finished on their own triangles. Their vertices lie on the surface, so that its chords
+/// are what faces are off; at 0.65 instead of 0.8 the patches of scans were 4 % nearer to the truth, but those of catenoids, where
+/// the rim's edges meet much shorter ones, less near.
+const FINISHED_EDGE_RATIO: f64 = 0.7;
+
 /// What a fill returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -61,16 +66,19 @@ pub struct FillParams {
     pub steps: Option<usize>,
     /// Time step in units of h⁴; none goes for the steady state at once.
     pub time_step: Option<f64>,
-    /// Length of the patch's edges over that of the edges round the hole, between 0.05 and 20; none for that of the energy,
-    /// see [`crate::flow::Needs`].
+    /// Length of the patch's edges over that of the edges round the hole, between 0.05 and 20; none for 0.7
+    /// where patches are finished, else 0.8, with the variation of curvature 0.45.
     pub edge_ratio: Option<f64>,
 }
 
 impl FillParams {
     /// Length of the patch's edges over that of the edges round the hole.
     pub fn edge_ratio(&self) -> f64 {
-        self.edge_ratio
-            .unwrap_or_else(|| self.energy.needs().edge_ratio)
+        let usual = || match self.finishes() {
+            true => FINISHED_EDGE_RATIO,
+            false => self.energy.needs().edge_ratio,
+        };
+        self.edge_ratio.unwrap_or_else(usual)
     }
 
     /// Whether one of these holes is to be put together with others.
