@@ -31,8 +31,6 @@ pub struct RegionTask {
     count: usize,
     /// The holes, with the part's numbers of vertices.
     holes: Vec<Hole>,
-    /// Whether their pieces are closed once all holes are filled.
-    closed: bool,
     /// The parameters of the fill.
     params: FillParams,
 }
@@ -54,7 +52,6 @@ impl RegionTask {
         let found = regions.found();
         let group = regions.group(region);
         let count = found.mesh.positions.len();
-        let closed = regions.closes(group);
         let holes = regions.holes(group);
         let voxel = regions.params().voxel;
         let looked_at = sources.pieces_of(found, region, &holes, voxel);
@@ -65,7 +62,6 @@ impl RegionTask {
             vertices: None,
             count,
             holes: holes.into_iter().cloned().collect(),
-            closed,
             params: regions.params().clone(),
         };
         let Some(Looked { near, known }) = looked_at else {
@@ -146,7 +142,6 @@ impl RegionTask {
             holes: &holes,
             known: restricted.as_ref().unwrap_or(&all),
             all: &all,
-            closed: self.closed,
             params: &self.params,
             damaged: None,
             extent: None,
