@@ -6,7 +6,7 @@ use super::cap::CappedRims;
 use super::distance::{DistanceData, NodeData, Wanted};
 use super::level::Level;
 use crate::mesh::{Hole, Mesh};
-use crate::sdf::{Sampler, Surface};
+use crate::sdf::{DistanceSample, Sampler, Surface};
 
 /// Deep nodes are free within this many rim radii of the rim's centre.
 const REACH: f64 = 1.3;
@@ -101,6 +101,20 @@ impl MeshData<'_> {
         Some((data, Some(s.closest.point)))
     }
 
+    /// The signed distance at a point that is far from what is known, and whether it is free.
+    fn deep(&self, x: DVec3, s: &DistanceSample) -> (f64, bool) {
+        if self.kept.is_none()
+            && let Some(to_cap) = self.rims.distance_to_cap(self.sampler, x, s.distance)
+        {
+            // The surface that is known there is the back of far faces, seen through the hole.
+            return (to_cap, true);
+        }
+        let free = self.neighbourhoods.iter().any(|n| n.holds(x))
+            // Beside another hole, which stays open here, no surface is missing.
+            && !self.sampler.on_other_border(&self.rims.rims, &s.closest);
+        (s.signed, free)
+    }
+
     /// Whether the face nearest to a point evolves; none where there is no evolving surface.
     fn evolves(&self, x: DVec3) -> Option<bool> {
         let kept = self.kept.as_ref()?;
@@ -112,11 +126,7 @@ impl MeshData<'_> {
 
 impl DistanceData for MeshData<'_> {
     fn sample(&self, x: DVec3, limit: f64) -> NodeData {
-        let wanted = Wanted {
-            rough: false,
-            reach: f64::INFINITY,
-        };
-        self.sample_for(x, limit, &wanted).0
+        self.sample_for(x, limit, &Wanted::exact()).0
     }
 
     fn sample_for(&self, x: DVec3, limit: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
@@ -124,24 +134,25 @@ impl DistanceData for MeshData<'_> {
             return known;
         }
         let sample = |limit| self.rims.sample(self.sampler, x, limit, wanted);
-        match sample(limit).or_else(|| sample(f64::INFINITY)) {
-            Some(s) => {
-                let data = NodeData {
-                    signed: s.signed,
-                    distance: s.distance,
-                    free: s.on_rim,
-                };
-                (data, Some(s.closest.point))
-            }
-            None => {
-                let data = NodeData {
-                    signed: f64::MAX,
-                    distance: f64::MAX,
-                    free: false,
-                };
-                (data, None)
-            }
-        }
+        let Some(s) = sample(limit).or_else(|| sample(f64::INFINITY)) else {
+            let data = NodeData {
+                signed: f64::MAX,
+                distance: f64::MAX,
+                free: false,
+            };
+            return (data, None);
+        };
+        let (signed, free) = if s.on_rim || s.distance <= wanted.deep {
+            (s.signed, s.on_rim)
+        } else {
+            self.deep(x, &s)
+        };
+        let data = NodeData {
+            signed,
+            distance: s.distance,
+            free,
+        };
+        (data, Some(s.closest.point))
     }
 
     fn pull(&self) -> f64 {
@@ -156,19 +167,11 @@ impl DistanceData for MeshData<'_> {
 
     fn guess(&self, x: DVec3) -> Option<f64> {
         if let Some(kept) = &self.kept {
-            let wanted = Wanted {
-                rough: false,
-                reach: f64::INFINITY,
-            };
-            let sample = kept.rims.sample(kept.sampler, x, f64::INFINITY, &wanted)?;
+            let limit = f64::INFINITY;
+            let sample = kept.rims.sample(kept.sampler, x, limit, &Wanted::exact())?;
             return Some(sample.signed);
         }
         self.rims.signed_distance(self.sampler, x)
-    }
-
-    fn near_hole(&self, x: DVec3) -> bool {
-        let evolves = self.kept.is_some_and(|k| k.evolving.is_some());
-        !evolves && self.neighbourhoods.iter().any(|n| n.holds(x))
     }
 }
 

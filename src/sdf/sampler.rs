@@ -150,6 +150,21 @@ impl<'a> Sampler<'a> {
         }
     }
 
+    /// Whether a closest point lies on a border that is none of the region's rims.
+    pub fn on_other_border(&self, rims: &RimSet, closest: &Closest) -> bool {
+        let is_border = |h: u32| self.topology.boundary[h as usize];
+        match feature(self.mesh, closest) {
+            Feature::Face => false,
+            Feature::Edge(h) => is_border(h) && !rims.has_edge(self.mesh, h),
+            Feature::Vertex(v) => {
+                let faces = self.smooth.around.of(v).iter();
+                let mut edges = faces.flat_map(|&f| [3 * f, 3 * f + 1, 3 * f + 2]);
+                let at_vertex = |h: u32| start(self.mesh, h) == v || end(self.mesh, h) == v;
+                !rims.has_vertex(v) && edges.any(|h| at_vertex(h) && is_border(h))
+            }
+        }
+    }
+
     /// Samples the distance at `x`; `limit` is an upper bound of the distance that the caller knows.
     pub fn sample(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<DistanceSample> {
         self.sample_within(rims, x, limit, f64::INFINITY)
