@@ -155,6 +155,13 @@ impl DistanceData for MeshData<'_> {
         (data, Some(s.closest.point))
     }
 
+    fn rims(&self) -> Vec<DVec3> {
+        match self.kept {
+            Some(_) => Vec::new(),
+            None => self.rims.positions(self.sampler.mesh()).collect(),
+        }
+    }
+
     fn pull(&self) -> f64 {
         self.kept.map_or(0.0, |kept| kept.weight)
     }

@@ -50,6 +50,10 @@ pub trait DistanceData: Sync {
         let _ = x;
         None
     }
+    /// Positions of the rims' vertices, where only the zero set that meets a rim evolves.
+    fn rims(&self) -> Vec<DVec3> {
+        Vec::new()
+    }
     /// The weight of the pull to a surface whose shape is kept, in 1 / length⁴; 0 where there is none.
     fn pull(&self) -> f64 {
         0.0
