@@ -72,7 +72,7 @@ fn stitching(criterion: &mut Criterion) {
     for (n, nodes) in [(20, 48), (60, 144)] {
         let found = Inspection::new(common::open_ball(n)).expect("a sound mesh");
         let sampler = Sampler::new(&found.mesh, &found.topology);
-        let rims = RimSet::new(found.holes.iter(), true);
+        let rims = RimSet::new(found.holes.iter());
         let field = volume(nodes, 1.25, |p| p.length() - 1.0);
         let extracted: Mesh = level_surface(&field, 0.0, false).expect("a surface");
         let input = StitchInput {

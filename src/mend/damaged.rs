@@ -6,9 +6,9 @@ use glam::DVec3;
 
 use super::opening::Opening;
 use crate::mesh::triangulate::triangulate_loop;
-use crate::mesh::{Mesh, Topology};
-use crate::region::{KeptShape, TimeSpan};
-use crate::sdf::{RimSet, Sampler};
+use crate::mesh::{Hole, Mesh, Topology};
+use crate::region::{CappedRims, KeptShape, TimeSpan};
+use crate::sdf::Sampler;
 
 /// What is kept of the surface before the cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +30,7 @@ pub(super) struct Closed {
 /// The surface before the cut.
 pub(super) struct Damaged<'a> {
     sampler: Sampler<'a>,
-    rims: RimSet,
+    rims: CappedRims,
     keeping: Keeping<'a>,
     /// For each hole the bounding box of what was cut out there.
     extents: Vec<Option<(DVec3, DVec3)>>,
@@ -73,10 +73,10 @@ impl Opening<'_> {
     /// The surface before the cut, of which part of the shape is kept.
     pub(super) fn damaged(&self, part: f64) -> Damaged<'_> {
         let before = self.before;
-        let closed = !before.holes.iter().any(|h| h.outer_border);
+        let holes: Vec<&Hole> = before.holes.iter().collect();
         Damaged {
             sampler: Sampler::new(&before.mesh, &before.topology),
-            rims: RimSet::new(before.holes.iter(), closed),
+            rims: CappedRims::new(&holes, |h| !h.outer_border),
             keeping: Keeping::Part(part),
             extents: self.extents(),
         }
@@ -104,7 +104,7 @@ impl Opening<'_> {
     pub(super) fn evolving<'a>(&self, closed: &'a Closed, span: TimeSpan) -> Damaged<'a> {
         Damaged {
             sampler: Sampler::new(&closed.mesh, &closed.topology),
-            rims: RimSet::new(std::iter::empty(), true),
+            rims: CappedRims::none(),
             keeping: Keeping::Time(span, &closed.evolving),
             extents: self.extents(),
         }

@@ -94,8 +94,7 @@ impl<'a> Regions<'a> {
             let group = &self.groups[i];
             let holes = self.holes(group);
             let looked = sources.pieces_of(self.found, i, &holes, self.params.voxel);
-            let closed = self.closes(group);
-            RegionTask::new(i + 1, self.found, &holes, closed, looked, &self.params)
+            RegionTask::new(i + 1, self.found, &holes, looked, &self.params)
         })
     }
 
@@ -156,7 +155,6 @@ impl<'a> Regions<'a> {
                 holes: &self.holes(group),
                 known: sources.of(i),
                 all: sources.all(),
-                closed: self.closes(group),
                 params: &self.params,
                 damaged: self.damaged,
                 extent: self.damaged.and_then(|d| d.extent(group)),
@@ -237,15 +235,6 @@ impl<'a> Regions<'a> {
     fn sources(&self) -> Sources<'a> {
         let asked = |group: &[usize]| !is_trivial(&self.holes(group), &self.params);
         Sources::new(self.found, &self.groups, &asked)
-    }
-
-    /// Whether the pieces of a group are closed once all holes but their outer borders are filled.
-    fn closes(&self, group: &[usize]) -> bool {
-        let holes = &self.found.holes;
-        let same_piece = |h: &Hole| group.iter().any(|&g| holes[g].piece == h.piece);
-        let other_border =
-            |(i, h): (usize, &Hole)| h.outer_border && !group.contains(&i) && same_piece(h);
-        !holes.iter().enumerate().any(other_border)
     }
 
     /// Refuses a voxel that is too small for the widest region. That of a fairing goes by the area, and is checked there.

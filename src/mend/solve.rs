@@ -38,8 +38,6 @@ pub(super) struct RegionWork<'a> {
     pub(super) known: &'a Sampler<'a>,
     /// All of the mesh, which patches must not cross.
     pub(super) all: &'a Sampler<'a>,
-    /// Whether the pieces of its holes are closed once all holes are filled.
-    pub(super) closed: bool,
     /// The parameters.
     pub(super) params: &'a FillParams,
     /// The surface whose shape is kept, if any.
@@ -266,7 +264,7 @@ impl RegionWork<'_> {
             coarse,
         );
         let kept = self.damaged.map(|d| d.kept(region.diameter, region.voxel));
-        let data = MeshData::new(self.known, self.mesh, self.holes, self.closed).keeping(kept);
+        let data = MeshData::new(self.known, self.mesh, self.holes).keeping(kept);
         let may_refine = self.params.voxel == VoxelSize::Auto;
         let settings = NestedSettings {
             lattice: region.lattice,

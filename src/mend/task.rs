@@ -29,8 +29,6 @@ pub struct RegionTask {
     count: usize,
     /// The holes, with the part's numbers of vertices.
     holes: Vec<Hole>,
-    /// Whether their pieces are closed once all holes are filled.
-    closed: bool,
     /// The parameters of the fill.
     params: FillParams,
 }
@@ -41,7 +39,6 @@ impl RegionTask {
         id: usize,
         found: &Inspection,
         holes: &[&Hole],
-        closed: bool,
         looked: Option<Looked>,
         params: &FillParams,
     ) -> Self {
@@ -52,7 +49,6 @@ impl RegionTask {
             vertices: None,
             count: found.mesh.positions.len(),
             holes: holes.iter().copied().cloned().collect(),
-            closed,
             params: params.clone(),
         };
         let Some(Looked { near, known }) = looked else {
@@ -133,7 +129,6 @@ impl RegionTask {
             holes: &holes,
             known: restricted.as_ref().unwrap_or(&all),
             all: &all,
-            closed: self.closed,
             params: &self.params,
             damaged: None,
             extent: None,

@@ -47,12 +47,16 @@ pub fn face_normal(mesh: &Mesh, face: u32) -> DVec3 {
 pub fn vertex_normal(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for &f in around.of(vertex) {
+        let normal = face_normal(mesh, f);
+        if normal == DVec3::ZERO {
+            continue;
+        }
         let face = mesh.faces[f as usize];
         let k = face.iter().position(|&v| v == vertex).unwrap_or(0);
         let p = mesh.positions[vertex as usize];
         let a = mesh.positions[face[(k + 1) % 3] as usize] - p;
         let b = mesh.positions[face[(k + 2) % 3] as usize] - p;
-        sum += face_normal(mesh, f) * a.angle_between(b);
+        sum += normal * a.angle_between(b);
     }
     sum.normalize_or_zero()
 }

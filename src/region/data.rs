@@ -1,15 +1,12 @@
 //! The mesh as the data of a region, and the solved level set as the surface of its patch.
 
-use std::sync::OnceLock;
-
 use glam::DVec3;
 
+use super::cap::CappedRims;
 use super::distance::{DistanceData, NodeData, Wanted};
 use super::level::Level;
-use crate::mesh::triangulate::triangulate_loop;
 use crate::mesh::{Hole, Mesh};
-use crate::sdf::{RimSet, Sampler, Surface};
-use crate::spatial::{Bvh, WindingTree};
+use crate::sdf::{DistanceSample, Sampler, Surface};
 
 /// Deep nodes are free within this many rim radii of the rim's centre.
 const REACH: f64 = 1.3;
@@ -17,10 +14,8 @@ const REACH: f64 = 1.3;
 /// The signed distance of the mesh, unknown where a rim of the region is nearest.
 pub struct MeshData<'a> {
     sampler: &'a Sampler<'a>,
-    rims: RimSet,
+    rims: CappedRims,
     neighbourhoods: Vec<Neighbourhood>,
-    cap: OnceLock<Option<Cap>>,
-    loops: Vec<Vec<u32>>,
     kept: Option<KeptShape<'a>>,
 }
 
@@ -30,7 +25,7 @@ pub struct KeptShape<'a> {
     /// Its distances.
     pub sampler: &'a Sampler<'a>,
     /// All its holes: where they are nearest it has no shape.
-    pub rims: &'a RimSet,
+    pub rims: &'a CappedRims,
     /// Weight of the pull to it, in 1 / length⁴.
     pub weight: f64,
     /// The faces of it that evolve: what is nearest to one of them is free. None where the surface may go far, so that
@@ -70,30 +65,17 @@ impl Neighbourhood {
     }
 }
 
-/// The mesh closed by triangulations of the region's rims.
-struct Cap {
-    faces: Bvh,
-    winding: WindingTree,
-}
-
 impl<'a> MeshData<'a> {
-    /// The data of the region that consists of `holes`; `closed` says whether their pieces are closed once all holes that
-    /// are to be filled are.
-    pub fn new(sampler: &'a Sampler<'a>, mesh: &Mesh, holes: &[&Hole], closed: bool) -> Self {
+    /// The data of the region that consists of `holes`.
+    pub fn new(sampler: &'a Sampler<'a>, mesh: &Mesh, holes: &[&Hole]) -> Self {
         let neighbourhoods = holes
             .iter()
             .map(|hole| Neighbourhood::new(mesh, hole))
             .collect();
-        let mut rims = RimSet::new(holes.iter().copied(), closed);
-        if closed && let Some(hole) = holes.first() {
-            rims.level = sampler.level(hole.piece);
-        }
         Self {
             sampler,
-            rims,
+            rims: CappedRims::new(holes, |hole| !sampler.is_small(hole.piece)),
             neighbourhoods,
-            cap: OnceLock::new(),
-            loops: holes.iter().map(|h| h.rim.clone()).collect(),
             kept: None,
         }
     }
@@ -102,21 +84,6 @@ impl<'a> MeshData<'a> {
     pub fn keeping(self, kept: Option<KeptShape<'a>>) -> Self {
         Self { kept, ..self }
     }
-
-    fn cap(&self) -> Option<&Cap> {
-        let make = || {
-            let part = self.sampler.part_round(&self.loops);
-            let mut cap = Mesh::new(part.mesh.positions.clone(), Vec::new());
-            for rim in &self.loops {
-                let rim: Vec<u32> = rim.iter().map(|&v| part.local(v)).collect();
-                cap.faces.extend(triangulate_loop(&part.mesh, &rim).ok()?);
-            }
-            let faces = Bvh::new(&cap, 0..cap.faces.len() as u32);
-            let winding = WindingTree::new(&faces);
-            Some(Cap { faces, winding })
-        };
-        self.cap.get_or_init(make).as_ref()
-    }
 }
 
 impl MeshData<'_> {
@@ -124,14 +91,28 @@ impl MeshData<'_> {
     fn evolving(&self, x: DVec3, limit: f64) -> Option<(NodeData, Option<DVec3>)> {
         let kept = self.kept.as_ref()?;
         let evolving = kept.evolving?;
-        let sample = |limit| kept.sampler.sample(kept.rims, x, limit, false);
+        let sample = |limit| kept.sampler.sample(&kept.rims.rims, x, limit);
         let s = sample(limit).or_else(|| sample(f64::INFINITY))?;
         let data = NodeData {
             signed: s.signed,
             distance: s.distance,
-            free: evolving[s.face as usize],
+            free: evolving[s.closest.face as usize],
         };
-        Some((data, Some(s.closest)))
+        Some((data, Some(s.closest.point)))
+    }
+
+    /// The signed distance at a point that is far from what is known, and whether it is free.
+    fn deep(&self, x: DVec3, s: &DistanceSample) -> (f64, bool) {
+        if self.kept.is_none()
+            && let Some(to_cap) = self.rims.distance_to_cap(self.sampler, x, s.distance)
+        {
+            // The surface that is known there is the back of far faces, seen through the hole.
+            return (to_cap, true);
+        }
+        let free = self.neighbourhoods.iter().any(|n| n.holds(x))
+            // Beside another hole, which stays open here, no surface is missing.
+            && !self.sampler.on_other_border(&self.rims.rims, &s.closest);
+        (s.signed, free)
     }
 
     /// Whether the face nearest to a point evolves; none where there is no evolving surface.
@@ -145,39 +126,39 @@ impl MeshData<'_> {
 
 impl DistanceData for MeshData<'_> {
     fn sample(&self, x: DVec3, limit: f64) -> NodeData {
-        let wanted = Wanted {
-            rough: false,
-            reach: f64::INFINITY,
-        };
-        self.sample_for(x, limit, &wanted).0
+        self.sample_for(x, limit, &Wanted::exact()).0
     }
 
     fn sample_for(&self, x: DVec3, limit: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
         if let Some(known) = self.evolving(x, limit) {
             return known;
         }
-        let Wanted { rough, reach } = *wanted;
-        let sample = |limit| {
-            self.sampler
-                .sample_within(&self.rims, x, limit, rough, reach)
+        let sample = |limit| self.rims.sample(self.sampler, x, limit, wanted);
+        let Some(s) = sample(limit).or_else(|| sample(f64::INFINITY)) else {
+            let data = NodeData {
+                signed: f64::MAX,
+                distance: f64::MAX,
+                free: false,
+            };
+            return (data, None);
         };
-        match sample(limit).or_else(|| sample(f64::INFINITY)) {
-            Some(s) => {
-                let data = NodeData {
-                    signed: s.signed,
-                    distance: s.distance,
-                    free: s.on_rim,
-                };
-                (data, Some(s.closest))
-            }
-            None => {
-                let data = NodeData {
-                    signed: f64::MAX,
-                    distance: f64::MAX,
-                    free: false,
-                };
-                (data, None)
-            }
+        let (signed, free) = if s.on_rim || s.distance <= wanted.deep {
+            (s.signed, s.on_rim)
+        } else {
+            self.deep(x, &s)
+        };
+        let data = NodeData {
+            signed,
+            distance: s.distance,
+            free,
+        };
+        (data, Some(s.closest.point))
+    }
+
+    fn rims(&self) -> Vec<DVec3> {
+        match self.kept {
+            Some(_) => Vec::new(),
+            None => self.rims.positions(self.sampler.mesh()).collect(),
         }
     }
 
@@ -187,29 +168,17 @@ impl DistanceData for MeshData<'_> {
 
     fn kept_shape(&self, x: DVec3) -> Option<f64> {
         let kept = self.kept.as_ref()?;
-        let sample = kept.sampler.sample(kept.rims, x, f64::INFINITY, false)?;
+        let sample = kept.sampler.sample(&kept.rims.rims, x, f64::INFINITY)?;
         (!sample.on_rim).then_some(sample.signed)
     }
 
     fn guess(&self, x: DVec3) -> Option<f64> {
         if let Some(kept) = &self.kept {
-            let sample = kept.sampler.sample(kept.rims, x, f64::INFINITY, false)?;
+            let limit = f64::INFINITY;
+            let sample = kept.rims.sample(kept.sampler, x, limit, &Wanted::exact())?;
             return Some(sample.signed);
         }
-        let cap = self.cap()?;
-        let to_cap = cap.faces.closest(x, f64::INFINITY)?.distance;
-        let to_mesh = self
-            .sampler
-            .bvh()
-            .closest(x, to_cap)
-            .map_or(to_cap, |c| c.distance);
-        let inside = self.sampler.winding_number(x) + cap.winding.winding_number(&cap.faces, x);
-        Some(to_mesh.min(to_cap).copysign(self.rims.level - inside))
-    }
-
-    fn near_hole(&self, x: DVec3) -> bool {
-        let evolves = self.kept.is_some_and(|k| k.evolving.is_some());
-        !evolves && self.neighbourhoods.iter().any(|n| n.holds(x))
+        self.rims.signed_distance(self.sampler, x)
     }
 }
 
@@ -227,7 +196,8 @@ impl Surface for LevelSurface<'_> {
     }
 
     fn depth(&self, p: DVec3) -> f64 {
-        let Some((closest, on_rim)) = self.data.sampler.closest_of_all(&self.data.rims, p) else {
+        let Some((closest, on_rim)) = self.data.sampler.closest_of_all(&self.data.rims.rims, p)
+        else {
             return -f64::MAX;
         };
         // In thin parts what evolves may be nearer to the opposite wall than to its rim.

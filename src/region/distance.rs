@@ -9,7 +9,7 @@ pub struct NodeData {
     pub signed: f64,
     /// Unsigned distance to the known surface in world units.
     pub distance: f64,
-    /// Whether the point is nearest to a rim, so that the missing surface may be nearer.
+    /// Whether the missing surface may be nearer: the point is nearest to a rim, or near a hole and far from what is known.
     pub free: bool,
 }
 
@@ -20,6 +20,20 @@ pub struct Wanted {
     pub rough: bool,
     /// Beyond this the distance need not be that to the smooth surface.
     pub reach: f64,
+    /// Beyond this distance points near a hole are free though an opposite wall is nearer than the rim: in thin parts, or where
+    /// far faces are seen through the hole.
+    pub deep: f64,
+}
+
+impl Wanted {
+    /// Everything, as exactly as it can be told.
+    pub fn exact() -> Self {
+        Self {
+            rough: false,
+            reach: f64::INFINITY,
+            deep: f64::INFINITY,
+        }
+    }
 }
 
 /// A signed distance with a hole in it.
@@ -31,12 +45,14 @@ pub trait DistanceData: Sync {
         let _ = wanted;
         (self.sample(x, limit), None)
     }
-    /// Whether `x` is close enough to a hole to be free though the opposite wall of a thin part is nearer than the rim.
-    fn near_hole(&self, x: DVec3) -> bool;
     /// A first guess of the signed distance at a free point, from a triangulation of the holes; none where there is none.
     fn guess(&self, x: DVec3) -> Option<f64> {
         let _ = x;
         None
+    }
+    /// Positions of the rims' vertices, where only the zero set that meets a rim evolves.
+    fn rims(&self) -> Vec<DVec3> {
+        Vec::new()
     }
     /// The weight of the pull to a surface whose shape is kept, in 1 / length⁴; 0 where there is none.
     fn pull(&self) -> f64 {

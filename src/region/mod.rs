@@ -1,5 +1,6 @@
 //! The region of a group of holes: its lattice, its data, and the nested solve on it.
 
+mod cap;
 mod data;
 mod distance;
 mod group;
@@ -10,6 +11,7 @@ mod sampling;
 mod tests;
 mod zero_set;
 
+pub use cap::CappedRims;
 pub use data::{KeptShape, LevelSurface, MeshData};
 pub use distance::{DistanceData, NodeData, Wanted};
 pub use group::{BoxSize, Region, VoxelSize, group_holes};

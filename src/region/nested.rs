@@ -188,6 +188,7 @@ fn relax_nested(
     if settings.start == Start::Biharmonic || !level.start_from_guess(data) {
         biharmonic_fill(&level.grid, &mut level.phi, &level.mask, START_TOLERANCE);
     }
+    let rims = data.rims();
     for refinement in 0..=settings.refinements {
         if refinement > 0 {
             clock = Instant::now();
@@ -195,6 +196,7 @@ fn relax_nested(
             sampling = clock.elapsed().as_secs_f64();
             clock = Instant::now();
         }
+        level.hold_detached(&rims);
         // The result of a coarser level is the start on the next.
         let last = refinement == settings.refinements;
         let coarser = (settings.refinements - refinement) as i32;

@@ -11,8 +11,8 @@ use crate::grid::{
     BLOCK_NODES, Lattice, NodeIndex, SparseGrid, as_point, dilate, linear, value_and_gradient,
 };
 
-/// Where the distance to the known surface is larger than this many voxels, the nodes round a hole are free: in thin parts
-/// they may be nearer to the opposite wall than to the surface that is missing.
+/// Where the distance to the known surface is larger than this many voxels, the nodes round a hole are free: see
+/// [`Wanted::deep`].
 const DEEP: f64 = 5.5;
 /// Nodes at the faces of the box that are never free.
 const BORDER: i32 = 3;
@@ -267,11 +267,11 @@ impl Sampling<'_> {
                 let wanted = Wanted {
                     rough,
                     reach: SMOOTH * self.voxel,
+                    deep: DEEP * self.voxel,
                 };
                 let (s, closest) = self.data.sample_for(x, limit, &wanted);
                 last = Some((x, s, closest));
-                let free = s.free || s.distance > DEEP * self.voxel && self.data.near_hole(x);
-                *sample = (s.signed / self.lattice.voxel, free);
+                *sample = (s.signed / self.lattice.voxel, s.free);
             }
         });
         samples.into_iter().unzip()
@@ -287,11 +287,7 @@ mod tests {
 
     impl DistanceData for Bowl {
         fn sample(&self, x: DVec3, limit: f64) -> NodeData {
-            let wanted = Wanted {
-                rough: false,
-                reach: f64::INFINITY,
-            };
-            self.sample_for(x, limit, &wanted).0
+            self.sample_for(x, limit, &Wanted::exact()).0
         }
 
         fn sample_for(&self, x: DVec3, _: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
@@ -304,10 +300,6 @@ mod tests {
                 free,
             };
             (data, None)
-        }
-
-        fn near_hole(&self, _: DVec3) -> bool {
-            false
         }
     }
 

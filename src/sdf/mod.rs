@@ -3,6 +3,7 @@
 mod jets;
 mod redistance;
 mod sampler;
+mod side;
 mod surface;
 #[cfg(test)]
 mod tests;
@@ -10,4 +11,5 @@ mod tests;
 pub use jets::{Jet, fit_jet};
 pub use redistance::{project_on_zero_set, redistance};
 pub use sampler::{DistanceSample, RimSet, Sampler};
+pub use side::{Feature, feature, side};
 pub use surface::Surface;

@@ -1,15 +1,14 @@
 //! Signed distance samples of a mesh with holes.
 
-use std::collections::HashMap;
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, OnceLock};
 
 use glam::DVec3;
 
 use super::jets::{Jet, fit_jet};
-use crate::mesh::{
-    Hole, Mesh, Part, Topology, VertexFaces, bounds, face_normal, topology::NONE, vertex_normal,
-};
-use crate::spatial::{Bvh, Closest, WindingTree};
+use super::side::{Feature, feature, side};
+use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, bounds, face_normal, vertex_normal};
+use crate::spatial::{Bvh, Closest};
 
 /// What the mesh says about one point.
 #[derive(Clone, Copy, Debug)]
@@ -18,21 +17,11 @@ pub struct DistanceSample {
     pub signed: f64,
     /// Distance to the triangles.
     pub distance: f64,
-    /// The face that is closest, or one of them.
-    pub face: u32,
-    /// The closest point of the triangles.
-    pub closest: DVec3,
+    /// The closest point of the triangles, or one of them.
+    pub closest: Closest,
     /// Whether the closest point lies on the rim of one of the region's holes: then the surface that is to be found may
-    /// be closer, and `signed` is only a guess.
+    /// be closer, and the sign of `signed`, that of the nearest face's side, is often wrong.
     pub on_rim: bool,
-}
-
-/// Where on the mesh a closest point lies.
-enum Feature {
-    Face,
-    /// Half-edge.
-    Edge(u32),
-    Vertex(u32),
 }
 
 /// Signed distances of a welded mesh for one or more regions.
@@ -43,15 +32,7 @@ pub struct Sampler<'a> {
     bvh: Bvh,
     /// Small components, of one or two faces: no data, but the patch must be cut round them.
     small: Bvh,
-    /// Gathered when it is first asked for.
-    winding: OnceLock<WindingTree>,
-    /// For pieces that were asked for, the winding number between their two sides.
-    levels: Mutex<HashMap<u32, f64>>,
 }
-
-/// Faces of a piece at which the winding numbers of its two sides are looked up. On a surface that encloses something the
-/// median of so many is right when less than half of them are near an opening.
-const LEVEL_SAMPLES: usize = 33;
 
 /// What all samplers of a mesh share: the smooth surface through the vertices, fitted where it is asked for.
 struct Smooth {
@@ -59,30 +40,15 @@ struct Smooth {
     jets: Vec<OnceLock<Option<Box<Jet>>>>,
     /// Faces that are in no hierarchy.
     degenerate: Vec<u32>,
-    /// Up to [`LEVEL_SAMPLES`] faces of each piece, spread over it.
-    spread: Vec<Vec<u32>>,
 }
 
 impl Smooth {
     fn new(mesh: &Mesh, topology: &Topology) -> Self {
-        let mut degenerate = Vec::new();
-        let mut spread: Vec<Vec<u32>> = vec![Vec::new(); topology.piece_faces.len()];
-        let mut seen = vec![0usize; topology.piece_faces.len()];
-        for (face, &piece) in topology.piece.iter().enumerate() {
-            let Some(count) = topology.piece_faces.get(piece as usize) else {
-                degenerate.push(face as u32);
-                continue;
-            };
-            if seen[piece as usize].is_multiple_of(count.div_ceil(LEVEL_SAMPLES)) {
-                spread[piece as usize].push(face as u32);
-            }
-            seen[piece as usize] += 1;
-        }
+        let faces = topology.piece.iter().zip(0u32..);
         Self {
             around: VertexFaces::new(mesh),
             jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
-            degenerate,
-            spread,
+            degenerate: faces.filter(|(p, _)| **p == NONE).map(|(_, f)| f).collect(),
         }
     }
 }
@@ -121,8 +87,6 @@ impl<'a> Sampler<'a> {
             smooth,
             bvh,
             small,
-            winding: OnceLock::new(),
-            levels: Mutex::default(),
         }
     }
 
@@ -151,13 +115,19 @@ impl<'a> Sampler<'a> {
         self.part(low - margin, high + margin, vertices())
     }
 
+    /// Whether a piece is a small component, which is no data.
+    pub fn is_small(&self, piece: u32) -> bool {
+        let faces = self.topology.piece_faces.get(piece as usize);
+        faces.is_some_and(|&n| n <= 2)
+    }
+
     /// The mesh.
     pub fn mesh(&self) -> &Mesh {
         self.mesh
     }
 
     /// The closest point of the mesh without its small components, and whether it lies on a rim of the region.
-    fn closest(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<(Closest, bool)> {
+    pub fn closest(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<(Closest, bool)> {
         let closest = self.bvh.closest(x, limit)?;
         let on_rim = self.on_rim(rims, &closest);
         Some((closest, on_rim))
@@ -173,23 +143,31 @@ impl<'a> Sampler<'a> {
     }
 
     fn on_rim(&self, rims: &RimSet, closest: &Closest) -> bool {
-        match self.feature(closest) {
+        match feature(self.mesh, closest) {
             Feature::Face => false,
             Feature::Edge(h) => rims.has_edge(self.mesh, h),
             Feature::Vertex(v) => rims.has_vertex(v),
         }
     }
 
-    /// Samples the distance at `x`; `limit` is an upper bound of the distance that the caller knows. With `rough` the sign is
-    /// that of the nearest face's side where a rim is nearest, which is cheap but often wrong.
-    pub fn sample(
-        &self,
-        rims: &RimSet,
-        x: DVec3,
-        limit: f64,
-        rough: bool,
-    ) -> Option<DistanceSample> {
-        self.sample_within(rims, x, limit, rough, f64::INFINITY)
+    /// Whether a closest point lies on a border that is none of the region's rims.
+    pub fn on_other_border(&self, rims: &RimSet, closest: &Closest) -> bool {
+        let is_border = |h: u32| self.topology.boundary[h as usize];
+        match feature(self.mesh, closest) {
+            Feature::Face => false,
+            Feature::Edge(h) => is_border(h) && !rims.has_edge(self.mesh, h),
+            Feature::Vertex(v) => {
+                let faces = self.smooth.around.of(v).iter();
+                let mut edges = faces.flat_map(|&f| [3 * f, 3 * f + 1, 3 * f + 2]);
+                let at_vertex = |h: u32| start(self.mesh, h) == v || end(self.mesh, h) == v;
+                !rims.has_vertex(v) && edges.any(|h| at_vertex(h) && is_border(h))
+            }
+        }
+    }
+
+    /// Samples the distance at `x`; `limit` is an upper bound of the distance that the caller knows.
+    pub fn sample(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<DistanceSample> {
+        self.sample_within(rims, x, limit, f64::INFINITY)
     }
 
     /// The same, with the distance to the triangles instead of that to the smooth surface beyond `reach`.
@@ -198,113 +176,53 @@ impl<'a> Sampler<'a> {
         rims: &RimSet,
         x: DVec3,
         limit: f64,
-        rough: bool,
         reach: f64,
     ) -> Option<DistanceSample> {
         let (closest, on_rim) = self.closest(rims, x, limit)?;
-        let sign = match (on_rim, rough) {
-            (true, true) => self.side(&closest, x),
-            (true, false) if rims.closed => self.sign_by_winding(rims, x),
-            _ => self.sign(rims, &closest, x),
-        };
-        let raw = sign * closest.distance;
-        let signed = if on_rim || closest.distance > reach {
-            raw
+        let signed = if on_rim {
+            let along = face_normal(self.mesh, closest.face).dot(x - closest.point);
+            closest.distance.copysign(along)
         } else {
-            self.smooth(&closest, x, raw)
+            let raw = self.sign(&closest, x) * closest.distance;
+            if closest.distance > reach {
+                raw
+            } else {
+                self.smooth(&closest, x, raw)
+            }
         };
         Some(DistanceSample {
             signed,
             distance: closest.distance,
-            face: closest.face,
-            closest: closest.point,
+            closest,
             on_rim,
         })
     }
 
-    /// The winding number at a point.
-    pub fn winding_number(&self, x: DVec3) -> f64 {
-        let tree = self.winding.get_or_init(|| WindingTree::new(&self.bvh));
-        tree.winding_number(&self.bvh, x)
-    }
-
-    /// The winding number between the two sides of a piece: what exceeds it is inside.
-    ///
-    /// One half where faces are counter-clockwise seen from outside and no other surface encloses the piece, less by one
-    /// where the piece is inside out.
-    pub fn level(&self, piece: u32) -> f64 {
-        let known = || self.levels.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(&level) = known().get(&piece) {
-            return level;
-        }
-        let outside = |&f: &u32| {
-            let [a, b, c] = self.mesh.corners(f);
-            let edge = (a.distance(b) + b.distance(c) + c.distance(a)) / 3.0;
-            let off = 1e-3 * edge * face_normal(self.mesh, f);
-            self.winding_number((a + b + c) / 3.0 + off)
-        };
-        let mut outside: Vec<f64> = self.smooth.spread[piece as usize]
-            .iter()
-            .map(outside)
-            .collect();
-        outside.sort_by(f64::total_cmp);
-        let median = outside.get(outside.len() / 2).copied().unwrap_or(0.0);
-        let level = median.round() + 0.5;
-        known().insert(piece, level);
-        level
-    }
-
-    fn feature(&self, closest: &Closest) -> Feature {
-        let w = closest.barycentric;
-        let face = self.mesh.faces[closest.face as usize];
-        match [w[0] == 0.0, w[1] == 0.0, w[2] == 0.0] {
-            [false, false, false] => Feature::Face,
-            [true, true, _] => Feature::Vertex(face[2]),
-            [true, _, true] => Feature::Vertex(face[1]),
-            [_, true, true] => Feature::Vertex(face[0]),
-            [true, ..] => Feature::Edge(3 * closest.face + 1),
-            [_, true, _] => Feature::Edge(3 * closest.face + 2),
-            [_, _, true] => Feature::Edge(3 * closest.face),
-        }
-    }
-
-    /// −1 inside, 1 outside: by the pseudonormal of the closest feature (Bærentzen and Aanæs, "Signed distance
-    /// computation using the angle weighted pseudonormal", 2005), or by the winding number where it is of no use.
-    fn sign(&self, rims: &RimSet, closest: &Closest, x: DVec3) -> f64 {
-        let face = face_normal(self.mesh, closest.face);
-        let normal = match self.feature(closest) {
-            Feature::Face => face,
-            Feature::Vertex(v) => vertex_normal(self.mesh, &self.smooth.around, v),
+    /// −1 where a point lies on the inner side of the closest point, else 1.
+    pub fn sign(&self, closest: &Closest, x: DVec3) -> f64 {
+        let (mesh, around) = (self.mesh, &self.smooth.around);
+        let face = || face_normal(mesh, closest.face);
+        match feature(mesh, closest) {
+            Feature::Face => side(face(), mesh, [], closest, x),
+            Feature::Vertex(v) => {
+                let faces = around.of(v).iter().copied();
+                side(vertex_normal(mesh, around, v), mesh, faces, closest, x)
+            }
             Feature::Edge(h) => {
                 let opposite = self.topology.opposite[h as usize];
-                if opposite != NONE {
-                    face + face_normal(self.mesh, opposite / 3)
+                let normal = if opposite != NONE {
+                    face() + face_normal(mesh, opposite / 3)
                 } else if self.topology.boundary[h as usize] {
-                    face
+                    face()
                 } else {
                     DVec3::ZERO
-                }
+                };
+                let (v, w) = (start(mesh, h), end(mesh, h));
+                let faces = around.of(v).iter().copied();
+                let beside = faces.filter(|&f| mesh.faces[f as usize].contains(&w));
+                side(normal, mesh, beside, closest, x)
             }
-        };
-        let side = normal.dot(x - closest.point);
-        if side.abs() > 1e-3 * closest.distance * normal.length() || closest.distance == 0.0 {
-            return if side < 0.0 { -1.0 } else { 1.0 };
         }
-        self.sign_by_winding(rims, x)
-    }
-
-    fn sign_by_winding(&self, rims: &RimSet, x: DVec3) -> f64 {
-        if self.winding_number(x) > rims.level {
-            -1.0
-        } else {
-            1.0
-        }
-    }
-
-    /// The side of the closest face on which a point lies.
-    fn side(&self, closest: &Closest, x: DVec3) -> f64 {
-        let along = face_normal(self.mesh, closest.face).dot(x - closest.point);
-        if along < 0.0 { -1.0 } else { 1.0 }
     }
 
     fn jet(&self, vertex: u32) -> Option<&Jet> {
@@ -342,15 +260,11 @@ impl<'a> Sampler<'a> {
 pub struct RimSet {
     edges: Vec<(u32, u32)>,
     vertices: Vec<u32>,
-    /// Whether the pieces of these holes are closed once all their holes are filled.
-    pub closed: bool,
-    /// The winding number between the two sides of the surface, see [`Sampler::level`].
-    pub level: f64,
 }
 
 impl RimSet {
     /// The rims of the given holes.
-    pub fn new<'h>(holes: impl Iterator<Item = &'h Hole>, closed: bool) -> Self {
+    pub fn new<'h>(holes: impl Iterator<Item = &'h Hole>) -> Self {
         let (mut edges, mut vertices) = (Vec::new(), Vec::new());
         for hole in holes {
             for (i, &v) in hole.rim.iter().enumerate() {
@@ -361,12 +275,7 @@ impl RimSet {
         }
         edges.sort_unstable();
         vertices.sort_unstable();
-        Self {
-            edges,
-            vertices,
-            closed,
-            level: 0.5,
-        }
+        Self { edges, vertices }
     }
 
     fn has_edge(&self, mesh: &Mesh, half_edge: u32) -> bool {

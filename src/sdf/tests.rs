@@ -21,7 +21,7 @@ fn sphere_errors(levels: usize) -> (f64, f64) {
     let mut mesh = icosphere(levels);
     let topology = Topology::new(&mut mesh);
     let sampler = Sampler::new(&mesh, &topology);
-    let rims = RimSet::new(std::iter::empty(), true);
+    let rims = RimSet::new(std::iter::empty());
     let [a, b, _] = mesh.faces[0].map(|v| mesh.positions[v as usize]);
     let edge = a.distance(b);
     let (mut smooth, mut faceted) = (0.0f64, 0.0f64);
@@ -29,7 +29,7 @@ fn sphere_errors(levels: usize) -> (f64, f64) {
         for distance in [-2.0, -0.1, 0.0, 0.3, 3.0].map(|t| t * edge) {
             let x = (1.0 + distance) * d;
             let sample = sampler
-                .sample(&rims, x, f64::INFINITY, false)
+                .sample(&rims, x, f64::INFINITY)
                 .expect("a closest point");
             assert!(!sample.on_rim);
             smooth = smooth.max((sample.signed - distance).abs() / edge);

@@ -122,10 +122,6 @@ impl DistanceData for ExactShape {
             free: x.length() < UNKNOWN_RADIUS,
         }
     }
-
-    fn near_hole(&self, _x: DVec3) -> bool {
-        false
-    }
 }
 
 /// From the world to a frame turned against every lattice, the one in which the reference values were found: x, y

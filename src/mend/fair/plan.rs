@@ -18,9 +18,10 @@ use crate::mesh::mask::shrunk_from_borders;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, bounds};
 use crate::region::{
-    KeptShape, Level, MeshData, NestedSettings, Solved, Start, TimeSpan, VoxelSize, solve_nested,
+    CappedRims, KeptShape, Level, MeshData, NestedSettings, Solved, Start, TimeSpan, VoxelSize,
+    solve_nested,
 };
-use crate::sdf::{RimSet, Sampler, Surface};
+use crate::sdf::{Sampler, Surface};
 use crate::stitch::remesh_closed;
 
 /// The usual strength, in mean edges.
@@ -155,11 +156,11 @@ impl Plan {
         let sampler = Sampler::new(&found.mesh, &found.topology);
         let kept = KeptShape {
             sampler: &sampler,
-            rims: &RimSet::new(std::iter::empty(), true),
+            rims: &CappedRims::none(),
             weight: 0.0,
             evolving: Some(&vec![true; found.mesh.faces.len()]),
         };
-        let data = MeshData::new(&sampler, &found.mesh, &[], true).keeping(Some(kept));
+        let data = MeshData::new(&sampler, &found.mesh, &[]).keeping(Some(kept));
         let settings = self.nested(found, params);
         let watch = Watch::new(*control, vec![1.0]);
         watch.begin(&[]);
