@@ -127,17 +127,22 @@ struct Local {
 }
 
 impl Local {
+    /// With a patch whose faces have the whole mesh's numbers.
     fn new(part: Part, count: usize, patch: &Patch) -> Self {
         let own = part.mesh.positions.len() as u32;
         let local = |v: u32| match v.checked_sub(count as u32) {
             Some(new) => own + new,
             None => part.local(v),
         };
+        let faces = patch.faces.iter().map(|f| f.map(local)).collect();
+        Self::of_part(part, count, &patch.positions, faces)
+    }
+
+    /// With a patch whose faces have the part's numbers.
+    fn of_part(part: Part, count: usize, positions: &[DVec3], faces: Vec<[u32; 3]>) -> Self {
         let mut joined = part.mesh.clone();
-        joined.positions.extend_from_slice(&patch.positions);
-        joined
-            .faces
-            .extend(patch.faces.iter().map(|f| f.map(local)));
+        joined.positions.extend_from_slice(positions);
+        joined.faces.extend(faces);
         Self {
             part,
             count,
@@ -259,7 +264,8 @@ impl RegionWork<'_> {
         let ratio = self.params.edge_ratio();
         let faired = |mut patch: Patch| {
             let own = part.mesh.positions.len();
-            let local = Local::new(part.clone(), own, &patch);
+            let (part, faces) = (part.clone(), patch.faces.clone());
+            let local = Local::of_part(part, own, &patch.positions, faces);
             let around = Surroundings::new(&local.joined, |v| (v as usize) < own);
             let moved = biharmonic(&around, &local.new_vertices());
             for (v, p) in moved.into_iter().flatten() {
@@ -272,12 +278,9 @@ impl RegionWork<'_> {
             patch = flipped(&part.mesh, &rim, &faired(patch));
         }
         let patch = faired(patch);
-        let local = Local::new(part.clone(), part.mesh.positions.len(), &patch);
+        let count = self.mesh.positions.len();
+        let local = Local::of_part(part, count, &patch.positions, patch.faces.clone());
         let crossing = local.crossing(&patch.positions);
-        let local = Local {
-            count: self.mesh.positions.len(),
-            ..local
-        };
         let mut patch = local.to_whole(patch);
         patch.report.intersecting_faces = crossing;
         Ok(patch)
