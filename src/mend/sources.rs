@@ -6,17 +6,16 @@ use glam::DVec3;
 
 use super::Inspection;
 use super::task::Looked;
+use super::tries::WIDEST;
 use crate::mesh::Hole;
 use crate::mesh::topology::NONE;
-use crate::region::{Region, VoxelSize};
+use crate::region::{Region, Sphere, VoxelSize};
 use crate::sdf::Sampler;
 
 /// The restricted hierarchies may hold this many times the mesh's faces in all.
 const MOST_COPIES: usize = 8;
 /// How far out of a region's box, in parts of its size, what a patch must not cross is looked at: more than in `join`.
 const PATCH_MARGIN: f64 = 0.25;
-/// How much wider than the first box a region may become.
-const WIDEST: f64 = 1.8;
 
 /// The surroundings of each region.
 ///
@@ -177,7 +176,8 @@ impl Bodies {
 
 /// The box of a region once it was widened.
 fn widest_box(found: &Inspection, holes: &[&Hole], voxel: VoxelSize) -> [DVec3; 2] {
-    let region = Region::new(&found.mesh, holes, voxel, WIDEST, 1.0, None);
+    let sphere = Sphere::new(&found.mesh, holes).map(|s| s.bounds());
+    let region = Region::new(&found.mesh, holes, voxel, WIDEST, 1.0, sphere);
     let low = region.lattice.origin;
     let size = DVec3::from_array(region.dims.map(f64::from)) * region.lattice.voxel;
     [low, low + size]

@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::sphere::Sphere;
+
 /// What is known at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeData {
@@ -49,6 +51,14 @@ pub trait DistanceData: Sync {
     fn guess(&self, x: DVec3) -> Option<f64> {
         let _ = x;
         None
+    }
+    /// The sphere that continues the surface at the rims; none where they lie on none.
+    fn sphere(&self) -> Option<Sphere> {
+        None
+    }
+    /// Positions of the rims' vertices, where only the zero set that meets a rim evolves.
+    fn rims(&self) -> Vec<DVec3> {
+        Vec::new()
     }
     /// The weight of the pull to a surface whose shape is kept, in 1 / length⁴; 0 where there is none.
     fn pull(&self) -> f64 {

@@ -5,24 +5,86 @@ use rayon::prelude::*;
 
 use super::Level;
 use crate::extract::marching_cubes;
-use crate::grid::{NodeIndex, dilate, offset};
+use crate::grid::{NodeIndex, add, dilate, offset};
 use crate::mesh::Mesh;
 
+/// Free nodes nearer to the zero set than this, in voxels, lie beside it.
+const BESIDE: f64 = 2.5;
+/// The zero set is looked for within so many nodes of a rim's vertices along each axis.
+const ROUND_RIMS: i32 = 3;
+/// Nodes up to so many from those beside a part of the zero set that is held are held too: the energy's band reaches that far.
+const HELD: usize = 4;
+/// But not those up to so many from a part that meets a rim.
+const EVOLVING: usize = 3;
+
 impl Level {
+    /// Whether the zero set, where it is free, comes within `nodes` of the side of the box.
+    pub fn is_near_side(&self, nodes: i32) -> bool {
+        self.any_beside(|n| (0..27).any(|k| !self.grid.is_interior(stepped(n, nodes, k), 0)))
+    }
+
     /// Whether the zero set, where it is free, comes to the end of the stored nodes.
     pub fn touches_box(&self) -> bool {
-        let (level, grid) = (self, &self.grid);
-        (0..grid.len()).into_par_iter().any(|s| {
-            let n = grid.node(s);
-            level.mask[s]
-                && level.phi[s].abs() < 1.0
-                && (0..27).any(|i: i32| {
-                    let o = offset(i);
-                    let far = [n[0] + 5 * o[0], n[1] + 5 * o[1], n[2] + 5 * o[2]];
-                    let near = [n[0] + 2 * o[0], n[1] + 2 * o[1], n[2] + 2 * o[2]];
-                    grid.slot(near).is_none() || !grid.is_interior(far, 0)
-                })
-        })
+        let ends = |n| (0..27).any(|k| self.grid.slot(stepped(n, 2, k)).is_none());
+        self.is_near_side(5) || self.any_beside(ends)
+    }
+
+    /// Whether something holds for a free node within a voxel of the zero set.
+    fn any_beside(&self, holds: impl Fn(NodeIndex) -> bool + Sync) -> bool {
+        (0..self.grid.len())
+            .into_par_iter()
+            .any(|s| self.mask[s] && self.phi[s].abs() < 1.0 && holds(self.grid.node(s)))
+    }
+
+    /// Fixes the free nodes beside the parts of the zero set that meet no rim: these are no part of the missing surface, and
+    /// their energy would be most of what the flow sees. `rims` are the positions of the rims' vertices.
+    pub fn hold_detached(&mut self, rims: &[DVec3]) {
+        if rims.is_empty() {
+            return;
+        }
+        let grid = &self.grid;
+        let attached = self.attached(rims);
+        let is_beside = |s: usize| self.mask[s] && self.phi[s].abs() < BESIDE;
+        let detached: Vec<bool> = (0..grid.len())
+            .map(|s| is_beside(s) && !attached[s])
+            .collect();
+        if !detached.contains(&true) {
+            return;
+        }
+        let widened = |marks: Vec<bool>, times| (0..times).fold(marks, |m, _| dilate(grid, &m));
+        let (held, evolving) = (widened(detached, HELD), widened(attached, EVOLVING));
+        for (free, (held, evolving)) in self.mask.iter_mut().zip(held.into_iter().zip(evolving)) {
+            *free &= evolving || !held;
+        }
+    }
+
+    /// The free nodes beside the parts of the zero set that meet a rim.
+    fn attached(&self, rims: &[DVec3]) -> Vec<bool> {
+        let grid = &self.grid;
+        let mut attached = vec![false; grid.len()];
+        let mut open = Vec::new();
+        let mut visit = |open: &mut Vec<usize>, n: NodeIndex| {
+            if let Some(s) = grid.slot(n)
+                && self.mask[s]
+                && self.phi[s].abs() < BESIDE
+                && !std::mem::replace(&mut attached[s], true)
+            {
+                open.push(s);
+            }
+        };
+        let side = 2 * ROUND_RIMS + 1;
+        for &p in rims {
+            let n = self.lattice.to_lattice(p).round();
+            let low = [n.x, n.y, n.z].map(|x| x as i32 - ROUND_RIMS);
+            for i in 0..side.pow(3) {
+                let o = [i / (side * side), i / side % side, i % side];
+                visit(&mut open, add(low, o));
+            }
+        }
+        while let Some(s) = open.pop() {
+            (0..27).for_each(|k| visit(&mut open, add(grid.node(s), offset(k))));
+        }
+        attached
     }
 
     /// The zero set on the cells near the mask, in world coordinates.
@@ -61,4 +123,9 @@ impl Level {
             .collect();
         Mesh::new(positions, iso.faces)
     }
+}
+
+/// The node so many steps from another in the direction `k` of 27.
+fn stepped(n: NodeIndex, steps: i32, k: i32) -> NodeIndex {
+    add(n, offset(k).map(|o| steps * o))
 }
