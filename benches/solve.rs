@@ -26,10 +26,6 @@ impl DistanceData for Shape {
             free: x.length() < 1.0,
         }
     }
-
-    fn near_hole(&self, _x: DVec3) -> bool {
-        false
-    }
 }
 
 fn sphere(x: DVec3) -> f64 {
@@ -84,6 +80,7 @@ fn run(name: &str, shape: &Shape, across: f64) {
         dims: [nodes; 3],
         refinements,
         give_up_early: false,
+        from: None,
         start: Start::Biharmonic,
         flow: FlowSettings::default().across(across),
         time: None,

@@ -10,11 +10,12 @@ use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
 use super::params::{FillParams, SurfaceKind};
 use super::patch::RegionPatch;
 use super::report::{FEW_EDGES, RegionReport};
-use super::tries::{Try, Verdict, next_try};
+use super::tries::{Prospects, Try, Verdict, cost, next_try};
 use crate::flow::{FlowSettings, Variant};
 use crate::mesh::{Hole, Mesh};
 use crate::region::{
-    BoxSize, LevelSurface, MeshData, NestedSettings, Region, Solved, Start, VoxelSize, solve_nested,
+    BoxSize, Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Sphere, Start,
+    VoxelSize, solve_nested,
 };
 use crate::sdf::Sampler;
 use crate::stitch::{Patch, close_seam};
@@ -22,6 +23,20 @@ use crate::stitch::{Patch, close_seam};
 /// Loops of at most this many edges are solved once only: their few edges say little about the surface, and a finer grid does
 /// not add to that.
 const SMALL_EDGES: usize = 16;
+/// A surface that is not steady is kept for want of a better one when the step that led to it moved it by less than this, in
+/// voxels.
+const NEARLY_STEADY: f64 = 1.0;
+/// The next try starts from it when that step moved it by less than this: one that is farther from rest has often begun to run to
+/// a worse minimum, and a triangulation is the better start.
+const WORTH_A_START: f64 = 0.1;
+/// A surface that finds no rest within so many nodes of the side of its box may want a wider one.
+const NEAR_SIDE: i32 = 9;
+/// What further tries at a region may cost, in unknowns times steps: about six seconds of one core.
+const BUDGET: u64 = 1_000_000;
+/// A rim is the end of a tube when it is planar to this part of its diameter,
+const FLAT_RIM: f64 = 0.01;
+/// and the mean of the directions in which the surface would continue is at least so long: those of a tube have length 1.
+const PARALLEL: f64 = 0.98;
 /// Most steps on a grid with the paper's variants, which converge linearly.
 const MOST_STEPS: usize = 200;
 
@@ -77,13 +92,15 @@ fn region(
     extent: Option<(DVec3, DVec3)>,
     coarse: bool,
 ) -> Region {
+    let sphere = || Some(Sphere::new(mesh, holes)?.bounds());
+    let part = extent.or_else(|| (next.start == Start::Sphere).then(sphere).flatten());
     let size = |voxel| BoxSize {
         voxel,
         coarse,
         growth: next.growth,
         refine: next.refine,
     };
-    let of = |voxel| Region::new(mesh, holes, &size(voxel), extent);
+    let of = |voxel| Region::new(mesh, holes, &size(voxel), part);
     let region = of(params.voxel);
     let (part, most_across) = next.energy.needs().voxel;
     if part == 1.0 || params.voxel != VoxelSize::Auto {
@@ -94,11 +111,21 @@ fn region(
 }
 
 /// What a try came to.
-struct Tried {
+struct Tried<'a> {
     verdict: Verdict,
     report: RegionReport,
     /// The surface, where it was joined or is all that was asked for.
     patch: Option<Found>,
+    /// What it was extracted from, where it was not joined for want of rest.
+    unsteady: Option<Unsteady<'a>>,
+}
+
+/// A surface that is nearly steady.
+struct Unsteady<'a> {
+    solved: Solved,
+    region: Region,
+    data: MeshData<'a>,
+    report: RegionReport,
 }
 
 /// The surface that a try found.
@@ -138,15 +165,20 @@ impl RegionWork<'_> {
             },
             ..Try::first(self.params.energy)
         };
-        let may_refine = self.params.voxel == VoxelSize::Auto;
+        let mut prospects = self.prospects();
         let mut history: Vec<(Try, Verdict)> = Vec::new();
         let mut best: Option<(Patch, RegionReport)> = None;
+        let mut kept: Option<Unsteady> = None;
         let mut last = RegionReport::default();
-        while let Some(now) = next_try(&first, &history, may_refine) {
+        while let Some(now) = next_try(&first, &history, &prospects) {
             if !(self.keep_going)() {
                 break;
             }
-            let mut tried = self.try_once(&now);
+            let is_worth_it =
+                |k: &&Unsteady| now.refine > 1.0 && k.solved.movement() < WORTH_A_START;
+            let from = kept.as_ref().filter(is_worth_it);
+            let mut tried = self.try_once(&now, from.map(|k| &k.solved.level));
+            prospects.spent += cost(&tried.report.levels);
             tried.report.earlier_tries = failures(&history);
             match tried.patch {
                 Some(Found::Whole(mesh)) => return self.whole(mesh, tried.report),
@@ -161,9 +193,14 @@ impl RegionWork<'_> {
                 }
                 None => last = tried.report,
             }
+            let movement = |u: &Unsteady| u.solved.movement();
+            kept = [kept, tried.unsteady]
+                .into_iter()
+                .flatten()
+                .min_by(|a, b| movement(a).total_cmp(&movement(b)));
             history.push((now, tried.verdict));
         }
-        if let Some((patch, report)) = best {
+        if let Some((patch, report)) = best.or_else(|| self.patch_of(kept?, &history)) {
             return match self.finish(Some(patch.clone())) {
                 Some(finished) => self.accept(finished, report),
                 None => self.accept(FinishedPatch::unfinished(patch), report),
@@ -174,10 +211,44 @@ impl RegionWork<'_> {
         self.without_level_set(why.unwrap_or(TryFailure::Stopped), last)
     }
 
+    /// What of the region bears on its tries.
+    fn prospects(&self) -> Prospects {
+        let is_end = |h: &&Hole| {
+            let mean = h.conormals.iter().sum::<DVec3>() / h.conormals.len().max(1) as f64;
+            h.planarity < FLAT_RIM && mean.length() > PARALLEL
+        };
+        Prospects {
+            may_refine: self.params.voxel == VoxelSize::Auto,
+            diameter: self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
+            tube_end: self.damaged.is_none() && self.holes.iter().all(is_end),
+            budget: BUDGET,
+            spent: 0,
+        }
+    }
+
+    /// The patch of a surface that is nearly steady, if it crosses nothing.
+    fn patch_of(
+        &self,
+        kept: Unsteady,
+        history: &[(Try, Verdict)],
+    ) -> Option<(Patch, RegionReport)> {
+        let surface = LevelSurface {
+            level: &kept.solved.level,
+            data: &kept.data,
+        };
+        let extracted = kept.solved.level.zero_set();
+        let patch = self.stitch(&kept.region, &surface, &extracted).ok()?;
+        let report = RegionReport {
+            earlier_tries: failures(history),
+            ..kept.report
+        };
+        (patch.report.intersecting_faces == 0).then_some((patch, report))
+    }
+
     /// One try.
-    fn try_once(&self, now: &Try) -> Tried {
+    fn try_once(&self, now: &Try, from: Option<&Level>) -> Tried<'_> {
         let begun = Instant::now();
-        let (solved, region, data) = self.solve(now);
+        let (solved, region, data) = self.solve(now, from);
         self.log_try(now, &region, &solved, begun);
         let report = RegionReport {
             diameter: region.diameter,
@@ -188,9 +259,22 @@ impl RegionWork<'_> {
             other_energy: now.energy != self.params.energy,
             ..RegionReport::default()
         };
-        let (verdict, patch) = if let Some(failure) = self.unusable(&solved, now) {
-            (Verdict::Failed(failure), None)
-        } else {
+        if let Some(failure) = self.unusable(&solved, now) {
+            let nearly = solved.movement() < NEARLY_STEADY && !solved.level.touches_box();
+            let keep = nearly && self.params.surface == SurfaceKind::Stitched;
+            return Tried {
+                verdict: Verdict::Failed(failure),
+                report: report.clone(),
+                patch: None,
+                unsteady: keep.then_some(Unsteady {
+                    solved,
+                    region,
+                    data,
+                    report,
+                }),
+            };
+        }
+        let (verdict, patch) = {
             let surface = LevelSurface {
                 level: &solved.level,
                 data: &data,
@@ -214,6 +298,7 @@ impl RegionWork<'_> {
             verdict,
             report,
             patch,
+            unsteady: None,
         }
     }
 
@@ -221,14 +306,25 @@ impl RegionWork<'_> {
     fn unusable(&self, solved: &Solved, now: &Try) -> Option<TryFailure> {
         let to_rest = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
         let lost = solved.is_far_from_steady() && to_rest;
-        if solved.has_diverged() && to_rest && (now.refine > 1.0 || now.accept) {
-            return Some(TryFailure::Contradiction);
+        let may_grow = || now.may_widen() && solved.level.is_near_side(NEAR_SIDE);
+        if solved.has_diverged() && to_rest {
+            // None that came so far from rest has been known to find it on another grid, unless it was on its way to a sphere.
+            let on_its_way = now.start != Start::Sphere
+                && Sphere::new(self.mesh, self.holes).is_some()
+                && may_grow();
+            return Some(match on_its_way {
+                true => TryFailure::ReachedBox,
+                false => TryFailure::Contradiction,
+            });
+        }
+        if lost && may_grow() {
+            return Some(TryFailure::ReachedBox);
         }
         let may_refine = self.params.voxel == VoxelSize::Auto;
         if lost && now.refine == 1.0 && !now.accept {
             return may_refine.then_some(TryFailure::NotSteady);
         }
-        let cramped = !lost && now.wider().is_some() && solved.level.touches_box();
+        let cramped = !lost && now.may_widen() && solved.level.touches_box();
         cramped.then_some(TryFailure::ReachedBox)
     }
 
@@ -253,7 +349,7 @@ impl RegionWork<'_> {
         );
     }
 
-    fn solve(&self, next: &Try) -> (Solved, Region, MeshData<'_>) {
+    fn solve(&self, next: &Try, from: Option<&Level>) -> (Solved, Region, MeshData<'_>) {
         let coarse = self.is_finished();
         let region = region(
             self.mesh,
@@ -271,6 +367,7 @@ impl RegionWork<'_> {
             dims: region.dims,
             refinements: region.refinements,
             start: next.start,
+            from,
             give_up_early: next.refine == 1.0 && !next.accept && may_refine,
             flow: self
                 .flow_settings(next)

@@ -5,17 +5,16 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Inspection;
+use super::tries::WIDEST;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole};
-use crate::region::{BoxSize, Region, VoxelSize};
+use crate::region::{BoxSize, Region, Sphere, VoxelSize};
 use crate::sdf::Sampler;
 
 /// The restricted hierarchies may hold this many times the mesh's faces in all.
 const MOST_COPIES: usize = 8;
 /// How far out of a region's box, in parts of its size, what a patch must not cross is looked at: more than in `join`.
 const PATCH_MARGIN: f64 = 0.25;
-/// How much wider than the first box a region may become.
-const WIDEST: f64 = 1.8;
 
 /// The surroundings of each region.
 ///
@@ -183,13 +182,14 @@ impl Bodies {
 
 /// The box of a region once it was widened.
 fn widest_box(found: &Inspection, holes: &[&Hole], voxel: VoxelSize) -> [DVec3; 2] {
+    let sphere = Sphere::new(&found.mesh, holes).map(|s| s.bounds());
     let size = BoxSize {
         voxel,
         coarse: false,
         growth: WIDEST,
         refine: 1.0,
     };
-    let region = Region::new(&found.mesh, holes, &size, None);
+    let region = Region::new(&found.mesh, holes, &size, sphere);
     let low = region.lattice.origin;
     let size = DVec3::from_array(region.dims.map(f64::from)) * region.lattice.voxel;
     [low, low + size]

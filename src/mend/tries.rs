@@ -2,15 +2,22 @@
 
 use super::outcome::TryFailure;
 use crate::flow::Energy;
-use crate::region::Start;
+use crate::region::{LevelReport, Start};
 use crate::stitch::StitchError;
 
 /// Most tries at a region, and again with the energy to fall back to.
 const MOST_TRIES: usize = 6;
-/// A try divides the automatic voxel by this at most.
-const MOST_REFINED: f64 = 4.0;
-/// What the box grows by when the surface comes to its side. It may do so once.
+/// A try divides the automatic voxel by this at most: at so many voxels across as finer tries have, one more is the same again.
+const MOST_REFINED: f64 = 2.0;
+/// What the box grows by when the surface comes to its side.
 const GROWTH: f64 = 1.8;
+/// It grows while it is less wide than this, that is, twice: a missing part that is much wider than its rim, such as the rest of
+/// a sphere of which a cap of 30 degrees is left, takes two.
+const WIDE: f64 = 3.0;
+/// The most that the box grows by.
+pub(super) const WIDEST: f64 = GROWTH * GROWTH;
+/// The same error at two places nearer to each other than this, in diameters of the region, is one and the same.
+const SAME_PLACE: f64 = 0.05;
 
 /// One try at a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +44,7 @@ impl Try {
         }
     }
 
-    /// Half the voxel, from a triangulation of the rims; then a quarter.
+    /// Half the voxel, from a triangulation of the rims.
     pub(super) fn finer(&self) -> Option<Self> {
         (self.refine < MOST_REFINED).then_some(Self {
             refine: 2.0 * self.refine,
@@ -46,10 +53,17 @@ impl Try {
         })
     }
 
-    /// A wider box, if it is not one already.
-    pub(super) fn wider(&self) -> Option<Self> {
-        (self.growth < 1.5).then_some(Self {
+    /// Whether the box may grow.
+    pub(super) fn may_widen(&self) -> bool {
+        self.growth < WIDE
+    }
+
+    /// A wider box, if it is not as wide as may be, from the sphere that continues the surroundings: such a surface has far
+    /// to go from a start that hardly bulges.
+    fn wider(&self) -> Option<Self> {
+        self.may_widen().then_some(Self {
             growth: GROWTH * self.growth,
+            start: Start::Sphere,
             ..*self
         })
     }
@@ -67,12 +81,31 @@ pub(super) enum Verdict {
 /// The tries at a region so far, in order.
 pub(super) type History = [(Try, Verdict)];
 
+/// What of a region bears on its tries.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prospects {
+    /// Whether the voxel is isomend's to choose.
+    pub(super) may_refine: bool,
+    /// The region's diameter.
+    pub(super) diameter: f64,
+    /// Whether its rim is the end of a tube, of which no finer grid tells how it goes on.
+    pub(super) tube_end: bool,
+    /// What the tries after the first may cost in all, and what they have cost so far; see [`cost`].
+    pub(super) budget: u64,
+    pub(super) spent: u64,
+}
+
+/// What solves of a level set cost: the unknowns of each level times its steps. It tells the time that a try takes on any machine.
+pub(super) fn cost(levels: &[LevelReport]) -> u64 {
+    let of = |l: &LevelReport| (l.flow.unknowns * l.flow.steps.len()) as u64;
+    levels.iter().map(of).sum()
+}
+
 /// The try after those of a history, which begins with one like `first`; none where no other is worth its time.
-/// `may_refine` says whether the voxel is isomend's to choose.
 ///
 /// Each try answers the failure of the last: a finer grid where the flow found no rest or the patch could not be joined, a
 /// wider box where the surface came to its side. Where an energy finds no patch at all, the one to fall back to begins anew.
-pub(super) fn next_try(first: &Try, history: &History, may_refine: bool) -> Option<Try> {
+pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Option<Try> {
     let Some((last, verdict)) = history.last() else {
         return Some(*first);
     };
@@ -84,12 +117,16 @@ pub(super) fn next_try(first: &Try, history: &History, may_refine: bool) -> Opti
         Verdict::Failed(failure) => failure,
     };
     let finest = own.iter().map(|(t, _)| t.refine).fold(1.0, f64::max);
-    let finer = || last.finer().filter(|_| may_refine);
+    let finer = || {
+        last.finer()
+            .filter(|_| region.may_refine && !region.tube_end)
+    };
     let next = match failure {
         TryFailure::Contradiction | TryFailure::Stopped => None,
         TryFailure::NotSteady => finer(),
         TryFailure::ReachedBox => last.wider(),
         TryFailure::Crossing(_) => finer().filter(|next| next.refine > finest),
+        TryFailure::NotJoined(error) if is_known(error, &own[..own.len() - 1], region) => None,
         // The surface has run away: take it as it comes out of the first grid.
         TryFailure::NotJoined(StitchError::OpenBorder { .. }) if last.refine > 1.0 => Some(Try {
             refine: 1.0,
@@ -104,7 +141,8 @@ pub(super) fn next_try(first: &Try, history: &History, may_refine: bool) -> Opti
         TryFailure::NotJoined(_) => finer(),
     };
     if next.is_some() {
-        return next.filter(|_| own.len() < MOST_TRIES);
+        let affordable = region.spent < region.budget;
+        return next.filter(|_| affordable && own.len() < MOST_TRIES);
     }
     let has_patch = |(_, v): &(Try, Verdict)| matches!(v, Verdict::Failed(TryFailure::Crossing(_)));
     let fallback = first.energy.needs().fallback?;
@@ -115,10 +153,31 @@ pub(super) fn next_try(first: &Try, history: &History, may_refine: bool) -> Opti
     })
 }
 
+/// Whether an earlier try failed with the same error near the same place.
+fn is_known(error: &StitchError, earlier: &History, region: &Prospects) -> bool {
+    earlier.iter().any(|(_, verdict)| match verdict {
+        Verdict::Failed(TryFailure::NotJoined(other)) => {
+            error.is_like(other, SAME_PLACE * region.diameter)
+        }
+        _ => false,
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use glam::DVec3;
+
+    /// A region that is refined if `may_refine`.
+    fn region(may_refine: bool) -> Prospects {
+        Prospects {
+            may_refine,
+            diameter: 1.0,
+            tube_end: false,
+            budget: 1,
+            spent: 0,
+        }
+    }
 
     const LOST: TryFailure = TryFailure::NotSteady;
 
@@ -134,7 +193,7 @@ mod tests {
         let first = Try::first(energy);
         let mut history: Vec<(Try, Verdict)> = Vec::new();
         for end in ends {
-            match next_try(&first, &history, may_refine) {
+            match next_try(&first, &history, &region(may_refine)) {
                 Some(next) => history.push((next, end.clone())),
                 None => break,
             }
@@ -143,13 +202,13 @@ mod tests {
     }
 
     #[test]
-    fn grids_get_finer_twice_and_no_more() {
+    fn grids_get_finer_once_and_no_more() {
         let ends = vec![Verdict::Failed(LOST); 9];
         let refined: Vec<f64> = tried(Energy::Willmore, true, &ends)
             .iter()
             .map(|t| t.refine)
             .collect();
-        assert_eq!(refined, [1.0, 2.0, 4.0]);
+        assert_eq!(refined, [1.0, 2.0]);
         assert_eq!(tried(Energy::Willmore, false, &ends).len(), 1);
     }
 
@@ -168,11 +227,42 @@ mod tests {
     }
 
     #[test]
-    fn the_box_grows_once() {
+    fn the_box_grows_twice() {
         let ends = vec![Verdict::Failed(TryFailure::ReachedBox); 4];
         let tries = tried(Energy::Willmore, true, &ends);
-        assert_eq!(tries.len(), 2);
-        assert_eq!(tries[1].growth, GROWTH);
+        let growths: Vec<f64> = tries.iter().map(|t| t.growth).collect();
+        assert_eq!(growths, [1.0, GROWTH, WIDEST]);
+    }
+
+    #[test]
+    fn an_error_that_comes_again_at_the_same_place_ends_it() {
+        let at = |x| {
+            Verdict::Failed(TryFailure::NotJoined(StitchError::OpenBorder {
+                position: DVec3::new(x, 0.0, 0.0),
+                distance: 1.0,
+            }))
+        };
+        let again = [at(0.0), at(0.01), at(0.02)];
+        assert_eq!(tried(Energy::Willmore, true, &again).len(), 2);
+        let elsewhere = [at(0.0), at(0.5), at(1.0)];
+        assert_eq!(tried(Energy::Willmore, true, &elsewhere).len(), 3);
+    }
+
+    #[test]
+    fn ends_of_tubes_are_not_refined_and_what_is_spent_is_not_spent_again() {
+        let first = Try::first(Energy::Willmore);
+        let history = [(first, Verdict::Failed(LOST))];
+        let next = |region: &Prospects| next_try(&first, &history, region);
+        assert!(next(&region(true)).is_some());
+        let tube = Prospects {
+            tube_end: true,
+            ..region(true)
+        };
+        let poor = Prospects {
+            spent: 1,
+            ..region(true)
+        };
+        assert!(next(&tube).is_none() && next(&poor).is_none());
     }
 
     #[test]
@@ -184,7 +274,7 @@ mod tests {
             crossing(3),
             crossing(1),
         ];
-        // Finer twice over, back on the first grid: a patch that crosses there is not refined again.
+        // Finer, back on the first grid: a patch that crosses there is not refined again.
         assert_eq!(tried(Energy::Willmore, true, &ends).len(), 3);
         assert_eq!(
             tried(
@@ -193,7 +283,7 @@ mod tests {
                 &[crossing(3), crossing(1), crossing(1), crossing(1)]
             )
             .len(),
-            3
+            2
         );
     }
 
@@ -215,7 +305,7 @@ mod tests {
             gone.clone(),
             gone,
         ];
-        assert_eq!(tried(Energy::CurvatureVariation, true, &ends).len(), 3);
+        assert_eq!(tried(Energy::CurvatureVariation, true, &ends).len(), 2);
     }
 
     #[test]

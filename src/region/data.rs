@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::cap::CappedRims;
 use super::distance::{DistanceData, NodeData, Wanted};
 use super::level::Level;
+use super::sphere::Sphere;
 use crate::mesh::{Hole, Mesh};
 use crate::sdf::{DistanceSample, Sampler, Surface};
 
@@ -16,6 +17,7 @@ pub struct MeshData<'a> {
     sampler: &'a Sampler<'a>,
     rims: CappedRims,
     neighbourhoods: Vec<Neighbourhood>,
+    sphere: Option<Sphere>,
     kept: Option<KeptShape<'a>>,
 }
 
@@ -76,6 +78,7 @@ impl<'a> MeshData<'a> {
             sampler,
             rims: CappedRims::new(holes, |hole| !sampler.is_small(hole.piece)),
             neighbourhoods,
+            sphere: Sphere::new(mesh, holes),
             kept: None,
         }
     }
@@ -153,6 +156,10 @@ impl DistanceData for MeshData<'_> {
             free,
         };
         (data, Some(s.closest.point))
+    }
+
+    fn sphere(&self) -> Option<Sphere> {
+        self.sphere
     }
 
     fn rims(&self) -> Vec<DVec3> {

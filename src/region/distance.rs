@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::sphere::Sphere;
+
 /// What is known at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeData {
@@ -48,6 +50,10 @@ pub trait DistanceData: Sync {
     /// A first guess of the signed distance at a free point, from a triangulation of the holes; none where there is none.
     fn guess(&self, x: DVec3) -> Option<f64> {
         let _ = x;
+        None
+    }
+    /// The sphere that continues the surface at the rims; none where they lie on none.
+    fn sphere(&self) -> Option<Sphere> {
         None
     }
     /// Positions of the rims' vertices, where only the zero set that meets a rim evolves.

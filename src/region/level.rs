@@ -7,7 +7,8 @@ use super::distance::DistanceData;
 use super::sampling::{Coarser, Known, Sampling};
 use crate::flow::Pull;
 use crate::grid::{
-    BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, dilate, offset, value_and_gradient,
+    BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, dilate, linear, offset,
+    value_and_gradient,
 };
 use crate::sdf::project_on_zero_set;
 
@@ -51,6 +52,15 @@ impl Level {
 
     /// Replaces φ at the free nodes by the data's guess; false where it has none.
     pub fn start_from_guess(&mut self, data: &dyn DistanceData) -> bool {
+        self.start_from_distance(&|x| data.guess(x))
+    }
+
+    /// Replaces φ at the free nodes by the distance to the sphere that continues the data; false where there is none.
+    pub fn start_from_sphere(&mut self, data: &dyn DistanceData) -> bool {
+        self.start_from_distance(&|x| Some(data.sphere()?.signed_distance(x)))
+    }
+
+    fn start_from_distance(&mut self, distance: &(dyn Fn(DVec3) -> Option<f64> + Sync)) -> bool {
         let guesses: Vec<Option<f64>> = (0..self.grid.len())
             .into_par_iter()
             .map(|s| {
@@ -58,7 +68,7 @@ impl Level {
                     return Some(self.phi[s]);
                 }
                 let x = self.lattice.to_world(as_point(self.grid.node(s)));
-                data.guess(x).map(|d| d / self.lattice.voxel)
+                distance(x).map(|d| d / self.lattice.voxel)
             })
             .collect();
         match guesses.into_iter().collect() {
@@ -68,6 +78,27 @@ impl Level {
             }
             None => false,
         }
+    }
+
+    /// Replaces φ at the free nodes by the distances to the zero set of another level; those that it does not reach take the
+    /// sign of their neighbours.
+    pub fn start_from(&mut self, other: &Level) {
+        let scale = other.lattice.voxel / self.lattice.voxel;
+        let values: Vec<Option<f64>> = (0..self.grid.len())
+            .into_par_iter()
+            .map(|s| {
+                if !self.mask[s] {
+                    return Some(self.phi[s]);
+                }
+                let x = self.lattice.to_world(as_point(self.grid.node(s)));
+                let x = other.lattice.to_lattice(x);
+                linear(&other.grid, &other.phi, x).map(|v| scale * v)
+            })
+            .collect();
+        let open = (0..values.len()).filter(|&s| values[s].is_none());
+        let open: Vec<usize> = open.collect();
+        self.phi = values.into_iter().map(|v| v.unwrap_or(0.0)).collect();
+        take_signs(&self.grid, &mut self.phi, open);
     }
 
     /// The pull to the data's surface at the free nodes near the level's.

@@ -7,6 +7,7 @@ mod group;
 mod level;
 mod nested;
 mod sampling;
+mod sphere;
 #[cfg(test)]
 mod tests;
 mod zero_set;
@@ -17,3 +18,4 @@ pub use distance::{DistanceData, NodeData, Wanted};
 pub use group::{BoxSize, Region, VoxelSize, group_holes};
 pub use level::Level;
 pub use nested::{LevelReport, NestedSettings, Solved, Start, TimeSpan, solve_nested};
+pub use sphere::Sphere;

@@ -22,7 +22,7 @@ const DIVERGED: f64 = 4.0;
 
 /// The grids of a nested solve.
 #[derive(Clone, Copy, Debug)]
-pub struct NestedSettings {
+pub struct NestedSettings<'a> {
     /// The coarsest lattice.
     pub lattice: Lattice,
     /// Its box, in nodes.
@@ -34,10 +34,33 @@ pub struct NestedSettings {
     pub give_up_early: bool,
     /// The start on the coarsest lattice.
     pub start: Start,
+    /// A surface to start from instead.
+    pub from: Option<&'a Level>,
     /// The flow on each level.
     pub flow: FlowSettings,
     /// How long the surface evolves from the data's guess on the finest lattice; none for the flow to the steady state.
     pub time: Option<TimeSpan>,
+}
+
+impl NestedSettings<'_> {
+    /// The flow on a level, whose result is the start on the next.
+    fn flow_on(&self, refinement: usize) -> FlowSettings {
+        let (flow, last) = (&self.flow, refinement == self.refinements);
+        let coarser = (self.refinements - refinement) as i32;
+        FlowSettings {
+            kappa: (flow.kappa * 0.5f64.powi(coarser)).max(flow.kappa.min(1.0)),
+            tolerance: flow.tolerance * if last { 1.0 } else { COARSE_TOLERANCE },
+            max_steps: if last {
+                flow.max_steps
+            } else if flow.time_step.is_finite() {
+                // A flow in time runs on one grid, from the start.
+                0
+            } else {
+                flow.max_steps.min(COARSE_STEPS)
+            },
+            ..*flow
+        }
+    }
 }
 
 /// How long a surface evolves.
@@ -56,6 +79,8 @@ pub enum Start {
     Biharmonic,
     /// The data's guess: the distance to a triangulation of the rims, or to the surface whose shape is kept.
     Triangulation,
+    /// The sphere that continues the surroundings where there is one, else as [`Start::Biharmonic`].
+    Sphere,
 }
 
 /// What happened on one level.
@@ -92,6 +117,12 @@ impl Solved {
         self.reports
             .last()
             .is_none_or(|r| is_far_from_steady(&r.flow))
+    }
+
+    /// The largest movement of the surface in the step that led to the result, in voxels of the last level.
+    pub fn movement(&self) -> f64 {
+        let last = self.reports.last();
+        last.map_or(f64::INFINITY, |r| r.flow.movement)
     }
 
     /// Whether the last level was so far from steady that its zero set means nothing: its data contradict each other.
@@ -175,6 +206,22 @@ fn evolve_nested(
     }
 }
 
+/// Gives the coarsest level the values that the flow starts from.
+fn begin(level: &mut Level, data: &dyn DistanceData, settings: &NestedSettings) {
+    let is_ready = match (settings.from, settings.start) {
+        (Some(surface), _) => {
+            level.start_from(surface);
+            true
+        }
+        (None, Start::Triangulation) => level.start_from_guess(data),
+        (None, Start::Sphere) => level.start_from_sphere(data),
+        (None, Start::Biharmonic) => false,
+    };
+    if !is_ready {
+        biharmonic_fill(&level.grid, &mut level.phi, &level.mask, START_TOLERANCE);
+    }
+}
+
 fn relax_nested(
     data: &dyn DistanceData,
     settings: &NestedSettings,
@@ -185,9 +232,7 @@ fn relax_nested(
     let mut sampling = clock.elapsed().as_secs_f64();
     let mut reports = Vec::new();
     clock = Instant::now();
-    if settings.start == Start::Biharmonic || !level.start_from_guess(data) {
-        biharmonic_fill(&level.grid, &mut level.phi, &level.mask, START_TOLERANCE);
-    }
+    begin(&mut level, data, settings);
     let rims = data.rims();
     for refinement in 0..=settings.refinements {
         if refinement > 0 {
@@ -199,20 +244,7 @@ fn relax_nested(
         level.hold_detached(&rims);
         // The result of a coarser level is the start on the next.
         let last = refinement == settings.refinements;
-        let coarser = (settings.refinements - refinement) as i32;
-        let flow_settings = FlowSettings {
-            kappa: (settings.flow.kappa * 0.5f64.powi(coarser)).max(settings.flow.kappa.min(1.0)),
-            tolerance: settings.flow.tolerance * if last { 1.0 } else { COARSE_TOLERANCE },
-            max_steps: if last {
-                settings.flow.max_steps
-            } else if settings.flow.time_step.is_finite() {
-                // A flow in time runs on one grid, from the start.
-                0
-            } else {
-                settings.flow.max_steps.min(COARSE_STEPS)
-            },
-            ..settings.flow
-        };
+        let flow_settings = settings.flow_on(refinement);
         let pull = level.pull(data);
         for energy in stages(settings.flow.energy, refinement) {
             let flow_settings = FlowSettings {

@@ -112,6 +112,19 @@ impl StitchError {
         }
     }
 
+    /// Whether another error is of the same kind, at the same rim or within `reach` of the same place.
+    pub(crate) fn is_like(&self, other: &Self, reach: f64) -> bool {
+        match (self, other) {
+            (Self::RimNotReached { rim: a }, Self::RimNotReached { rim: b })
+            | (Self::Orientation { rim: a }, Self::Orientation { rim: b }) => a == b,
+            (Self::OpenBorder { position: a, .. }, Self::OpenBorder { position: b, .. })
+            | (Self::NotManifold { position: a }, Self::NotManifold { position: b }) => {
+                a.distance(*b) < reach
+            }
+            _ => self == other,
+        }
+    }
+
     /// The same error with its place moved by `by`.
     pub(super) fn moved(self, by: DVec3) -> Self {
         match self {

@@ -219,7 +219,7 @@ impl Plan {
     }
 
     /// The lattices round a whole model.
-    fn nested(&self, found: &Inspection, params: &FairParams) -> NestedSettings {
+    fn nested(&self, found: &Inspection, params: &FairParams) -> NestedSettings<'static> {
         let corners = found.topology.faces().flat_map(|f| found.mesh.corners(f));
         let (low, high) = bounds(corners);
         let longest = (high - low).max_element();
@@ -232,6 +232,7 @@ impl Plan {
             dims,
             refinements,
             give_up_early: false,
+            from: None,
             start: Start::Triangulation,
             flow: FlowSettings {
                 variant: params.variant,

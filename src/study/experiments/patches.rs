@@ -103,6 +103,7 @@ pub fn fill_shape(
         dims: [nodes; 3],
         refinements,
         give_up_early: false,
+        from: None,
         start: Start::Biharmonic,
         time: None,
         flow: FlowSettings {

@@ -1,0 +1,122 @@
+//! The sphere that continues a surface at its rims.
+
+use glam::DVec3;
+
+use crate::mesh::{Hole, Mesh};
+
+/// Rims lie on a sphere when the root mean square distance from it, normals included, is less than this part of their diameter.
+const FITS: f64 = 0.05;
+/// Spheres whose radius is more than so many diameters are not looked for: a box that holds one would be large, and what is
+/// missing may as well be a shallow cap.
+const LARGEST: f64 = 1.25;
+
+/// A sphere, of which the inside or the outside is the solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sphere {
+    centre: DVec3,
+    /// Negative where the solid is outside.
+    radius: f64,
+}
+
+impl Sphere {
+    /// The sphere with the least `Σ |p − c − R n|²` over the edges of the rims, where `p` is the middle of an edge and `n` the
+    /// normal of the face there; none where it does not fit or is large.
+    pub fn new(mesh: &Mesh, holes: &[&Hole]) -> Option<Self> {
+        let edges = || holes.iter().flat_map(|hole| rim_edges(mesh, hole));
+        let length: f64 = edges().map(|e| e.length).sum();
+        let mean = |of: &dyn Fn(&RimEdge) -> DVec3| {
+            edges().map(|e| e.length * of(&e)).sum::<DVec3>() / length
+        };
+        let (middle, normal) = (mean(&|e| e.middle), mean(&|e| e.normal));
+        let (mut both, mut square) = (0.0, 0.0);
+        for e in edges() {
+            let n = e.normal - normal;
+            both += e.length * (e.middle - middle).dot(n);
+            square += e.length * n.length_squared();
+        }
+        let radius = both / square;
+        let new = Self {
+            centre: middle - radius * normal,
+            radius,
+        };
+        let off =
+            |e: &RimEdge| e.length * (e.middle - new.centre - radius * e.normal).length_squared();
+        let error = (edges().map(|e| off(&e)).sum::<f64>() / length).sqrt();
+        let diameter = holes.iter().map(|h| h.diameter).fold(0.0, f64::max);
+        // False for what is not a number, too.
+        (error < FITS * diameter && radius.abs() < LARGEST * diameter).then_some(new)
+    }
+
+    /// The corners of its bounding box.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let radius = DVec3::splat(self.radius.abs());
+        (self.centre - radius, self.centre + radius)
+    }
+
+    /// The signed distance of a point, negative in the solid.
+    pub fn signed_distance(&self, x: DVec3) -> f64 {
+        (x.distance(self.centre) - self.radius.abs()) * self.radius.signum()
+    }
+}
+
+/// An edge of a rim.
+struct RimEdge {
+    middle: DVec3,
+    /// Unit outward normal of the face there.
+    normal: DVec3,
+    length: f64,
+}
+
+fn rim_edges<'a>(mesh: &'a Mesh, hole: &'a Hole) -> impl Iterator<Item = RimEdge> + 'a {
+    let next = hole.rim.iter().cycle().skip(1);
+    let edges = hole.rim.iter().zip(next).zip(&hole.conormals);
+    edges.map(|((&a, &b), conormal)| {
+        let [a, b] = [a, b].map(|v| mesh.positions[v as usize]);
+        RimEdge {
+            middle: 0.5 * (a + b),
+            normal: (b - a).normalize_or_zero().cross(*conormal),
+            length: a.distance(b),
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes::{grid, icosphere, punch};
+    use crate::mesh::{Topology, find_holes};
+
+    fn sphere(mut mesh: Mesh) -> Option<Sphere> {
+        let mut topology = Topology::new(&mut mesh);
+        let (holes, _) = find_holes(&mesh, &mut topology);
+        Sphere::new(&mesh, &holes.iter().collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn what_is_left_of_a_sphere_tells_the_sphere_and_its_solid_side() {
+        for top in [-0.8, 0.0, 0.8] {
+            let mut mesh = punch(&icosphere(4), |c| c.z < top);
+            for side in [1.0, -1.0] {
+                let found = sphere(mesh.clone()).expect("a sphere");
+                assert!(found.centre.length() < 0.1, "{found:?}");
+                assert!((found.radius * side - 1.0).abs() < 0.1, "{found:?}");
+                assert!(found.signed_distance(DVec3::ZERO) * side < -0.8);
+                mesh.faces.iter_mut().for_each(|f| f.swap(0, 1));
+            }
+        }
+    }
+
+    #[test]
+    fn planes_and_ends_of_tubes_have_none() {
+        let sheet = grid(20, 20, [false, false], |u, v| DVec3::new(u, v, 0.0));
+        assert_eq!(
+            sphere(punch(&sheet, |c| (c.x - 0.5).hypot(c.y - 0.5) < 0.3)),
+            None
+        );
+        let tube = grid(24, 20, [true, false], |u, v| {
+            let (s, c) = (std::f64::consts::TAU * u).sin_cos();
+            DVec3::new(c, s, 8.0 * v)
+        });
+        assert_eq!(sphere(tube), None);
+    }
+}

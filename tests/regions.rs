@@ -1,0 +1,219 @@
+//! What a patch must depend on: the surroundings of its hole alone, and not on how they lie in space or which way faces turn.
+
+mod shapes;
+
+use glam::{DMat3, DVec3};
+use isomend::{
+    Control, FillParams, Filled, HoleOutcome, Inspection, Mesh, RestoreParams, fill, inspect,
+};
+
+use shapes::{cut, polar, sphere, topology};
+
+/// A bumpy ball: no two parts of it are alike.
+fn bumpy(n: u32) -> Mesh {
+    let mut mesh = sphere(n);
+    for p in &mut mesh.positions {
+        *p *= 1.0 + 0.05 * (3.0 * p.x + 1.0).sin() * (4.0 * p.y).cos() * (2.0 * p.z + 0.5).sin();
+    }
+    mesh
+}
+
+/// The number of the hole with its centre in a direction.
+fn hole_towards(mesh: &Mesh, direction: DVec3) -> usize {
+    let holes = inspect(mesh).unwrap().holes;
+    let along = |c: DVec3| c.normalize_or_zero().dot(direction);
+    let nearest = holes
+        .iter()
+        .max_by(|a, b| along(a.centre).total_cmp(&along(b.centre)));
+    nearest.expect("a hole").id
+}
+
+/// Fills the hole at the top, and returns the patch's vertices and what was done.
+fn filled_at_top(mesh: &Mesh) -> (Vec<DVec3>, Filled) {
+    let mut params = FillParams::default();
+    params.holes = Some(vec![hole_towards(mesh, DVec3::Z)]);
+    let filled = fill(mesh, &params).unwrap();
+    let regions = &filled.report.regions;
+    assert!(regions.len() == 1 && regions[0].converged);
+    assert_eq!(regions[0].intersecting_faces, 0);
+    let patch = filled.mesh.positions[mesh.positions.len()..].to_vec();
+    assert!(patch.len() > 20);
+    (patch, filled)
+}
+
+/// The largest distance from points to a mesh.
+fn apart(points: &[DVec3], other: &Mesh) -> f64 {
+    let to_face = |p: DVec3, f: &[u32; 3]| {
+        let [a, b, c] = f.map(|v| other.positions[v as usize]);
+        distance_to_triangle(p, a, b, c)
+    };
+    let nearest = |p: &DVec3| {
+        let distances = other.faces.iter().map(|f| to_face(*p, f));
+        distances.fold(f64::INFINITY, f64::min)
+    };
+    points.iter().map(nearest).fold(0.0, f64::max)
+}
+
+/// The distance of a point to a triangle: to its plane where the foot lies inside, else to its sides.
+fn distance_to_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> f64 {
+    let normal = (b - a).cross(c - a);
+    let inside = |u: DVec3, v: DVec3| normal.dot((v - u).cross(p - u)) >= 0.0;
+    if inside(a, b) && inside(b, c) && inside(c, a) {
+        return normal.dot(p - a).abs() / normal.length();
+    }
+    let to_side = |u: DVec3, v: DVec3| {
+        let along = ((p - u).dot(v - u) / (v - u).length_squared()).clamp(0.0, 1.0);
+        p.distance(u + along * (v - u))
+    };
+    to_side(a, b).min(to_side(b, c)).min(to_side(c, a))
+}
+
+/// The faces of a patch with the vertices of the whole.
+fn patch_of(mesh: &Mesh, filled: &Filled) -> Mesh {
+    let faces = filled.mesh.faces[mesh.faces.len()..].to_vec();
+    Mesh::new(filled.mesh.positions.clone(), faces)
+}
+
+/// Asserts that two meshes get the same patch at their top, up to a part of the hole's diameter.
+fn assert_same_patch(one: &Mesh, other: &Mesh, part: f64) {
+    let (_, of_one) = filled_at_top(one);
+    let (points, of_other) = filled_at_top(other);
+    let diameter = of_one.report.regions[0].diameter;
+    let off = apart(&points, &patch_of(one, &of_one)) / diameter;
+    assert!(off < part, "{off:e} of the diameter");
+    let energy = |f: &Filled| f.report.regions[0].levels.last().unwrap().flow.energy_after;
+    let ratio = energy(&of_other) / energy(&of_one);
+    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+}
+
+#[test]
+fn far_parts_do_not_matter() {
+    let mesh = cut(&bumpy(14), |p| polar(p) < 25.0);
+    assert_same_patch(&mesh, &cut(&mesh, |p| polar(p) > 100.0), 1e-6);
+}
+
+#[test]
+fn holes_that_stay_open_do_not_matter() {
+    let mesh = cut(&bumpy(16), |p| polar(p) < 25.0);
+    let beside = cut(&mesh, |p| (40.0..75.0).contains(&polar(p)) && p.x > 0.0);
+    assert_eq!(inspect(&beside).unwrap().holes.len(), 2);
+    // The patch knows less of its surroundings there.
+    assert_same_patch(&mesh, &beside, 0.01);
+}
+
+#[test]
+fn inside_out_it_is_the_mirror_image() {
+    for top in [25.0, 90.0] {
+        let mesh = cut(&bumpy(14), |p| polar(p) < top);
+        let mut turned = mesh.clone();
+        turned.faces.iter_mut().for_each(|f| f.swap(1, 2));
+        // The vertices lie elsewhere on it: the faces' chords differ by about 1e-3.
+        assert_same_patch(&mesh, &turned, 3e-3);
+    }
+}
+
+#[test]
+fn an_inner_wall_does_not_matter() {
+    // The wall between two nested surfaces: the winding number is 0 within the inner one.
+    let mesh = cut(&bumpy(14), |p| polar(p) < 25.0);
+    let mut nested = mesh.clone();
+    let count = nested.positions.len() as u32;
+    let inner = bumpy(6);
+    nested
+        .positions
+        .extend(inner.positions.iter().map(|p| 0.3 * *p));
+    nested.faces.extend(
+        inner
+            .faces
+            .iter()
+            .map(|&[a, b, c]| [a, c, b].map(|v| v + count)),
+    );
+    assert_same_patch(&mesh, &nested, 1e-6);
+}
+
+#[test]
+fn moved_and_scaled_it_goes_along() {
+    let mesh = cut(&bumpy(14), |p| polar(p) < 25.0);
+    let (_, reference) = filled_at_top(&mesh);
+    let diameter = reference.report.regions[0].diameter;
+    for (scale, offset) in [
+        (1e-3, DVec3::splat(1e-3)),
+        (1e3, DVec3::new(30.0, -20.0, 70.0)),
+    ] {
+        let mut moved = mesh.clone();
+        moved
+            .positions
+            .iter_mut()
+            .for_each(|p| *p = *p * scale + offset);
+        let mut params = FillParams::default();
+        params.holes = Some(vec![1]);
+        let filled = fill(&moved, &params).unwrap();
+        let points = filled.mesh.positions[mesh.positions.len()..].iter();
+        let back: Vec<DVec3> = points.map(|p| (*p - offset) / scale).collect();
+        let off = apart(&back, &patch_of(&mesh, &reference)) / diameter;
+        assert!(off < 2e-3, "scale {scale}: {off:e}");
+    }
+}
+
+/// Root mean square distance of new vertices from the unit sphere, and the mean radius less 1.
+fn off_the_sphere(positions: &[DVec3]) -> (f64, f64) {
+    assert!(positions.len() > 20);
+    let count = positions.len() as f64;
+    let off = || positions.iter().map(|p| p.length() - 1.0);
+    let square: f64 = off().map(|d| d * d).sum();
+    ((square / count).sqrt(), off().sum::<f64>() / count)
+}
+
+#[test]
+fn most_of_a_sphere_grows_from_what_is_left() {
+    // A cap of 30 degrees says little about the sphere's radius: its normals at the rim are known to a degree.
+    for (top, most_rms, most_mean) in [(120.0, 5e-3, 0.01), (150.0, 0.04, 0.04)] {
+        let mesh = cut(&sphere(16), |p| polar(p) < top);
+        for inside_out in [false, true] {
+            let mut mesh = mesh.clone();
+            if inside_out {
+                mesh.faces.iter_mut().for_each(|f| f.swap(1, 2));
+            }
+            let mut params = FillParams::default();
+            params.holes = Some(vec![1]);
+            let filled = fill(&mesh, &params).unwrap();
+            assert_eq!(filled.report.holes[0].outcome, HoleOutcome::Filled, "{top}");
+            assert_eq!(topology(&filled.mesh), (0, 2));
+            let (rms, mean) = off_the_sphere(&filled.mesh.positions[mesh.positions.len()..]);
+            let rms = rms / filled.report.holes[0].hole.diameter;
+            assert!(rms < most_rms, "{top}: {rms:e}");
+            assert!(mean.abs() < most_mean, "{top}: {mean:e}");
+        }
+    }
+}
+
+#[test]
+fn octants_and_half_caps_that_are_cut_out_come_back() {
+    let turn = DMat3::from_euler(glam::EulerRot::XYZ, 0.3, 0.5, 0.7);
+    let masks: [&dyn Fn(DVec3) -> bool; 2] =
+        [&|c| c.min_element() > 0.0, &|c| c.z > 0.5 && c.x > 0.0];
+    for (i, is_marked) in masks.iter().enumerate() {
+        let mesh = sphere(16);
+        let marked: Vec<bool> = mesh
+            .faces
+            .iter()
+            .map(|f| {
+                is_marked(
+                    turn * (f.map(|v| mesh.positions[v as usize]).iter().sum::<DVec3>() / 3.0),
+                )
+            })
+            .collect();
+        let found = Inspection::new(&mesh).unwrap();
+        let params = RestoreParams::default();
+        let restored = found.restore(&marked, &params, &Control::new()).unwrap();
+        let region = &restored.report.fill.regions[0];
+        assert_eq!(region.intersecting_faces, 0, "mask {i}");
+        assert_eq!(topology(&restored.mesh), (0, 2), "mask {i}");
+        let kept = restored.kept.mesh.positions.len();
+        let (rms, mean) = off_the_sphere(&restored.mesh.positions[kept..]);
+        assert!(
+            rms / region.diameter < 5e-3 && mean.abs() < 0.01,
+            "mask {i}: {rms:e} {mean:e}"
+        );
+    }
+}
