@@ -148,7 +148,12 @@ fn properties_of_a_ply_file_survive() {
         assert_eq!((&a.fields, a.scalar), (&b.fields, b.scalar));
         assert_eq!(a.values, b.values[..n * a.components], "{}", a.name);
     }
-    assert_eq!(after.attributes.vertex.len(), 4);
+    // Beside those of the file, the expected errors of the patch's vertices.
+    assert_eq!(after.attributes.vertex.len(), 5);
+    let told = &after.attributes.vertex[4];
+    assert_eq!(told.name, "isomend_sigma");
+    assert!(told.values[..n].iter().all(|s| *s == 0.0));
+    assert!(told.values[n..].iter().all(|s| *s > 0.0));
     assert_continued(&after, n);
     let scan = &after.attributes.vertex[3].values;
     assert!(scan.iter().all(|s| *s == -1.0 || *s == 7.0));
