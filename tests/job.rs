@@ -90,8 +90,10 @@ fn bytes_go_in_and_out() {
 fn regions_are_marked_in_words() {
     let desk = Desk::new();
     desk.save("ball.ply", &shapes::sphere(8), Format::Ply);
-    let mut mask = MaskSpec::default();
-    mask.balls = vec![(DVec3::Z, 0.5)];
+    let mut mask = MaskSpec {
+        balls: vec![(DVec3::Z, 0.5)],
+        ..MaskSpec::default()
+    };
     let mut restore = RestoreParams::default();
     restore.fill = params();
     let work = Work::Restore(mask.clone(), restore.clone());
