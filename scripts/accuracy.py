@@ -39,11 +39,13 @@ def read_ply(path):
     data = Path(path).read_bytes()
     header, body = data.split(b"end_header\n", 1)
     n, m = (int(re.search(rf"element {kind} (\d+)".encode(), header)[1]) for kind in ("vertex", "face"))
-    vertices = np.frombuffer(body, "<f4", 3 * n).reshape(n, 3).astype(float)
+    # Beside the coordinates, the expected errors of patch vertices.
+    width = 4 if b"isomend_sigma" in header else 3
+    vertices = np.frombuffer(body, "<f4", width * n).reshape(n, width)[:, :3].astype(float)
     face = [("n", "u1"), ("v", "<i4", 3)]
     if b"property uchar isomend_patch" in header:
         face.append(("patch", "u1"))
-    faces = np.frombuffer(body, np.dtype(face), m, 12 * n)
+    faces = np.frombuffer(body, np.dtype(face), m, 4 * width * n)
     return vertices, faces["v"].astype(int)
 
 

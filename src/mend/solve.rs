@@ -174,6 +174,11 @@ impl RegionWork<'_> {
             if !(self.keep_going)() {
                 break;
             }
+            if history.last().is_some_and(|(t, _)| t.energy != now.energy) {
+                // Another energy begins anew, with a budget of its own and without the surfaces of the first.
+                kept = None;
+                prospects.spent = 0;
+            }
             let is_worth_it =
                 |k: &&Unsteady| now.refine > 1.0 && k.solved.movement() < WORTH_A_START;
             let from = kept.as_ref().filter(is_worth_it);

@@ -140,9 +140,9 @@ pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Op
         TryFailure::NotJoined(_) if last.accept => None,
         TryFailure::NotJoined(_) => finer(),
     };
+    let next = next.filter(|_| region.spent < region.budget);
     if next.is_some() {
-        let affordable = region.spent < region.budget;
-        return next.filter(|_| affordable && own.len() < MOST_TRIES);
+        return next.filter(|_| own.len() < MOST_TRIES);
     }
     let has_patch = |(_, v): &(Try, Verdict)| matches!(v, Verdict::Failed(TryFailure::Crossing(_)));
     let fallback = first.energy.needs().fallback?;
@@ -306,6 +306,21 @@ mod tests {
             gone,
         ];
         assert_eq!(tried(Energy::CurvatureVariation, true, &ends).len(), 2);
+    }
+
+    #[test]
+    fn an_energy_whose_budget_is_spent_makes_room_for_the_other() {
+        let first = Try::first(Energy::CurvatureVariation);
+        let spent = Prospects {
+            spent: 2,
+            ..region(true)
+        };
+        let history = [(first, Verdict::Failed(LOST))];
+        let next = next_try(&first, &history, &spent);
+        assert_eq!(next.map(|t| t.energy), Some(Energy::Willmore));
+        let first = Try::first(Energy::Willmore);
+        let history = [(first, Verdict::Failed(LOST))];
+        assert_eq!(next_try(&first, &history, &spent), None);
     }
 
     #[test]
