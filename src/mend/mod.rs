@@ -7,6 +7,7 @@ mod control;
 mod damaged;
 mod error;
 mod fair;
+mod finished;
 mod finishing;
 mod inspection;
 mod join;
@@ -29,7 +30,7 @@ use control::Watch;
 pub use control::{Cancel, Control, Event, Progress, Step};
 pub use error::{FillError, RestoreError};
 pub use fair::{FairError, Faired};
-pub use finishing::{FinishReport, PatchStart};
+pub use finished::{FinishReport, PatchStart};
 pub use inspection::Inspection;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,

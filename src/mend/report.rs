@@ -3,7 +3,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::finishing::FinishReport;
+use super::finished::FinishReport;
 use super::outcome::{ClosedBy, HoleOutcome, Tally, TryFailure};
 use crate::mesh::{Defects, Hole, OpenChain};
 use crate::region::LevelReport;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::damaged::Damaged;
-use super::finishing::FinishedPatch;
+use super::finished::FinishedPatch;
 use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
 use super::params::{FillParams, SurfaceKind};
 use super::patch::RegionPatch;
