@@ -31,6 +31,7 @@ fn hole_towards(mesh: &Mesh, direction: DVec3) -> usize {
 /// Fills the hole at the top, and returns the patch's vertices and what was done.
 fn filled_at_top(mesh: &Mesh) -> (Vec<DVec3>, Filled) {
     let mut params = FillParams::default();
+    params.finish = isomend::Finish::None;
     params.holes = Some(vec![hole_towards(mesh, DVec3::Z)]);
     let filled = fill(mesh, &params).unwrap();
     let regions = &filled.report.regions;
