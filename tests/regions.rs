@@ -147,6 +147,7 @@ fn moved_and_scaled_it_goes_along() {
             .iter_mut()
             .for_each(|p| *p = *p * scale + offset);
         let mut params = FillParams::default();
+        params.finish = isomend::Finish::None;
         params.holes = Some(vec![1]);
         let filled = fill(&moved, &params).unwrap();
         let points = filled.mesh.positions[mesh.positions.len()..].iter();
