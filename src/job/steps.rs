@@ -2,7 +2,7 @@
 
 use super::draw::{Before, Drawn};
 use super::output::Saved;
-use super::{JobError, JobSpec, Marked, Work};
+use super::{JobError, JobSpec, MaskSpec, Work};
 use crate::io::{Format, Loaded};
 use crate::mend::{
     Control, FairError, FairReport, FillReport, Inspection, RegionReport, RestoreError,
@@ -119,14 +119,13 @@ impl<'s> Read<'s> {
         let (extent, report) = match &spec.work {
             Work::Fill(params) => (Extent::Holes, found.plan(params)?),
             Work::Restore(mask, params) => {
-                let marked = mask.marked(&loaded)?.some()?;
+                let marked = marks(mask, &loaded)?;
                 let mut plan = found.plan_restore(&marked, params)?;
                 let fill = std::mem::take(&mut plan.fill);
                 (Extent::Region(plan), fill)
             }
             Work::Fair(mask, params) => {
-                let marked = mask.as_ref().map(|mask| mask.marked(&loaded));
-                let marked = marked.transpose()?.map(Marked::some).transpose()?;
+                let marked = mask.as_ref().map(|mask| marks(mask, &loaded)).transpose()?;
                 let mut plan = found.plan_fair(marked.as_deref(), params)?;
                 let fill = std::mem::take(&mut plan.fill);
                 (Extent::Faired(plan), fill)
@@ -166,7 +165,7 @@ impl<'s> Read<'s> {
                 )
             }
             Work::Restore(mask, params) => {
-                let marked = mask.marked(&loaded)?.some()?;
+                let marked = marks(mask, &loaded)?;
                 let mut params = params.clone();
                 params.keep_vertices |= keep_vertices;
                 let found = Inspection::new(&loaded.mesh).map_err(RestoreError::from)?;
@@ -182,8 +181,7 @@ impl<'s> Read<'s> {
                 )
             }
             Work::Fair(mask, params) => {
-                let marked = mask.as_ref().map(|mask| mask.marked(&loaded));
-                let marked = marked.transpose()?.map(Marked::some).transpose()?;
+                let marked = mask.as_ref().map(|mask| marks(mask, &loaded)).transpose()?;
                 let mut params = params.clone();
                 params.keep_vertices |= keep_vertices;
                 let found = Inspection::new(&loaded.mesh).map_err(FairError::from)?;
@@ -216,6 +214,11 @@ impl<'s> Read<'s> {
             report,
         })
     }
+}
+
+/// The marks of a mask, which must mark something.
+fn marks(mask: &MaskSpec, loaded: &Loaded) -> Result<Vec<bool>, JobError> {
+    mask.marked(loaded)?.some()
 }
 
 /// What is left of a mesh after a cut; and the mesh as it was, where it is wanted.

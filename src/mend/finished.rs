@@ -48,7 +48,6 @@ impl FinishReport {
 }
 
 /// A patch after its finish.
-#[derive(Clone)]
 pub(super) struct FinishedPatch {
     pub(super) patch: Patch,
     /// None where it was not finished.

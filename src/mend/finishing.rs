@@ -107,8 +107,8 @@ impl RegionWork<'_> {
             return None;
         }
         let first = patch.map(|patch| self.finished(patch, PatchStart::LevelSet));
-        if let Some(first) = first.as_ref().filter(|first| first.is_sound()) {
-            return Some(first.clone());
+        if first.as_ref().is_some_and(FinishedPatch::is_sound) {
+            return first;
         }
         let second = self.second_start().ok();
         let second = second.map(|patch| self.finished(patch, PatchStart::Triangulation));
