@@ -35,8 +35,10 @@ except ImportError as error:
 ROOT = Path(__file__).resolve().parent.parent
 VALIDATOR = ROOT / ".venv/node_modules/gltf-validator"
 VALIDATE = """
-const validator = require(process.argv[1]), fs = require('fs');
-validator.validateBytes(new Uint8Array(fs.readFileSync(process.argv[2]))).then(report => {
+const validator = require(process.argv[1]), fs = require('fs'), path = require('path');
+const read = file => new Uint8Array(fs.readFileSync(file)), beside = path.dirname(process.argv[2]);
+const externalResourceFunction = async uri => read(path.join(beside, decodeURIComponent(uri)));
+validator.validateBytes(read(process.argv[2]), { externalResourceFunction }).then(report => {
   const errors = report.issues.messages.filter(m => m.severity === 0);
   console.log(JSON.stringify(errors.map(m => `${m.code} at ${m.pointer}: ${m.message}`)));
 });
