@@ -18,7 +18,7 @@ const MINIMAL_TOLERANCE: f64 = 1e-5;
 pub(super) fn biharmonic(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     let mut shape = shape.to_vec();
     for order in [1, 1, 2] {
-        shape = fill(patch, &shape, order)?;
+        shape = polyharmonic(patch, &shape, order)?;
     }
     Some(shape)
 }
@@ -29,7 +29,7 @@ pub(super) fn biharmonic(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
 pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     let mut shape = shape.to_vec();
     for _ in 0..MINIMAL_STEPS {
-        let next = fill(patch, &shape, 1)?;
+        let next = polyharmonic(patch, &shape, 1)?;
         let ways = shape.iter().zip(&next).map(|(a, b)| a.distance(*b));
         let farthest = ways.fold(0.0, f64::max);
         shape = next;
@@ -40,25 +40,27 @@ pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     Some(shape)
 }
 
-/// The harmonic (`order` 1) or biharmonic fill with the cotangents of a shape.
-fn fill(patch: &Patch, shape: &[DVec3], order: usize) -> Option<Vec<DVec3>> {
-    let closure = &patch.closure;
-    let points = patch.closure_points(shape);
-    let (weights, twice) = half_cotangents(&points, &closure.faces);
-    let mut stiffness = Stiffness::new(points.len(), &closure.faces);
-    stiffness.set(&closure.faces, &weights);
+/// The polyharmonic fill of an order, `L (M⁻¹ L)ᵏ⁻¹ x = 0` with the cotangents of a shape: harmonic (1), biharmonic (2) or
+/// triharmonic (3), which continues the curvature of the rim too. None where the system cannot be solved.
+pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Option<Vec<DVec3>> {
+    let near = patch.neighbourhood(order, shape);
+    let (points, faces) = (near.points, near.faces);
+    let (weights, twice) = half_cotangents(&points, &faces);
+    let mut stiffness = Stiffness::new(points.len(), &faces);
+    stiffness.set(&faces, &weights);
     let laplacian = stiffness.matrix;
-    let matrix = if order == 1 {
-        laplacian
-    } else {
-        let areas = barycentric(points.len(), &closure.faces, &twice);
-        let mut scaled = laplacian.clone();
+    let mut matrix = laplacian.clone();
+    if order > 1 {
+        let areas = barycentric(points.len(), &faces, &twice);
+        let mut scaled = laplacian;
         for (mut row, area) in scaled.outer_iterator_mut().zip(&areas) {
             row.iter_mut().for_each(|(_, v)| *v /= area);
         }
-        &laplacian * &scaled
-    };
-    solve_for(&matrix, &closure.moving, &points)
+        for _ in 1..order {
+            matrix = &matrix * &scaled;
+        }
+    }
+    solve_for(&matrix, &near.moving, &points)
 }
 
 /// Solves `(A x)_i = 0` for the unknown vertices (rising), all others being where the points are; none where that cannot be.

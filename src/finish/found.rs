@@ -36,6 +36,8 @@ pub struct FinishFound {
     pub result: FinishResult,
     /// Steps of Gauss-Newton, of all starts that were taken.
     pub steps: usize,
+    /// Whether they ended at a minimum: the last was shorter than the tolerance.
+    pub converged: bool,
     /// Whether a second start was tried.
     pub restart: Restart,
     /// `½ ∫ h²` of the patch before, `h` being the sum of the principal curvatures.
@@ -109,6 +111,10 @@ pub enum Candidate {
     WideSphere,
     /// Kriging over a plane, from a collar of 0.45 diameters.
     Plane,
+    /// The biharmonic fill, where the patch bends little.
+    Biharmonic,
+    /// The triharmonic fill.
+    Triharmonic,
 }
 
 /// The surface over which heights were kriged.
@@ -127,13 +133,14 @@ pub enum ChartKind {
 pub struct CandidateFound {
     /// Which.
     pub candidate: Candidate,
-    /// Over what it was kriged; none for the minimum of the energy.
+    /// Over what it was kriged, if it was.
     pub chart: Option<ChartKind>,
-    /// The order of the kernel, 2 to 5; 0 for the minimum of the energy.
+    /// The order of the kernel, 2 to 5; 0 for what is not kriged.
     pub order: u8,
     /// The kernel's length for the noise of the data, in mean edges; 0 where they are exact.
     pub nugget: f64,
-    /// Root mean square of its error, along the normal, on a ring of known vertices that was left out, in units of the mesh.
+    /// Root mean square of its error, along the normal, on rings of known vertices that were left out (the geometric mean of two
+    /// rings), in units of the mesh.
     pub ring_error: Option<f64>,
     /// Its weight in the blend.
     pub weight: f64,
@@ -170,8 +177,8 @@ pub enum Refusal {
     /// The energy would be higher.
     #[error("the energy would be higher")]
     EnergyRose,
-    /// Too few vertices round the hole, or none that lie over a plane or sphere.
-    #[error("the surroundings do not lie over a plane or a sphere, or are too few")]
+    /// Nothing but the minimum of the energy could be made of the surroundings.
+    #[error("the surroundings foretell nothing")]
     NoChart,
     /// No ring of known vertices on which continuations could be tried.
     #[error("no ring of vertices round the hole on which to try a continuation")]

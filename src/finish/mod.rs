@@ -5,9 +5,10 @@
 //!
 //! 1. Gauss-Newton for the discrete Willmore energy `½ Σ m h²`, from the patch as it is and, where that is slow or folds, from
 //!    the biharmonic fill of the same triangles.
-//! 2. Universal kriging of heights over a sphere or plane fitted to the surroundings, kernel and noise by restricted likelihood.
-//! 3. A ring test: one more ring of known vertices is deleted and refilled; the error there tells what each continuation is worth.
-//! 4. The blend of all by the inverse squares of these errors.
+//! 2. Other continuations: universal kriging of heights over a sphere or plane fitted to the surroundings, kernel and noise by
+//!    restricted likelihood; the triharmonic fill; where the patch bends little, the biharmonic one.
+//! 3. A ring test: rings of known vertices are deleted and refilled; the error there tells what each continuation is worth.
+//! 4. The blend of all by the inverse fourth powers of these errors.
 //! 5. Safeguards: what has more folded faces, a higher energy, or moved too far, is refused, and the step before kept.
 //!
 //! Everything is computed relative to the rim's middle and diameter, so that neither unit nor place matter, and in an order
@@ -15,7 +16,9 @@
 
 mod biharmonic;
 mod blend;
+mod candidates;
 mod chart;
+mod collar;
 mod found;
 mod geometry;
 mod kriging;
@@ -198,6 +201,7 @@ fn minimum(
 ) -> Vec<DVec3> {
     let (minimum, second) = willmore::lowest(patch, params, keep_going);
     found.steps = minimum.steps;
+    found.converged = minimum.last <= params.tolerance;
     found.energy_before = minimum.energy_before;
     found.energy_after = minimum.energy_before;
     found.restart = match second {

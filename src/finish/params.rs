@@ -17,7 +17,8 @@ pub enum FinishMethod {
 pub struct FinishParams {
     /// What is done.
     pub method: FinishMethod,
-    /// Most steps of Gauss-Newton from each start.
+    /// Most steps of Gauss-Newton from each start. On 143 holes of real scans 30 instead of 8 led to errors larger by 0.3 %: what
+    /// takes that many has often no minimum near.
     pub most_steps: usize,
     /// The same for patches with more vertices than are kriged, whose systems take most of the time; they get one start.
     pub most_steps_of_large: usize,
@@ -30,28 +31,28 @@ pub struct FinishParams {
     /// 0.2 %; with 140 by 1.3 %.
     pub most_estimated: usize,
     /// Patches with more vertices get the minimum of the energy alone.
-    pub most_kriged: usize,
+    pub most_blended: usize,
     /// Patches with more vertices than this are not finished.
     pub most_vertices: usize,
     /// Farthest way of a vertex, in diameters of the hole, before a result is refused.
     pub farthest: f64,
-    /// Farthest way that kriging may move a vertex from the energy's minimum, in diameters of the hole.
-    pub farthest_kriged: f64,
+    /// Farthest way that the blend may move a vertex from the energy's minimum, in diameters of the hole.
+    pub farthest_blended: f64,
 }
 
 impl Default for FinishParams {
     fn default() -> Self {
         Self {
             method: FinishMethod::Auto,
-            most_steps: 30,
+            most_steps: 8,
             most_steps_of_large: 6,
             tolerance: 3e-4,
             most_data: 250,
             most_estimated: 180,
-            most_kriged: 3000,
+            most_blended: 3000,
             most_vertices: 100_000,
             farthest: 0.3,
-            farthest_kriged: 0.03,
+            farthest_blended: 0.03,
         }
     }
 }

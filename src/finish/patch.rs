@@ -18,8 +18,9 @@ const LEAST_EDGE: f64 = 1e-12;
 /// Up to so many points their diameter is that of all pairs; above, one found by going to the farthest point repeatedly.
 const ALL_PAIRS: usize = 1500;
 
-/// The ring of the test: known vertices nearer than this part of the diameter, or so many mean edges.
-pub(super) const RING: (f64, f64) = (0.12, 1.5);
+/// The rings of the test: known vertices nearer than this part of the diameter, or so many mean edges. The narrow one is about the
+/// rim alone, the other tells more where there is noise; each alone left errors larger by 0.7 to 1.5 % on 143 holes of real scans.
+pub(super) const RINGS_TRIED: [(f64, f64); 2] = [(0.06, 1.01), (0.12, 1.5)];
 /// The widest collar that data are taken from, in diameters.
 pub(super) const WIDEST_COLLAR: f64 = 0.6;
 
@@ -100,7 +101,45 @@ impl Closure {
     }
 }
 
+/// A patch and some rings of faces round it, in a numbering of their own.
+pub(super) struct Neighbourhood {
+    pub(super) points: Vec<DVec3>,
+    pub(super) faces: Vec<[u32; 3]>,
+    /// Vertices that move, rising.
+    pub(super) moving: Vec<u32>,
+}
+
 impl Patch {
+    /// The patch in a shape, with so many rings of faces round its own.
+    pub(super) fn neighbourhood(&self, rings: usize, shape: &[DVec3]) -> Neighbourhood {
+        let mut inside = self.moving.clone();
+        for _ in 0..rings {
+            let before = inside.clone();
+            let any = |f: &&[u32; 3]| f.iter().any(|&v| before[v as usize]);
+            for &v in self.faces.iter().filter(any).flatten() {
+                inside[v as usize] = true;
+            }
+        }
+        let all = 0..self.points.len() as u32;
+        let ids: Vec<u32> = all.filter(|&v| inside[v as usize]).collect();
+        let own = |v: u32| ids.partition_point(|&w| w < v) as u32;
+        let whole = |f: &&[u32; 3]| f.iter().all(|&v| inside[v as usize]);
+        let faces = self.faces.iter().filter(whole).map(|f| f.map(own));
+        let mut points: Vec<DVec3> = ids.iter().map(|&v| self.points[v as usize]).collect();
+        let moving = self.closure.moving.iter();
+        let moving: Vec<u32> = moving
+            .map(|&v| own(self.closure.vertices[v as usize]))
+            .collect();
+        for (&v, p) in moving.iter().zip(shape) {
+            points[v as usize] = *p;
+        }
+        Neighbourhood {
+            faces: faces.collect(),
+            points,
+            moving,
+        }
+    }
+
     /// Mean length of the edges of the faces of the known mesh within half a diameter, or at the rim; none where there are no
     /// such faces.
     fn mean_edge(&self) -> Option<f64> {
@@ -198,7 +237,8 @@ impl Patch {
 /// How far from the patch data may lie, in diameters of the hole, along edges. The hole with one more ring is wider by two widths
 /// of the ring, and its data lie within the collar's part of that from the ring.
 fn reach(edge: f64) -> f64 {
-    let ring = RING.0.max(RING.1 * edge);
+    let [_, widest] = RINGS_TRIED;
+    let ring = widest.0.max(widest.1 * edge);
     WIDEST_COLLAR * (1.0 + 2.0 * ring) + ring
 }
 

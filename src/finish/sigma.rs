@@ -10,7 +10,7 @@
 
 use glam::DVec3;
 
-use super::blend::{Kriged, Surface};
+use super::candidates::{Kriged, Surface};
 use super::geometry::{area_vector, corners};
 use super::patch::Patch;
 
@@ -22,7 +22,7 @@ struct Foretold {
     floor: f64,
 }
 const FORETOLD: Foretold = Foretold {
-    factor: 0.265,
+    factor: 0.25,
     bend: 0.15,
     deviation: 0.65,
     floor: 0.33,
@@ -36,7 +36,7 @@ struct Tried {
     floor: f64,
 }
 const TRIED: Tried = Tried {
-    factor: 0.135,
+    factor: 0.13,
     bend: 0.2,
     slope: 0.45,
     floor: 0.15,

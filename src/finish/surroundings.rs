@@ -7,7 +7,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 use glam::DVec3;
 
 use super::geometry::median;
-use crate::mesh::{Mesh, VertexFaces};
+use crate::mesh::{DisjointSets, Mesh, VertexFaces};
 
 /// An index of a mesh, built once for all of its patches: which faces are round each vertex, and which vertices are data.
 pub struct Surroundings<'a> {
@@ -55,30 +55,37 @@ impl<'a> Surroundings<'a> {
         self.mesh
     }
 
-    /// Groups vertices that are connected by edges between them: the patches that they belong to. Each is finished on its own.
-    pub fn pieces(&self, vertices: &[u32]) -> Vec<Vec<u32>> {
-        let mut group: Numbers = vertices.iter().map(|&v| (v, u32::MAX)).collect();
-        let mut pieces: Vec<Vec<u32>> = Vec::new();
-        for &first in vertices {
-            if group.get(&first) != Some(&u32::MAX) {
-                continue;
+    /// The vertices of some faces that are not known, in groups of faces that hang together by edges: the patches that they belong
+    /// to, rising. Each is finished on its own. Faces between known vertices alone join what is at their sides.
+    pub fn pieces(&self, faces: &[[u32; 3]]) -> Vec<Vec<u32>> {
+        let sides = |(f, face): (usize, &[u32; 3])| {
+            let [a, b, c] = *face;
+            [(a, b), (b, c), (c, a)].map(|(v, w)| (v.min(w), v.max(w), f as u32))
+        };
+        let mut edges: Vec<_> = faces.iter().enumerate().flat_map(sides).collect();
+        edges.sort_unstable();
+        let mut sets = DisjointSets::new(faces.len());
+        for both in edges.windows(2) {
+            if (both[0].0, both[0].1) == (both[1].0, both[1].1) {
+                sets.join(both[0].2, both[1].2);
             }
-            let own = pieces.len() as u32;
-            group.insert(first, own);
-            let mut piece = vec![first];
-            let mut done = 0;
-            while done < piece.len() {
-                for w in self.beside(piece[done]) {
-                    if group.get(&w) == Some(&u32::MAX) {
-                        group.insert(w, own);
-                        piece.push(w);
-                    }
-                }
-                done += 1;
-            }
-            piece.sort_unstable();
-            pieces.push(piece);
         }
+        let mut pieces: Vec<Vec<u32>> = Vec::new();
+        let mut place = HashMap::new();
+        for (f, face) in faces.iter().enumerate() {
+            let first = sets.find(f as u32);
+            let unknown = face.iter().filter(|&&v| !self.is_known(v));
+            let at = *place.entry(first).or_insert_with(|| {
+                pieces.push(Vec::new());
+                pieces.len() - 1
+            });
+            pieces[at].extend(unknown);
+        }
+        for piece in &mut pieces {
+            piece.sort_unstable();
+            piece.dedup();
+        }
+        pieces.retain(|p| !p.is_empty());
         pieces
     }
 

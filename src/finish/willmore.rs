@@ -24,8 +24,6 @@ const ALWAYS_BELOW: f64 = 2e-3;
 const HALVINGS: usize = 5;
 /// Added to the system's diagonal, in itself.
 const RIDGE: f64 = 1e-10;
-/// Where a start took more steps than this, a second is tried.
-const QUICK: usize = 8;
 /// A face is folded when the cosines of its normal with those at its corners are all below this. On patches of real
 /// scans this found all that met themselves and no others.
 const FOLDED: f64 = -0.2;
@@ -292,7 +290,7 @@ pub(super) fn minimise(
     }
 }
 
-/// The minimum from the patch's own shape; where that took many steps, folded faces or stalled, also from the biharmonic fill of
+/// The minimum from the patch's own shape; where that found no rest or folded faces, also from the biharmonic fill of
 /// the same triangles, which unfolds them: that with fewer folds, then of lower energy.
 pub(super) fn lowest(
     patch: &Patch,
@@ -300,7 +298,7 @@ pub(super) fn lowest(
     keep_going: &dyn Fn() -> bool,
 ) -> (Minimum, Second) {
     let shape = patch.shape();
-    if shape.len() > params.most_kriged {
+    if shape.len() > params.most_blended {
         let params = FinishParams {
             most_steps: params.most_steps_of_large,
             ..params.clone()
@@ -312,7 +310,7 @@ pub(super) fn lowest(
     }
     let first = minimise(patch, &shape, params, keep_going);
     let first_folds = folds(patch, &first.shape);
-    if first.steps <= QUICK && first.last <= params.tolerance && first_folds == 0 {
+    if first.last <= params.tolerance && first_folds == 0 {
         return (first, Second::NotNeeded);
     }
     let Some(start) = biharmonic(patch, &shape) else {

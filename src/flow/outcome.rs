@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::settings::Energy;
+use super::settings::{Energy, FlowSettings};
 
 /// After so many steps the surface counts as steady by the mean movement of its nodes too: on rough data a few nodes move on.
 pub(super) const LONG: usize = 8;
@@ -24,11 +24,12 @@ pub struct StepRecord {
 
 impl StepRecord {
     /// No node moves by more than the tolerance; or, after [`LONG`] steps, the root mean square movement is within it and no node
-    /// moves by more than 30 times as much.
-    pub(super) fn is_steady(&self, tolerance: f64, steps: usize) -> bool {
+    /// moves by more than [`FlowSettings::rough`] times as much.
+    pub(super) fn is_steady(&self, settings: &FlowSettings, steps: usize) -> bool {
+        let tolerance = settings.tolerance;
         let within = self.movement < tolerance
             || (steps >= LONG
-                && self.movement < 30.0 * tolerance
+                && self.movement < settings.rough * tolerance
                 && self.mean_movement < tolerance);
         within && self.fraction > 0.9
     }

@@ -48,6 +48,9 @@ pub struct FlowSettings {
     /// Converged when no node within one voxel of the surface moves by more than this, in voxels; or, on rough data, once
     /// the surface hardly moves and its energy has settled.
     pub tolerance: f64,
+    /// On rough data, after some steps, no node may move by more than so many tolerances, while their root mean square is within
+    /// one.
+    pub rough: f64,
     /// Relative error of the linear solves (relative residual, for the variants that are not preconditioned by multigrid).
     pub solver_tolerance: f64,
     /// Weight κ of the eikonal term to begin with; on nested grids that of the finest, half of it on the next, but at
@@ -63,6 +66,7 @@ impl Default for FlowSettings {
             time_step: f64::INFINITY,
             max_steps: 20,
             tolerance: 2e-4,
+            rough: 30.0,
             solver_tolerance: 2e-2,
             kappa: 1.0,
         }

@@ -154,7 +154,7 @@ impl<'a> Relaxation<'a> {
         if !last.energy.is_finite() || !last.movement.is_finite() {
             return true;
         }
-        let steady = last.is_steady(self.settings.tolerance, steps.len()) || settled(steps);
+        let steady = last.is_steady(self.settings, steps.len()) || settled(steps);
         self.outcome.converged = !self.in_time() && steady;
         if self.outcome.converged {
             return true;

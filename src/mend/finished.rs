@@ -73,6 +73,13 @@ impl FinishedPatch {
         folds == 0 && self.patch.report.intersecting_faces == 0
     }
 
+    /// Whether it is sound, its energy found a minimum, and none of its pieces had to be kept as it was.
+    pub(super) fn is_at_rest(&self) -> bool {
+        let at_rest = |p: &FinishFound| p.converged && p.willmore_refused.is_none();
+        let pieces = self.report.as_ref().map(|r| &r.pieces);
+        self.is_sound() && pieces.is_some_and(|p| p.iter().all(at_rest))
+    }
+
     /// The better of two: that which crosses less, then that with fewer folds, then with the lower energy.
     pub(super) fn or_better(self, other: Option<Self>) -> Self {
         // A patch without vertices of its own is no surface that could be compared.

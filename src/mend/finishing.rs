@@ -134,7 +134,7 @@ impl RegionWork<'_> {
             start,
             pieces: Vec::new(),
         };
-        for piece in around.pieces(&local.new_vertices()) {
+        for piece in around.pieces(local.new_faces()) {
             let done = finish(&around, &piece, &params, self.keep_going);
             for (i, &v) in done.vertices.iter().enumerate() {
                 let at = v as usize - own;
@@ -257,8 +257,18 @@ impl RegionWork<'_> {
         });
         let local = Local::new(self.wide_part(&all.patch), count as usize, &all.patch);
         all.patch.report.intersecting_faces = local.crossing(&all.patch.positions);
+        Some(self.faired(all, why, report))
+    }
+
+    /// A region closed by faired triangulations.
+    pub(super) fn faired(
+        &self,
+        patch: FinishedPatch,
+        why: TryFailure,
+        mut report: RegionReport,
+    ) -> RegionPatch {
         report.closed_by = Some(ClosedBy::Faired);
-        Some(self.all_finished(all, report, HoleOutcome::Faired(why)))
+        self.all_finished(patch, report, HoleOutcome::Faired(why))
     }
 
     /// The part of the mesh round the rims and a patch.

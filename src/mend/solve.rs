@@ -37,6 +37,9 @@ const BUDGET: u64 = 1_000_000;
 const FLAT_RIM: f64 = 0.01;
 /// and the mean of the directions in which the surface would continue is at least so long: those of a tube have length 1.
 const PARALLEL: f64 = 0.98;
+/// Before a finish the flow is steady enough when no node moves by more than this, in voxels, or in the root mean square and none
+/// by more than so many times as much: the finish goes on from there.
+const BEFORE_FINISH: (f64, f64) = (0.02, 2.5);
 /// Most steps on a grid with the paper's variants, which converge linearly.
 const MOST_STEPS: usize = 200;
 
@@ -204,6 +207,12 @@ impl RegionWork<'_> {
                 .flatten()
                 .min_by(|a, b| movement(a).total_cmp(&movement(b)));
             history.push((now, tried.verdict));
+            if history.len() == 1
+                && best.is_none()
+                && let Some(instead) = self.instead_of_retries(&history, &last)
+            {
+                return instead;
+            }
         }
         if let Some((patch, report)) = best.or_else(|| self.patch_of(kept?, &history)) {
             return match self.finish(Some(patch.clone())) {
@@ -214,6 +223,28 @@ impl RegionWork<'_> {
         last.earlier_tries = failures(&history);
         let why = last.earlier_tries.last().cloned();
         self.without_level_set(why.unwrap_or(TryFailure::Stopped), last)
+    }
+
+    /// The second start of a region whose first try failed, where it is sound: then further tries are not worth their time. A part
+    /// wider than its rim, which continues like a sphere, is the level set's.
+    fn instead_of_retries(
+        &self,
+        history: &[(Try, Verdict)],
+        report: &RegionReport,
+    ) -> Option<RegionPatch> {
+        let Some((_, Verdict::Failed(failure))) = history.last() else {
+            return None;
+        };
+        let is_wide = || Sphere::new(self.mesh, self.holes).is_some();
+        if *failure == TryFailure::ReachedBox && is_wide() {
+            return None;
+        }
+        let second = self.finish(None).filter(FinishedPatch::is_at_rest)?;
+        let report = RegionReport {
+            earlier_tries: failures(history),
+            ..report.clone()
+        };
+        Some(self.faired(second, failure.clone(), report))
     }
 
     /// What of the region bears on its tries.
@@ -389,8 +420,14 @@ impl RegionWork<'_> {
             Variant::GaussNewton => usual.max_steps,
             Variant::I | Variant::II => MOST_STEPS,
         };
+        let (tolerance, rough) = match self.is_finished() {
+            true => BEFORE_FINISH,
+            false => (usual.tolerance, usual.rough),
+        };
         FlowSettings {
             energy: next.energy,
+            tolerance,
+            rough,
             variant: self.params.variant,
             time_step: self.params.time_step.unwrap_or(f64::INFINITY),
             max_steps: self.params.steps.unwrap_or(most),

@@ -2,7 +2,7 @@ use glam::{DMat3, DVec3};
 use rayon::prelude::*;
 
 use super::super::*;
-use super::{finished, noise, square, surroundings, with_patch};
+use super::{faces_of, finished, noise, square, surroundings, with_patch};
 use crate::mesh::Mesh;
 use crate::mesh::shapes::{icosphere, punch};
 
@@ -98,7 +98,7 @@ fn the_bits_are_the_same_on_any_number_of_threads() {
     let inside = |p: DVec3| tops.iter().any(|t| t.dot(p) > 0.93);
     let (mesh, patch) = with_patch(mesh, inside, |v, p| p * 0.02 * noise(v));
     let around = surroundings(&mesh, &patch);
-    let pieces = around.pieces(&patch);
+    let pieces = around.pieces(&faces_of(&mesh, &patch));
     assert_eq!(pieces.len(), 6);
     let params = FinishParams::default();
     let run = |threads: usize| -> Vec<(Vec<DVec3>, Vec<f64>)> {

@@ -1,7 +1,7 @@
 use glam::DVec3;
 
 use super::super::*;
-use super::{noise, square, surroundings, with_patch};
+use super::{faces_of, noise, square, surroundings, with_patch};
 use crate::mesh::Mesh;
 use crate::mesh::shapes::icosphere;
 
@@ -95,7 +95,7 @@ fn pieces_are_what_hangs_together() {
     let inside = |p: DVec3| p.z.abs() > 0.9;
     let (mesh, patch) = with_patch(mesh, inside, |_, _| DVec3::ZERO);
     let around = surroundings(&mesh, &patch);
-    let pieces = around.pieces(&patch);
+    let pieces = around.pieces(&faces_of(&mesh, &patch));
     assert_eq!(pieces.len(), 2);
     let mut all = pieces.concat();
     all.sort_unstable();
@@ -105,4 +105,23 @@ fn pieces_are_what_hangs_together() {
         let same = |v: &u32| mesh.positions[*v as usize].z * side > 0.9;
         assert!(piece.iter().all(same));
     }
+}
+
+#[test]
+fn vertices_that_only_the_rim_is_beside_belong_to_the_patch() {
+    // A strip: the outer row is the rim, two vertices inside have rim vertices alone beside them.
+    let mesh = square(4);
+    let all: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    let is_inside = |v: &u32| {
+        let p = mesh.positions[*v as usize];
+        p.x.abs() < 0.99 && p.y.abs() < 0.99
+    };
+    let inside: Vec<u32> = all.iter().copied().filter(is_inside).collect();
+    let beside = |v: u32| faces_of(&mesh, &[v]);
+    let far = |v: &&u32| !beside(inside[0]).iter().flatten().any(|w| w == *v);
+    let &last = inside.iter().rev().find(far).unwrap();
+    let two = [inside[0], last];
+    let around = surroundings(&mesh, &two);
+    assert_eq!(around.pieces(&mesh.faces), [two.to_vec()]);
+    assert_eq!(around.pieces(&faces_of(&mesh, &two)).len(), 2);
 }

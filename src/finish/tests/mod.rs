@@ -32,6 +32,12 @@ fn with_patch(
     (mesh, patch)
 }
 
+/// The faces of a patch.
+fn faces_of(mesh: &Mesh, patch: &[u32]) -> Vec<[u32; 3]> {
+    let is_own = |f: &&[u32; 3]| f.iter().any(|v| patch.binary_search(v).is_ok());
+    mesh.faces.iter().filter(is_own).copied().collect()
+}
+
 fn surroundings<'a>(mesh: &'a Mesh, patch: &[u32]) -> Surroundings<'a> {
     let patch = patch.to_vec();
     Surroundings::new(mesh, move |v| patch.binary_search(&v).is_err())
