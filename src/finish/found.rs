@@ -63,6 +63,28 @@ pub struct FinishFound {
 }
 
 impl FinishFound {
+    /// The blend met other faces: the minimum is taken instead.
+    pub(crate) fn refuse_blend(&mut self) {
+        if self.result == FinishResult::Blend {
+            self.blend_refused = Some(Refusal::Crossing);
+            self.result = match self.willmore_refused {
+                None => FinishResult::Willmore,
+                Some(_) => FinishResult::Unchanged,
+            };
+        }
+    }
+
+    /// The minimum met other faces too: the patch stays as it was.
+    pub(crate) fn refuse_all(&mut self) {
+        self.refuse_blend();
+        self.willmore_refused.get_or_insert(Refusal::Crossing);
+        self.result = FinishResult::Unchanged;
+        self.energy_after = self.energy_before;
+        self.folds_after = self.folds_before;
+        self.largest_move = 0.0;
+        (self.mean_sigma, self.largest_sigma) = (None, None);
+    }
+
     /// Whether this end is better than that of another start for the same hole: it has fewer folded faces, or as many and an
     /// energy lower by more than a tenth. Smaller differences tell triangulations apart rather than surfaces.
     pub fn is_better_than(&self, other: &Self) -> bool {
@@ -174,6 +196,9 @@ pub enum Refusal {
     /// More faces would be folded.
     #[error("more faces would be folded over")]
     Folded,
+    /// Faces would intersect others.
+    #[error("faces would intersect others")]
+    Crossing,
     /// The energy would be higher.
     #[error("the energy would be higher")]
     EnergyRose,

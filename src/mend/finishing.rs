@@ -9,11 +9,15 @@ use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
 use super::params::{FillParams, Finish, SurfaceKind};
 use super::patch::RegionPatch;
 use super::report::RegionReport;
-use super::solve::RegionWork;
-use crate::finish::{FinishMethod, FinishParams, Surroundings, biharmonic, finish};
+use super::solve::{RegionWork, failures};
+use super::tries::{Try, Verdict};
+use crate::finish::{
+    FinishFound, FinishMethod, FinishParams, Refusal, Surroundings, biharmonic, finish,
+};
 use crate::flow::Energy;
-use crate::mesh::{Mesh, Part, bounds};
-use crate::stitch::{Patch, StitchError, count_intersecting, flipped, refined_triangulation};
+use crate::mesh::{Hole, Mesh, Part, bounds};
+use crate::region::Sphere;
+use crate::stitch::{Patch, count_intersecting, flipped, refined_triangulation};
 
 /// How far round the rims the mesh is looked at, in diagonals of their bounding box. The finish asks for 0.72 of a hole's
 /// diameter, along the surface.
@@ -53,20 +57,35 @@ impl Local {
             Some(new) => own + new,
             None => part.local(v),
         };
-        let faces = patch.faces.iter().map(|f| f.map(local)).collect();
-        Self::of_part(part, count, &patch.positions, faces)
+        let faces: Vec<[u32; 3]> = patch.faces.iter().map(|f| f.map(local)).collect();
+        Self::of_part(part, count, &patch.positions, &faces)
     }
 
     /// With a patch whose faces have the part's numbers.
-    fn of_part(part: Part, count: usize, positions: &[DVec3], faces: Vec<[u32; 3]>) -> Self {
-        let mut joined = part.mesh.clone();
-        joined.positions.extend_from_slice(positions);
-        joined.faces.extend(faces);
-        Self {
+    fn of_part(part: Part, count: usize, positions: &[DVec3], faces: &[[u32; 3]]) -> Self {
+        let joined = part.mesh.clone();
+        let mut local = Self {
             part,
             count,
             joined,
-        }
+        };
+        local.set_patch(positions, faces);
+        local
+    }
+
+    /// Takes another patch in the place of its own.
+    fn set_patch(&mut self, positions: &[DVec3], faces: &[[u32; 3]]) {
+        let own = &self.part.mesh;
+        self.joined.positions.truncate(own.positions.len());
+        self.joined.faces.truncate(own.faces.len());
+        self.joined.positions.extend_from_slice(positions);
+        self.joined.faces.extend_from_slice(faces);
+    }
+
+    /// What is round the patch, and which vertices are not its own.
+    fn around(&self) -> Surroundings<'_> {
+        let own = self.part.mesh.positions.len();
+        Surroundings::new(&self.joined, |v| (v as usize) < own)
     }
 
     /// The numbers of the patch's own vertices.
@@ -92,6 +111,20 @@ impl Local {
     }
 }
 
+/// New positions of the vertices of a patch, from its triangles alone.
+type LinearFill = fn(&Surroundings<'_>, &[u32]) -> Result<Vec<(u32, DVec3)>, Refusal>;
+
+/// Moves the vertices of a patch of a part to where a fill has them; where it fails they stay.
+fn fill(local: &mut Local, patch: &mut Patch, linear: LinearFill) {
+    local.set_patch(&patch.positions, &patch.faces);
+    let own = local.part.mesh.positions.len();
+    let moved = linear(&local.around(), &local.new_vertices());
+    for (v, p) in moved.into_iter().flatten() {
+        patch.positions[v as usize - own] = p;
+    }
+    local.set_patch(&patch.positions, &patch.faces);
+}
+
 impl RegionWork<'_> {
     /// Whether its patch is finished.
     pub(super) fn is_finished(&self) -> bool {
@@ -110,7 +143,7 @@ impl RegionWork<'_> {
         if first.as_ref().is_some_and(FinishedPatch::is_sound) {
             return first;
         }
-        let second = self.second_start().ok();
+        let second = self.second_start();
         let second = second.map(|patch| self.finished(patch, PatchStart::Triangulation));
         match first {
             Some(first) => Some(first.or_better(second)),
@@ -123,7 +156,7 @@ impl RegionWork<'_> {
     fn finished(&self, mut patch: Patch, start: PatchStart) -> FinishedPatch {
         let local = Local::new(self.wide_part(&patch), self.mesh.positions.len(), &patch);
         let own = local.part.mesh.positions.len();
-        let around = Surroundings::new(&local.joined, |v| (v as usize) < own);
+        let around = local.around();
         let mut params = FinishParams::default();
         if self.params.finish == Finish::Willmore {
             params.method = FinishMethod::Willmore;
@@ -145,15 +178,25 @@ impl RegionWork<'_> {
             report.pieces.push(done.found);
         }
         let before = patch.report.intersecting_faces;
-        let found = [&blend, &minimum].into_iter().find_map(|positions| {
+        let fits = |positions: &[DVec3]| {
             let crossing = local.crossing(positions);
-            (crossing <= before).then(|| (positions.clone(), crossing))
-        });
-        if let Some((positions, crossing)) = found {
+            (crossing <= before).then_some(crossing)
+        };
+        let taken = match fits(&blend) {
+            Some(crossing) => Some((blend, crossing)),
+            None => {
+                report.pieces.iter_mut().for_each(FinishFound::refuse_blend);
+                fits(&minimum).map(|crossing| (minimum, crossing))
+            }
+        };
+        if let Some((positions, crossing)) = taken {
             patch.positions = positions;
             patch.report.intersecting_faces = crossing;
             let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
             patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
+        } else {
+            report.pieces.iter_mut().for_each(FinishFound::refuse_all);
+            sigma.fill(None);
         }
         FinishedPatch {
             patch,
@@ -162,39 +205,52 @@ impl RegionWork<'_> {
         }
     }
 
-    /// A refined triangulation of the only rim, filled biharmonically.
-    fn second_start(&self) -> Result<Patch, StitchError> {
+    /// A refined triangulation of the only rim, filled biharmonically; none where there are more rims, or it cannot be had.
+    fn second_start(&self) -> Option<Patch> {
         let [hole] = self.holes else {
-            return Err(StitchError::NoLoops);
+            return None;
         };
-        if hole.edges > MOST_EDGES {
-            return Err(StitchError::NoLoops);
+        (hole.edges <= MOST_EDGES).then_some(())?;
+        let (mut local, rim, mut patch) = self.refined(hole)?;
+        for _ in 0..FAIRINGS {
+            fill(&mut local, &mut patch, biharmonic);
+            patch = flipped(&local.part.mesh, &rim, &patch);
         }
+        fill(&mut local, &mut patch, biharmonic);
+        patch.report.intersecting_faces = local.crossing(&patch.positions);
+        Some(local.to_whole(patch))
+    }
+
+    /// The part of the mesh round a hole, its rim and a refined triangulation of it, both in the part's numbers.
+    fn refined(&self, hole: &Hole) -> Option<(Local, Vec<u32>, Patch)> {
         let part = self.wide_part(&Patch::default());
         let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
-        let ratio = self.params.edge_ratio();
-        let faired = |mut patch: Patch| {
-            let own = part.mesh.positions.len();
-            let (part, faces) = (part.clone(), patch.faces.clone());
-            let local = Local::of_part(part, own, &patch.positions, faces);
-            let around = Surroundings::new(&local.joined, |v| (v as usize) < own);
-            let moved = biharmonic(&around, &local.new_vertices());
-            for (v, p) in moved.into_iter().flatten() {
-                patch.positions[v as usize - own] = p;
-            }
-            patch
-        };
-        let mut patch = refined_triangulation(&part.mesh, &rim, ratio)?;
-        for _ in 0..FAIRINGS {
-            patch = flipped(&part.mesh, &rim, &faired(patch));
-        }
-        let patch = faired(patch);
+        let patch = refined_triangulation(&part.mesh, &rim, self.params.edge_ratio()).ok()?;
         let count = self.mesh.positions.len();
-        let local = Local::of_part(part, count, &patch.positions, patch.faces.clone());
-        let crossing = local.crossing(&patch.positions);
-        let mut patch = local.to_whole(patch);
-        patch.report.intersecting_faces = crossing;
-        Ok(patch)
+        let local = Local::of_part(part, count, &patch.positions, &patch.faces);
+        Some((local, rim, patch))
+    }
+
+    /// The second start of a region whose first try failed, where it is sound: then further tries are not worth their time. A part
+    /// wider than its rim, which continues like a sphere, is the level set's.
+    pub(super) fn instead_of_retries(
+        &self,
+        history: &[(Try, Verdict)],
+        report: &RegionReport,
+    ) -> Option<RegionPatch> {
+        let Some((_, Verdict::Failed(failure))) = history.last() else {
+            return None;
+        };
+        let is_wide = || Sphere::new(self.mesh, self.holes).is_some();
+        if *failure == TryFailure::ReachedBox && is_wide() {
+            return None;
+        }
+        let second = self.finish(None).filter(FinishedPatch::is_at_rest)?;
+        let report = RegionReport {
+            earlier_tries: failures(history),
+            ..report.clone()
+        };
+        Some(self.faired(second, failure.clone(), report))
     }
 
     /// Closes the holes by themselves: by faired triangulations, unless these cross more than triangles between their vertices.

@@ -225,28 +225,6 @@ impl RegionWork<'_> {
         self.without_level_set(why.unwrap_or(TryFailure::Stopped), last)
     }
 
-    /// The second start of a region whose first try failed, where it is sound: then further tries are not worth their time. A part
-    /// wider than its rim, which continues like a sphere, is the level set's.
-    fn instead_of_retries(
-        &self,
-        history: &[(Try, Verdict)],
-        report: &RegionReport,
-    ) -> Option<RegionPatch> {
-        let Some((_, Verdict::Failed(failure))) = history.last() else {
-            return None;
-        };
-        let is_wide = || Sphere::new(self.mesh, self.holes).is_some();
-        if *failure == TryFailure::ReachedBox && is_wide() {
-            return None;
-        }
-        let second = self.finish(None).filter(FinishedPatch::is_at_rest)?;
-        let report = RegionReport {
-            earlier_tries: failures(history),
-            ..report.clone()
-        };
-        Some(self.faired(second, failure.clone(), report))
-    }
-
     /// What of the region bears on its tries.
     fn prospects(&self) -> Prospects {
         let is_end = |h: &&Hole| {
@@ -500,7 +478,7 @@ impl RegionWork<'_> {
 }
 
 /// Why the tries of a history failed.
-fn failures(history: &[(Try, Verdict)]) -> Vec<TryFailure> {
+pub(super) fn failures(history: &[(Try, Verdict)]) -> Vec<TryFailure> {
     let failure = |(_, verdict): &(Try, Verdict)| match verdict {
         Verdict::Failed(failure) => Some(failure.clone()),
         Verdict::Sound => None,
