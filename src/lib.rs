@@ -72,6 +72,7 @@
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
 
+pub mod check;
 pub mod compare;
 #[cfg(feature = "io")]
 pub mod io;
