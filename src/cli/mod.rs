@@ -1,6 +1,7 @@
 //! One file per command. Raw arguments become validated parameters once; all printing is done here.
 
 mod arguments;
+mod check;
 mod compare;
 mod config;
 mod console;
@@ -62,8 +63,8 @@ Exit codes:
   0    done
   1    failed; the output file is as it was before. Of several inputs: at least one failed
   2    wrong usage, or a mistake in a file of options
-  3    done in part: the output is written, but a hole that was to be filled is still open, or something that an
-       experiment states was not met
+  3    done in part: the output is written, but a hole that was to be filled is still open, something that an
+       experiment states was not met, or `check` says no
   130  stopped by Ctrl-C, 143 by SIGTERM; the output file is as it was before";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
@@ -83,6 +84,7 @@ enum Command {
     Restore(restore::RestoreArgs),
     Fair(fair::FairArgs),
     Inspect(inspect::InspectArgs),
+    Check(check::CheckArgs),
     Compare(compare::CompareArgs),
     Study(study::StudyArgs),
     Sdf(sdf::SdfArgs),
@@ -197,6 +199,7 @@ fn run(cli: Cli) -> anyhow::Result<End> {
         Command::Restore(args) => start(&args.common, |console| restore::run(&args, console)),
         Command::Fair(args) => start(&args.common, |console| fair::run(&args, console)),
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
+        Command::Check(args) => start(&args.common, |console| check::run(&args, console)),
         Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
         Command::Study(args) => start_run(&args.run, |console| study::run(&args, console)),
         Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),

@@ -1,5 +1,6 @@
 //! What a run found and did, drawn: as lines of text, as a page, as a picture.
 
+mod check;
 pub mod html;
 mod missed;
 pub mod picture;
@@ -8,6 +9,7 @@ mod text;
 pub mod view;
 
 pub use crate::mesh::{length, point};
+pub use check::{verdict_lines, verdict_rows};
 pub use missed::missed_lines;
 pub use plan::plan_lines;
 pub use text::{
