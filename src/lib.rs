@@ -122,15 +122,17 @@ pub use flow::{Energy, Variant};
 #[doc(inline)]
 pub use grid::Volume;
 pub use mend::{
-    Cancel, ClosedBy, Control, Event, FailedReason, FairError, FairExtent, FairParams, FairReport,
-    Faired, FillError, FillParams, FillReport, Filled, Finish, FinishReport, HoleOutcome,
-    HoleReport, Inspection, LeftReason, PatchStart, Progress, RegionPatch, RegionReport,
-    RegionTask, Regions, RestoreError, RestoreParams, RestoreReport, Restored, Step, SurfaceKind,
-    Tally, TriangulatedReason, TryFailure, fair, fill, inspect, restore, volume,
+    Cancel, Carried, ClosedBy, Control, CrossingPass, Event, FailedReason, FairError, FairExtent,
+    FairParams, FairReport, Faired, FillError, FillParams, FillReport, Filled, Finish,
+    FinishReport, HoleOutcome, HoleReport, Inspection, LeftReason, PatchStart, Progress,
+    RegionPatch, RegionReport, RegionTask, Regions, RepairParams, RepairReport, Repaired,
+    RestoreError, RestoreParams, RestoreReport, Restored, Step, SurfaceKind, Tally,
+    TriangulatedReason, TryFailure, fair, fill, inspect, repair, restore, volume,
 };
 #[doc(inline)]
 pub use mesh::{
-    Attributes, ChainReason, Defects, Hole, Mesh, Model, OpenChain, Topology, cut::Remainder, mask,
+    Attributes, ChainReason, Defects, FaceOrigin, Hole, Mesh, Model, OpenChain, Origins, Topology,
+    cut::Remainder, mask,
 };
 #[doc(inline)]
 pub use region::{LevelReport, VoxelSize};

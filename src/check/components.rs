@@ -83,7 +83,11 @@ fn measured(
     let (mut area, mut volume) = (0.0, 0.0);
     for &f in faces {
         let [a, b, c] = mesh.corners(f).map(|p| p - centre);
-        let side = if topology.turned[f as usize] { -1.0 } else { 1.0 };
+        let side = if topology.turned[f as usize] {
+            -1.0
+        } else {
+            1.0
+        };
         area += 0.5 * area_vector([a, b, c]).length();
         volume += side * a.dot(b.cross(c)) / 6.0;
     }

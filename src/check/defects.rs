@@ -108,12 +108,7 @@ pub(super) fn inside_out(subject: &Subject, components: &[Component]) -> Defect 
     let faces = topology.faces();
     let faces = faces.filter(|&f| wrong[topology.piece[f as usize] as usize]);
     let count = wrong.iter().filter(|wrong| **wrong).count();
-    Defect::new(
-        DefectKind::InsideOut,
-        count,
-        faces.collect(),
-        subject.mesh,
-    )
+    Defect::new(DefectKind::InsideOut, count, faces.collect(), subject.mesh)
 }
 
 impl Component {

@@ -22,6 +22,7 @@ use crate::mesh::{Hole, Mesh, OpenChain, Topology};
 pub use components::Component;
 pub(crate) use components::components;
 pub(crate) use defects::{crossing, duplicates, is_flat};
+pub(crate) use thin::meets;
 
 /// What is looked for, beyond what always is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -85,30 +86,30 @@ impl DefectKind {
         Self::Thin,
     ];
 
-    /// So many of it, in words.
+    /// That there are so many of it, in words.
     pub fn text(self, count: usize) -> String {
         let (one, many) = match self {
-            Self::Border => ("border edge", "border edges"),
+            Self::Border => ("edge is on a border", "edges are on borders"),
             Self::NonManifoldEdge => (
-                "edge with more than two faces",
-                "edges with more than two faces",
+                "edge has more than two faces",
+                "edges have more than two faces",
             ),
             Self::NonManifoldVertex => (
-                "vertex where surfaces meet in a point only",
-                "vertices where surfaces meet in a point only",
+                "vertex joins surfaces that meet in a point only",
+                "vertices join surfaces that meet in a point only",
             ),
             Self::Misoriented => (
-                "edge whose two faces are oriented against each other",
-                "edges whose two faces are oriented against each other",
+                "edge has faces oriented against each other",
+                "edges have faces oriented against each other",
             ),
             Self::InsideOut => (
                 "closed component is inside out",
                 "closed components are inside out",
             ),
-            Self::Degenerate => ("degenerate face", "degenerate faces"),
-            Self::Duplicate => ("duplicate face", "duplicate faces"),
-            Self::Crossing => ("face that crosses another", "faces that cross others"),
-            Self::Thin => ("face at a thin part", "faces at thin parts"),
+            Self::Degenerate => ("face is degenerate", "faces are degenerate"),
+            Self::Duplicate => ("face is there twice", "faces are there twice"),
+            Self::Crossing => ("face crosses another", "faces cross others"),
+            Self::Thin => ("face is at a thin part", "faces are at thin parts"),
         };
         format!("{count} {}", if count == 1 { one } else { many })
     }

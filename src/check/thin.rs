@@ -16,7 +16,11 @@ pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
     let bvh = Bvh::new(mesh, topology.faces());
     // Faces as they are given, not as they were turned: inward is against their own normals.
     let normal = |f: u32| {
-        let side = if topology.turned[f as usize] { -1.0 } else { 1.0 };
+        let side = if topology.turned[f as usize] {
+            -1.0
+        } else {
+            1.0
+        };
         side * face_normal(mesh, f)
     };
     let is_thin = |&f: &u32| {

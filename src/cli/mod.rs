@@ -15,6 +15,7 @@ mod json;
 mod manual;
 mod mask;
 mod progress;
+mod repair;
 mod report;
 mod restore;
 mod sdf;
@@ -28,7 +29,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, anyhow};
-use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 use isomend::io::Format;
 use isomend::job::JobError;
@@ -81,6 +81,7 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Fill(fill::FillArgs),
+    Repair(repair::RepairArgs),
     Restore(restore::RestoreArgs),
     Fair(fair::FairArgs),
     Inspect(inspect::InspectArgs),
@@ -139,7 +140,7 @@ struct RunArgs {
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let end = interrupt::listen()
         .and_then(|()| Ok(config::expand(arguments.collect(), &Cli::command())?))
-        .and_then(|arguments| Ok(parsed(arguments)?))
+        .map(Cli::parse_from)
         .and_then(run);
     match end {
         Ok(end) => end.into(),
@@ -153,24 +154,6 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
             }
         }
     }
-}
-
-/// The command line as clap reads it; what it refuses ends the program, with what clap has to say.
-///
-/// # Errors
-/// For a command whose name others use for what two of these do, where clap would name one that merely sounds like it.
-fn parsed(arguments: Vec<OsString>) -> Result<Cli, Usage> {
-    let error = match Cli::try_parse_from(arguments) {
-        Ok(cli) => return Ok(cli),
-        Err(error) => error,
-    };
-    let unknown = error.get(ContextKind::InvalidSubcommand);
-    if matches!(unknown, Some(ContextValue::String(name)) if name == "repair") {
-        let what = "there is no command 'repair' yet; `isomend fill` closes holes, `isomend restore` replaces a marked region, \
-                    `isomend inspect` lists defects";
-        return Err(Usage(what.to_owned()));
-    }
-    error.exit()
 }
 
 /// An error of a job, with the options that help; what is wrong with what was asked for is wrong usage.
@@ -196,6 +179,7 @@ fn told(error: JobError) -> anyhow::Error {
 fn run(cli: Cli) -> anyhow::Result<End> {
     match cli.command {
         Command::Fill(args) => start(&args.common, |console| fill::run(&args, console)),
+        Command::Repair(args) => start(&args.common, |console| repair::run(&args, console)),
         Command::Restore(args) => start(&args.common, |console| restore::run(&args, console)),
         Command::Fair(args) => start(&args.common, |console| fair::run(&args, console)),
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),

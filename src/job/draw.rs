@@ -11,10 +11,10 @@ use crate::check::{DefectKind, Verdict};
 use crate::io::Loaded;
 use crate::mend::{FillReport, HoleOutcome, HoleReport, Inspection, LeftReason};
 use crate::mesh::{Hole, Mesh, point};
-use crate::report::{defect_lines, verdict_rows};
 use crate::report::html::{Page, page};
 use crate::report::picture::{PictureError, picture, picture_of_marked, picture_of_one};
 use crate::report::view::{Change, Colour, Scene};
+use crate::report::{defect_lines, verdict_rows};
 
 /// Most faces that are drawn.
 const FACES: usize = 300_000;

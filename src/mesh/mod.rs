@@ -10,6 +10,7 @@ mod lengths;
 pub mod mask;
 pub mod measures;
 mod model;
+mod origins;
 mod part;
 mod sets;
 #[cfg(test)]
@@ -31,6 +32,7 @@ pub use holes::{Hole, find_holes};
 pub use lengths::{length, point};
 pub use measures::area_vector;
 pub use model::Model;
+pub use origins::{FaceOrigin, Origins};
 pub use part::Part;
 pub use sets::DisjointSets;
 pub use topology::{Defects, Topology};

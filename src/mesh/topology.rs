@@ -96,7 +96,9 @@ impl Topology {
         all.sort_unstable();
         let same = |a: &(u64, u32), b: &(u64, u32)| a.0 == b.0;
         let groups = all.chunk_by(same);
-        groups.map(|g| g.iter().map(|(_, h)| *h).collect()).collect()
+        groups
+            .map(|g| g.iter().map(|(_, h)| *h).collect())
+            .collect()
     }
 
     fn pair(&mut self, mesh: &Mesh, edges: &[(u64, u32)], defects: &mut Defects) {

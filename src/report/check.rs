@@ -9,10 +9,14 @@ const MOST_PLACES: usize = 3;
 /// A verdict in lines: the verdict itself first, then what was looked for, what was found and where.
 pub fn verdict_lines(verdict: &Verdict, size: f64) -> Vec<String> {
     let mut lines = vec![verdict.line(), String::new()];
-    lines.extend(verdict_rows(verdict, size).into_iter().map(|(name, value)| {
-        let name = format!("{name}:");
-        format!("{name:<22} {value}")
-    }));
+    lines.extend(
+        verdict_rows(verdict, size)
+            .into_iter()
+            .map(|(name, value)| {
+                let name = format!("{name}:");
+                format!("{name:<22} {value}")
+            }),
+    );
     lines
 }
 
@@ -47,7 +51,9 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
         ("coinciding vertices", verdict.duplicate_vertices, ""),
     ];
     let some = others.into_iter().filter(|(_, count, _)| *count > 0);
-    rows.extend(some.map(|(name, count, unit)| (name, format!("{count} {unit}").trim_end().to_owned())));
+    rows.extend(
+        some.map(|(name, count, unit)| (name, format!("{count} {unit}").trim_end().to_owned())),
+    );
     rows
 }
 

@@ -10,11 +10,7 @@ use super::{Bounds, BoxTree};
 ///
 /// Faces that share a vertex intersect if they meet anywhere else; faces that share an edge if they are folded onto each
 /// other; faces with the same vertices always. Decided exactly in the given coordinates.
-pub fn intersecting(
-    positions: &[DVec3],
-    faces: &[[u32; 3]],
-    count: usize,
-) -> Vec<(u32, u32)> {
+pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Vec<(u32, u32)> {
     let boxes: Vec<Bounds> = faces
         .par_iter()
         .map(|f| Bounds::of(f.map(|v| positions[v as usize])))
@@ -220,7 +216,9 @@ mod tests {
     fn the_search_finds_what_all_pairs_find() {
         let mut state = 3u64;
         let mut noise = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
             (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
         };
         let positions: Vec<DVec3> = (0..300).map(|_| p(noise(), noise(), noise())).collect();

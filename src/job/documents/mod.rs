@@ -2,6 +2,7 @@
 //! that they are made from.
 
 mod check;
+mod repair;
 mod rows;
 
 use serde::Serialize;
@@ -11,6 +12,7 @@ use super::{JobResult, Place};
 use crate::io::Format;
 use crate::mend::{FairReport, FillReport, RestoreReport, Tally};
 use crate::mesh::{Defects, Mesh, OpenChain};
+use repair::RepairRow;
 use rows::{OutcomeRow, PlannedRow, RegionRow};
 
 pub(super) use check::VerdictRow;
@@ -93,6 +95,15 @@ impl JobResult<'_> {
                 notes: &self.notes,
                 plan: FairPlanRow::new(report),
             }),
+            (Extent::Repaired(report), output) => Body::Repair(Box::new(RepairBody {
+                dry_run: output.is_none(),
+                input,
+                output,
+                notes: &self.notes,
+                complete: self.complete(),
+                repair: RepairRow::new(report),
+                fill: FillRow::new(&self.report),
+            })),
             (_, Some(output)) => Body::Fill(FillBody {
                 input,
                 output,
@@ -151,6 +162,23 @@ enum Body<'a> {
     Plan(PlanBody<'a>),
     Fair(FairBody<'a>),
     FairPlan(FairPlanBody<'a>),
+    Repair(Box<RepairBody<'a>>),
+}
+
+#[derive(Serialize)]
+struct RepairBody<'a> {
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    dry_run: bool,
+    input: FileInfo,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: Option<FileInfo>,
+    notes: &'a [String],
+    /// Whether the result is watertight and can be printed.
+    complete: bool,
+    #[serde(flatten)]
+    repair: RepairRow<'a>,
+    #[serde(flatten)]
+    fill: FillRow<'a>,
 }
 
 #[derive(Serialize)]
