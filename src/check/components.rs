@@ -23,7 +23,7 @@ pub struct Component {
     pub faces: usize,
     /// Area in the mesh's units squared.
     pub area: f64,
-    /// Whether it has no border.
+    /// Whether each of its edges is in two faces.
     pub closed: bool,
     /// The volume that it encloses, negative where it is inside out; of an open one that of the cone over a point in the middle.
     pub volume: f64,
@@ -47,7 +47,7 @@ pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<C
     }
     let boxes: Vec<Bounds> = faces.par_iter().map(|own| bounds(mesh, own)).collect();
     let mut open = vec![false; count];
-    for h in (0..topology.boundary.len()).filter(|h| topology.boundary[*h]) {
+    for h in (0..topology.opposite.len()).filter(|h| topology.opposite[*h] == NONE) {
         let piece = topology.piece[h / 3];
         if piece != NONE {
             open[piece as usize] = true;

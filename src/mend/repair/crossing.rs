@@ -37,6 +37,51 @@ pub(super) struct Cut {
     pub(super) left: usize,
 }
 
+/// Cuts the faces of patches that cross others out, with so many rings of the patch's faces round them, and what crosses them
+/// next to them; none where there are none. Other faces stay: it is the patches that are to give way.
+pub(super) fn cut_patches(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
+    let (removed, cut) = {
+        let found = draft.inspect()?;
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let pairs = crossing(mesh, topology);
+        let is_new = |f: u32| draft.region[f as usize] != NONE;
+        let mut marks = vec![false; mesh.faces.len()];
+        for &(f, _) in pairs.iter().filter(|(f, _)| is_new(*f)) {
+            marks[f as usize] = true;
+        }
+        let count = marks.iter().filter(|m| **m).count();
+        if count == 0 {
+            return Ok(None);
+        }
+        let mut near = marks.clone();
+        let all = vec![Some(rings); topology.piece_faces.len()];
+        grow(mesh, topology, &mut near, &all);
+        for f in (0..marks.len()).filter(|f| near[*f]) {
+            marks[f] |= is_new(f as u32);
+        }
+        for &(f, _) in pairs.iter().filter(|(f, _)| near[*f as usize]) {
+            marks[f as usize] = true;
+        }
+        let removed = settled(mesh, topology, &marks, true);
+        let pass = CrossingPass {
+            crossing_faces: count,
+            cut_faces: removed.iter().filter(|r| **r).count(),
+            rings,
+        };
+        let (covered, left) = (0, 0);
+        (
+            removed,
+            Cut {
+                pass,
+                covered,
+                left,
+            },
+        )
+    };
+    draft.remove(&removed);
+    Ok(Some(cut))
+}
+
 /// Cuts the faces that cross others out with so many rings of faces round them, then the parts that lie inside; none where no
 /// faces cross that could be cut.
 pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {

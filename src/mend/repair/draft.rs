@@ -6,6 +6,7 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{FaceOrigin, Mesh, Origins};
 
 /// A mesh in the course of a repair. Vertices stay where they are until the end; unused ones are dropped then.
+#[derive(Clone)]
 pub(super) struct Draft {
     pub(super) mesh: Mesh,
     /// Where its vertices and faces come from; [`NONE`] and [`FaceOrigin::NEW`] for those of patches.

@@ -6,6 +6,7 @@ mod choice;
 mod clean;
 mod crossing;
 mod draft;
+mod flat;
 mod orient;
 mod params;
 mod sheets;
@@ -14,7 +15,7 @@ use std::collections::HashSet;
 use std::time::Instant;
 
 use super::control::{Control, Watch};
-use super::{FillError, FillParams, FillReport, Inspection};
+use super::{ClosedBy, FillError, FillParams, FillReport, Inspection};
 use crate::check::{CheckParams, components};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, Origins};
@@ -25,7 +26,10 @@ use draft::{Draft, KeepVertices};
 pub use params::{CrossingPass, RepairParams, RepairReport};
 
 /// Cutting out crossing faces and filling what is missing is done at most so many times, with one more ring of faces each time.
-const PASSES: usize = 5;
+const PASSES: usize = 3;
+
+/// Rings of faces round crossing ones that are cut out with them.
+const RINGS: usize = 1;
 
 /// A repaired mesh.
 #[derive(Clone, Debug)]
@@ -162,7 +166,7 @@ impl Run<'_> {
         let mut reopened = false;
         for pass in 0..PASSES {
             self.go_on()?;
-            let cut = self.params.crossings && self.cut(pass + 1)?;
+            let cut = self.params.crossings && self.cut(pass)?;
             if pass > 0 && !cut && !reopened {
                 break;
             }
@@ -175,23 +179,40 @@ impl Run<'_> {
                 reopened = self.report.non_manifold_faces > before;
             }
         }
+        if self.params.crossings {
+            self.go_on()?;
+            for region in flat::flatten(&mut self.draft)? {
+                let region = &mut self.report.fill.regions[region as usize];
+                region.closed_by = Some(ClosedBy::RimTriangles);
+                region.intersecting_faces = 0;
+            }
+        }
+        // Components that were open sheets may be closed now.
+        if self.params.orient {
+            self.report.turned_faces += orient::orient(&mut self.draft)?;
+        }
         Ok(())
     }
 
-    fn cut(&mut self, rings: usize) -> Result<bool, FillError> {
-        let Some(cut) = crossing::cut_crossings(&mut self.draft, rings)? else {
+    fn cut(&mut self, pass: usize) -> Result<bool, FillError> {
+        let cut = match pass {
+            0 => crossing::cut_crossings(&mut self.draft, RINGS)?,
+            _ => crossing::cut_patches(&mut self.draft, RINGS + pass)?,
+        };
+        let Some(cut) = cut else {
             return Ok(false);
         };
         self.report.passes.push(cut.pass);
         self.report.covered_faces += cut.covered;
-        self.report.left_crossing = cut.left;
+        self.report.left_crossing += cut.left;
         Ok(true)
     }
 
     /// Fills holes: those that are wanted the first time, later those that are no part of the old border.
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
         let (mesh, sigma, report) = {
-            let found = self.draft.inspect()?;
+            let mut found = self.draft.inspect()?;
+            orient::open_bodies(&mut found);
             let made: Vec<usize> = (found.holes.iter())
                 .filter(|hole| edges(&hole.rim).any(|e| !old.contains(&e)))
                 .map(|hole| hole.id)

@@ -1,7 +1,7 @@
 //! Faces that agree within each component, and closed components that show their outside.
 
 use super::draft::Draft;
-use crate::check::components;
+use crate::check::{Component, components};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
 
@@ -53,11 +53,25 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
         };
         border[hole.piece as usize] += length;
     }
-    let shows_inside = |(c, border): (&crate::check::Component, &f64)| {
-        let encloses = c.closed
-            || (*border < SHORT_BORDER * c.area.sqrt()
-                && c.volume.abs() > LEAST_VOLUME * c.area.powf(1.5));
-        encloses && c.volume < 0.0 && c.depth.is_multiple_of(2)
+    let shows_inside = |(c, border): (&Component, &f64)| {
+        let has_inside = c.closed || (*border < SHORT_BORDER * c.area.sqrt() && encloses(c));
+        has_inside && c.volume < 0.0 && c.depth.is_multiple_of(2)
     };
     components.iter().zip(&border).map(shows_inside).collect()
+}
+
+/// Whether a component encloses so much that it is a body with holes rather than a sheet.
+fn encloses(c: &Component) -> bool {
+    c.volume.abs() > LEAST_VOLUME * c.area.powf(1.5)
+}
+
+/// Takes the outer borders of open components that enclose much for holes: of a bust without a base, say.
+pub(super) fn open_bodies(found: &mut Inspection) {
+    if !found.holes.iter().any(|h| h.outer_border) {
+        return;
+    }
+    let components = components(&found.mesh, &found.topology, 0.0);
+    for hole in &mut found.holes {
+        hole.outer_border = hole.outer_border && !encloses(&components[hole.piece as usize]);
+    }
 }
