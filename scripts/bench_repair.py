@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-METHODS = ["isomend", "isomend, no debris", "MeshFix", "MeshFix, all parts", "MeshLab", "trimesh"]
+METHODS = ["isomend", "isomend, all closed", "MeshFix", "MeshFix, all parts", "MeshLab", "trimesh"]
 SECONDS = 900
 
 
@@ -100,7 +100,7 @@ def by_trimesh(source, target):
 def run(method, program, source, target):
     """Repairs a file in a process of its own; the seconds it took, or none."""
     if method.startswith("isomend"):
-        options = ["--debris", "0.001"] if "debris" in method else []
+        options = ["--debris", "0.001", "--close-borders"] if "all" in method else []
         command = [program, "repair", source, "-o", target, "-q", *options]
     else:
         command = [sys.executable, __file__, "--one", method, source, target]

@@ -29,7 +29,8 @@ fn joined(a: &Mesh, b: &Mesh) -> Mesh {
     let mut mesh = a.clone();
     let count = a.positions.len() as u32;
     mesh.positions.extend(&b.positions);
-    mesh.faces.extend(b.faces.iter().map(|f| f.map(|v| v + count)));
+    mesh.faces
+        .extend(b.faces.iter().map(|f| f.map(|v| v + count)));
     mesh
 }
 
@@ -142,7 +143,10 @@ fn thin_parts_are_those_below_the_length() {
     let thin = |length: f64| {
         let mut params = CheckParams::default();
         params.thin = Some(length);
-        inspect(&slab).unwrap().check(&params).count(DefectKind::Thin)
+        inspect(&slab)
+            .unwrap()
+            .check(&params)
+            .count(DefectKind::Thin)
     };
     assert_eq!(thin(0.02), 0);
     assert!(thin(0.11) > slab.faces.len() / 2, "{}", thin(0.11));
@@ -183,7 +187,9 @@ fn the_picture_and_the_page_mark_the_places() {
         "-q",
     ]);
     assert_code(&done, 3);
-    let decoder = png::Decoder::new(std::io::Cursor::new(std::fs::read(desk.path("p.png")).unwrap()));
+    let decoder = png::Decoder::new(std::io::Cursor::new(
+        std::fs::read(desk.path("p.png")).unwrap(),
+    ));
     let mut reader = decoder.read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut pixels).unwrap();

@@ -9,9 +9,7 @@ use desk::{Desk, assert_code, text};
 use glam::DVec3;
 use isomend::check::{CheckParams, Verdict};
 use isomend::io::{Format, read_path};
-use isomend::{
-    Cancel, Carried, Control, FillError, Mesh, RepairParams, Repaired, inspect, repair,
-};
+use isomend::{Cancel, Carried, Control, FillError, Mesh, RepairParams, Repaired, inspect, repair};
 use shapes::{cut, polar, sphere, torus, turned};
 
 fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
@@ -46,12 +44,16 @@ fn joined(a: &Mesh, b: &Mesh) -> Mesh {
     let mut mesh = a.clone();
     let count = a.positions.len() as u32;
     mesh.positions.extend(&b.positions);
-    mesh.faces.extend(b.faces.iter().map(|f| f.map(|v| v + count)));
+    mesh.faces
+        .extend(b.faces.iter().map(|f| f.map(|v| v + count)));
     mesh
 }
 
 fn centre(mesh: &Mesh, face: &[u32; 3]) -> DVec3 {
-    face.iter().map(|v| mesh.positions[*v as usize]).sum::<DVec3>() / 3.0
+    face.iter()
+        .map(|v| mesh.positions[*v as usize])
+        .sum::<DVec3>()
+        / 3.0
 }
 
 type Corners = [[u64; 3]; 3];
@@ -81,7 +83,10 @@ struct Noise(u64);
 
 impl Noise {
     fn next(&mut self, below: usize) -> usize {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
         (self.0 >> 33) as usize % below
     }
 }
@@ -111,7 +116,8 @@ fn random_flips_and_duplicates_are_undone() {
         }
         let done = repaired(&bad, &RepairParams::default());
         // Which of two copies stays, and from where a face is counted, is open: the faces must be those of the good mesh.
-        let all = |m: &Mesh| -> HashSet<Corners> { m.faces.iter().map(|f| corners(m, f)).collect() };
+        let all =
+            |m: &Mesh| -> HashSet<Corners> { m.faces.iter().map(|f| corners(m, f)).collect() };
         assert_eq!(all(&done.mesh), all(&mesh), "round {round}");
         assert_eq!(done.mesh.faces.len(), mesh.faces.len());
         assert_eq!(done.mesh.positions, mesh.positions);
@@ -136,7 +142,8 @@ fn a_mesh_inside_out_is_turned_also_with_a_hole() {
 #[test]
 fn bodies_glued_at_an_edge_or_a_vertex_come_apart() {
     let cube = |at: DVec3| {
-        let corner = |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+        let corner =
+            |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
         let faces = [
             [0, 2, 3],
             [0, 3, 1],
@@ -200,7 +207,12 @@ fn pierced_balls_lose_only_what_is_near() {
         assert_kept(&bad, &done.mesh, far);
         // The ball that pierced is still there, outside.
         let tip = at + size * at.normalize();
-        let nearest = |m: &Mesh| m.positions.iter().map(|p| p.distance(tip)).fold(9.0, f64::min);
+        let nearest = |m: &Mesh| {
+            m.positions
+                .iter()
+                .map(|p| p.distance(tip))
+                .fold(9.0, f64::min)
+        };
         assert!(nearest(&done.mesh) < 0.25 * size, "{}", nearest(&done.mesh));
         assert_eq!(verdict(&done.mesh).components.len(), 1);
     }
@@ -239,7 +251,10 @@ fn each_step_has_its_switch() {
     clean.clean = true;
     let done = repaired(&bad, &clean);
     let r = &done.report;
-    assert_eq!((r.duplicate_faces, r.degenerate_faces, r.turned_faces), (1, 1, 0));
+    assert_eq!(
+        (r.duplicate_faces, r.degenerate_faces, r.turned_faces),
+        (1, 1, 0)
+    );
     assert_eq!(done.mesh.faces, bad.faces[..bad.faces.len() - 2]);
     let mut orient = none.clone();
     orient.clean = true;
@@ -286,7 +301,10 @@ fn cracks_within_the_length_are_welded() {
     params.weld = Some(1e-5);
     let done = repaired(&bad, &params);
     assert_sound(&done.mesh);
-    assert_eq!((done.mesh.faces.len(), done.report.lost_faces), (mesh.faces.len(), 0));
+    assert_eq!(
+        (done.mesh.faces.len(), done.report.lost_faces),
+        (mesh.faces.len(), 0)
+    );
     assert!(done.report.welded_vertices > 20);
 }
 
@@ -321,16 +339,31 @@ fn faces_without_area_are_taken_into_their_neighbour() {
 #[test]
 fn the_result_is_the_same_for_any_number_of_threads_and_a_run_can_be_stopped() {
     let mesh = good();
-    let bad = joined(&mesh, &moved(&turned(sphere(4)), 0.35, DVec3::new(0.95, 0.2, 0.1)));
+    let bad = joined(
+        &mesh,
+        &moved(&turned(sphere(4)), 0.35, DVec3::new(0.95, 0.2, 0.1)),
+    );
     let run = |threads| {
         let control = Control::new().threads(threads);
-        repair(&bad, &RepairParams::default(), &Carried::default(), &control).unwrap().mesh
+        repair(
+            &bad,
+            &RepairParams::default(),
+            &Carried::default(),
+            &control,
+        )
+        .unwrap()
+        .mesh
     };
     assert_eq!(run(1), run(2));
     let cancel = Cancel::new();
     cancel.cancel();
     let control = Control::new().cancel(&cancel);
-    let stopped = repair(&bad, &RepairParams::default(), &Carried::default(), &control);
+    let stopped = repair(
+        &bad,
+        &RepairParams::default(),
+        &Carried::default(),
+        &control,
+    );
     assert!(matches!(stopped, Err(FillError::Cancelled)));
 }
 
@@ -342,16 +375,31 @@ fn the_command_repairs_tells_and_exits_by_the_verdict() {
     let done = desk.run(&["repair", "bad.ply", "-o", "out.ply", "--json", "out.json"]);
     assert_code(&done, 0);
     let said = text(&done.stderr);
-    assert!(said.contains("faces crossed others") && said.contains("printable: yes"), "{said}");
+    assert!(
+        said.contains("faces crossed others") && said.contains("printable: yes"),
+        "{said}"
+    );
     let document = desk.json("out.json");
     assert_eq!(document["command"], "repair");
     assert_eq!(document["complete"], true);
     assert_eq!(document["before"]["sound"], false);
     assert_eq!(document["after"]["sound"], true);
-    assert!(document["steps"]["crossing_passes"][0]["cut_faces"].as_u64().unwrap() > 0);
+    assert!(
+        document["steps"]["crossing_passes"][0]["cut_faces"]
+            .as_u64()
+            .unwrap()
+            > 0
+    );
     assert_sound(&read_path(&desk.path("out.ply"), None).unwrap().mesh);
     assert_code(&desk.run(&["check", "out.ply", "-q"]), 0);
-    let done = desk.run(&["repair", "bad.ply", "-o", "no.ply", "--keep-crossings", "-q"]);
+    let done = desk.run(&[
+        "repair",
+        "bad.ply",
+        "-o",
+        "no.ply",
+        "--keep-crossings",
+        "-q",
+    ]);
     assert_code(&done, 3);
 }
 
@@ -362,7 +410,10 @@ fn a_fill_repairs_first_where_it_is_asked_to() {
     bad.faces[10].swap(1, 2);
     bad.faces.push(bad.faces[30]);
     desk.save("bad.ply", &bad, Format::Ply);
-    assert_code(&desk.run(&["fill", "bad.ply", "-o", "out.ply", "--repair", "-q"]), 0);
+    assert_code(
+        &desk.run(&["fill", "bad.ply", "-o", "out.ply", "--repair", "-q"]),
+        0,
+    );
     assert_sound(&read_path(&desk.path("out.ply"), None).unwrap().mesh);
     // Holes are chosen by their numbers in the input.
     let done = desk.run(&[
@@ -372,7 +423,15 @@ fn a_fill_repairs_first_where_it_is_asked_to() {
     let one = verdict(&read_path(&desk.path("one.ply"), None).unwrap().mesh);
     assert_eq!(one.holes, 1);
     assert!(polar(one.defects[0].places[0]) < 20.0);
-    let done = desk.run(&["fill", "bad.ply", "-o", "x.ply", "--repair", "--surface", "whole"]);
+    let done = desk.run(&[
+        "fill",
+        "bad.ply",
+        "-o",
+        "x.ply",
+        "--repair",
+        "--surface",
+        "whole",
+    ]);
     assert_code(&done, 2);
 }
 
@@ -387,13 +446,23 @@ usemtl a\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nusemtl b\nf 1 5 6\nf 1 7 5\nf 1 6 
     assert_code(&desk.run(&["repair", "two.obj", "-o", "out.obj", "-q"]), 0);
     let out = read_path(&desk.path("out.obj"), None).unwrap();
     assert_sound(&out.mesh);
-    let colours = out.attributes.vertex_role(isomend::mesh::attributes::Role::Colour).unwrap();
+    let colours = out
+        .attributes
+        .vertex_role(isomend::mesh::attributes::Role::Colour)
+        .unwrap();
     let at_origin: Vec<_> = (0..out.mesh.positions.len())
         .filter(|v| out.mesh.positions[*v].length() < 0.01)
         .collect();
     assert_eq!(at_origin.len(), 2);
-    assert!(at_origin.iter().all(|v| colours.get(*v).unwrap()[..3] == [1.0, 0.0, 0.0]));
-    let materials = out.attributes.labels_of(isomend::mesh::attributes::LabelKind::Material).unwrap();
+    assert!(
+        at_origin
+            .iter()
+            .all(|v| colours.get(*v).unwrap()[..3] == [1.0, 0.0, 0.0])
+    );
+    let materials = out
+        .attributes
+        .labels_of(isomend::mesh::attributes::LabelKind::Material)
+        .unwrap();
     let names: Vec<_> = (0..8).map(|f| materials.get(f).unwrap()).collect();
     assert_eq!(names, ["a", "a", "a", "a", "b", "b", "b", "b"]);
 }

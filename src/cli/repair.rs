@@ -41,6 +41,10 @@ pub struct RepairArgs {
     #[arg(long)]
     keep_holes: bool,
 
+    /// Close the outer borders of open sheets too, which are left open otherwise.
+    #[arg(long, conflicts_with = "keep_holes")]
+    close_borders: bool,
+
     /// Leave holes open that are wider than this, in the mesh's units.
     #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
     max_diameter: Option<f64>,
@@ -105,6 +109,7 @@ pub fn run(args: &RepairArgs, console: &Console) -> anyhow::Result<End> {
     let mut params = args.steps.params();
     params.drop_unused = args.drop_unused;
     params.holes = !args.keep_holes;
+    params.borders = args.close_borders;
     params.fill = args.solve.params();
     params.fill.max_diameter = args.max_diameter;
     let task = Task {

@@ -47,9 +47,19 @@ pub(super) fn clean(
     }
     report.degenerate_faces = draft.remove(&removed) - report.duplicate_faces;
     for _ in 0..ROUNDS {
-        match flip_flat(draft)? {
+        match flip_flat(draft, false)? {
             0 => break,
             flipped => report.flipped_edges += flipped,
+        }
+    }
+    Ok(())
+}
+
+/// Turns the edges of new faces without area where they have a new neighbour.
+pub(super) fn flip_new(draft: &mut Draft) -> Result<(), FillError> {
+    for _ in 0..ROUNDS {
+        if flip_flat(draft, true)? == 0 {
+            break;
         }
     }
     Ok(())
@@ -131,13 +141,15 @@ fn weld_border(draft: &mut Draft, length: f64) -> Result<usize, FillError> {
 }
 
 /// Turns the longest edge of faces whose corners lie on one line, so that the neighbour there is cut in two; returns how many.
-fn flip_flat(draft: &mut Draft) -> Result<usize, FillError> {
+/// With `only_new` faces that come from the input stay.
+fn flip_flat(draft: &mut Draft, only_new: bool) -> Result<usize, FillError> {
     let flips = {
         let found = draft.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
         let flat: Vec<u32> = topology
             .faces()
             .filter(|&f| is_flat(mesh.corners(f)))
+            .filter(|&f| !only_new || draft.region[f as usize] != NONE)
             .collect();
         if flat.is_empty() {
             return Ok(0);
@@ -159,6 +171,9 @@ fn flip_flat(draft: &mut Draft) -> Result<usize, FillError> {
                 continue;
             }
             let g = o / 3;
+            if only_new && draft.region[g as usize] == NONE {
+                continue;
+            }
             let apex = |h: u32| mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
             let (b, d) = (apex(h), apex(o));
             let mut joined = around.of(b).iter();

@@ -118,6 +118,32 @@ pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cu
     Ok(Some(cut))
 }
 
+/// Cuts the faces that cross others out with so many rings of faces round them, whatever they are; none where no faces cross that
+/// could be cut.
+pub(super) fn cut_all(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
+    let (removed, cut) = {
+        let found = draft.inspect()?;
+        let Some((removed, left, pairs)) = cuts(&found, rings) else {
+            return Ok(None);
+        };
+        let pass = CrossingPass {
+            crossing_faces: pairs.len(),
+            cut_faces: removed.iter().filter(|r| **r).count(),
+            rings,
+        };
+        (
+            removed,
+            Cut {
+                pass,
+                covered: 0,
+                left,
+            },
+        )
+    };
+    draft.remove(&removed);
+    Ok(Some(cut))
+}
+
 /// The faces to cut out, the number of components that are left as they are, and the pairs that cross.
 #[expect(clippy::type_complexity, reason = "used once")]
 fn cuts(found: &Inspection, rings: usize) -> Option<(Vec<bool>, usize, Vec<(u32, u32)>)> {

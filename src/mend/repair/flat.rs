@@ -5,10 +5,13 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::draft::Draft;
 use super::edges;
 use crate::check::crossing;
-use crate::mend::FillError;
+use crate::mend::{
+    ClosedBy, FillError, FillReport, HoleOutcome, HoleReport, RegionReport, TriangulatedReason,
+    TryFailure,
+};
 use crate::mesh::topology::NONE;
-use crate::mesh::triangulate::triangulate_loop;
-use crate::mesh::{FaceOrigin, weld_map};
+use crate::mesh::triangulate::triangulate_loop_beside;
+use crate::mesh::{FaceOrigin, Hole, weld_map};
 
 /// Closes the holes of patches that cross others with triangles between the vertices of their rims, where these cross nothing.
 /// Returns the places of the regions whose patches went.
@@ -34,6 +37,49 @@ pub(super) fn flatten(draft: &mut Draft) -> Result<BTreeSet<u32>, FillError> {
     }
     *draft = new;
     Ok(better)
+}
+
+/// Closes the holes that are no part of the old border, where they can be; returns how many.
+pub(super) fn close(
+    draft: &mut Draft,
+    old: &HashSet<(u32, u32)>,
+    report: &mut FillReport,
+) -> Result<usize, FillError> {
+    let mut closed = Vec::new();
+    {
+        let found = draft.inspect()?;
+        let mut new: Vec<[u32; 3]> = Vec::new();
+        let is_made = |hole: &&Hole| edges(&hole.rim).any(|e| !old.contains(&e));
+        for hole in found.holes.iter().filter(is_made) {
+            if let Ok(faces) = triangulate_loop_beside(&found.mesh, &hole.rim, &new) {
+                new.extend(&faces);
+                closed.push((hole.clone(), faces));
+            }
+        }
+    }
+    let count = closed.len();
+    for (mut hole, faces) in closed {
+        hole.id = report.holes.len() + 1;
+        let region = report.regions.len();
+        report.regions.push(RegionReport {
+            id: region + 1,
+            holes: vec![hole.id],
+            diameter: hole.diameter,
+            closed_by: Some(ClosedBy::RimTriangles),
+            components: 1,
+            ..RegionReport::default()
+        });
+        let why = TriangulatedReason::NoSurface(TryFailure::Crossing(faces.len()));
+        report.holes.push(HoleReport {
+            hole,
+            outcome: HoleOutcome::Triangulated(why),
+            region: region + 1,
+        });
+        for face in faces {
+            push(draft, region as u32, face);
+        }
+    }
+    Ok(count)
 }
 
 /// The regions whose patches cross others.
@@ -74,13 +120,17 @@ fn rim_triangles(
     }
     let found = trial.inspect()?;
     let mut failed: HashSet<u32> = HashSet::new();
-    let mut faces = Vec::new();
+    let mut faces: Vec<(u32, [u32; 3])> = Vec::new();
+    let mut all = Vec::new();
     for hole in &found.holes {
         let Some(&region) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) else {
             continue;
         };
-        match triangulate_loop(&found.mesh, &hole.rim) {
-            Ok(own) => faces.extend(own.into_iter().map(|f| (region, f))),
+        match triangulate_loop_beside(&found.mesh, &hole.rim, &all) {
+            Ok(own) => {
+                all.extend(&own);
+                faces.extend(own.into_iter().map(|f| (region, f)));
+            }
             Err(_) => _ = failed.insert(region),
         }
     }

@@ -26,7 +26,9 @@ use draft::{Draft, KeepVertices};
 pub use params::{CrossingPass, RepairParams, RepairReport};
 
 /// Cutting out crossing faces and filling what is missing is done at most so many times, with one more ring of faces each time.
-const PASSES: usize = 3;
+const PASSES: usize = 2;
+/// What still crosses then is cut out and closed with triangles between the vertices of its rims, at most so many times.
+const FLAT_PASSES: usize = 8;
 
 /// Rings of faces round crossing ones that are cut out with them.
 const RINGS: usize = 1;
@@ -186,10 +188,33 @@ impl Run<'_> {
                 region.closed_by = Some(ClosedBy::RimTriangles);
                 region.intersecting_faces = 0;
             }
+            self.cut_and_close_flat()?;
+        }
+        if self.params.clean {
+            clean::flip_new(&mut self.draft)?;
         }
         // Components that were open sheets may be closed now.
         if self.params.orient {
             self.report.turned_faces += orient::orient(&mut self.draft)?;
+        }
+        Ok(())
+    }
+
+    /// Cuts out what still crosses, with ever more of what is round it, and closes the gaps with triangles between the vertices of
+    /// their rims, which cross less than what is smooth.
+    fn cut_and_close_flat(&mut self) -> Result<(), FillError> {
+        for pass in 0..FLAT_PASSES {
+            self.go_on()?;
+            let old = border(&self.draft.inspect()?);
+            let Some(cut) = crossing::cut_all(&mut self.draft, pass.div_ceil(2))? else {
+                return Ok(());
+            };
+            self.report.passes.push(cut.pass);
+            self.report.left_crossing = self.report.left_crossing.max(cut.left);
+            let made = flat::close(&mut self.draft, &old, &mut self.report.fill)?;
+            if made == 0 {
+                return Ok(());
+            }
         }
         Ok(())
     }
@@ -212,7 +237,9 @@ impl Run<'_> {
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
         let (mesh, sigma, report) = {
             let mut found = self.draft.inspect()?;
-            orient::open_bodies(&mut found);
+            if self.params.borders {
+                found.holes.iter_mut().for_each(|h| h.outer_border = false);
+            }
             let made: Vec<usize> = (found.holes.iter())
                 .filter(|hole| edges(&hole.rim).any(|e| !old.contains(&e)))
                 .map(|hole| hole.id)

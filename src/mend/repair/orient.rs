@@ -64,14 +64,3 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
 fn encloses(c: &Component) -> bool {
     c.volume.abs() > LEAST_VOLUME * c.area.powf(1.5)
 }
-
-/// Takes the outer borders of open components that enclose much for holes: of a bust without a base, say.
-pub(super) fn open_bodies(found: &mut Inspection) {
-    if !found.holes.iter().any(|h| h.outer_border) {
-        return;
-    }
-    let components = components(&found.mesh, &found.topology, 0.0);
-    for hole in &mut found.holes {
-        hole.outer_border = hole.outer_border && !encloses(&components[hole.piece as usize]);
-    }
-}

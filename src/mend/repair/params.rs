@@ -28,6 +28,8 @@ pub struct RepairParams {
     pub crossings: bool,
     /// Fills the holes of the mesh; else only those that the repair makes.
     pub holes: bool,
+    /// Fills the outer borders of open sheets too.
+    pub borders: bool,
     /// How holes are filled. Numbers of holes are those of the input.
     pub fill: FillParams,
 }
@@ -44,6 +46,7 @@ impl Default for RepairParams {
             drop_inside: false,
             crossings: true,
             holes: true,
+            borders: false,
             fill: FillParams::default(),
         }
     }
