@@ -50,11 +50,13 @@
 //! # What it does not
 //! - Sharp edges and texture do not come back: a patch is smooth.
 //! - A patch is checked against the mesh's faces for intersections; what cannot be had is reported, not prevented.
-//! - It mends holes, not other defects: edges with more than two faces, misoriented faces and intersections of the
-//!   input with itself are reported and stay.
+//! - A fill mends holes, not other defects: edges with more than two faces, misoriented faces and intersections of the
+//!   input with itself are reported and stay. [`repair`] mends them, as far as cutting out and filling can; what it leaves its
+//!   report says.
 //!
 //! # Ways in
-//! - [`fill`], [`restore`] and [`fair`]: a mesh and parameters in, a mesh and a report out.
+//! - [`fill`], [`restore`], [`fair`] and [`repair`]: a mesh and parameters in, a mesh and a report out.
+//! - [`Inspection::check`]: what is wrong with a mesh, and one verdict.
 //! - [`Inspection`]: what a mesh holds, found once; plans and runs on it, with a [`Control`] of threads, progress and cancelling;
 //!   [`Inspection::regions`] hands out the work on each region as a value that can be done anywhere.
 //! - [`Model::inspect`] and [`Model::mended`] carry colours, normals, texture coordinates and materials along.

@@ -122,8 +122,10 @@ impl<'s> Read<'s> {
         let (extent, report) = match &spec.work {
             Work::Fill(params) => (Extent::Holes, found.plan(params)?),
             Work::Repair(params) => {
-                let mut plan = RepairReport::default();
-                plan.before = Some(found.check(&CheckParams::default()));
+                let plan = RepairReport {
+                    before: Some(found.check(&CheckParams::default())),
+                    ..RepairReport::default()
+                };
                 (Extent::Repaired(Box::new(plan)), found.plan(&params.fill)?)
             }
             Work::Restore(mask, params) => {
