@@ -24,5 +24,6 @@ fi
 "$python" scripts/crosscheck.py
 "$python" -W ignore scripts/crosscheck_attributes.py
 "$python" scripts/crosscheck_volumes.py
+"$python" scripts/crosscheck_check.py
 "$python" scripts/browser_test.py
 "$python" scripts/crosscheck_libigl.py

@@ -50,11 +50,13 @@
 //! # What it does not
 //! - Sharp edges and texture do not come back: a patch is smooth.
 //! - A patch is checked against the mesh's faces for intersections; what cannot be had is reported, not prevented.
-//! - It mends holes, not other defects: edges with more than two faces, misoriented faces and intersections of the
-//!   input with itself are reported and stay.
+//! - A fill mends holes, not other defects: edges with more than two faces, misoriented faces and intersections of the
+//!   input with itself are reported and stay. [`repair`] mends them, as far as cutting out and filling can; what it leaves its
+//!   report says.
 //!
 //! # Ways in
-//! - [`fill`], [`restore`] and [`fair`]: a mesh and parameters in, a mesh and a report out.
+//! - [`fill`], [`restore`], [`fair`] and [`repair`]: a mesh and parameters in, a mesh and a report out.
+//! - [`Inspection::check`]: what is wrong with a mesh, and one verdict.
 //! - [`Inspection`]: what a mesh holds, found once; plans and runs on it, with a [`Control`] of threads, progress and cancelling;
 //!   [`Inspection::regions`] hands out the work on each region as a value that can be done anywhere.
 //! - [`Model::inspect`] and [`Model::mended`] carry colours, normals, texture coordinates and materials along.
@@ -72,6 +74,7 @@
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
 
+pub mod check;
 pub mod compare;
 #[cfg(feature = "io")]
 pub mod io;
@@ -121,15 +124,17 @@ pub use flow::{Energy, Variant};
 #[doc(inline)]
 pub use grid::Volume;
 pub use mend::{
-    Cancel, ClosedBy, Control, Event, FailedReason, FairError, FairExtent, FairParams, FairReport,
-    Faired, FillError, FillParams, FillReport, Filled, Finish, FinishReport, HoleOutcome,
-    HoleReport, Inspection, LeftReason, PatchStart, Progress, RegionPatch, RegionReport,
-    RegionTask, Regions, RestoreError, RestoreParams, RestoreReport, Restored, Step, SurfaceKind,
-    Tally, TriangulatedReason, TryFailure, fair, fill, inspect, restore, volume,
+    Cancel, Carried, ClosedBy, Control, CrossingPass, Event, FailedReason, FairError, FairExtent,
+    FairParams, FairReport, Faired, FillError, FillParams, FillReport, Filled, Finish,
+    FinishReport, HoleOutcome, HoleReport, Inspection, LeftReason, PatchStart, Progress,
+    RegionPatch, RegionReport, RegionTask, Regions, RepairParams, RepairReport, Repaired,
+    RestoreError, RestoreParams, RestoreReport, Restored, Step, SurfaceKind, Tally,
+    TriangulatedReason, TryFailure, fair, fill, inspect, repair, restore, volume,
 };
 #[doc(inline)]
 pub use mesh::{
-    Attributes, ChainReason, Defects, Hole, Mesh, Model, OpenChain, Topology, cut::Remainder, mask,
+    Attributes, ChainReason, Defects, FaceOrigin, Hole, Mesh, Model, OpenChain, Origins, Topology,
+    cut::Remainder, mask,
 };
 #[doc(inline)]
 pub use region::{LevelReport, VoxelSize};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 const ROWS: [&[&str]; 9] = [
     &["grid", "linalg", "mesh"],
     &["spatial", "io"],
-    &["sdf", "extract", "compare"],
+    &["sdf", "extract", "compare", "check"],
     &["flow"],
     &["attributes", "finish", "region", "stitch"],
     &["mend"],

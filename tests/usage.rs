@@ -288,26 +288,6 @@ fn what_would_be_ignored_is_refused() {
 }
 
 #[test]
-fn repair_is_no_misspelt_fair() {
-    let desk = Desk::new();
-    for arguments in [
-        &["repair", "ball.ply", "-o", "out.ply"][..],
-        &["repair"],
-        &["help", "repair"],
-    ] {
-        let done = desk.run(arguments);
-        assert_usage(
-            &done,
-            &["no command 'repair' yet", "isomend fill", "isomend restore"],
-        );
-        assert!(!text(&done.stderr).contains("fair"));
-    }
-    let done = desk.run(&["far", "ball.ply"]);
-    assert_code(&done, 2);
-    assert!(text(&done.stderr).contains("fair"));
-}
-
-#[test]
 fn an_inspected_mesh_is_drawn_with_its_holes() {
     let desk = Desk::new();
     let done = desk.run(&[

@@ -2,13 +2,13 @@
 
 use clap::{Args, ValueEnum};
 use isomend::job::Work;
-use isomend::{FillParams, SurfaceKind};
+use isomend::{FillParams, RepairParams, SurfaceKind};
 
 use super::arguments::{self, Choice, Ids};
 use super::console::Console;
 use super::files::{FilesArgs, Task};
 use super::solve::SolveArgs;
-use super::{CommonArgs, End};
+use super::{CommonArgs, End, Usage};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -60,6 +60,10 @@ pub struct FillArgs {
     )]
     surface: Surface,
 
+    /// First mend what else is wrong, as `isomend repair` does. The exit code is that of `isomend check` on what is written.
+    #[arg(long)]
+    repair: bool,
+
     #[command(flatten)]
     solve: SolveArgs,
 
@@ -103,8 +107,20 @@ pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
     if args.max_diameter.is_some() && matches!(args.holes, Choice::Some(_)) {
         console.note("--max-diameter does nothing here: --holes names the holes that are filled");
     }
+    if args.repair && matches!(args.surface, Surface::Whole) {
+        let what = "--repair stitches patches into the mesh; --surface whole has the level sets alone, so leave one of them out";
+        return Err(Usage(what.to_owned()).into());
+    }
+    let work = match args.repair {
+        true => {
+            let mut params = RepairParams::default();
+            params.fill = args.params();
+            Work::Repair(params)
+        }
+        false => Work::Fill(args.params()),
+    };
     let task = Task {
-        work: Work::Fill(args.params()),
+        work,
         common: &args.common,
         strict: args.solve.strict,
     };

@@ -1,6 +1,7 @@
 //! One file per command. Raw arguments become validated parameters once; all printing is done here.
 
 mod arguments;
+mod check;
 mod compare;
 mod config;
 mod console;
@@ -14,6 +15,7 @@ mod json;
 mod manual;
 mod mask;
 mod progress;
+mod repair;
 mod report;
 mod restore;
 mod sdf;
@@ -27,7 +29,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, anyhow};
-use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 use isomend::io::Format;
 use isomend::job::JobError;
@@ -62,8 +63,8 @@ Exit codes:
   0    done
   1    failed; the output file is as it was before. Of several inputs: at least one failed
   2    wrong usage, or a mistake in a file of options
-  3    done in part: the output is written, but a hole that was to be filled is still open, or something that an
-       experiment states was not met
+  3    done in part: the output is written, but a hole that was to be filled is still open, something that an
+       experiment states was not met, or `check` says no
   130  stopped by Ctrl-C, 143 by SIGTERM; the output file is as it was before";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
@@ -80,9 +81,11 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Fill(fill::FillArgs),
+    Repair(repair::RepairArgs),
     Restore(restore::RestoreArgs),
     Fair(fair::FairArgs),
     Inspect(inspect::InspectArgs),
+    Check(check::CheckArgs),
     Compare(compare::CompareArgs),
     Study(study::StudyArgs),
     Sdf(sdf::SdfArgs),
@@ -137,7 +140,7 @@ struct RunArgs {
 pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let end = interrupt::listen()
         .and_then(|()| Ok(config::expand(arguments.collect(), &Cli::command())?))
-        .and_then(|arguments| Ok(parsed(arguments)?))
+        .map(Cli::parse_from)
         .and_then(run);
     match end {
         Ok(end) => end.into(),
@@ -151,24 +154,6 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
             }
         }
     }
-}
-
-/// The command line as clap reads it; what it refuses ends the program, with what clap has to say.
-///
-/// # Errors
-/// For a command whose name others use for what two of these do, where clap would name one that merely sounds like it.
-fn parsed(arguments: Vec<OsString>) -> Result<Cli, Usage> {
-    let error = match Cli::try_parse_from(arguments) {
-        Ok(cli) => return Ok(cli),
-        Err(error) => error,
-    };
-    let unknown = error.get(ContextKind::InvalidSubcommand);
-    if matches!(unknown, Some(ContextValue::String(name)) if name == "repair") {
-        let what = "there is no command 'repair' yet; `isomend fill` closes holes, `isomend restore` replaces a marked region, \
-                    `isomend inspect` lists defects";
-        return Err(Usage(what.to_owned()));
-    }
-    error.exit()
 }
 
 /// An error of a job, with the options that help; what is wrong with what was asked for is wrong usage.
@@ -194,9 +179,11 @@ fn told(error: JobError) -> anyhow::Error {
 fn run(cli: Cli) -> anyhow::Result<End> {
     match cli.command {
         Command::Fill(args) => start(&args.common, |console| fill::run(&args, console)),
+        Command::Repair(args) => start(&args.common, |console| repair::run(&args, console)),
         Command::Restore(args) => start(&args.common, |console| restore::run(&args, console)),
         Command::Fair(args) => start(&args.common, |console| fair::run(&args, console)),
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
+        Command::Check(args) => start(&args.common, |console| check::run(&args, console)),
         Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
         Command::Study(args) => start_run(&args.run, |console| study::run(&args, console)),
         Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),

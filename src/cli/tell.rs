@@ -1,16 +1,24 @@
 //! What is said of a job: before it, while it lasts, after it.
 
 use isomend::job::{Extent, JobResult};
-use isomend::report::{length, level_lines, plan_lines, summary_lines};
-use isomend::{FairReport, HoleOutcome, RegionReport, RestoreReport};
+use isomend::report::{length, level_lines, plan_lines, point, repair_lines, summary_lines};
+use isomend::{FairReport, HoleOutcome, RegionReport, RepairReport, RestoreReport};
 
 use super::console::Console;
+
+/// Most places of a kind of defect in a line.
+const MOST_PLACES: usize = 20;
 
 /// What would be done.
 pub fn plan(plan: &JobResult) -> String {
     match &plan.extent {
         Extent::Faired(report) => fair_plan(report),
         Extent::Region(cut) => cut_plan(cut) + &lines(plan_lines(&plan.report)),
+        Extent::Repaired(report) => {
+            let verdict = report.before.as_ref();
+            let line = verdict.map(|v| v.line() + "\n").unwrap_or_default();
+            line + &lines(plan_lines(&plan.report))
+        }
         _ => lines(plan_lines(&plan.report)),
     }
 }
@@ -46,6 +54,7 @@ fn fair_plan(report: &FairReport) -> String {
 pub fn done(done: &JobResult, name: &str, console: &Console) {
     match &done.extent {
         Extent::Faired(report) => return faired(report, done, console),
+        Extent::Repaired(report) => repaired(report, console),
         Extent::Region(cut) => console.say(&format!(
             "{} faces marked, {} cut out",
             cut.marked_faces, cut.removed_faces
@@ -65,6 +74,31 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     for hole in &report.holes {
         if let HoleOutcome::Failed(why) = &hole.outcome {
             console.warn(&format!("{name}hole {} is still open: {why}", hole.hole.id));
+        }
+    }
+}
+
+fn repaired(report: &RepairReport, console: &Console) {
+    if let Some(before) = &report.before {
+        console.detail(&format!("before: {}", before.line()));
+    }
+    for line in repair_lines(report) {
+        console.say(&line);
+    }
+    console.say(&format!(
+        "{} faces of the input are gone",
+        report.lost_faces
+    ));
+    if let Some(after) = &report.after {
+        match after.is_sound() {
+            true => console.say(&after.line()),
+            false => console.warn(&after.line()),
+        }
+        for defect in &after.defects {
+            let places = defect.places.iter().take(MOST_PLACES);
+            let places: Vec<String> = places.map(|p| point(*p, p.abs().max_element())).collect();
+            let kind = defect.kind.text(defect.count);
+            console.detail(&format!("{kind}: {}", places.join("; ")));
         }
     }
 }

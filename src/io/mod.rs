@@ -47,7 +47,7 @@ pub use save::{Abandoned, abandon_unfinished};
 
 use crate::grid::Volume;
 use crate::mesh::cut::Remainder;
-use crate::mesh::{Attributes, Mesh, Model};
+use crate::mesh::{Attributes, Mesh, Model, Origins};
 
 /// A mesh that was read, and what is to be known about its file.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,6 +74,16 @@ impl Loaded {
         Self {
             mesh: kept.mesh.clone(),
             attributes: attributes.with_vertices(&kept.vertices),
+            ..self
+        }
+    }
+
+    /// What was made of it: a mesh with what its faces and vertices carry. `kept` marks the faces that are as they were.
+    #[must_use]
+    pub fn derived(self, mesh: Mesh, origins: &Origins, kept: &[bool]) -> Self {
+        Self {
+            mesh,
+            attributes: self.attributes.derived(origins, kept),
             ..self
         }
     }

@@ -7,13 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use super::output::{write_bytes, write_text};
 use super::{JobError, Place};
+use crate::check::{DefectKind, Verdict};
 use crate::io::Loaded;
 use crate::mend::{FillReport, HoleOutcome, HoleReport, Inspection, LeftReason};
 use crate::mesh::{Hole, Mesh, point};
-use crate::report::defect_lines;
 use crate::report::html::{Page, page};
-use crate::report::picture::{PictureError, picture, picture_of_one};
-use crate::report::view::{Change, Scene};
+use crate::report::picture::{PictureError, picture, picture_of_marked, picture_of_one};
+use crate::report::view::{Change, Colour, Scene};
+use crate::report::{defect_lines, verdict_rows};
 
 /// Most faces that are drawn.
 const FACES: usize = 300_000;
@@ -122,6 +123,22 @@ impl Drawings {
         self.write_files(text, || picture_of_one(&scene))
     }
 
+    /// Draws a mesh with the faces that have defects.
+    pub(super) fn write_checked(
+        &self,
+        input: &Place,
+        loaded: &Loaded,
+        found: &Inspection,
+        verdict: &Verdict,
+    ) -> Result<(), JobError> {
+        if !self.is_wanted() {
+            return Ok(());
+        }
+        let scene = marked_scene(&loaded.mesh, found, verdict);
+        let text = || self.page_of_verdict(input, loaded, found, (verdict, &scene));
+        self.write_files(text, || picture_of_marked(&scene))
+    }
+
     /// Draws what became of a mesh.
     pub(super) fn write(&self, drawn: &Drawn) -> Result<(), JobError> {
         if !self.is_wanted() {
@@ -182,6 +199,28 @@ impl Drawings {
         })
     }
 
+    /// The page of a verdict.
+    fn page_of_verdict(
+        &self,
+        input: &Place,
+        loaded: &Loaded,
+        found: &Inspection,
+        (verdict, scene): (&Verdict, &Scene),
+    ) -> String {
+        let [low, high] = loaded.mesh.bounds();
+        let mut facts = vec![("input", input.name()), ("verdict", verdict.line())];
+        facts.extend(verdict_rows(verdict, low.distance(high)));
+        let marked = verdict.defects.iter().map(|d| {
+            let colour = colour(d.kind).name;
+            format!("{colour}: {}", d.kind.text(d.count))
+        });
+        let legend: Vec<String> = marked.collect();
+        if !legend.is_empty() {
+            facts.push(("colours", legend.join("; ")));
+        }
+        self.page_of_open(input, loaded, found, ("check", &facts), scene)
+    }
+
     /// The page of a mesh that is only looked at.
     fn page_of_one(
         &self,
@@ -204,6 +243,18 @@ impl Drawings {
         if !defects.is_empty() {
             facts.push(("defects", defects.join("; ")));
         }
+        self.page_of_open(input, loaded, found, ("inspect", &facts), scene)
+    }
+
+    /// A page of a mesh and its holes.
+    fn page_of_open(
+        &self,
+        input: &Place,
+        loaded: &Loaded,
+        found: &Inspection,
+        (command, facts): (&'static str, &[(&str, String)]),
+        scene: &Scene,
+    ) -> String {
         let open = |hole: &Hole| HoleReport {
             hole: hole.clone(),
             outcome: HoleOutcome::Left(LeftReason::NotChosen),
@@ -212,10 +263,10 @@ impl Drawings {
         let holes: Vec<HoleReport> = found.holes.iter().map(open).collect();
         page(&Page {
             title: &title(input),
-            command: "inspect",
+            command,
             command_line: &self.command_line,
             version: env!("CARGO_PKG_VERSION"),
-            facts: &facts,
+            facts,
             notes: &loaded.notes,
             holes: &holes,
             regions: &[],
@@ -223,6 +274,45 @@ impl Drawings {
             single: true,
         })
     }
+}
+
+/// A mesh with the faces that have defects as the new ones, each kind as a region.
+fn marked_scene(mesh: &Mesh, found: &Inspection, verdict: &Verdict) -> Scene {
+    let marks = verdict.marks();
+    let of_kind = |kind: DefectKind| marks.iter().filter(move |(_, k)| **k == kind);
+    let is_plain = |f: &u32| !marks.contains_key(f);
+    let mut faces: Vec<u32> = (0..mesh.faces.len() as u32).filter(is_plain).collect();
+    let kept = faces.len();
+    for kind in DefectKind::ALL {
+        faces.extend(of_kind(kind).map(|(f, _)| *f));
+    }
+    let sorted = faces.iter().map(|f| mesh.faces[*f as usize]).collect();
+    let sorted = Mesh::new(mesh.positions.clone(), sorted);
+    let change = Change {
+        before: &sorted,
+        after: &sorted,
+        kept,
+        gone: vec![false; faces.len()],
+        patches: DefectKind::ALL.map(|kind| of_kind(kind).count()).to_vec(),
+        rims: rims(mesh, found.holes.iter()),
+    };
+    Scene::new(&change, FACES).with_palette(&DefectKind::ALL.map(colour))
+}
+
+/// The colour of a kind of defect, with its name.
+fn colour(kind: DefectKind) -> Colour {
+    let (name, rgb) = match kind {
+        DefectKind::Border => ("blue", [0x2b, 0x6c, 0xc4]),
+        DefectKind::NonManifoldEdge => ("magenta", [0xd0, 0x2f, 0xa8]),
+        DefectKind::NonManifoldVertex => ("violet", [0x7d, 0x3f, 0xc8]),
+        DefectKind::Misoriented => ("teal", [0x12, 0x9c, 0x9a]),
+        DefectKind::InsideOut => ("brown", [0x8a, 0x55, 0x2b]),
+        DefectKind::Degenerate => ("black", [0x20, 0x20, 0x20]),
+        DefectKind::Duplicate => ("green", [0x3c, 0x9a, 0x38]),
+        DefectKind::Crossing => ("red", [0xdd, 0x22, 0x18]),
+        DefectKind::Thin => ("yellow", [0xe8, 0xb4, 0x10]),
+    };
+    Colour { name, rgb }
 }
 
 impl Drawn<'_> {

@@ -3,8 +3,9 @@
 use glam::DVec3;
 use serde::Serialize;
 
-use super::documents::HoleRow;
+use super::documents::{HoleRow, VerdictRow};
 use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Source};
+use crate::check::{CheckParams, Verdict};
 use crate::compare::{Comparison, compare as compare_meshes};
 use crate::io::Loaded;
 use crate::mend::Inspection;
@@ -84,6 +85,59 @@ impl Inspected<'_> {
             mask: self.marked.as_ref().map(|(selection, _)| selection),
         };
         Document::new("inspect", body)
+    }
+}
+
+/// A mesh file and the verdict on it.
+pub struct Checked<'a> {
+    place: &'a Place,
+    /// What was read.
+    pub loaded: &'a Loaded,
+    /// The verdict.
+    pub verdict: Verdict,
+}
+
+/// Looks for everything that may be wrong with a mesh that was read, and draws it where that is asked for.
+///
+/// # Errors
+/// When it cannot be measured, or a file cannot be written.
+pub fn check<'a>(
+    source: &'a Source,
+    loaded: &'a Loaded,
+    params: &CheckParams,
+    drawings: &Drawings,
+) -> Result<Checked<'a>, JobError> {
+    let place = &source.place;
+    let found = Inspection::new(&loaded.mesh).map_err(|error| JobError::Inspect {
+        name: place.name(),
+        error,
+    })?;
+    let verdict = found.check(params);
+    drawings.write_checked(place, loaded, &found, &verdict)?;
+    Ok(Checked {
+        place,
+        loaded,
+        verdict,
+    })
+}
+
+#[derive(Serialize)]
+struct CheckBody<'a> {
+    input: FileInfo,
+    notes: &'a [String],
+    #[serde(flatten)]
+    verdict: VerdictRow<'a>,
+}
+
+impl Checked<'_> {
+    /// The document.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let body = CheckBody {
+            input: FileInfo::new(self.place, self.loaded.format, &self.loaded.mesh),
+            notes: &self.loaded.notes,
+            verdict: VerdictRow::new(&self.verdict),
+        };
+        Document::new("check", body)
     }
 }
 

@@ -17,7 +17,7 @@
 //! ```
 //!
 //! [`JobSpec::read`], [`Read::mend`] and [`Mended::write`] are its three steps, for those who tell something in between.
-//! [`inspect`] makes the document of what a mesh holds, [`compare`] that of two meshes.
+//! [`inspect`] makes the document of what a mesh holds, [`check`] that of what is wrong with it, [`compare`] that of two meshes.
 
 mod documents;
 mod draw;
@@ -33,7 +33,7 @@ mod steps;
 pub use documents::{Document, FileInfo, failed_document};
 pub use draw::Drawings;
 pub use error::JobError;
-pub use looks::{Compared, Inspected, compare, inspect};
+pub use looks::{Checked, Compared, Inspected, check, compare, inspect};
 pub use marks::{Marked, MaskSpec, PaintedColour, face_numbers, parse_face_numbers};
 pub use output::{Output, write_text};
 pub use places::{Place, in_folder, is_folder_name};

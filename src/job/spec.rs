@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::draw::Drawings;
 use super::{JobError, MaskSpec, Output, Place, Source};
-use crate::mend::{FairParams, FillParams, RestoreParams};
+use crate::mend::{FairParams, FillParams, RepairParams, RestoreParams};
 
 /// What is done with a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,6 +17,8 @@ pub enum Work {
     Restore(MaskSpec, RestoreParams),
     /// The surface, or what a mask marks, is faired.
     Fair(Option<MaskSpec>, FairParams),
+    /// What is wrong is mended, and holes are filled.
+    Repair(RepairParams),
 }
 
 impl Work {
@@ -26,6 +28,7 @@ impl Work {
             Self::Fill(_) => "fill",
             Self::Restore(..) => "restore",
             Self::Fair(..) => "fair",
+            Self::Repair(_) => "repair",
         }
     }
 
@@ -43,6 +46,7 @@ impl Work {
                     false => Ok(params.check()?),
                 }
             }
+            Self::Repair(params) => Ok(params.check()?),
             Self::Fair(mask, _) => mask.as_ref().map_or(Ok(()), MaskSpec::check),
         }
     }

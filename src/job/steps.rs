@@ -3,13 +3,14 @@
 use super::draw::{Before, Drawn};
 use super::output::Saved;
 use super::{JobError, JobSpec, MaskSpec, Work};
+use crate::check::{CheckParams, Verdict};
 use crate::io::{Format, Loaded};
 use crate::mend::{
-    Control, FairError, FairReport, FillReport, Inspection, RegionReport, RestoreError,
-    RestoreReport, SurfaceKind,
+    Carried, Control, FairError, FairReport, FillReport, Inspection, RegionReport, RepairParams,
+    RepairReport, RestoreError, RestoreReport, SurfaceKind, repair,
 };
-use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
+use crate::mesh::{FaceOrigin, Mesh};
 
 /// A job whose mesh was read.
 pub struct Read<'s> {
@@ -49,6 +50,8 @@ pub enum Extent {
     Region(RestoreReport),
     /// The surface or a region of it, faired. The report of its regions is [`JobResult::report`], and empty here.
     Faired(FairReport),
+    /// What was wrong. The report of its fills is [`JobResult::report`], and empty here.
+    Repaired(Box<RepairReport>),
 }
 
 /// What came of a job.
@@ -118,6 +121,13 @@ impl<'s> Read<'s> {
         let found = Inspection::new(&loaded.mesh)?;
         let (extent, report) = match &spec.work {
             Work::Fill(params) => (Extent::Holes, found.plan(params)?),
+            Work::Repair(params) => {
+                let plan = RepairReport {
+                    before: Some(found.check(&CheckParams::default())),
+                    ..RepairReport::default()
+                };
+                (Extent::Repaired(Box::new(plan)), found.plan(&params.fill)?)
+            }
             Work::Restore(mask, params) => {
                 let marked = marks(mask, &loaded)?;
                 let mut plan = found.plan_restore(&marked, params)?;
@@ -180,6 +190,7 @@ impl<'s> Read<'s> {
                     fill,
                 )
             }
+            Work::Repair(params) => return repaired(spec, loaded, params, control),
             Work::Fair(mask, params) => {
                 let marked = mask.as_ref().map(|mask| marks(mask, &loaded)).transpose()?;
                 let mut params = params.clone();
@@ -216,6 +227,50 @@ impl<'s> Read<'s> {
     }
 }
 
+/// A mesh repaired, with what its faces and vertices carried.
+fn repaired<'s>(
+    spec: &'s JobSpec,
+    loaded: Loaded,
+    params: &RepairParams,
+    control: &Control,
+) -> Result<Mended<'s>, JobError> {
+    let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
+    let in_place = spec.keeps_vertices(&loaded);
+    let alike = |a, b| !in_place && loaded.attributes.are_alike(a, b);
+    let carried = Carried {
+        alike: &alike,
+        in_place,
+    };
+    let mut done = repair(&loaded.mesh, params, &carried, control)?;
+    let (vertices, faces) = (done.origins.vertices.len(), done.origins.faces.len());
+    let first = Mesh::new(
+        done.mesh.positions[..vertices].to_vec(),
+        done.mesh.faces[..faces].to_vec(),
+    );
+    let mut kept = vec![false; size[1]];
+    for (face, origin) in first.faces.iter().zip(&done.origins.faces) {
+        let old = origin.face as usize;
+        kept[old] |= *origin == FaceOrigin::same(origin.face) && *face == loaded.mesh.faces[old];
+    }
+    let living = done.origins.living(size[1]);
+    let before = spec.drawings.is_wanted().then(|| Before {
+        mesh: loaded.mesh.clone(),
+        gone: living.iter().map(|lives| !lives).collect(),
+    });
+    let report = std::mem::take(&mut done.report.fill);
+    Ok(Mended {
+        spec,
+        first: loaded.derived(first, &done.origins, &kept),
+        size,
+        before,
+        mesh: done.mesh,
+        sigma: done.sigma,
+        whole: false,
+        extent: Extent::Repaired(Box::new(done.report)),
+        report,
+    })
+}
+
 /// The marks of a mask, which must mark something.
 fn marks(mask: &MaskSpec, loaded: &Loaded) -> Result<Vec<bool>, JobError> {
     mask.marked(loaded)?.some()
@@ -249,6 +304,9 @@ impl<'s> Mended<'s> {
         let Saved { mesh, notes, bytes } = saved;
         let notes_read = self.first.notes.len();
         let notes = [self.first.notes, notes].concat();
+        if let Extent::Repaired(report) = &mut self.extent {
+            report.after = Some(Inspection::new(&mesh)?.check(&CheckParams::default()));
+        }
         spec.drawings.write(&Drawn {
             command: spec.work.name(),
             places: [&spec.source.place, &output.place],
@@ -286,6 +344,10 @@ impl JobResult<'_> {
 
     /// Whether nothing that was to be filled is still open.
     pub fn complete(&self) -> bool {
-        matches!(self.extent, Extent::Faired(_)) || !self.report.incomplete()
+        match &self.extent {
+            Extent::Faired(_) => true,
+            Extent::Repaired(report) => report.after.as_ref().is_none_or(Verdict::is_sound),
+            _ => !self.report.incomplete(),
+        }
     }
 }

@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::FillError;
 use crate::attributes::transfer;
+use crate::check::{CheckParams, Subject, Verdict, judge};
 use crate::mesh::{
     Hole, LARGEST, Mesh, Model, OpenChain, SMALLEST, Topology, bounds, find_holes, weld_map,
 };
@@ -50,6 +51,18 @@ impl<'m> Inspection<'m> {
             topology,
             open_chains,
         })
+    }
+
+    /// Looks for everything that may be wrong with the mesh.
+    pub fn check(&self, params: &CheckParams) -> Verdict {
+        let subject = Subject {
+            input: &self.input,
+            mesh: &self.mesh,
+            topology: &self.topology,
+            holes: &self.holes,
+            open_chains: &self.open_chains,
+        };
+        judge(&subject, params)
     }
 
     /// The same, with a copy of the mesh if it was borrowed.

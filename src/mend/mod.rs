@@ -16,6 +16,7 @@ mod outcome;
 mod params;
 mod patch;
 mod regions;
+mod repair;
 mod report;
 mod restore;
 mod solve;
@@ -38,6 +39,7 @@ pub use outcome::{
 pub use params::{FairExtent, FairParams, FillParams, Finish, RestoreParams, SurfaceKind};
 pub use patch::RegionPatch;
 pub use regions::Regions;
+pub use repair::{Carried, CrossingPass, RepairParams, RepairReport, Repaired, repair};
 pub use report::{FairReport, FillReport, HoleReport, RegionReport, RestoreReport};
 pub use restore::Restored;
 pub use task::RegionTask;

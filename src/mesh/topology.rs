@@ -83,6 +83,24 @@ impl Topology {
         (0..self.piece.len() as u32).filter(|f| self.piece[*f as usize] != NONE)
     }
 
+    /// The half-edges of each edge that is in more than two faces, degenerate faces not counted, in the order of edges.
+    pub fn crowded_edges(&self, mesh: &Mesh) -> Vec<Vec<u32>> {
+        let crowded = |h: &u32| {
+            let h = *h as usize;
+            self.opposite[h] == NONE && !self.boundary[h] && self.piece[h / 3] != NONE
+        };
+        let mut all: Vec<(u64, u32)> = (0..self.opposite.len() as u32)
+            .filter(crowded)
+            .map(|h| (edge_key(start(mesh, h), end(mesh, h)), h))
+            .collect();
+        all.sort_unstable();
+        let same = |a: &(u64, u32), b: &(u64, u32)| a.0 == b.0;
+        let groups = all.chunk_by(same);
+        groups
+            .map(|g| g.iter().map(|(_, h)| *h).collect())
+            .collect()
+    }
+
     fn pair(&mut self, mesh: &Mesh, edges: &[(u64, u32)], defects: &mut Defects) {
         let mut i = 0;
         while i < edges.len() {

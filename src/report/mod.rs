@@ -1,15 +1,19 @@
 //! What a run found and did, drawn: as lines of text, as a page, as a picture.
 
+mod check;
 pub mod html;
 mod missed;
 pub mod picture;
 mod plan;
+mod repair;
 mod text;
 pub mod view;
 
 pub use crate::mesh::{length, point};
+pub use check::{verdict_lines, verdict_rows};
 pub use missed::missed_lines;
 pub use plan::plan_lines;
+pub use repair::repair_lines;
 pub use text::{
     chain_lines, defect_lines, hole_table, level_lines, reason, region_lines, summary_lines,
     tally_line,

@@ -2,11 +2,13 @@
 
 mod boxes;
 mod bvh;
+mod intersect;
 mod ploc;
 mod triangle;
 mod winding;
 
 pub use boxes::{Bounds, BoxTree};
 pub use bvh::{Bvh, Closest};
+pub use intersect::intersecting;
 pub use triangle::{Barycentric, closest_on_triangle};
 pub use winding::WindingTree;

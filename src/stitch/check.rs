@@ -4,8 +4,7 @@ use glam::DVec3;
 
 use super::StitchInput;
 use super::assemble::Assembled;
-use super::intersect::intersecting;
-use crate::spatial::Bounds;
+use crate::spatial::{Bounds, intersecting};
 
 /// The patch's faces in output indices, followed by the mesh's faces near it.
 pub(super) struct Surroundings {

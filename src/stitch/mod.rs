@@ -17,7 +17,6 @@ mod cut;
 mod error;
 mod gap;
 mod half_edge;
-mod intersect;
 mod joined;
 mod matching;
 mod measure;
@@ -36,6 +35,7 @@ use glam::DVec3;
 
 use crate::mesh::Mesh;
 use crate::sdf::Surface;
+use crate::spatial::intersecting;
 
 pub use error::StitchError;
 pub use refined::{flipped, refined_triangulation};
@@ -166,5 +166,5 @@ pub fn remesh_closed(
 pub fn count_intersecting(mesh: &Mesh, new: &[DVec3], faces: &[[u32; 3]]) -> usize {
     let positions: Vec<DVec3> = mesh.positions.iter().chain(new).copied().collect();
     let all: Vec<[u32; 3]> = faces.iter().chain(&mesh.faces).copied().collect();
-    intersect::intersecting(&positions, &all, faces.len()).len()
+    intersecting(&positions, &all, faces.len()).len()
 }

@@ -2,9 +2,8 @@
 
 use rayon::prelude::*;
 
-use super::intersect::intersecting;
 use crate::mesh::{Mesh, Part, welded};
-use crate::spatial::{Bounds, BoxTree};
+use crate::spatial::{Bounds, BoxTree, intersecting};
 
 /// For each patch of a mesh the number of its faces that intersect another face of the mesh.
 ///

@@ -6,6 +6,10 @@
 
 mod scalar;
 
+use std::collections::BTreeMap;
+
+use super::{FaceOrigin, Origins};
+
 pub use scalar::Scalar;
 
 /// Marks a corner without a value, or a face without a label.
@@ -361,6 +365,58 @@ impl Attributes {
                 .collect(),
             ..self.clone()
         }
+    }
+
+    /// The attributes of a mesh that was made of this one. Which faces of the file are still there is told by those that `kept` marks.
+    #[must_use]
+    pub fn derived(&self, origins: &Origins, kept: &[bool]) -> Self {
+        let mut number = BTreeMap::new();
+        for (new, &old) in origins.vertices.iter().enumerate() {
+            number.entry(old).or_insert(new as u32);
+        }
+        let at = |v: u32| number.get(&v).copied();
+        let vertices = || origins.vertices.iter().map(|&v| v as usize);
+        let faces = || origins.faces.iter().map(|o| o.face as usize);
+        let corners = |c: &CornerAttribute| {
+            let of = |o: &FaceOrigin| {
+                let old = c.corners[o.face as usize];
+                o.corners
+                    .map(|k| old.get(k as usize).copied().unwrap_or(NONE))
+            };
+            origins.faces.iter().map(of).collect()
+        };
+        Self {
+            vertex: self.vertex.iter().map(|a| a.selected(vertices())).collect(),
+            face: self.face.iter().map(|a| a.selected(faces())).collect(),
+            corner: (self.corner.iter())
+                .map(|c| CornerAttribute {
+                    pool: c.pool.clone(),
+                    corners: corners(c),
+                })
+                .collect(),
+            labels: (self.labels.iter())
+                .map(|l| Labels {
+                    of_face: faces().map(|f| l.of_face[f]).collect(),
+                    ..l.clone()
+                })
+                .collect(),
+            materials: self.materials.clone(),
+            libraries: self.libraries.clone(),
+            textures: self.textures.clone(),
+            copies: (self.copies.iter())
+                .filter_map(|&(copy, of)| Some((at(copy)?, at(of)?)))
+                .collect(),
+            kept_of_file: self.with_faces(kept).kept_of_file,
+        }
+    }
+
+    /// Whether two vertices carry the same.
+    pub fn are_alike(&self, a: u32, b: u32) -> bool {
+        let bits = |v: &Attribute, i: u32| -> Option<Vec<u64>> {
+            let values = v.get(i as usize)?;
+            Some(values.iter().map(|x| x.to_bits()).collect())
+        };
+        self.vertex.iter().all(|v| bits(v, a) == bits(v, b))
     }
 
     /// One line that lists what is there, such as `normals, colours`; empty when there is nothing but marks of patches.

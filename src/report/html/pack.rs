@@ -35,6 +35,8 @@ pub struct Header {
     distance: f32,
     /// Whether new faces get a colour of their own.
     marks: bool,
+    /// The colour of each region, where they have their own: red, green and blue from 0 to 1.
+    palette: Vec<[f32; 3]>,
     /// From where to look first, at what, how far to both sides, and what is upward.
     towards: [f32; 3],
     centre: [f32; 3],
@@ -83,6 +85,9 @@ pub fn packed(scene: &Scene) -> (String, Header) {
         curvature,
         distance,
         marks: scene.marks_new(),
+        palette: (scene.palette.iter())
+            .map(|c| c.rgb.map(|byte| f32::from(byte) / 255.0))
+            .collect(),
         towards: camera.towards.to_array(),
         centre: camera.centre.to_array(),
         reach: camera.reach,

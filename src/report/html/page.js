@@ -246,7 +246,7 @@ async function begin() {
     input.addEventListener("change", () => option(input.name, input.type === "radio" ? input.value : input.checked));
     if (input.type === "checkbox") option(input.name, input.checked);
   }
-  option("show", data.single ? "before" : innerWidth < 700 ? "after" : "both");
+  option("show", data.single ? (mesh.palette.length ? "after" : "before") : innerWidth < 700 ? "after" : "both");
   find("#reset").addEventListener("click", reset);
   usePointers(viewer.canvas);
   useKeys(viewer.canvas);

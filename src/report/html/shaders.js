@@ -34,6 +34,8 @@ uniform vec3 right, up, towards;
 uniform vec3 base, patch_, chosen, inside, edge;
 uniform int colouring;
 uniform bool isNew, isKept, marks, faceted;
+uniform int colours;
+uniform vec3 palette[16];
 uniform float wire, selected;
 out vec4 colour;
 
@@ -56,6 +58,7 @@ void main() {
   if (faceted ? dot(n, seen) > 0. : back) n = -n;
   vec3 ground = base;
   if (isNew && marks) ground = piece == selected ? chosen : patch_;
+  if (isNew && marks && colours > 0) ground = palette[clamp(int(piece + .5) - 1, 0, 15)];
   if (colouring == 1) ground = diverging(shown.x);
   if (colouring == 2 && !isKept) ground = rising(shown.y);
   if (back && colouring == 0) ground = inside;

@@ -184,6 +184,8 @@ class Viewer {
     gl.uniform3fv(at("patch_"), colours.patch);
     gl.uniform1i(at("colouring"), ["plain", "curvature", "distance"].indexOf(options.colour));
     gl.uniform1i(at("marks"), mesh.marks);
+    gl.uniform1i(at("colours"), mesh.palette.length);
+    if (mesh.palette.length) gl.uniform3fv(at("palette"), mesh.palette.flat());
     gl.uniform1i(at("faceted"), options.flat);
     gl.uniform1f(at("wire"), options.wire ? 0.5 : 0);
     gl.uniform1f(at("selected"), this.selected.region || -1);

@@ -60,6 +60,25 @@ pub fn picture_of_one(scene: &Scene) -> Result<Vec<u8>, PictureError> {
     )
 }
 
+/// Draws a mesh whose new faces are marked in the colours of their regions: the whole from two sides, and the most conspicuous
+/// region from near by.
+///
+/// # Errors
+/// As [`picture`].
+pub fn picture_of_marked(scene: &Scene) -> Result<Vec<u8>, PictureError> {
+    let views = views(scene);
+    let row = |camera: Camera, edges: bool| {
+        let back = Camera::new(-camera.towards, camera.up, camera.centre, camera.reach);
+        [camera, back].map(|camera| (Side::After, camera, edges))
+    };
+    let rows: Vec<[Panel; 2]> = [Some((views.whole, false)), views.close.map(|c| (c, true))]
+        .into_iter()
+        .flatten()
+        .map(|(camera, edges)| row(camera, edges))
+        .collect();
+    drawn(scene, &rows, false)
+}
+
 /// Rows of panels, with the names of the sides over them.
 fn drawn(scene: &Scene, rows: &[[Panel; 2]], named: bool) -> Result<Vec<u8>, PictureError> {
     let size = |panels: usize| panels * PANEL + (panels - 1) * GAP;

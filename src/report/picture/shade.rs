@@ -110,6 +110,13 @@ impl Shader<'_> {
                 })
     }
 
+    /// The colour of a region's faces.
+    fn marked(&self, region: u32) -> Vec3 {
+        let own = (region as usize).checked_sub(1);
+        let own = own.and_then(|i| self.scene.palette.get(i));
+        own.map_or(ORANGE, |c| linear(c.rgb))
+    }
+
     fn lit(&self, face: &Projected, weights: [f32; 3]) -> Vec3 {
         let corners = self.scene.faces[face.face as usize];
         let normal: Vec3 = (0..3)
@@ -125,7 +132,7 @@ impl Shader<'_> {
         );
         let colour = match self.scene.region(face.face) {
             _ if back => INSIDE,
-            Some(_) if self.scene.marks_new() => ORANGE,
+            Some(region) if self.scene.marks_new() => self.marked(region),
             _ => GREY,
         };
         let light: f32 = LIGHTS
@@ -136,6 +143,18 @@ impl Shader<'_> {
         let shine = GLOSS.0 * n.dot(half).max(0.0).powi(GLOSS.1);
         colour * (AMBIENT + 1.35 * light) + Vec3::splat(if back { 0.0 } else { shine })
     }
+}
+
+/// The linear values of a colour of sRGB.
+fn linear(rgb: [u8; 3]) -> Vec3 {
+    Vec3::from_array(rgb.map(|byte| {
+        let v = f32::from(byte) / 255.0;
+        if v <= 0.04045 {
+            v / 12.92
+        } else {
+            ((v + 0.055) / 1.055).powf(2.4)
+        }
+    }))
 }
 
 /// A linear value as a byte of sRGB.

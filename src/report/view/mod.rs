@@ -48,10 +48,21 @@ pub struct Scene {
     pub kept: usize,
     /// For each face only after its region, from 1; 0 where it is of none.
     pub regions: Vec<u32>,
+    /// The colour of each region, from the first on; empty where all new faces have the same.
+    pub palette: Vec<Colour>,
     /// The closed rims of the holes, in the order of the holes' numbers, from 1.
     pub rims: Vec<Vec<Vec3>>,
     /// Faces that the two meshes have between them.
     pub all_faces: usize,
+}
+
+/// A colour with its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Colour {
+    /// What it is called.
+    pub name: &'static str,
+    /// Red, green and blue of sRGB.
+    pub rgb: [u8; 3],
 }
 
 /// Which of the two meshes.
@@ -88,6 +99,13 @@ impl Scene {
         parts.into_scene(faces, &regions, classes, change, all_faces)
     }
 
+    /// The scene with a colour for each region, from the first on.
+    #[must_use]
+    pub fn with_palette(mut self, palette: &[Colour]) -> Self {
+        self.palette = palette.to_vec();
+        self
+    }
+
     /// The numbers of the faces of one side.
     pub fn side(&self, side: Side) -> impl Iterator<Item = u32> + use<> {
         let new = self.kept + self.regions.len();
@@ -106,7 +124,7 @@ impl Scene {
 
     /// Whether it pays to give the new faces a colour of their own: they are not all there is.
     pub fn marks_new(&self) -> bool {
-        self.kept > 0 && !self.regions.is_empty()
+        (self.kept > 0 || !self.palette.is_empty()) && !self.regions.is_empty()
     }
 
     /// The axis that is likely to point up: the longer one of y and z.
@@ -215,6 +233,7 @@ impl Parts {
                 .filter(|(f, _)| (kept..after).contains(&(*f as usize)))
                 .map(|(f, _)| regions[*f as usize - kept])
                 .collect(),
+            palette: Vec::new(),
             rims: Vec::new(),
             all_faces,
         };

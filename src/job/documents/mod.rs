@@ -1,19 +1,22 @@
 //! The JSON documents, all of them. `docs/json.md` describes the fields; they are kept stable, whatever becomes of the types
 //! that they are made from.
 
-use glam::DVec3;
+mod check;
+mod repair;
+mod rows;
+
 use serde::Serialize;
 
 use super::steps::Extent;
 use super::{JobResult, Place};
 use crate::io::Format;
-use crate::mend::{
-    ClosedBy, FailedReason, FairReport, FillReport, FinishReport, HoleOutcome, HoleReport,
-    LeftReason, RegionReport, RestoreReport, Tally, TriangulatedReason, TryFailure,
-};
-use crate::mesh::{Defects, Hole, Mesh, OpenChain};
-use crate::region::LevelReport;
-use crate::report::reason;
+use crate::mend::{FairReport, FillReport, RestoreReport, Tally};
+use crate::mesh::{Defects, Mesh, OpenChain};
+use repair::RepairRow;
+use rows::{OutcomeRow, PlannedRow, RegionRow};
+
+pub(super) use check::VerdictRow;
+pub(super) use rows::HoleRow;
 
 /// A document: which command of which version made it, and what it says.
 #[derive(Debug, Serialize)]
@@ -92,6 +95,15 @@ impl JobResult<'_> {
                 notes: &self.notes,
                 plan: FairPlanRow::new(report),
             }),
+            (Extent::Repaired(report), output) => Body::Repair(Box::new(RepairBody {
+                dry_run: output.is_none(),
+                input,
+                output,
+                notes: &self.notes,
+                complete: self.complete(),
+                repair: RepairRow::new(report),
+                fill: FillRow::new(&self.report),
+            })),
             (_, Some(output)) => Body::Fill(FillBody {
                 input,
                 output,
@@ -150,6 +162,23 @@ enum Body<'a> {
     Plan(PlanBody<'a>),
     Fair(FairBody<'a>),
     FairPlan(FairPlanBody<'a>),
+    Repair(Box<RepairBody<'a>>),
+}
+
+#[derive(Serialize)]
+struct RepairBody<'a> {
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    dry_run: bool,
+    input: FileInfo,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: Option<FileInfo>,
+    notes: &'a [String],
+    /// Whether the result is watertight and can be printed.
+    complete: bool,
+    #[serde(flatten)]
+    repair: RepairRow<'a>,
+    #[serde(flatten)]
+    fill: FillRow<'a>,
 }
 
 #[derive(Serialize)]
@@ -334,186 +363,6 @@ impl<'a> PlanRow<'a> {
             found: FoundRow::new(report),
             holes: report.holes.iter().map(OutcomeRow::new).collect(),
             regions: report.regions.iter().map(PlannedRow::new).collect(),
-        }
-    }
-}
-
-/// A hole.
-#[derive(Debug, Serialize)]
-pub(super) struct HoleRow {
-    id: usize,
-    edges: usize,
-    length: f64,
-    diameter: f64,
-    width: f64,
-    planarity: f64,
-    height: f64,
-    centre: DVec3,
-    normal: DVec3,
-    piece: u32,
-    outer_border: bool,
-}
-
-impl HoleRow {
-    pub(super) fn new(hole: &Hole) -> Self {
-        Self {
-            id: hole.id,
-            edges: hole.edges,
-            length: hole.length,
-            diameter: hole.diameter,
-            width: hole.width,
-            planarity: hole.planarity,
-            height: hole.height,
-            centre: hole.centre,
-            normal: hole.normal,
-            piece: hole.piece,
-            outer_border: hole.outer_border,
-        }
-    }
-}
-
-/// A hole and what became of it, or would.
-#[derive(Serialize)]
-struct OutcomeRow<'a> {
-    #[serde(flatten)]
-    hole: HoleRow,
-    outcome: &'static str,
-    /// Why, as a word for programs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    cause: Option<&'a str>,
-    /// Why, in words for people.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reason: Option<String>,
-    region: usize,
-}
-
-impl OutcomeRow<'_> {
-    fn new(report: &HoleReport) -> Self {
-        let (outcome, cause) = match &report.outcome {
-            HoleOutcome::Filled => ("filled", None),
-            HoleOutcome::WouldBeFilled => ("would_be_filled", None),
-            HoleOutcome::Faired(why) => ("faired", Some(failure(why))),
-            HoleOutcome::Triangulated(why) => ("triangulated", Some(triangulated(why))),
-            HoleOutcome::WouldBeTriangulated(why) => {
-                ("would_be_triangulated", Some(triangulated(why)))
-            }
-            HoleOutcome::Left(why) => ("left", Some(left(*why))),
-            HoleOutcome::Failed(FailedReason::NotReached) => ("failed", Some("not_reached")),
-            HoleOutcome::Failed(FailedReason::NoTriangulation { .. }) => {
-                ("failed", Some("no_triangulation"))
-            }
-        };
-        Self {
-            hole: HoleRow::new(&report.hole),
-            outcome,
-            cause,
-            reason: reason(&report.outcome),
-            region: report.region,
-        }
-    }
-}
-
-fn triangulated(why: &TriangulatedReason) -> &'static str {
-    match why {
-        TriangulatedReason::FewEdges => "few_edges",
-        TriangulatedReason::Seam => "seam",
-        TriangulatedReason::NoSurface(why) => failure(why),
-    }
-}
-
-fn failure(why: &TryFailure) -> &'static str {
-    match why {
-        TryFailure::Stopped => "stopped",
-        TryFailure::Contradiction => "contradiction",
-        TryFailure::NotSteady => "not_steady",
-        TryFailure::ReachedBox => "reached_box",
-        TryFailure::NotJoined(_) => "not_joined",
-        TryFailure::Crossing(_) => "crossing",
-    }
-}
-
-fn left(why: LeftReason) -> &'static str {
-    match why {
-        LeftReason::KeptOpen => "kept_open",
-        LeftReason::NotChosen => "not_chosen",
-        LeftReason::TooWide => "too_wide",
-        LeftReason::OuterBorder => "outer_border",
-        LeftReason::SmallComponent => "small_component",
-        LeftReason::NotMarked => "not_marked",
-    }
-}
-
-/// A region that would be filled.
-#[derive(Serialize)]
-struct PlannedRow<'a> {
-    id: usize,
-    holes: &'a [usize],
-    bridge: bool,
-    diameter: f64,
-    voxel: Option<f64>,
-    dims: Option<[usize; 3]>,
-}
-
-impl<'a> PlannedRow<'a> {
-    fn new(r: &'a RegionReport) -> Self {
-        Self {
-            id: r.id,
-            holes: &r.holes,
-            bridge: r.bridge,
-            diameter: r.diameter,
-            voxel: r.voxel,
-            dims: r.dims,
-        }
-    }
-}
-
-/// A region that was filled. `voxel` is 0 where no grid was needed.
-#[derive(Serialize)]
-struct RegionRow<'a> {
-    id: usize,
-    holes: &'a [usize],
-    bridge: bool,
-    diameter: f64,
-    voxel: f64,
-    levels: &'a [LevelReport],
-    converged: bool,
-    closed_by: ClosedBy,
-    seam_angle_mean: Option<f64>,
-    seam_angle_max: Option<f64>,
-    new_vertices: usize,
-    new_faces: usize,
-    quality_mean: f64,
-    intersecting_faces: usize,
-    components: usize,
-    /// How the patch was finished on its own triangles; null where it was not.
-    finish: Option<&'a FinishReport>,
-    earlier_tries: Vec<String>,
-    other_energy: bool,
-    seconds: f64,
-}
-
-impl<'a> RegionRow<'a> {
-    fn new(r: &'a RegionReport) -> Self {
-        Self {
-            id: r.id,
-            holes: &r.holes,
-            bridge: r.bridge,
-            diameter: r.diameter,
-            voxel: r.voxel.unwrap_or(0.0),
-            levels: &r.levels,
-            converged: r.converged,
-            closed_by: r.closed_by.unwrap_or(ClosedBy::Nothing),
-            seam_angle_mean: r.seam_angle_mean,
-            seam_angle_max: r.seam_angle_max,
-            new_vertices: r.new_vertices,
-            new_faces: r.new_faces,
-            quality_mean: r.quality_mean,
-            intersecting_faces: r.intersecting_faces,
-            components: r.components,
-            finish: r.finish.as_ref(),
-            earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),
-            other_energy: r.other_energy,
-            seconds: r.seconds,
         }
     }
 }

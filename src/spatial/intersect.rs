@@ -4,17 +4,13 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use robust::{Coord, Coord3D, orient2d, orient3d};
 
-use crate::spatial::{Bounds, BoxTree};
+use super::{Bounds, BoxTree};
 
 /// The faces among the first `count` that intersect another face, in order, each with one partner.
 ///
 /// Faces that share a vertex intersect if they meet anywhere else; faces that share an edge if they are folded onto each
 /// other; faces with the same vertices always. Decided exactly in the given coordinates.
-pub(super) fn intersecting(
-    positions: &[DVec3],
-    faces: &[[u32; 3]],
-    count: usize,
-) -> Vec<(u32, u32)> {
+pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Vec<(u32, u32)> {
     let boxes: Vec<Bounds> = faces
         .par_iter()
         .map(|f| Bounds::of(f.map(|v| positions[v as usize])))
@@ -31,7 +27,7 @@ pub(super) fn intersecting(
 }
 
 /// Whether two faces of a mesh intersect, see [`intersecting`].
-pub(super) fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
+fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
     let at = |face: [u32; 3]| face.map(|v| positions[v as usize]);
     let shared: Vec<usize> = (0..3).filter(|&k| g.contains(&f[k])).collect();
     match shared[..] {
@@ -67,7 +63,7 @@ fn folded(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> bool {
 }
 
 /// Whether two triangles without common vertex have a point in common.
-pub(super) fn triangles_intersect(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
+fn triangles_intersect(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
     let apart = |t: &[DVec3; 3], u: &[DVec3; 3]| {
         let s = t.map(|v| side(u[0], u[1], u[2], v));
         s.iter().all(|&x| x > 0.0) || s.iter().all(|&x| x < 0.0)
@@ -82,7 +78,7 @@ pub(super) fn triangles_intersect(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
 }
 
 /// Whether a closed segment and a closed triangle have a point in common.
-pub(super) fn segment_meets_triangle(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
+fn segment_meets_triangle(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
     let (above, below) = (side(t[0], t[1], t[2], p), side(t[0], t[1], t[2], q));
     if above * below > 0.0 || (above > 0.0 && below > 0.0) || (above < 0.0 && below < 0.0) {
         return false;
@@ -218,8 +214,14 @@ mod tests {
 
     #[test]
     fn the_search_finds_what_all_pairs_find() {
-        let mut noise = crate::stitch::tests::shapes::Noise(3);
-        let positions: Vec<DVec3> = (0..300).map(|_| noise.vector()).collect();
+        let mut state = 3u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        };
+        let positions: Vec<DVec3> = (0..300).map(|_| p(noise(), noise(), noise())).collect();
         let faces: Vec<[u32; 3]> = (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let small: Vec<DVec3> = (0..300)
             .map(|i| positions[i / 3 * 3] + 0.2 * positions[i])

@@ -1,0 +1,239 @@
+# /// script
+# requires-python = ">=3.11"
+# dependencies = ["numpy==2.4.6", "pymeshfix==0.18.1", "pymeshlab==2025.7.post1", "pyvista==0.49.1", "scipy==1.17.1", "trimesh==5.2.0", "networkx==3.6.1"]
+# ///
+"""What repairs leave, side by side: isomend, MeshFix (pymeshfix), MeshLab's repair filters (pymeshlab) and trimesh.
+
+    cargo build --release && python3 scripts/bench_repair.py [--isomend PROGRAM] [--json FILE] [FILE...]
+
+Without files the meshes are made here: good ones into which defects are put, and those that pyvista ships. For each file and
+program the table has: whether the result is watertight (trimesh's definition, on vertices at the same position made one), the faces
+that cross others (MeshLab's selection), the faces of the input that are not kept bit for bit, whichever way round, the
+components of the input none of whose faces are kept, the largest distance from the faces of the input without defects to the
+result over the diagonal of the bounding box, and seconds. A program that does not end within its time, or fails, has a dash."""
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).resolve().parent.parent
+METHODS = ["isomend", "isomend, all closed", "MeshFix", "MeshFix, all parts", "MeshLab", "trimesh"]
+SECONDS = 900
+
+
+def load(path):
+    """Positions and faces of a file, vertices at the same position made one, degenerate faces left out."""
+    import trimesh
+
+    if Path(path).suffix in (".vtk", ".vtp"):
+        import pyvista
+
+        surface = pyvista.read(path).triangulate()
+        points, faces = np.asarray(surface.points), surface.faces.reshape(-1, 4)[:, 1:]
+    else:
+        mesh = trimesh.load(path, process=False, force="mesh")
+        points, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
+    points = points.astype(np.float32).astype(float) + 0.0
+    points, number = np.unique(points, axis=0, return_inverse=True)
+    faces = number.reshape(-1)[faces]
+    proper = (faces[:, 0] != faces[:, 1]) & (faces[:, 1] != faces[:, 2]) & (faces[:, 2] != faces[:, 0])
+    return points, faces[proper]
+
+
+def save(path, points, faces):
+    import trimesh
+
+    mesh = trimesh.Trimesh(points, faces, process=False)
+    Path(path).write_bytes(trimesh.exchange.ply.export_ply(mesh, vertex_normal=False))
+
+
+def by_meshfix(source, target, all_parts):
+    import pymeshfix
+
+    points, faces = load(source)
+    fixer = pymeshfix.MeshFix(points, faces.astype(np.int32))
+    fixer.repair(joincomp=all_parts, remove_smallest_components=not all_parts)
+    save(target, np.asarray(fixer.points), np.asarray(fixer.faces))
+
+
+def by_meshlab(source, target):
+    import pymeshlab
+
+    points, faces = load(source)
+    own = pymeshlab.MeshSet()
+    own.add_mesh(pymeshlab.Mesh(points, faces))
+    own.meshing_remove_duplicate_vertices()
+    own.meshing_remove_duplicate_faces()
+    own.meshing_remove_null_faces()
+    own.meshing_repair_non_manifold_edges(method="Remove Faces")
+    own.meshing_repair_non_manifold_vertices(vertdispratio=0.001)
+    own.compute_selection_by_self_intersections_per_face()
+    own.apply_selection_dilatation()
+    own.meshing_remove_selected_faces()
+    own.meshing_remove_unreferenced_vertices()
+    own.meshing_repair_non_manifold_edges(method="Remove Faces")
+    own.meshing_repair_non_manifold_vertices(vertdispratio=0.001)
+    own.meshing_re_orient_faces_coherently()
+    own.meshing_close_holes(maxholesize=100000, newfaceselected=False)
+    mesh = own.current_mesh()
+    save(target, mesh.vertex_matrix(), mesh.face_matrix())
+
+
+def by_trimesh(source, target):
+    import trimesh
+
+    points, faces = load(source)
+    mesh = trimesh.Trimesh(points, faces, process=True)
+    mesh.update_faces(mesh.unique_faces())
+    mesh.update_faces(mesh.nondegenerate_faces())
+    trimesh.repair.fix_normals(mesh, multibody=True)
+    trimesh.repair.fill_holes(mesh)
+    save(target, mesh.vertices, mesh.faces)
+
+
+def run(method, program, source, target):
+    """Repairs a file in a process of its own; the seconds it took, or none."""
+    if method.startswith("isomend"):
+        options = ["--debris", "0.001", "--close-borders"] if "all" in method else []
+        command = [program, "repair", source, "-o", target, "-q", *options]
+    else:
+        command = [sys.executable, __file__, "--one", method, source, target]
+    start = time.time()
+    try:
+        done = subprocess.run(command, capture_output=True, timeout=SECONDS)
+    except subprocess.TimeoutExpired:
+        return None
+    return time.time() - start if done.returncode in (0, 3) and Path(target).exists() else None
+
+
+def keys(points, faces):
+    """Each face as its corners' positions in 32 bits, sorted."""
+    corners = np.ascontiguousarray(points.astype(np.float32) + np.float32(0)).view(np.dtype((np.void, 12))).reshape(-1)
+    return [b"".join(sorted(c.tobytes() for c in face)) for face in corners[faces]]
+
+
+def crossing(points, faces):
+    import pymeshlab
+
+    own = pymeshlab.MeshSet()
+    own.add_mesh(pymeshlab.Mesh(points, faces))
+    own.compute_selection_by_self_intersections_per_face()
+    return own.current_mesh().face_selection_array()
+
+
+def measured(source, target):
+    import pymeshlab
+    import trimesh
+
+    points, faces = load(source)
+    after, new = load(target)
+    there = set(keys(after, new))
+    kept = np.array([key in there for key in keys(points, faces)])
+    parts = trimesh.graph.connected_component_labels(trimesh.Trimesh(points, faces, process=False).face_adjacency, len(faces))
+    bad = crossing(points, faces)
+    touched = np.isin(faces, np.unique(faces[bad])).any(axis=1)
+    pair = pymeshlab.MeshSet()
+    pair.add_mesh(pymeshlab.Mesh(points, faces[~touched]))
+    pair.add_mesh(pymeshlab.Mesh(after, new))
+    far = pair.get_hausdorff_distance(sampledmesh=0, targetmesh=1, samplenum=200_000, sampleface=True, maxdist=pymeshlab.PercentageValue(100))
+    return {
+        "watertight": bool(trimesh.Trimesh(after, new, process=False).is_watertight),
+        "crossing": int(crossing(after, new).sum()),
+        "faces": len(faces),
+        "lost": int((~kept).sum()),
+        "lost_components": int(len(np.unique(parts)) - len(np.unique(parts[kept]))),
+        "components": int(len(np.unique(parts))),
+        "distance": far["max"] / float(np.linalg.norm(np.ptp(points, axis=0))),
+    }
+
+
+def made(folder):
+    """Good meshes with defects, and those that pyvista ships."""
+    import pyvista
+    import trimesh
+
+    random = np.random.default_rng(5)
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    points, faces = np.asarray(ball.vertices), np.asarray(ball.faces)
+    small = trimesh.creation.icosphere(subdivisions=3, radius=0.3)
+    torus = trimesh.creation.torus(1.0, 0.4, 64, 32)
+    flipped = faces.copy()
+    which = random.permutation(len(faces))[:200]
+    flipped[which] = flipped[which][:, ::-1]
+    box = trimesh.creation.box(extents=[1, 1, 1]).subdivide().subdivide().subdivide()
+
+    def both(p, f, q, g):
+        return np.vstack([p, q]), np.vstack([f, g + len(p)])
+
+    cases = {
+        "ball, faces turned": (points, flipped),
+        "ball, faces missing": (points, np.delete(faces, random.permutation(len(faces))[:150], axis=0)),
+        "ball, duplicate faces": (points, np.vstack([faces, faces[:300, ::-1]])),
+        "pierced ball": both(points, faces, small.vertices + [0.95, 0.1, 0.05], small.faces),
+        "pierced torus": both(torus.vertices, torus.faces, small.vertices + [1.0, 0.1, 0.4], small.faces),
+        "balls that cross": both(points, faces, points + [1.1, 0.1, 0.2], faces),
+        "boxes glued at an edge": both(box.vertices, box.faces, box.vertices + [1, 1, 0], box.faces),
+        "noisy ball": (points + random.normal(scale=0.012, size=points.shape), faces),
+    }
+    files = []
+    for name, (p, f) in cases.items():
+        files.append(folder / f"{name}.ply")
+        save(files[-1], p, f)
+    shipped = Path(pyvista.examples.dir_path)
+    return files + [shipped / name for name in ("airplane.ply", "nut.ply", "ant.ply") if (shipped / name).exists()]
+
+
+def row(file, method, seconds, found):
+    if found is None:
+        return f"| {file} | {method} | – | – | – | – | – | – |"
+    yes = "yes" if found["watertight"] else "no"
+    return (
+        f"| {file} | {method} | {yes} | {found['crossing']} | {found['lost']} of {found['faces']} | "
+        f"{found['lost_components']} of {found['components']} | {found['distance']:.1e} | {seconds:.1f} |"
+    )
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--isomend", default=ROOT / "target/release/isomend", type=Path)
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--one", nargs=3, metavar=("METHOD", "IN", "OUT"), help=argparse.SUPPRESS)
+    parser.add_argument("files", nargs="*", type=Path)
+    args = parser.parse_args()
+    if args.one:
+        method, source, target = args.one
+        if method.startswith("MeshFix"):
+            by_meshfix(source, target, "all" in method)
+        else:
+            {"MeshLab": by_meshlab, "trimesh": by_trimesh}[method](source, target)
+        return
+    rows = []
+    print("| file | program | watertight | crossing | faces lost | components lost | distance | seconds |")
+    print("|---|---|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        for source in args.files or made(folder):
+            for i, method in enumerate(METHODS):
+                target = folder / f"out{i}.ply"
+                target.unlink(missing_ok=True)
+                seconds = run(method, args.isomend, source, target)
+                found = None if seconds is None else measured(source, target)
+                print(row(source.name, method, seconds, found), flush=True)
+                rows.append({"file": source.name, "method": method, "seconds": seconds, "found": found})
+    for method in METHODS:
+        own = [r["found"] for r in rows if r["method"] == method and r["found"]]
+        good = sum(f["watertight"] and f["crossing"] == 0 for f in own)
+        print(f"{method}: {good} of {len(rows) // len(METHODS)} files watertight without crossings; {sum(f['lost'] for f in own)} faces and "
+              f"{sum(f['lost_components'] for f in own)} components lost")
+    if args.json:
+        args.json.write_text(json.dumps(rows, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,155 @@
+//! The components of a mesh: how large they are, and which lie inside others.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::mesh::topology::NONE;
+use crate::mesh::{Mesh, Topology, area_vector};
+use crate::spatial::{Bounds, BoxTree, Bvh, WindingTree};
+
+/// A point lies inside a component where the component winds round it by more than this: 1 inside of a closed one, less where it
+/// has holes.
+const INSIDE: f64 = 0.75;
+/// So many vertices of a component are looked at to say whether it lies inside another.
+const SAMPLES: usize = 32;
+/// Components of fewer faces hold nothing.
+const LEAST_FACES: usize = 4;
+
+/// A part of a mesh that hangs together by edges with two faces.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Component {
+    /// Number of faces.
+    pub faces: usize,
+    /// Area in the mesh's units squared.
+    pub area: f64,
+    /// Whether each of its edges is in two faces.
+    pub closed: bool,
+    /// The volume that it encloses, negative where it is inside out; of an open one that of the cone over a point in the middle.
+    pub volume: f64,
+    /// The middle of its bounding box.
+    pub centre: DVec3,
+    /// The smallest component that it lies wholly inside, as its place in the list.
+    pub inside: Option<usize>,
+    /// How many components it lies wholly inside.
+    pub depth: usize,
+    /// Whether its area is a small part of that of the largest one.
+    pub debris: bool,
+}
+
+/// The components of a welded mesh, in the order of their numbers; `debris` is the part of the largest area below which one counts as
+/// debris.
+pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<Component> {
+    let count = topology.piece_faces.len();
+    let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
+    for f in topology.faces() {
+        faces[topology.piece[f as usize] as usize].push(f);
+    }
+    let boxes: Vec<Bounds> = faces.par_iter().map(|own| bounds(mesh, own)).collect();
+    let mut open = vec![false; count];
+    for h in (0..topology.opposite.len()).filter(|h| topology.opposite[*h] == NONE) {
+        let piece = topology.piece[h / 3];
+        if piece != NONE {
+            open[piece as usize] = true;
+        }
+    }
+    let mut found: Vec<Component> = (0..count)
+        .into_par_iter()
+        .map(|i| measured(mesh, topology, &faces[i], &boxes[i], !open[i]))
+        .collect();
+    let largest = found.iter().map(|c| c.area).fold(0.0, f64::max);
+    for c in &mut found {
+        c.debris = c.area < debris * largest;
+    }
+    nest(mesh, &faces, &boxes, &mut found);
+    found
+}
+
+fn bounds(mesh: &Mesh, faces: &[u32]) -> Bounds {
+    let corners = faces.iter().flat_map(|&f| mesh.corners(f));
+    let (low, high) = crate::mesh::bounds(corners);
+    Bounds { low, high }
+}
+
+/// Area and volume of some faces, in the orientation of the mesh as given.
+fn measured(
+    mesh: &Mesh,
+    topology: &Topology,
+    faces: &[u32],
+    around: &Bounds,
+    closed: bool,
+) -> Component {
+    let centre = 0.5 * (around.low + around.high);
+    let (mut area, mut volume) = (0.0, 0.0);
+    for &f in faces {
+        let [a, b, c] = mesh.corners(f).map(|p| p - centre);
+        let side = if topology.turned[f as usize] {
+            -1.0
+        } else {
+            1.0
+        };
+        area += 0.5 * area_vector([a, b, c]).length();
+        volume += side * a.dot(b.cross(c)) / 6.0;
+    }
+    Component {
+        faces: faces.len(),
+        area,
+        closed,
+        volume,
+        centre,
+        inside: None,
+        depth: 0,
+        debris: false,
+    }
+}
+
+/// Says which components lie inside which.
+fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Component]) {
+    let holds = |outer: &Bounds, inner: &Bounds| {
+        outer.low.cmple(inner.low).all() && outer.high.cmpge(inner.high).all()
+    };
+    // Pairs of a component and one whose box holds its box, by the outer one.
+    let tree = BoxTree::new(boxes);
+    let mut pairs: Vec<(u32, u32)> = Vec::new();
+    for (inner, own) in boxes.iter().enumerate() {
+        tree.for_each(boxes, own, |outer| {
+            let o = outer as usize;
+            if o != inner && faces[o].len() >= LEAST_FACES && holds(&boxes[o], own) {
+                pairs.push((outer, inner as u32));
+            }
+        });
+    }
+    pairs.sort_unstable();
+    let groups: Vec<&[(u32, u32)]> = pairs.chunk_by(|a, b| a.0 == b.0).collect();
+    let inside: Vec<(u32, u32)> = groups
+        .into_par_iter()
+        .flat_map_iter(|group| {
+            let bvh = Bvh::new(mesh, faces[group[0].0 as usize].iter().copied());
+            let tree = WindingTree::new(&bvh);
+            let is_inside = |f: &u32| {
+                let p = mesh.corners(*f)[0];
+                tree.winding_number(&bvh, p).abs() > INSIDE
+            };
+            let wholly = |inner: u32| {
+                let own = &faces[inner as usize];
+                let step = own.len().div_ceil(SAMPLES);
+                own.iter().step_by(step).all(is_inside)
+            };
+            let inner = group.iter().filter(|(_, inner)| wholly(*inner));
+            inner.copied().collect::<Vec<_>>()
+        })
+        .collect();
+    for (outer, inner) in inside {
+        let area = |i: usize| found[i].area;
+        let (outer, inner) = (outer as usize, inner as usize);
+        // Of two that cross, each may seem to lie in the other.
+        if area(outer) <= area(inner) {
+            continue;
+        }
+        let nearer = found[inner].inside.is_none_or(|o| area(outer) < area(o));
+        found[inner].depth += 1;
+        if nearer {
+            found[inner].inside = Some(outer);
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! Thin parts.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Defect, DefectKind, Subject};
+use crate::mesh::{Mesh, face_normal};
+use crate::spatial::Bvh;
+
+/// A ray ends on faces that face the other way within 60 degrees: the cosine. Beyond it the two are the sides of an edge.
+const FACING: f64 = 0.5;
+
+/// The faces from whose centre the way inward to a face that faces the other way is shorter than `length`.
+pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
+    let Subject { mesh, topology, .. } = *subject;
+    let bvh = Bvh::new(mesh, topology.faces());
+    // Faces as they are given, not as they were turned: inward is against their own normals.
+    let normal = |f: u32| {
+        let side = if topology.turned[f as usize] {
+            -1.0
+        } else {
+            1.0
+        };
+        side * face_normal(mesh, f)
+    };
+    let is_thin = |&f: &u32| {
+        let (inward, corners) = (-normal(f), mesh.corners(f));
+        if inward == DVec3::ZERO {
+            return false;
+        }
+        let centre = corners.iter().sum::<DVec3>() / 3.0;
+        let end = centre + length * inward;
+        let mut found = false;
+        bvh.for_each_in_box(centre.min(end), centre.max(end), |g| {
+            found = found
+                || (!shares_vertex(mesh, f, g)
+                    && normal(g).dot(inward) > FACING
+                    && meets(centre, inward, mesh.corners(g)).is_some_and(|t| t < length));
+        });
+        found
+    };
+    let all: Vec<u32> = topology.faces().collect();
+    let faces: Vec<u32> = all.into_par_iter().filter(is_thin).collect();
+    Defect::new(DefectKind::Thin, faces.len(), faces, mesh)
+}
+
+fn shares_vertex(mesh: &Mesh, f: u32, g: u32) -> bool {
+    let corners = mesh.faces[g as usize];
+    mesh.faces[f as usize].iter().any(|v| corners.contains(v))
+}
+
+/// How far along a ray a triangle lies (Möller and Trumbore 1997), where it is met.
+pub(crate) fn meets(from: DVec3, along: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let (u, v) = (b - a, c - a);
+    let p = along.cross(v);
+    let determinant = u.dot(p);
+    if determinant == 0.0 {
+        return None;
+    }
+    let s = from - a;
+    let q = s.cross(u);
+    let (x, y) = (s.dot(p) / determinant, along.dot(q) / determinant);
+    let t = v.dot(q) / determinant;
+    (x >= 0.0 && y >= 0.0 && x + y <= 1.0 && t > 0.0).then_some(t)
+}

@@ -1,0 +1,65 @@
+//! The rows of a repair.
+
+use serde::Serialize;
+
+use super::VerdictRow;
+use crate::mend::{CrossingPass, RepairReport};
+
+/// What a repair did.
+#[derive(Serialize)]
+pub(super) struct RepairRow<'a> {
+    steps: Steps<'a>,
+    lost_faces: usize,
+    lost_vertices: usize,
+    /// The verdict on the input.
+    before: Option<VerdictRow<'a>>,
+    /// The verdict on what was written.
+    after: Option<VerdictRow<'a>>,
+}
+
+#[derive(Serialize)]
+struct Steps<'a> {
+    merged_vertices: usize,
+    welded_vertices: usize,
+    degenerate_faces: usize,
+    flipped_edges: usize,
+    duplicate_faces: usize,
+    turned_faces: usize,
+    split_vertices: usize,
+    non_manifold_faces: usize,
+    debris_components: usize,
+    debris_faces: usize,
+    inside_components: usize,
+    inside_faces: usize,
+    crossing_passes: &'a [CrossingPass],
+    covered_faces: usize,
+    components_left_crossing: usize,
+}
+
+impl<'a> RepairRow<'a> {
+    pub(super) fn new(r: &'a RepairReport) -> Self {
+        Self {
+            steps: Steps {
+                merged_vertices: r.merged_vertices,
+                welded_vertices: r.welded_vertices,
+                degenerate_faces: r.degenerate_faces,
+                flipped_edges: r.flipped_edges,
+                duplicate_faces: r.duplicate_faces,
+                turned_faces: r.turned_faces,
+                split_vertices: r.split_vertices,
+                non_manifold_faces: r.non_manifold_faces,
+                debris_components: r.debris[0],
+                debris_faces: r.debris[1],
+                inside_components: r.inside[0],
+                inside_faces: r.inside[1],
+                crossing_passes: &r.passes,
+                covered_faces: r.covered_faces,
+                components_left_crossing: r.left_crossing,
+            },
+            lost_faces: r.lost_faces,
+            lost_vertices: r.lost_vertices,
+            before: r.before.as_ref().map(VerdictRow::new),
+            after: r.after.as_ref().map(VerdictRow::new),
+        }
+    }
+}

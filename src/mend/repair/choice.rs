@@ -1,0 +1,96 @@
+//! The holes that are to be filled: chosen by their numbers in the input, found again after what was done to it.
+
+use std::collections::{HashMap, HashSet};
+
+use super::edges;
+use crate::mend::{FillError, FillParams, Inspection};
+
+/// The holes of the input, where some are chosen by their numbers or width.
+#[derive(Default)]
+pub(super) struct Choice {
+    /// The hole of each edge of a rim, between welded vertices of the input.
+    hole_of: HashMap<(u32, u32), usize>,
+    /// The welded vertex of each vertex of the input.
+    weld: Vec<u32>,
+}
+
+impl Choice {
+    /// # Errors
+    /// When a hole is chosen that there is not.
+    pub(super) fn new(found: &Inspection, params: &FillParams) -> Result<Self, FillError> {
+        // Refuses numbers of holes that there are not.
+        drop(found.regions(params)?);
+        let rims = found.holes.iter();
+        Ok(Self {
+            hole_of: rims
+                .flat_map(|h| edges(&h.rim).map(|e| (e, h.id)))
+                .collect(),
+            weld: found.weld.clone(),
+        })
+    }
+
+    /// The parameters with the numbers that the chosen holes have now; `made` are the holes that the repair made, which are filled
+    /// whatever is chosen. `origin` is the vertex of the input for each vertex now.
+    pub(super) fn params(
+        &self,
+        now: &Inspection,
+        origin: &[u32],
+        made: &[usize],
+        params: &FillParams,
+    ) -> FillParams {
+        let chooses = params.holes.is_some()
+            || params.max_diameter.is_some()
+            || !params.keep_open.is_empty()
+            || !params.bridge.is_empty();
+        if !chooses {
+            return params.clone();
+        }
+        let was: Vec<Option<usize>> = now
+            .holes
+            .iter()
+            .map(|h| self.before(&h.rim, origin))
+            .collect();
+        let renumbered = |ids: &[usize]| -> Vec<usize> {
+            let is_one =
+                |(_, was): &(usize, &Option<usize>)| was.is_some_and(|id| ids.contains(&id));
+            let found = (1..).zip(&was).filter(is_one);
+            found.map(|(id, _)| id).collect()
+        };
+        let made: HashSet<usize> = made.iter().copied().collect();
+        let mut new = params.clone();
+        new.keep_open = renumbered(&params.keep_open);
+        new.keep_open.retain(|id| !made.contains(id));
+        new.bridge = params.bridge.iter().map(|ids| renumbered(ids)).collect();
+        new.bridge.retain(|ids| ids.len() > 1);
+        if let Some(ids) = &params.holes {
+            let mut ids = renumbered(ids);
+            ids.extend(&made);
+            ids.sort_unstable();
+            ids.dedup();
+            new.holes = Some(ids);
+        } else if let Some(most) = params.max_diameter {
+            let wide = |h: &&crate::mesh::Hole| h.diameter > most && !made.contains(&h.id);
+            new.keep_open
+                .extend(now.holes.iter().filter(wide).map(|h| h.id));
+            new.max_diameter = None;
+        }
+        new
+    }
+
+    /// The hole of the input with which a rim has most edges in common.
+    fn before(&self, rim: &[u32], origin: &[u32]) -> Option<usize> {
+        let of = |v: u32| self.weld.get(origin[v as usize] as usize).copied();
+        let mut votes: HashMap<usize, usize> = HashMap::new();
+        for (v, w) in edges(rim) {
+            if let (Some(v), Some(w)) = (of(v), of(w))
+                && let Some(hole) = self.hole_of.get(&(v.min(w), v.max(w)))
+            {
+                *votes.entry(*hole).or_default() += 1;
+            }
+        }
+        let most = votes
+            .into_iter()
+            .max_by_key(|(hole, n)| (*n, usize::MAX - hole));
+        most.map(|(hole, _)| hole)
+    }
+}

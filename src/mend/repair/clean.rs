@@ -1,0 +1,226 @@
+//! Coinciding vertices, degenerate and duplicate faces.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+
+use super::draft::Draft;
+use super::{RepairParams, RepairReport};
+use crate::check::{duplicates, is_flat};
+use crate::mend::FillError;
+use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::{FaceOrigin, VertexFaces, weld_map};
+
+/// Faces without area may lie side by side: edges are turned in at most so many rounds.
+const ROUNDS: usize = 20;
+
+/// Says whether two vertices of the input carry the same.
+pub(super) type Alike<'a> = dyn Fn(u32, u32) -> bool + Sync + 'a;
+
+/// Merges vertices, takes degenerate and duplicate faces out.
+pub(super) fn clean(
+    draft: &mut Draft,
+    params: &RepairParams,
+    alike: &Alike,
+    report: &mut RepairReport,
+) -> Result<(), FillError> {
+    if params.clean {
+        report.merged_vertices = merge_coinciding(draft, alike);
+    }
+    if let Some(length) = params.weld.filter(|l| *l > 0.0) {
+        report.welded_vertices = weld_border(draft, length)?;
+    }
+    if !params.clean {
+        return Ok(());
+    }
+    let removed: Vec<bool> = {
+        let found = draft.inspect()?;
+        let mut removed: Vec<bool> = found.topology.piece.iter().map(|p| *p == NONE).collect();
+        for f in duplicates(&found.mesh, &found.topology) {
+            removed[f as usize] = true;
+            report.duplicate_faces += 1;
+        }
+        removed
+    };
+    if removed.iter().all(|r| *r) {
+        return Err(FillError::Empty);
+    }
+    report.degenerate_faces = draft.remove(&removed) - report.duplicate_faces;
+    for _ in 0..ROUNDS {
+        match flip_flat(draft, false)? {
+            0 => break,
+            flipped => report.flipped_edges += flipped,
+        }
+    }
+    Ok(())
+}
+
+/// Turns the edges of new faces without area where they have a new neighbour.
+pub(super) fn flip_new(draft: &mut Draft) -> Result<(), FillError> {
+    for _ in 0..ROUNDS {
+        if flip_flat(draft, true)? == 0 {
+            break;
+        }
+    }
+    Ok(())
+}
+
+/// Gives the faces at vertices of the same position, to the bit, and with the same values the first of them.
+fn merge_coinciding(draft: &mut Draft, alike: &Alike) -> usize {
+    let positions = &draft.mesh.positions;
+    let bits = |v: u32| positions[v as usize].to_array().map(f64::to_bits);
+    let weld = weld_map(&draft.mesh);
+    let mut different: HashMap<u32, Vec<u32>> = HashMap::new();
+    let mut to: Vec<u32> = (0..positions.len() as u32).collect();
+    let mut merged = 0;
+    let mut used = vec![false; positions.len()];
+    let corners = draft.mesh.faces.iter().flatten();
+    corners.for_each(|&v| used[v as usize] = true);
+    for v in (0..positions.len() as u32).filter(|v| used[*v as usize]) {
+        let known = different.entry(weld[v as usize]).or_default();
+        match known.iter().find(|w| bits(**w) == bits(v) && alike(**w, v)) {
+            Some(first) => {
+                to[v as usize] = *first;
+                merged += 1;
+            }
+            None => known.push(v),
+        }
+    }
+    for corner in draft.mesh.faces.iter_mut().flatten() {
+        *corner = to[*corner as usize];
+    }
+    merged
+}
+
+/// Merges vertices of the border into the first one within `length`, unless a face has both.
+fn weld_border(draft: &mut Draft, length: f64) -> Result<usize, FillError> {
+    let (to, merged) = {
+        let found = draft.inspect()?;
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let mut border: Vec<u32> = (0..topology.boundary.len() as u32)
+            .filter(|&h| topology.boundary[h as usize])
+            .flat_map(|h| [start(mesh, h), end(mesh, h)])
+            .collect();
+        border.sort_unstable();
+        border.dedup();
+        let around = VertexFaces::new(mesh);
+        let neighbours = |v: u32, w: u32| {
+            let mut faces = around.of(v).iter();
+            faces.any(|f| mesh.faces[*f as usize].contains(&w))
+        };
+        let cell = |p: DVec3| (p / length).floor().to_array().map(|x| x as i64);
+        let mut kept: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+        let mut to: HashMap<u32, u32> = HashMap::new();
+        for &v in &border {
+            let p = mesh.positions[v as usize];
+            let [x, y, z] = cell(p);
+            let mut best: Option<(f64, u32)> = None;
+            for i in 0..27i64 {
+                let near = [x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1];
+                for &w in kept.get(&near).into_iter().flatten() {
+                    let d = p.distance(mesh.positions[w as usize]);
+                    if d <= length && !neighbours(v, w) && best.is_none_or(|b| (d, w) < b) {
+                        best = Some((d, w));
+                    }
+                }
+            }
+            match best {
+                Some((_, w)) => _ = to.insert(v, w),
+                None => kept.entry([x, y, z]).or_default().push(v),
+            }
+        }
+        // A vertex of the file goes where the one that stands for its place goes.
+        let of = |v: usize| to.get(&found.weld[v]).copied();
+        let all: Vec<Option<u32>> = (0..found.weld.len()).map(of).collect();
+        (all, to.len())
+    };
+    for corner in draft.mesh.faces.iter_mut().flatten() {
+        *corner = to[*corner as usize].unwrap_or(*corner);
+    }
+    Ok(merged)
+}
+
+/// Turns the longest edge of faces whose corners lie on one line, so that the neighbour there is cut in two; returns how many.
+/// With `only_new` faces that come from the input stay.
+fn flip_flat(draft: &mut Draft, only_new: bool) -> Result<usize, FillError> {
+    let flips = {
+        let found = draft.inspect()?;
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let flat: Vec<u32> = topology
+            .faces()
+            .filter(|&f| is_flat(mesh.corners(f)))
+            .filter(|&f| !only_new || draft.region[f as usize] != NONE)
+            .collect();
+        if flat.is_empty() {
+            return Ok(0);
+        }
+        let around = VertexFaces::new(mesh);
+        let mut touched: HashSet<u32> = HashSet::new();
+        let mut flips = Vec::new();
+        for f in flat {
+            let p = mesh.corners(f);
+            let long = |k: &usize| p[*k].distance(p[(k + 1) % 3]);
+            let k = (0..3)
+                .max_by(|a, b| long(a).total_cmp(&long(b)))
+                .unwrap_or(0);
+            let h = 3 * f + k as u32;
+            let o = topology.opposite[h as usize];
+            // Turned faces are not those of the draft; they wait until they are.
+            let turned = |f: u32| topology.turned[f as usize];
+            if o == NONE || turned(f) || turned(o / 3) || start(mesh, h) == start(mesh, o) {
+                continue;
+            }
+            let g = o / 3;
+            if only_new && draft.region[g as usize] == NONE {
+                continue;
+            }
+            let apex = |h: u32| mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
+            let (b, d) = (apex(h), apex(o));
+            let mut joined = around.of(b).iter();
+            let has_edge = joined.any(|f| mesh.faces[*f as usize].contains(&d));
+            let own = mesh.faces[f as usize].iter().chain(&mesh.faces[g as usize]);
+            if b == d
+                || has_edge
+                || is_flat(mesh.corners(g))
+                || own.clone().any(|v| touched.contains(v))
+            {
+                continue;
+            }
+            touched.extend(own);
+            flips.push((h, o));
+        }
+        flips
+    };
+    for &(h, o) in &flips {
+        flip(draft, h, o);
+    }
+    Ok(flips.len())
+}
+
+/// Turns the edge between a flat face and its neighbour: the two new faces are parts of the neighbour.
+fn flip(draft: &mut Draft, h: u32, o: u32) {
+    let (f, g) = (h as usize / 3, o as usize / 3);
+    let middle = draft.mesh.faces[f][(h as usize % 3 + 2) % 3];
+    let k = o as usize % 3;
+    let (face, origin) = (draft.mesh.faces[g], draft.origins.faces[g]);
+    // The neighbour runs from `face[k]` to `face[k + 1]` along the edge.
+    let [from, to, apex] = [k, (k + 1) % 3, (k + 2) % 3];
+    let part = |corners: [Option<usize>; 3]| {
+        let vertex = |c: Option<usize>| c.map_or(middle, |c| face[c]);
+        let corner = |c: Option<usize>| c.map_or(3, |c| origin.corners[c]);
+        let origin = FaceOrigin {
+            face: origin.face,
+            corners: corners.map(corner),
+        };
+        (corners.map(vertex), origin)
+    };
+    let halves = [
+        part([Some(from), None, Some(apex)]),
+        part([None, Some(to), Some(apex)]),
+    ];
+    for (place, (face, origin)) in [f, g].into_iter().zip(halves) {
+        draft.mesh.faces[place] = face;
+        draft.origins.faces[place] = origin;
+        draft.region[place] = draft.region[g];
+    }
+}

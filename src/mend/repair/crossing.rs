@@ -1,0 +1,391 @@
+//! Faces that cross others: cut out with what is round them, and what lies inside then.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::draft::Draft;
+use super::params::CrossingPass;
+use crate::check::{crossing, meets};
+use crate::mend::{FillError, Inspection};
+use crate::mesh::cut::settled;
+use crate::mesh::topology::NONE;
+use crate::mesh::{DisjointSets, Mesh, Topology, area_vector, face_normal};
+use crate::spatial::{Bvh, WindingTree};
+
+/// Components of at most so many faces may go whole; larger ones keep their crossings rather.
+const SMALL_FACES: usize = 2;
+/// So many faces of a part are looked at to say whether it lies inside.
+const SAMPLES: usize = 64;
+/// A part lies inside where what it crosses winds round more than half of the points before its faces by more than this.
+const INSIDE: f64 = 0.5;
+/// Points before a face are so far from it, over the root of its area.
+const BEFORE: f64 = 1e-2;
+/// A layer covers another one that is no farther below it than this many mean edges, and faces the same way within 60 degrees.
+const LAYER: f64 = 4.0;
+const SAME_WAY: f64 = 0.5;
+/// A component of which more than this part lies inside others is kept for what it is: what shows of it goes.
+const SUBMERGED: f64 = 0.9;
+
+/// What came of a pass.
+pub(super) struct Cut {
+    pub(super) pass: CrossingPass,
+    /// Faces that lay inside or under another layer.
+    pub(super) covered: usize,
+    /// Components whose crossings were left.
+    pub(super) left: usize,
+}
+
+/// Cuts the faces of patches that cross others out, with so many rings of the patch's faces round them, and what crosses them
+/// next to them; none where there are none. Other faces stay: it is the patches that are to give way.
+pub(super) fn cut_patches(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
+    let (removed, cut) = {
+        let found = draft.inspect()?;
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let pairs = crossing(mesh, topology);
+        let is_new = |f: u32| draft.region[f as usize] != NONE;
+        let mut marks = vec![false; mesh.faces.len()];
+        for &(f, _) in pairs.iter().filter(|(f, _)| is_new(*f)) {
+            marks[f as usize] = true;
+        }
+        let count = marks.iter().filter(|m| **m).count();
+        if count == 0 {
+            return Ok(None);
+        }
+        let mut near = marks.clone();
+        let all = vec![Some(rings); topology.piece_faces.len()];
+        grow(mesh, topology, &mut near, &all);
+        for f in (0..marks.len()).filter(|f| near[*f]) {
+            marks[f] |= is_new(f as u32);
+        }
+        for &(f, _) in pairs.iter().filter(|(f, _)| near[*f as usize]) {
+            marks[f as usize] = true;
+        }
+        let removed = settled(mesh, topology, &marks, true);
+        let pass = CrossingPass {
+            crossing_faces: count,
+            cut_faces: removed.iter().filter(|r| **r).count(),
+            rings,
+        };
+        let (covered, left) = (0, 0);
+        (
+            removed,
+            Cut {
+                pass,
+                covered,
+                left,
+            },
+        )
+    };
+    draft.remove(&removed);
+    Ok(Some(cut))
+}
+
+/// Cuts the faces that cross others out with so many rings of faces round them, then the parts that lie inside; none where no
+/// faces cross that could be cut.
+pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
+    let (removed, cut) = {
+        let found = draft.inspect()?;
+        let Some((removed, left, pairs)) = cuts(&found, rings) else {
+            return Ok(None);
+        };
+        let marked = removed.iter().filter(|r| **r).count();
+        let inner = Parts::new(&found, &removed, &pairs).covered();
+        let mut all = removed;
+        inner.iter().for_each(|f| all[*f as usize] = true);
+        let all = if inner.is_empty() {
+            all
+        } else {
+            settled(&found.mesh, &found.topology, &all, true)
+        };
+        let pass = CrossingPass {
+            crossing_faces: pairs.len(),
+            cut_faces: marked,
+            rings,
+        };
+        let covered = all.iter().filter(|r| **r).count() - marked;
+        (
+            all,
+            Cut {
+                pass,
+                covered,
+                left,
+            },
+        )
+    };
+    draft.remove(&removed);
+    Ok(Some(cut))
+}
+
+/// Cuts the faces that cross others out with so many rings of faces round them, whatever they are; none where no faces cross that
+/// could be cut.
+pub(super) fn cut_all(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
+    let (removed, cut) = {
+        let found = draft.inspect()?;
+        let Some((removed, left, pairs)) = cuts(&found, rings) else {
+            return Ok(None);
+        };
+        let pass = CrossingPass {
+            crossing_faces: pairs.len(),
+            cut_faces: removed.iter().filter(|r| **r).count(),
+            rings,
+        };
+        (
+            removed,
+            Cut {
+                pass,
+                covered: 0,
+                left,
+            },
+        )
+    };
+    draft.remove(&removed);
+    Ok(Some(cut))
+}
+
+/// The faces to cut out, the number of components that are left as they are, and the pairs that cross.
+#[expect(clippy::type_complexity, reason = "used once")]
+fn cuts(found: &Inspection, rings: usize) -> Option<(Vec<bool>, usize, Vec<(u32, u32)>)> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let mut rings_of = vec![Some(rings); topology.piece_faces.len()];
+    let piece = |f: u32| topology.piece[f as usize] as usize;
+    let mut pairs = crossing(mesh, topology);
+    loop {
+        if pairs.is_empty() {
+            return None;
+        }
+        let mut marks = vec![false; mesh.faces.len()];
+        for &(f, _) in &pairs {
+            marks[f as usize] = true;
+        }
+        grow(mesh, topology, &mut marks, &rings_of);
+        let removed = settled(mesh, topology, &marks, true);
+        let mut left = topology.piece_faces.clone();
+        for f in topology.faces().filter(|f| removed[*f as usize]) {
+            left[piece(f)] -= 1;
+        }
+        let gone =
+            (0..left.len()).filter(|&p| left[p] == 0 && topology.piece_faces[p] > SMALL_FACES);
+        let gone: Vec<usize> = gone.collect();
+        if gone.is_empty() {
+            let barred = rings_of.iter().filter(|r| r.is_none()).count();
+            return Some((removed, barred, pairs));
+        }
+        let mut barred = false;
+        for p in gone {
+            barred |= rings_of[p] == Some(0);
+            rings_of[p] = match rings_of[p] {
+                Some(0) | None => None,
+                Some(_) => Some(0),
+            };
+        }
+        if barred {
+            pairs = crossing_of(found, |f| rings_of[piece(f)].is_some());
+        }
+    }
+}
+
+/// The pairs of crossing faces among some.
+fn crossing_of(found: &Inspection, chosen: impl Fn(u32) -> bool) -> Vec<(u32, u32)> {
+    let topology = &found.topology;
+    let faces: Vec<u32> = topology.faces().filter(|f| chosen(*f)).collect();
+    let own: Vec<[u32; 3]> = faces
+        .iter()
+        .map(|f| found.mesh.faces[*f as usize])
+        .collect();
+    let pairs = crate::spatial::intersecting(&found.mesh.positions, &own, own.len());
+    let number = |i: u32| faces[i as usize];
+    pairs
+        .into_iter()
+        .map(|(a, b)| (number(a), number(b)))
+        .collect()
+}
+
+/// Marks the faces that share a vertex with marked ones, as many times as is asked for in their component.
+fn grow(mesh: &Mesh, topology: &Topology, marks: &mut [bool], rings_of: &[Option<usize>]) {
+    let most = rings_of.iter().flatten().copied().max().unwrap_or(0);
+    for ring in 0..most {
+        let mut near = vec![false; mesh.positions.len()];
+        let marked = mesh.faces.iter().zip(&*marks).filter(|(_, m)| **m);
+        marked
+            .flat_map(|(f, _)| f)
+            .for_each(|&v| near[v as usize] = true);
+        for f in topology.faces() {
+            let wanted = rings_of[topology.piece[f as usize] as usize].is_some_and(|n| ring < n);
+            if wanted && mesh.faces[f as usize].iter().any(|v| near[*v as usize]) {
+                marks[f as usize] = true;
+            }
+        }
+    }
+}
+
+/// The parts into which cuts divide the components that cross.
+struct Parts<'a> {
+    found: &'a Inspection<'a>,
+    /// For each component the group of those that cross each other; [`NONE`] for those that cross none.
+    group: Vec<u32>,
+    /// The faces of each part.
+    faces: Vec<Vec<u32>>,
+    /// The length within which one layer covers another.
+    reach: f64,
+}
+
+impl<'a> Parts<'a> {
+    fn new(found: &'a Inspection<'a>, removed: &[bool], pairs: &[(u32, u32)]) -> Self {
+        let topology = &found.topology;
+        let piece = |f: u32| topology.piece[f as usize];
+        let mut sets = DisjointSets::new(topology.piece_faces.len());
+        let mut crosses = vec![false; topology.piece_faces.len()];
+        for &(f, g) in pairs {
+            sets.join(piece(f), piece(g));
+            crosses[piece(f) as usize] = true;
+            crosses[piece(g) as usize] = true;
+        }
+        let group: Vec<u32> = (0..crosses.len() as u32)
+            .map(|p| {
+                if crosses[p as usize] {
+                    sets.find(p)
+                } else {
+                    NONE
+                }
+            })
+            .collect();
+        let mut seen = removed.to_vec();
+        let mut faces = Vec::new();
+        for seed in topology.faces() {
+            let own = group[piece(seed) as usize];
+            if own == NONE || std::mem::replace(&mut seen[seed as usize], true) {
+                continue;
+            }
+            let mut part = vec![seed];
+            let mut next = 0;
+            while let Some(&f) = part.get(next) {
+                next += 1;
+                for h in 3 * f..3 * f + 3 {
+                    let o = topology.opposite[h as usize];
+                    if o != NONE && !std::mem::replace(&mut seen[o as usize / 3], true) {
+                        part.push(o / 3);
+                    }
+                }
+            }
+            faces.push(part);
+        }
+        let (mut length, mut count) = (0.0, 0.0);
+        for &(f, _) in pairs {
+            let [a, b, c] = found.mesh.corners(f);
+            length += a.distance(b) + b.distance(c) + c.distance(a);
+            count += 3.0;
+        }
+        Self {
+            found,
+            group,
+            faces,
+            reach: LAYER * length / f64::max(count, 1.0),
+        }
+    }
+
+    fn piece(&self, part: usize) -> usize {
+        self.found.topology.piece[self.faces[part][0] as usize] as usize
+    }
+
+    /// The faces of parts that lie inside what they cross, or under another layer of it.
+    fn covered(&self) -> Vec<u32> {
+        let mut of_group: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for part in 0..self.faces.len() {
+            of_group
+                .entry(self.group[self.piece(part)])
+                .or_default()
+                .push(part);
+        }
+        let mut covered = Vec::new();
+        for (group, parts) in of_group.into_iter().filter(|(_, parts)| parts.len() > 1) {
+            let topology = &self.found.topology;
+            let of_group = |f: &u32| self.group[topology.piece[*f as usize] as usize] == group;
+            let bvh = Bvh::new(&self.found.mesh, topology.faces().filter(of_group));
+            let tree = WindingTree::new(&bvh);
+            let under: Vec<[bool; 2]> = parts
+                .par_iter()
+                .map(|&part| self.is_covered(part, &bvh, &tree))
+                .collect();
+            covered.extend(self.to_go(&parts, &under));
+        }
+        covered
+            .into_iter()
+            .flat_map(|part| self.faces[part].iter().copied())
+            .collect()
+    }
+
+    /// Whether a part lies inside what it crosses, and whether another layer covers it.
+    fn is_covered(&self, part: usize, bvh: &Bvh, tree: &WindingTree) -> [bool; 2] {
+        let mesh = &self.found.mesh;
+        let faces = &self.faces[part];
+        let (mut inside, mut layered, mut all) = (0, 0, 0);
+        for &f in faces.iter().step_by(faces.len().div_ceil(SAMPLES)) {
+            let corners = mesh.corners(f);
+            let normal = face_normal(mesh, f);
+            if normal == DVec3::ZERO {
+                continue;
+            }
+            let centre = corners.iter().sum::<DVec3>() / 3.0;
+            let before = BEFORE * (0.5 * area_vector(corners).length()).sqrt();
+            let winding = tree.winding_number(bvh, centre + before * normal);
+            all += 1;
+            inside += usize::from(winding > INSIDE);
+            layered += usize::from(self.is_under_layer(f, centre, normal, bvh));
+        }
+        [2 * inside > all, 2 * layered > all]
+    }
+
+    /// Whether the first face before a face, within reach, shows the same way.
+    fn is_under_layer(&self, face: u32, centre: DVec3, normal: DVec3, bvh: &Bvh) -> bool {
+        let mesh = &self.found.mesh;
+        let end = centre + self.reach * normal;
+        let mut first: Option<(f64, u32)> = None;
+        bvh.for_each_in_box(centre.min(end), centre.max(end), |g| {
+            if g == face {
+                return;
+            }
+            let along = meets(centre, normal, mesh.corners(g));
+            if let Some(t) = along.filter(|t| *t < self.reach)
+                && first.is_none_or(|best| (t, g) < best)
+            {
+                first = Some((t, g));
+            }
+        });
+        first.is_some_and(|(_, g)| face_normal(mesh, g).dot(normal) > SAME_WAY)
+    }
+
+    /// Those parts of a group that go.
+    fn to_go(&self, parts: &[usize], under: &[[bool; 2]]) -> Vec<usize> {
+        let area = |part: usize| {
+            let corners = self.faces[part].iter().map(|f| self.found.mesh.corners(*f));
+            corners.map(|c| 0.5 * area_vector(c).length()).sum::<f64>()
+        };
+        let mut of_piece: BTreeMap<usize, Vec<(usize, f64, [bool; 2])>> = BTreeMap::new();
+        for (&part, &under) in parts.iter().zip(under) {
+            let entry = of_piece.entry(self.piece(part)).or_default();
+            entry.push((part, area(part), under));
+        }
+        let mut go = Vec::new();
+        for own in of_piece.values() {
+            let all: f64 = own.iter().map(|(_, area, _)| area).sum();
+            let inside: f64 = own.iter().filter(|p| p.2[0]).map(|p| p.1).sum();
+            let submerged = inside > SUBMERGED * all;
+            let some = own.iter().filter(|(_, _, [inside, layered])| {
+                if submerged {
+                    !inside
+                } else {
+                    *inside || *layered
+                }
+            });
+            go.extend(some.map(|p| p.0));
+        }
+        // Of layers that all seem covered the larger half would be lost.
+        if go.len() == parts.len() {
+            Vec::new()
+        } else {
+            go
+        }
+    }
+}

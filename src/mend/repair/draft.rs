@@ -1,0 +1,175 @@
+//! A mesh in the course of a repair, with what of the input lives on in it.
+
+use crate::mend::{FillError, FillReport, Inspection};
+use crate::mesh::cut::settled;
+use crate::mesh::topology::NONE;
+use crate::mesh::{FaceOrigin, Mesh, Origins};
+
+/// A mesh in the course of a repair. Vertices stay where they are until the end; unused ones are dropped then.
+#[derive(Clone)]
+pub(super) struct Draft {
+    pub(super) mesh: Mesh,
+    /// Where its vertices and faces come from; [`NONE`] and [`FaceOrigin::NEW`] for those of patches.
+    pub(super) origins: Origins,
+    /// For each vertex its expected error, where it is one of a patch.
+    pub(super) sigma: Vec<Option<f64>>,
+    /// For each face the place of the region whose patch it is in; [`NONE`] for those that come from the input.
+    pub(super) region: Vec<u32>,
+}
+
+/// What is left of a draft at the end.
+pub(super) struct Finished {
+    pub(super) mesh: Mesh,
+    pub(super) origins: Origins,
+    pub(super) sigma: Vec<Option<f64>>,
+    /// The new number of each vertex of the draft; [`NONE`] where it went.
+    pub(super) number: Vec<u32>,
+}
+
+impl Draft {
+    pub(super) fn new(mesh: &Mesh) -> Self {
+        Self {
+            origins: Origins::of(mesh),
+            sigma: vec![None; mesh.positions.len()],
+            region: vec![NONE; mesh.faces.len()],
+            mesh: mesh.clone(),
+        }
+    }
+
+    pub(super) fn inspect(&self) -> Result<Inspection<'_>, FillError> {
+        Inspection::new(&self.mesh)
+    }
+
+    /// Turns a face over.
+    pub(super) fn turn(&mut self, face: usize) {
+        self.mesh.faces[face].swap(1, 2);
+        self.origins.faces[face].corners.swap(1, 2);
+    }
+
+    /// Adds a copy of a vertex somewhere else.
+    pub(super) fn copy_vertex(&mut self, vertex: u32, position: glam::DVec3) -> u32 {
+        self.mesh.positions.push(position);
+        self.origins
+            .vertices
+            .push(self.origins.vertices[vertex as usize]);
+        self.sigma.push(self.sigma[vertex as usize]);
+        self.mesh.positions.len() as u32 - 1
+    }
+
+    /// Takes faces out; returns how many.
+    pub(super) fn remove(&mut self, removed: &[bool]) -> usize {
+        let before = self.mesh.faces.len();
+        retain(&mut self.mesh.faces, removed);
+        retain(&mut self.origins.faces, removed);
+        retain(&mut self.region, removed);
+        before - self.mesh.faces.len()
+    }
+
+    /// Takes marked faces out, and those without which there would be no clean rims; returns how many. Nothing where none is
+    /// marked.
+    pub(super) fn cut(&mut self, marked: &[bool]) -> Result<usize, FillError> {
+        if !marked.contains(&true) {
+            return Ok(0);
+        }
+        let removed = {
+            let found = self.inspect()?;
+            settled(&found.mesh, &found.topology, marked, true)
+        };
+        Ok(self.remove(&removed))
+    }
+
+    /// Takes a fill over: what it appended to the mesh, with the places of its regions from `first` on.
+    pub(super) fn take(
+        &mut self,
+        mesh: Mesh,
+        sigma: Vec<Option<f64>>,
+        report: &FillReport,
+        first: usize,
+    ) {
+        let faces = mesh.faces.len();
+        self.mesh = mesh;
+        self.sigma.extend(sigma);
+        let vertices = self.mesh.positions.len();
+        self.sigma.resize(vertices, None);
+        self.origins.vertices.resize(vertices, NONE);
+        self.origins.faces.resize(faces, FaceOrigin::NEW);
+        for (region, r) in report.regions.iter().enumerate() {
+            let ends = self.region.len() + r.new_faces;
+            self.region.resize(ends.min(faces), (first + region) as u32);
+        }
+        self.region.resize(faces, NONE);
+    }
+
+    /// Puts what comes from the input first, and drops vertices that are used no more, of those that the input used; of the others
+    /// too where `unused` go, none where `all` stay. With `altered_last` faces that are not as they were follow those that are.
+    pub(super) fn finish(self, input: &Mesh, keep: &KeepVertices, altered_last: bool) -> Finished {
+        let count = self.mesh.positions.len();
+        let mut used = vec![false; count];
+        let corners = self.mesh.faces.iter().flatten();
+        corners.for_each(|&v| used[v as usize] = true);
+        let mut was_used = vec![false; input.positions.len()];
+        let corners = input.faces.iter().flatten();
+        corners.for_each(|&v| was_used[v as usize] = true);
+        let stays = |v: usize| {
+            used[v]
+                || (v < was_used.len()
+                    && match keep {
+                        KeepVertices::Used => false,
+                        KeepVertices::UsedAndUnused => !was_used[v],
+                        KeepVertices::All => true,
+                    })
+        };
+        let is_new = |v: &usize| self.origins.vertices[*v] == NONE;
+        let kept: Vec<usize> = (0..count).filter(|&v| stays(v)).collect();
+        let (new, old): (Vec<usize>, Vec<usize>) = kept.into_iter().partition(is_new);
+        let mut number = vec![NONE; count];
+        let order: Vec<usize> = old.iter().chain(&new).copied().collect();
+        for (i, &v) in order.iter().enumerate() {
+            number[v] = i as u32;
+        }
+        let class = |f: &usize| match self.origins.faces[*f] {
+            FaceOrigin { face: NONE, .. } => 2,
+            o if altered_last && !self.is_as_it_was(o, *f, input) => 1,
+            _ => 0,
+        };
+        let mut faces: Vec<usize> = (0..self.mesh.faces.len()).collect();
+        faces.sort_by_key(class);
+        let known = faces.iter().filter(|f| class(f) < 2);
+        Finished {
+            mesh: Mesh::new(
+                order.iter().map(|&v| self.mesh.positions[v]).collect(),
+                faces
+                    .iter()
+                    .map(|&f| self.mesh.faces[f].map(|v| number[v as usize]))
+                    .collect(),
+            ),
+            origins: Origins {
+                vertices: old.iter().map(|&v| self.origins.vertices[v]).collect(),
+                faces: known.map(|&f| self.origins.faces[f]).collect(),
+            },
+            sigma: new.iter().map(|&v| self.sigma[v]).collect(),
+            number,
+        }
+    }
+
+    fn is_as_it_was(&self, origin: FaceOrigin, face: usize, input: &Mesh) -> bool {
+        origin == FaceOrigin::same(origin.face)
+            && self.mesh.faces[face] == input.faces[origin.face as usize]
+    }
+}
+
+/// Which vertices stay that no face uses any more.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum KeepVertices {
+    /// None.
+    Used,
+    /// Those that the input did not use either.
+    UsedAndUnused,
+    /// All of the input.
+    All,
+}
+
+fn retain<T>(items: &mut Vec<T>, removed: &[bool]) {
+    let mut marks = removed.iter();
+    items.retain(|_| marks.next() == Some(&false));
+}

@@ -1,0 +1,354 @@
+//! Repair: what is wrong with a mesh is turned round, separated or cut out, and what is missing then is filled.
+//!
+//! Faces that are no part of a defect stay as they are, bit for bit and in order.
+
+mod choice;
+mod clean;
+mod crossing;
+mod draft;
+mod flat;
+mod orient;
+mod params;
+mod sheets;
+
+use std::collections::HashSet;
+use std::time::Instant;
+
+use super::control::{Control, Watch};
+use super::{ClosedBy, FillError, FillParams, FillReport, Inspection};
+use crate::check::{CheckParams, components};
+use crate::mesh::topology::NONE;
+use crate::mesh::{Mesh, Origins};
+use choice::Choice;
+use clean::Alike;
+use draft::{Draft, KeepVertices};
+
+pub use params::{CrossingPass, RepairParams, RepairReport};
+
+/// Cutting out crossing faces and filling what is missing is done at most so many times, with one more ring of faces each time.
+const PASSES: usize = 2;
+/// What still crosses then is cut out and closed with triangles between the vertices of its rims, at most so many times.
+const FLAT_PASSES: usize = 8;
+
+/// Rings of faces round crossing ones that are cut out with them.
+const RINGS: usize = 1;
+
+/// A repaired mesh.
+#[derive(Clone, Debug)]
+pub struct Repaired {
+    /// The mesh: what comes from the input first, in order, then the patches.
+    pub mesh: Mesh,
+    /// Where its first vertices and faces come from; what follows them is new.
+    pub origins: Origins,
+    /// For each vertex of a patch its expected error; see [`super::Filled::sigma`].
+    pub sigma: Vec<Option<f64>>,
+    /// What was found and done.
+    pub report: RepairReport,
+}
+
+/// What is to be known of a mesh beside its shape.
+#[derive(Clone, Copy)]
+pub struct Carried<'a> {
+    /// Whether two coinciding vertices may become one, since they carry the same.
+    pub alike: &'a Alike<'a>,
+    /// Keeps all vertices, so that those of the input keep their numbers, and puts faces that were changed behind those that were
+    /// not.
+    pub in_place: bool,
+}
+
+impl Default for Carried<'_> {
+    fn default() -> Self {
+        Self {
+            alike: &|_, _| true,
+            in_place: false,
+        }
+    }
+}
+
+/// Repairs a mesh.
+///
+/// # Errors
+/// When the mesh or the parameters make no sense, and [`FillError::Cancelled`]. What cannot be repaired is no error: the report
+/// says so.
+pub fn repair(
+    mesh: &Mesh,
+    params: &RepairParams,
+    carried: &Carried,
+    control: &Control,
+) -> Result<Repaired, FillError> {
+    params.check()?;
+    control.install(|| {
+        let clock = Instant::now();
+        let mut run = Run {
+            input: mesh,
+            draft: Draft::new(mesh),
+            params,
+            control,
+            report: RepairReport::default(),
+            choice: Choice::default(),
+        };
+        run.prepare(carried.alike)?;
+        run.fill_and_cut()?;
+        let mut done = run.finish(carried);
+        done.report.fill.seconds = clock.elapsed().as_secs_f64();
+        Ok(done)
+    })
+}
+
+/// A repair on its way.
+struct Run<'a> {
+    input: &'a Mesh,
+    draft: Draft,
+    params: &'a RepairParams,
+    control: &'a Control<'a>,
+    report: RepairReport,
+    choice: Choice,
+}
+
+impl Run<'_> {
+    /// An error if the run was stopped.
+    fn go_on(&self) -> Result<(), FillError> {
+        Watch::new(*self.control, Vec::new()).finish()
+    }
+
+    /// All that comes before crossings and holes.
+    fn prepare(&mut self, alike: &Alike) -> Result<(), FillError> {
+        let params = self.params;
+        let found = Inspection::new(self.input)?;
+        self.report.before = Some(found.check(&CheckParams::default()));
+        self.choice = Choice::new(&found, &params.fill)?;
+        self.report.fill = found.plan(&FillParams::default())?;
+        drop(found);
+        self.go_on()?;
+        clean::clean(&mut self.draft, params, alike, &mut self.report)?;
+        self.go_on()?;
+        if params.orient {
+            self.report.turned_faces = orient::orient(&mut self.draft)?;
+        }
+        if params.split {
+            sheets::separate(&mut self.draft, &mut self.report)?;
+            // What was separated may be a body whose outside is known only now.
+            if params.orient && self.report.split_vertices + self.report.non_manifold_faces > 0 {
+                self.report.turned_faces += orient::orient(&mut self.draft)?;
+            }
+        }
+        self.go_on()?;
+        self.drop_components()
+    }
+
+    /// Takes debris and what lies inside out.
+    fn drop_components(&mut self) -> Result<(), FillError> {
+        let (debris, inside) = (self.params.debris.unwrap_or(0.0), self.params.drop_inside);
+        if debris <= 0.0 && !inside {
+            return Ok(());
+        }
+        let removed: Vec<bool> = {
+            let found = self.draft.inspect()?;
+            let all = components(&found.mesh, &found.topology, debris);
+            let mut goes = vec![false; all.len()];
+            for (i, c) in all.iter().enumerate() {
+                let count = match (c.debris, inside && c.inside.is_some()) {
+                    (true, _) => &mut self.report.debris,
+                    (_, true) => &mut self.report.inside,
+                    _ => continue,
+                };
+                goes[i] = true;
+                *count = [count[0] + 1, count[1] + c.faces];
+            }
+            let piece = found.topology.piece.iter();
+            piece.map(|&p| p != NONE && goes[p as usize]).collect()
+        };
+        self.draft.remove(&removed);
+        Ok(())
+    }
+
+    /// Cuts out what crosses and fills what is missing, until nothing crosses any more.
+    fn fill_and_cut(&mut self) -> Result<(), FillError> {
+        let mut old = border(&self.draft.inspect()?);
+        let mut reopened = false;
+        for pass in 0..PASSES {
+            self.go_on()?;
+            let cut = self.params.crossings && self.cut(pass)?;
+            if pass > 0 && !cut && !reopened {
+                break;
+            }
+            self.fill(&old, pass == 0)?;
+            old = border(&self.draft.inspect()?);
+            reopened = false;
+            if self.params.split {
+                let before = self.report.non_manifold_faces;
+                sheets::separate(&mut self.draft, &mut self.report)?;
+                reopened = self.report.non_manifold_faces > before;
+            }
+        }
+        if self.params.crossings {
+            self.go_on()?;
+            for region in flat::flatten(&mut self.draft)? {
+                let region = &mut self.report.fill.regions[region as usize];
+                region.closed_by = Some(ClosedBy::RimTriangles);
+                region.intersecting_faces = 0;
+            }
+            self.cut_and_close_flat()?;
+        }
+        if self.params.clean {
+            clean::flip_new(&mut self.draft)?;
+        }
+        // Components that were open sheets may be closed now.
+        if self.params.orient {
+            self.report.turned_faces += orient::orient(&mut self.draft)?;
+        }
+        Ok(())
+    }
+
+    /// Cuts out what still crosses, with ever more of what is round it, and closes the gaps with triangles between the vertices of
+    /// their rims, which cross less than what is smooth.
+    fn cut_and_close_flat(&mut self) -> Result<(), FillError> {
+        for pass in 0..FLAT_PASSES {
+            self.go_on()?;
+            let old = border(&self.draft.inspect()?);
+            let Some(cut) = crossing::cut_all(&mut self.draft, pass.div_ceil(2))? else {
+                return Ok(());
+            };
+            self.report.passes.push(cut.pass);
+            self.report.left_crossing = self.report.left_crossing.max(cut.left);
+            let made = flat::close(&mut self.draft, &old, &mut self.report.fill)?;
+            if made == 0 {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    fn cut(&mut self, pass: usize) -> Result<bool, FillError> {
+        let cut = match pass {
+            0 => crossing::cut_crossings(&mut self.draft, RINGS)?,
+            _ => crossing::cut_patches(&mut self.draft, RINGS + pass)?,
+        };
+        let Some(cut) = cut else {
+            return Ok(false);
+        };
+        self.report.passes.push(cut.pass);
+        self.report.covered_faces += cut.covered;
+        self.report.left_crossing += cut.left;
+        Ok(true)
+    }
+
+    /// Fills holes: those that are wanted the first time, later those that are no part of the old border.
+    fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
+        let (mesh, sigma, report) = {
+            let mut found = self.draft.inspect()?;
+            if self.params.borders {
+                found.holes.iter_mut().for_each(|h| h.outer_border = false);
+            }
+            let made: Vec<usize> = (found.holes.iter())
+                .filter(|hole| edges(&hole.rim).any(|e| !old.contains(&e)))
+                .map(|hole| hole.id)
+                .collect();
+            let params = match first && self.params.holes {
+                true => self.choice.params(
+                    &found,
+                    &self.draft.origins.vertices,
+                    &made,
+                    &self.params.fill,
+                ),
+                false => FillParams {
+                    holes: Some(made),
+                    max_diameter: None,
+                    keep_open: Vec::new(),
+                    bridge: Vec::new(),
+                    ..self.params.fill.clone()
+                },
+            };
+            let regions = found.regions(&params)?;
+            let watch = Watch::new(*self.control, regions.expected_work());
+            let filled = regions.fill(&watch)?;
+            (filled.mesh, filled.sigma, filled.report)
+        };
+        let regions = self.report.fill.regions.len();
+        let holes = if first {
+            0
+        } else {
+            self.report.fill.holes.len()
+        };
+        self.draft.take(mesh, sigma, &report, regions);
+        self.tell(report, regions, holes, first);
+        Ok(())
+    }
+
+    /// Adds what a fill told to what the ones before it did.
+    fn tell(&mut self, mut new: FillReport, regions: usize, holes: usize, first: bool) {
+        let all = &mut self.report.fill;
+        if first {
+            all.holes.clear();
+            all.all_holes = new.all_holes;
+            all.open_chains = new.open_chains;
+        }
+        for mut hole in new.holes.drain(..) {
+            if !first && hole.region == 0 {
+                continue;
+            }
+            hole.hole.id += holes;
+            hole.region += if hole.region > 0 { regions } else { 0 };
+            all.holes.push(hole);
+        }
+        for mut region in new.regions.drain(..) {
+            region.id += regions;
+            region.holes.iter_mut().for_each(|id| *id += holes);
+            all.regions.push(region);
+        }
+    }
+
+    fn finish(mut self, carried: &Carried) -> Repaired {
+        let keep = match (carried.in_place, self.params.drop_unused) {
+            (true, _) => KeepVertices::All,
+            (_, true) => KeepVertices::Used,
+            _ => KeepVertices::UsedAndUnused,
+        };
+        for region in &mut self.report.fill.regions {
+            region.new_faces = 0;
+        }
+        for &region in self.draft.region.iter().filter(|r| **r != NONE) {
+            self.report.fill.regions[region as usize].new_faces += 1;
+        }
+        let done = self.draft.finish(self.input, &keep, carried.in_place);
+        let mut report = self.report;
+        let living = done.origins.living(self.input.faces.len());
+        report.lost_faces = living.iter().filter(|l| !**l).count();
+        let known: HashSet<u32> = done.origins.vertices.iter().copied().collect();
+        report.lost_vertices = self.input.positions.len() - known.len();
+        // Rims by the numbers of the result; those that are there no more are not drawn.
+        let own = done.origins.vertices.len() as u32;
+        for hole in &mut report.fill.holes {
+            let number = |v: &u32| done.number[*v as usize];
+            hole.hole.rim = hole.hole.rim.iter().map(number).collect();
+            if hole.hole.rim.iter().any(|v| *v >= own) {
+                hole.hole.rim.clear();
+            }
+        }
+        Repaired {
+            mesh: done.mesh,
+            origins: done.origins,
+            sigma: done.sigma,
+            report,
+        }
+    }
+}
+
+/// An edge between vertices of the welded draft, the smaller number first.
+type Edge = (u32, u32);
+
+fn edges(rim: &[u32]) -> impl Iterator<Item = Edge> {
+    let next = rim.iter().cycle().skip(1);
+    rim.iter().zip(next).map(|(&v, &w)| (v.min(w), v.max(w)))
+}
+
+/// The edges of the border.
+fn border(found: &Inspection) -> HashSet<Edge> {
+    use crate::mesh::topology::{end, start};
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    (0..topology.boundary.len() as u32)
+        .filter(|&h| topology.boundary[h as usize])
+        .map(|h| (start(mesh, h), end(mesh, h)))
+        .map(|(v, w)| (v.min(w), v.max(w)))
+        .collect()
+}

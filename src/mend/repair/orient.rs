@@ -1,0 +1,66 @@
+//! Faces that agree within each component, and closed components that show their outside.
+
+use super::draft::Draft;
+use crate::check::{Component, components};
+use crate::mend::{FillError, Inspection};
+use crate::mesh::topology::NONE;
+
+/// An open component counts as closed where its borders are this short over the root of its area, and what it encloses is this
+/// large over the power 3/2 of it: 0.094 for a sphere.
+const SHORT_BORDER: f64 = 1.0;
+const LEAST_VOLUME: f64 = 0.02;
+
+/// Turns faces over; returns how many.
+pub(super) fn orient(draft: &mut Draft) -> Result<usize, FillError> {
+    let turned = {
+        let found = draft.inspect()?;
+        let inside_out = inside_out(&found);
+        let topology = &found.topology;
+        // Components are measured as they are given; the faces that were turned to agree are the other way round then.
+        let turn = |f: usize| match topology.piece[f] {
+            NONE => false,
+            piece => topology.turned[f] != inside_out[piece as usize],
+        };
+        let turned: Vec<bool> = (0..draft.mesh.faces.len()).map(turn).collect();
+        turned
+    };
+    for f in (0..turned.len()).filter(|f| turned[*f]) {
+        draft.turn(f);
+    }
+    Ok(turned.iter().filter(|t| **t).count())
+}
+
+/// For each component, its faces made to agree, whether it shows its inside.
+fn inside_out(found: &Inspection) -> Vec<bool> {
+    let mut agreeing = found.topology.turned.clone();
+    agreeing.fill(false);
+    let topology = crate::mesh::Topology {
+        opposite: found.topology.opposite.clone(),
+        piece: found.topology.piece.clone(),
+        piece_faces: found.topology.piece_faces.clone(),
+        turned: agreeing,
+        boundary: found.topology.boundary.clone(),
+        defects: found.topology.defects,
+    };
+    let components = components(&found.mesh, &topology, 0.0);
+    let mut border = vec![0.0; components.len()];
+    for hole in &found.holes {
+        // The outer border of a sheet.
+        let length = if hole.outer_border {
+            f64::INFINITY
+        } else {
+            hole.length
+        };
+        border[hole.piece as usize] += length;
+    }
+    let shows_inside = |(c, border): (&Component, &f64)| {
+        let has_inside = c.closed || (*border < SHORT_BORDER * c.area.sqrt() && encloses(c));
+        has_inside && c.volume < 0.0 && c.depth.is_multiple_of(2)
+    };
+    components.iter().zip(&border).map(shows_inside).collect()
+}
+
+/// Whether a component encloses so much that it is a body with holes rather than a sheet.
+fn encloses(c: &Component) -> bool {
+    c.volume.abs() > LEAST_VOLUME * c.area.powf(1.5)
+}

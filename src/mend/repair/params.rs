@@ -1,0 +1,129 @@
+//! What a repair is to do, and what it did.
+
+use serde::{Deserialize, Serialize};
+
+use crate::check::Verdict;
+use crate::mend::{FillError, FillParams, FillReport};
+
+/// Parameters of a repair. Make one by [`RepairParams::default`] and set what is to differ.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+#[non_exhaustive]
+pub struct RepairParams {
+    /// Merges coinciding vertices that carry the same, and takes out degenerate and duplicate faces.
+    pub clean: bool,
+    /// Merges vertices of the border that are no farther from each other than this, in the mesh's units, into the first of them.
+    pub weld: Option<f64>,
+    /// Drops vertices that no face of the input uses.
+    pub drop_unused: bool,
+    /// Turns faces so that they agree within each component and closed ones show their outside.
+    pub orient: bool,
+    /// Separates surfaces that meet in an edge or a vertex, and cuts out what cannot be separated.
+    pub split: bool,
+    /// Takes out components with less than this part of the area of the largest one.
+    pub debris: Option<f64>,
+    /// Takes out components that lie wholly inside another one.
+    pub drop_inside: bool,
+    /// Cuts faces that cross others out, with what is round them.
+    pub crossings: bool,
+    /// Fills the holes of the mesh; else only those that the repair makes.
+    pub holes: bool,
+    /// Fills the outer borders of open sheets too.
+    pub borders: bool,
+    /// How holes are filled. Numbers of holes are those of the input.
+    pub fill: FillParams,
+}
+
+impl Default for RepairParams {
+    fn default() -> Self {
+        Self {
+            clean: true,
+            weld: None,
+            drop_unused: false,
+            orient: true,
+            split: true,
+            debris: None,
+            drop_inside: false,
+            crossings: true,
+            holes: true,
+            borders: false,
+            fill: FillParams::default(),
+        }
+    }
+}
+
+impl RepairParams {
+    /// Whether they make sense by themselves.
+    ///
+    /// # Errors
+    /// [`FillError::Parameter`].
+    pub fn check(&self) -> Result<(), FillError> {
+        let bad = |what| Err(FillError::Parameter { what });
+        if self.weld.is_some_and(|l| !(l.is_finite() && l >= 0.0)) {
+            return bad("the length within which vertices are merged must not be negative");
+        }
+        if self.debris.is_some_and(|part| !(0.0..=1.0).contains(&part)) {
+            return bad(
+                "the part of an area below which components are debris must lie between 0 and 1",
+            );
+        }
+        if self.fill.surface == crate::mend::SurfaceKind::Whole {
+            return bad(
+                "a repair is stitched into the mesh; whole level sets come from a fill alone",
+            );
+        }
+        self.fill.check()
+    }
+}
+
+/// What a repair found and did.
+#[derive(Clone, Debug, Default)]
+pub struct RepairReport {
+    /// Coinciding vertices that were merged into another.
+    pub merged_vertices: usize,
+    /// Vertices of the border that were merged into one nearby.
+    pub welded_vertices: usize,
+    /// Degenerate faces that were taken out.
+    pub degenerate_faces: usize,
+    /// Faces without area that were taken into a neighbour by turning the edge between the two.
+    pub flipped_edges: usize,
+    /// Duplicate faces that were taken out.
+    pub duplicate_faces: usize,
+    /// Faces that were turned over.
+    pub turned_faces: usize,
+    /// Copies of vertices that were made so that surfaces meet there no more.
+    pub split_vertices: usize,
+    /// Faces at edges with more than two that were cut out.
+    pub non_manifold_faces: usize,
+    /// Components that were taken out as debris, and their faces.
+    pub debris: [usize; 2],
+    /// Components that were taken out because they lay inside another, and their faces.
+    pub inside: [usize; 2],
+    /// The passes in which crossing faces were cut out.
+    pub passes: Vec<CrossingPass>,
+    /// Faces of the input that came to lie under another layer where the two crossed, and were taken out.
+    pub covered_faces: usize,
+    /// Components whose crossings were left, since nothing of them would have stayed.
+    pub left_crossing: usize,
+    /// Faces of the input that are not in the result.
+    pub lost_faces: usize,
+    /// Vertices of the input that are not in the result.
+    pub lost_vertices: usize,
+    /// The verdict on the input.
+    pub before: Option<Verdict>,
+    /// The verdict on the result; on the file as it is written, where one is.
+    pub after: Option<Verdict>,
+    /// The fills. Holes are numbered as they were when they were filled.
+    pub fill: FillReport,
+}
+
+/// One pass in which crossing faces were cut out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct CrossingPass {
+    /// Faces that crossed others.
+    pub crossing_faces: usize,
+    /// Faces that were cut out.
+    pub cut_faces: usize,
+    /// Rings of faces round the crossing ones that went with them.
+    pub rings: usize,
+}

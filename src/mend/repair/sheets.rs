@@ -1,0 +1,255 @@
+//! Surfaces that meet in edges or vertices only: separated, or cut out.
+
+use glam::DVec3;
+
+use super::RepairReport;
+use super::draft::Draft;
+use crate::mend::{FillError, Inspection};
+use crate::mesh::topology::{NONE, Topology, end, start};
+use crate::mesh::{Mesh, VertexFaces, fans, vertex_normal};
+
+/// Cuts change what meets where: so many rounds at most.
+const ROUNDS: usize = 8;
+/// Separated vertices move apart by this part of the shortest edge there, and by at least so many units in the last place of
+/// 32-bit floats.
+const APART: f64 = 1e-3;
+const LEAST_APART: f64 = 16.0;
+
+/// Separates surfaces that meet in edges or vertices, where they bound bodies that do; cuts the others out.
+pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
+    for round in 0..ROUNDS {
+        let (cuts, copies) = {
+            let mut found = draft.inspect()?;
+            let crowded = found.topology.crowded_edges(&found.mesh);
+            let (pairs, unclear) = paired(&found, &crowded);
+            if unclear.is_empty() {
+                for [a, b] in pairs {
+                    found.topology.opposite[a as usize] = b;
+                    found.topology.opposite[b as usize] = a;
+                }
+                (Vec::new(), copies(&found))
+            } else {
+                (cuts(&found, &unclear), Vec::new())
+            }
+        };
+        if cuts.is_empty() && copies.is_empty() {
+            return Ok(());
+        }
+        if !cuts.is_empty() {
+            report.non_manifold_faces += cut(draft, &cuts)?;
+            continue;
+        }
+        report.split_vertices += copies.len();
+        copies.into_iter().for_each(|copy| copy.make(draft));
+        // What still meets in an edge hangs together at both of its ends.
+        let left: Vec<u32> = {
+            let found = draft.inspect()?;
+            let crowded = found.topology.crowded_edges(&found.mesh);
+            crowded.iter().flatten().map(|h| h / 3).collect()
+        };
+        if left.is_empty() || round + 1 == ROUNDS {
+            return Ok(());
+        }
+        report.non_manifold_faces += cut(draft, &left)?;
+    }
+    Ok(())
+}
+
+fn cut(draft: &mut Draft, faces: &[u32]) -> Result<usize, FillError> {
+    let mut marks = vec![false; draft.mesh.faces.len()];
+    faces.iter().for_each(|f| marks[*f as usize] = true);
+    if marks.iter().all(|m| *m) {
+        return Ok(0);
+    }
+    draft.cut(&marks)
+}
+
+/// The half-edges of crowded edges in pairs between which the body lies, and the edges round which bodies and gaps do not alternate.
+fn paired(found: &Inspection, crowded: &[Vec<u32>]) -> (Vec<[u32; 2]>, Vec<Vec<u32>>) {
+    let (mut pairs, mut unclear) = (Vec::new(), Vec::new());
+    for half_edges in crowded {
+        match around_edge(&found.mesh, half_edges) {
+            Some(own) => pairs.extend(own),
+            None => unclear.push(half_edges.clone()),
+        }
+    }
+    (pairs, unclear)
+}
+
+/// Pairs round an edge: of two faces that follow each other at rising angles, the first runs against the edge and the second along
+/// it, so that the body lies between them.
+fn around_edge(mesh: &Mesh, half_edges: &[u32]) -> Option<Vec<[u32; 2]>> {
+    let first = half_edges[0];
+    let (a, b) = (start(mesh, first), end(mesh, first));
+    let at = |v: u32| mesh.positions[v as usize];
+    let along = (at(b) - at(a)).normalize_or_zero();
+    let across = |h: u32| {
+        let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
+        let d = at(apex) - at(a);
+        d - along * along.dot(d)
+    };
+    let x = across(first).normalize_or_zero();
+    let y = along.cross(x);
+    let angle = |h: u32| {
+        let d = across(h);
+        y.dot(d).atan2(x.dot(d)).rem_euclid(std::f64::consts::TAU)
+    };
+    let mut order: Vec<(f64, u32, bool)> = half_edges
+        .iter()
+        .map(|&h| {
+            (
+                if h == first { 0.0 } else { angle(h) },
+                h,
+                start(mesh, h) == a,
+            )
+        })
+        .collect();
+    order.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+    let next = |i: usize| order[(i + 1) % order.len()];
+    let alternate = (0..order.len()).all(|i| order[i].2 != next(i).2 && order[i].0 != next(i).0);
+    if !alternate || !order.len().is_multiple_of(2) {
+        return None;
+    }
+    let against = (0..order.len()).filter(|i| !order[*i].2);
+    Some(against.map(|i| [order[i].1, next(i).1]).collect())
+}
+
+/// The faces to cut out at edges that cannot be separated: all but the two that go on best. A sheet that ends at such edges
+/// everywhere goes whole.
+fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let size = |h: u32| topology.piece_faces[topology.piece[h as usize / 3] as usize];
+    let normal = |h: u32| crate::mesh::face_normal(mesh, h / 3);
+    let mut stays = vec![false; topology.piece_faces.len()];
+    let mut goes = Vec::new();
+    for half_edges in unclear {
+        let mut best: Option<(usize, f64, [u32; 2])> = None;
+        for (i, &a) in half_edges.iter().enumerate() {
+            for &b in &half_edges[i + 1..] {
+                let score = (size(a).min(size(b)), normal(a).dot(normal(b)));
+                let opposed = start(mesh, a) != start(mesh, b);
+                if opposed && best.is_none_or(|(n, flat, _)| (n, flat) < score) {
+                    best = Some((score.0, score.1, [a, b]));
+                }
+            }
+        }
+        let kept = best.map_or([NONE; 2], |b| b.2);
+        for &h in half_edges {
+            if kept.contains(&h) {
+                stays[topology.piece[h as usize / 3] as usize] = true;
+            } else {
+                goes.push(h / 3);
+            }
+        }
+    }
+    let mut open = vec![false; topology.piece_faces.len()];
+    let border = (0..topology.boundary.len()).filter(|h| topology.boundary[*h]);
+    border.for_each(|h| open[topology.piece[h / 3] as usize] = true);
+    let mut whole = vec![false; open.len()];
+    for f in &goes {
+        let piece = topology.piece[*f as usize] as usize;
+        whole[piece] = !open[piece] && !stays[piece];
+    }
+    goes.extend(
+        topology
+            .faces()
+            .filter(|&f| whole[topology.piece[f as usize] as usize]),
+    );
+    goes.sort_unstable();
+    goes.dedup();
+    goes
+}
+
+/// Faces that get a copy of their vertex, a hair away from it.
+struct Copy {
+    /// Corners of the draft's faces.
+    corners: Vec<(u32, usize)>,
+    /// By how much the vertex moves.
+    shift: DVec3,
+}
+
+/// The copies that make surfaces which meet in a vertex two: the largest fan keeps the vertex. Open fans stay as they are, since what
+/// fills the gap between them may join them.
+fn copies(found: &Inspection) -> Vec<Copy> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let around = VertexFaces::new(mesh);
+    let mut copies = Vec::new();
+    for v in 0..mesh.positions.len() as u32 {
+        if around.of(v).len() < 6 {
+            continue;
+        }
+        let mut all = fans(mesh, topology, &around, v);
+        if all.len() < 2 {
+            continue;
+        }
+        // The largest first; of equals the one with the smallest face.
+        all.sort_by_key(|fan| std::cmp::Reverse(fan.len()));
+        let closed = |fan: &Vec<u32>| is_closed(mesh, topology, fan, v);
+        let spared = all.iter().position(|fan| !closed(fan)).unwrap_or(0);
+        for (i, fan) in all.iter().enumerate() {
+            if i == spared || !closed(fan) {
+                continue;
+            }
+            let corners = fan.iter().map(|&f| {
+                let face = mesh.faces[f as usize];
+                let k = face.iter().position(|w| *w == v).unwrap_or(0);
+                // Turning over swaps the corners 1 and 2.
+                let turned = topology.turned[f as usize];
+                (f, if turned && k > 0 { 3 - k } else { k })
+            });
+            copies.push(Copy {
+                corners: corners.collect(),
+                shift: inward(mesh, fan, v),
+            });
+        }
+    }
+    copies
+}
+
+/// Whether a fan goes all the way round its vertex.
+fn is_closed(mesh: &Mesh, topology: &Topology, fan: &[u32], vertex: u32) -> bool {
+    let mut half_edges = fan.iter().flat_map(|f| 3 * f..3 * f + 3);
+    half_edges.all(|h| {
+        let other = start(mesh, h) != vertex && end(mesh, h) != vertex;
+        other || topology.opposite[h as usize] != NONE
+    })
+}
+
+/// A short way from a vertex into the body that a fan bounds.
+fn inward(mesh: &Mesh, fan: &[u32], vertex: u32) -> DVec3 {
+    let part = crate::mesh::Part::new(mesh, fan, std::iter::empty());
+    let own = part.local(vertex);
+    let normal = vertex_normal(&part.mesh, &VertexFaces::new(&part.mesh), own);
+    let p = mesh.positions[vertex as usize];
+    let others = part.mesh.positions.iter().map(|q| q.distance(p));
+    let shortest = others.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    let least = LEAST_APART * f64::from(f32::EPSILON) * p.abs().max_element();
+    -normal * (APART * shortest).max(least)
+}
+
+impl Copy {
+    fn make(self, draft: &mut Draft) {
+        // Vertices that split a seam of colours or texture each get a copy of their own.
+        let mut made: Vec<(u32, u32)> = Vec::new();
+        for (f, k) in self.corners {
+            let old = draft.mesh.faces[f as usize][k];
+            let copy = match made.iter().find(|(of, _)| *of == old) {
+                Some((_, copy)) => *copy,
+                None => {
+                    let p = draft.mesh.positions[old as usize];
+                    let moved = p + self.shift;
+                    let is_single = p.as_vec3().as_dvec3() == p;
+                    let moved = if is_single {
+                        moved.as_vec3().as_dvec3()
+                    } else {
+                        moved
+                    };
+                    let copy = draft.copy_vertex(old, moved);
+                    made.push((old, copy));
+                    copy
+                }
+            };
+            draft.mesh.faces[f as usize][k] = copy;
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! Fans: the faces round a vertex that hang together by edges.
+
+use super::topology::{NONE, Topology, end, start};
+use super::{Mesh, VertexFaces};
+
+/// The fans of faces round a vertex, each in rising order, the one with the smallest face first. Degenerate faces are in none.
+///
+/// A vertex of a manifold mesh has one. Faces hang together where the connectivity pairs their half-edges, so that the faces of an
+/// edge that is in more than two hang together nowhere.
+pub fn fans(mesh: &Mesh, topology: &Topology, around: &VertexFaces, vertex: u32) -> Vec<Vec<u32>> {
+    let all = around.of(vertex);
+    let mut seen = vec![false; all.len()];
+    let mut fans = Vec::new();
+    for seed in 0..all.len() {
+        if topology.piece[all[seed] as usize] == NONE || std::mem::replace(&mut seen[seed], true) {
+            continue;
+        }
+        let mut fan = vec![all[seed]];
+        let mut next = 0;
+        while let Some(&face) = fan.get(next) {
+            next += 1;
+            for h in 3 * face..3 * face + 3 {
+                let opposite = topology.opposite[h as usize];
+                if opposite == NONE || (start(mesh, h) != vertex && end(mesh, h) != vertex) {
+                    continue;
+                }
+                if let Ok(at) = all.binary_search(&(opposite / 3))
+                    && !std::mem::replace(&mut seen[at], true)
+                {
+                    fan.push(opposite / 3);
+                }
+            }
+        }
+        fan.sort_unstable();
+        fans.push(fan);
+    }
+    fans
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes::icosphere;
+
+    #[test]
+    fn spheres_that_touch_in_a_vertex_have_two_fans_there_and_one_elsewhere() {
+        let ball = icosphere(1);
+        let count = ball.positions.len() as u32;
+        let mut mesh = ball.clone();
+        let shift = 2.0 * ball.positions[0];
+        mesh.positions
+            .extend(ball.positions.iter().map(|p| shift - *p));
+        // The second ball's vertex 0 is the first one's.
+        let number = |v: u32| if v == 0 { 0 } else { v + count };
+        mesh.faces
+            .extend(ball.faces.iter().map(|f| [f[0], f[2], f[1]].map(number)));
+        let around = VertexFaces::new(&mesh);
+        let topology = Topology::new(&mut mesh);
+        let at = |v: u32| fans(&mesh, &topology, &around, v);
+        assert_eq!(at(0).len(), 2);
+        assert_eq!(at(0)[0].len(), around.of(0).len() / 2);
+        assert!((1..count).all(|v| at(v).len() == 1));
+    }
+}

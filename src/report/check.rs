@@ -1,0 +1,97 @@
+//! A verdict in lines.
+
+use super::{length, point};
+use crate::check::{Defect, DefectKind, Verdict};
+
+/// Most places in a line.
+const MOST_PLACES: usize = 3;
+
+/// A verdict in lines: the verdict itself first, then what was looked for, what was found and where.
+pub fn verdict_lines(verdict: &Verdict, size: f64) -> Vec<String> {
+    let mut lines = vec![verdict.line(), String::new()];
+    lines.extend(
+        verdict_rows(verdict, size)
+            .into_iter()
+            .map(|(name, value)| {
+                let name = format!("{name}:");
+                format!("{name:<22} {value}")
+            }),
+    );
+    lines
+}
+
+/// The rows of a verdict: names and values; `size` is the extent of the mesh.
+pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)> {
+    let mut rows = vec![(
+        "mesh",
+        format!(
+            "{} vertices, {} faces, {} {}",
+            verdict.vertices,
+            verdict.faces,
+            verdict.components.len(),
+            match verdict.components.len() {
+                1 => "component",
+                _ => "components",
+            }
+        ),
+    )];
+    rows.extend(DefectKind::ALL.into_iter().filter_map(|kind| {
+        let found = verdict.defects.iter().find(|d| d.kind == kind);
+        let name = name(kind);
+        match (found, kind) {
+            (Some(defect), _) => Some((name, told(defect, verdict, size))),
+            (None, DefectKind::Thin) if verdict.params.thin.is_none() => None,
+            (None, _) => Some((name, "none".to_owned())),
+        }
+    }));
+    let others = [
+        ("debris", verdict.debris(), "components"),
+        ("inside others", verdict.inside(), "components"),
+        ("unused vertices", verdict.unused_vertices, ""),
+        ("coinciding vertices", verdict.duplicate_vertices, ""),
+    ];
+    let some = others.into_iter().filter(|(_, count, _)| *count > 0);
+    rows.extend(
+        some.map(|(name, count, unit)| (name, format!("{count} {unit}").trim_end().to_owned())),
+    );
+    rows
+}
+
+/// What a kind of defect is called in a list.
+fn name(kind: DefectKind) -> &'static str {
+    match kind {
+        DefectKind::Border => "border edges",
+        DefectKind::NonManifoldEdge => "non-manifold edges",
+        DefectKind::NonManifoldVertex => "non-manifold vertices",
+        DefectKind::Misoriented => "misoriented edges",
+        DefectKind::InsideOut => "inside out",
+        DefectKind::Degenerate => "degenerate faces",
+        DefectKind::Duplicate => "duplicate faces",
+        DefectKind::Crossing => "crossing faces",
+        DefectKind::Thin => "thin parts",
+    }
+}
+
+fn told(defect: &Defect, verdict: &Verdict, size: f64) -> String {
+    let mut text = defect.count.to_string();
+    match (defect.kind, verdict.params.thin) {
+        (DefectKind::Border, _) => {
+            text += &format!(" round {} holes", verdict.holes);
+            if verdict.open_chains > 0 {
+                text += &format!(" and in {} chains that do not close", verdict.open_chains);
+            }
+        }
+        (DefectKind::InsideOut, _) => text += " closed components",
+        (DefectKind::Thin, Some(thin)) => {
+            text += &format!(" faces where it is thinner than {}", length(thin));
+        }
+        _ => {}
+    }
+    let places = defect.places.iter().take(MOST_PLACES);
+    let places: Vec<String> = places.map(|p| point(*p, size)).collect();
+    let more = match defect.places.len() {
+        n if n > MOST_PLACES => format!("; and at {} more places", n - MOST_PLACES),
+        _ => String::new(),
+    };
+    format!("{text}, at {}{more}", places.join("; "))
+}

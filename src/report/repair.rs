@@ -1,0 +1,59 @@
+//! What a repair did, in lines.
+
+use crate::mend::RepairReport;
+
+/// What was done, one line for each step that found something.
+pub fn repair_lines(r: &RepairReport) -> Vec<String> {
+    let crossing: usize = r.passes.first().map_or(0, |p| p.crossing_faces);
+    let cut: usize = r.passes.iter().map(|p| p.cut_faces).sum();
+    let all = [
+        (r.merged_vertices, "coinciding vertices merged".to_owned()),
+        (
+            r.welded_vertices,
+            "vertices of the border merged into one nearby".to_owned(),
+        ),
+        (r.degenerate_faces, "degenerate faces taken out".to_owned()),
+        (
+            r.flipped_edges,
+            "faces without area taken into a neighbour".to_owned(),
+        ),
+        (r.duplicate_faces, "duplicate faces taken out".to_owned()),
+        (r.turned_faces, "faces turned over".to_owned()),
+        (
+            r.split_vertices,
+            "vertices split, where surfaces met in an edge or a point".to_owned(),
+        ),
+        (
+            r.non_manifold_faces,
+            "faces cut out at edges with more than two".to_owned(),
+        ),
+        (
+            r.debris[0],
+            format!("components of debris taken out, {} faces", r.debris[1]),
+        ),
+        (
+            r.inside[0],
+            format!("components inside others taken out, {} faces", r.inside[1]),
+        ),
+        (
+            crossing,
+            format!(
+                "faces crossed others: {cut} cut out in {} {}, {} under another layer",
+                r.passes.len(),
+                if r.passes.len() == 1 {
+                    "pass"
+                } else {
+                    "passes"
+                },
+                r.covered_faces
+            ),
+        ),
+        (
+            r.left_crossing,
+            "components left crossing, since nothing of them would have stayed".to_owned(),
+        ),
+    ];
+    let some = all.into_iter().filter(|(count, _)| *count > 0);
+    some.map(|(count, what)| format!("{count} {what}"))
+        .collect()
+}

@@ -1,0 +1,469 @@
+//! `isomend repair`: defects that are put into good meshes are undone, and what is no part of them stays bit for bit.
+
+mod desk;
+mod shapes;
+
+use std::collections::HashSet;
+
+use desk::{Desk, assert_code, text};
+use glam::DVec3;
+use isomend::check::{CheckParams, DefectKind, Verdict};
+use isomend::io::{Format, read_path};
+use isomend::{Cancel, Carried, Control, FillError, Mesh, RepairParams, Repaired, inspect, repair};
+use shapes::{cut, polar, sphere, torus, turned};
+
+fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
+    repair(mesh, params, &Carried::default(), &Control::new()).unwrap()
+}
+
+fn verdict(mesh: &Mesh) -> Verdict {
+    inspect(mesh).unwrap().check(&CheckParams::default())
+}
+
+#[track_caller]
+fn assert_sound(mesh: &Mesh) {
+    let verdict = verdict(mesh);
+    assert!(verdict.is_sound(), "{}", verdict.line());
+}
+
+/// A good mesh: a ball with bumps, in general position.
+fn good() -> Mesh {
+    let mut mesh = turned(sphere(8));
+    for p in &mut mesh.positions {
+        *p *= 1.0 + 0.05 * (5.0 * p.x).sin() * (4.0 * p.y).cos();
+    }
+    mesh
+}
+
+fn moved(mesh: &Mesh, scale: f64, by: DVec3) -> Mesh {
+    let positions = mesh.positions.iter().map(|p| scale * *p + by);
+    Mesh::new(positions.collect(), mesh.faces.clone())
+}
+
+fn joined(a: &Mesh, b: &Mesh) -> Mesh {
+    let mut mesh = a.clone();
+    let count = a.positions.len() as u32;
+    mesh.positions.extend(&b.positions);
+    mesh.faces
+        .extend(b.faces.iter().map(|f| f.map(|v| v + count)));
+    mesh
+}
+
+fn centre(mesh: &Mesh, face: &[u32; 3]) -> DVec3 {
+    face.iter()
+        .map(|v| mesh.positions[*v as usize])
+        .sum::<DVec3>()
+        / 3.0
+}
+
+type Corners = [[u64; 3]; 3];
+
+fn corners(mesh: &Mesh, face: &[u32; 3]) -> Corners {
+    let bits = face.map(|v| mesh.positions[v as usize].to_array().map(f64::to_bits));
+    let [a, b, c] = bits;
+    [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap()
+}
+
+/// The faces for which `untouched` holds must be in the result, in order, the same way round, bit for bit.
+#[track_caller]
+fn assert_kept(before: &Mesh, after: &Mesh, untouched: impl Fn(&[u32; 3]) -> bool) {
+    let mut faces = after.faces.iter().map(|f| corners(after, f));
+    for face in before.faces.iter().filter(|f| untouched(f)) {
+        let wanted = corners(before, face);
+        assert!(
+            faces.any(|f| f == wanted),
+            "the face at {} is not there or not in order",
+            centre(before, face)
+        );
+    }
+}
+
+/// Numbers that look random, the same each time.
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self, below: usize) -> usize {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (self.0 >> 33) as usize % below
+    }
+}
+
+#[test]
+fn a_good_mesh_stays_as_it_is() {
+    for mesh in [good(), turned(torus(24, 12))] {
+        let done = repaired(&mesh, &RepairParams::default());
+        assert_eq!(done.mesh, mesh);
+        assert_eq!(done.report.lost_faces, 0);
+    }
+}
+
+#[test]
+fn random_flips_and_duplicates_are_undone() {
+    let mesh = good();
+    let mut noise = Noise(11);
+    for round in 0..8 {
+        let mut bad = mesh.clone();
+        for _ in 0..1 + 20 * round {
+            let f = noise.next(mesh.faces.len());
+            bad.faces[f] = [mesh.faces[f][0], mesh.faces[f][2], mesh.faces[f][1]];
+        }
+        for _ in 0..10 * round {
+            let f = bad.faces[noise.next(mesh.faces.len())];
+            bad.faces.push([f[1], f[0], f[2]]);
+        }
+        let done = repaired(&bad, &RepairParams::default());
+        // Which of two copies stays, and from where a face is counted, is open: the faces must be those of the good mesh.
+        let all =
+            |m: &Mesh| -> HashSet<Corners> { m.faces.iter().map(|f| corners(m, f)).collect() };
+        assert_eq!(all(&done.mesh), all(&mesh), "round {round}");
+        assert_eq!(done.mesh.faces.len(), mesh.faces.len());
+        assert_eq!(done.mesh.positions, mesh.positions);
+        assert_sound(&done.mesh);
+        assert_eq!(done.report.lost_faces, bad.faces.len() - mesh.faces.len());
+    }
+}
+
+#[test]
+fn a_mesh_inside_out_is_turned_also_with_a_hole() {
+    let hole = cut(&good(), |p| polar(p) < 20.0);
+    for mesh in [good(), hole] {
+        let faces = mesh.faces.iter().map(|f| [f[0], f[2], f[1]]).collect();
+        let bad = Mesh::new(mesh.positions.clone(), faces);
+        let done = repaired(&bad, &RepairParams::default());
+        assert_sound(&done.mesh);
+        assert_kept(&mesh, &done.mesh, |_| true);
+        assert_eq!(done.report.turned_faces, mesh.faces.len());
+    }
+}
+
+#[test]
+fn bodies_glued_at_an_edge_or_a_vertex_come_apart() {
+    let cube = |at: DVec3| {
+        let corner =
+            |i: u32| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2));
+        let faces = [
+            [0, 2, 3],
+            [0, 3, 1],
+            [4, 5, 7],
+            [4, 7, 6],
+            [0, 1, 5],
+            [0, 5, 4],
+            [2, 6, 7],
+            [2, 7, 3],
+            [0, 4, 6],
+            [0, 6, 2],
+            [1, 3, 7],
+            [1, 7, 5],
+        ];
+        Mesh::new((0..8).map(|i| corner(i) + at).collect(), faces.to_vec())
+    };
+    for at in [DVec3::new(1.0, 1.0, 0.0), DVec3::ONE] {
+        let glued = joined(&cube(DVec3::ZERO), &cube(at));
+        assert!(!verdict(&glued).is_sound());
+        let done = repaired(&glued, &RepairParams::default());
+        assert_sound(&done.mesh);
+        assert_eq!((done.mesh.faces.len(), done.report.lost_faces), (24, 0));
+        let farthest = |i: usize| {
+            let from = done.origins.vertices[i] as usize;
+            done.mesh.positions[i].distance(glued.positions[from])
+        };
+        assert!((0..done.mesh.positions.len()).all(|i| farthest(i) < 3e-3));
+    }
+}
+
+#[test]
+fn a_fin_and_a_wall_go_and_the_rest_stays() {
+    let mesh = good();
+    let mut fin = mesh.clone();
+    let [a, b, _] = mesh.faces[40];
+    let top = 1.2 * (mesh.positions[a as usize] + mesh.positions[b as usize]) / 2.0;
+    fin.positions.push(top);
+    fin.faces.push([a, b, mesh.positions.len() as u32]);
+    let done = repaired(&fin, &RepairParams::default());
+    assert_eq!(done.mesh, mesh);
+    assert!(done.report.non_manifold_faces > 0);
+}
+
+#[test]
+fn pierced_balls_lose_only_what_is_near() {
+    let mesh = good();
+    for (at, size) in [
+        (DVec3::new(0.95, 0.2, 0.1), 0.35),
+        (DVec3::new(-0.3, 0.9, 0.4), 0.3),
+        (DVec3::new(0.1, -0.2, 1.0), 0.4),
+    ] {
+        let bad = joined(&mesh, &moved(&turned(sphere(4)), size, at));
+        assert!(!verdict(&bad).is_sound());
+        let done = repaired(&bad, &RepairParams::default());
+        assert_sound(&done.mesh);
+        let reach = size + 0.45;
+        let far = |f: &[u32; 3]| {
+            let own = f.iter().all(|v| (*v as usize) < mesh.positions.len());
+            own && centre(&bad, f).distance(at) > reach
+        };
+        assert_kept(&bad, &done.mesh, far);
+        // The ball that pierced is still there, outside.
+        let tip = at + size * at.normalize();
+        let nearest = |m: &Mesh| {
+            m.positions
+                .iter()
+                .map(|p| p.distance(tip))
+                .fold(9.0, f64::min)
+        };
+        assert!(nearest(&done.mesh) < 0.25 * size, "{}", nearest(&done.mesh));
+        assert_eq!(verdict(&done.mesh).components.len(), 1);
+    }
+}
+
+#[test]
+fn holes_and_crossings_can_be_left() {
+    let mesh = cut(&good(), |p| polar(p) < 25.0);
+    let mut params = RepairParams::default();
+    params.holes = false;
+    let done = repaired(&mesh, &params);
+    assert_eq!(done.mesh, mesh);
+    let pierced = joined(&good(), &moved(&sphere(4), 0.3, DVec3::new(0.95, 0.2, 0.1)));
+    let mut params = RepairParams::default();
+    params.crossings = false;
+    let done = repaired(&pierced, &params);
+    assert_eq!(done.mesh, pierced);
+    assert!(done.report.passes.is_empty());
+}
+
+#[test]
+fn each_step_has_its_switch() {
+    let mut bad = good();
+    bad.faces[3].swap(1, 2);
+    bad.faces.push(bad.faces[9]);
+    let [a, b, _] = bad.faces[20];
+    bad.faces.push([a, b, a]);
+    let mut none = RepairParams::default();
+    none.clean = false;
+    none.orient = false;
+    none.split = false;
+    none.crossings = false;
+    none.holes = false;
+    assert_eq!(repaired(&bad, &none).mesh, bad);
+    let mut clean = none.clone();
+    clean.clean = true;
+    let done = repaired(&bad, &clean);
+    let r = &done.report;
+    assert_eq!(
+        (r.duplicate_faces, r.degenerate_faces, r.turned_faces),
+        (1, 1, 0)
+    );
+    assert_eq!(done.mesh.faces, bad.faces[..bad.faces.len() - 2]);
+    let mut orient = none.clone();
+    orient.clean = true;
+    orient.orient = true;
+    assert_eq!(repaired(&bad, &orient).mesh.faces.len(), good().faces.len());
+    assert_eq!(repaired(&bad, &orient).report.turned_faces, 1);
+}
+
+#[test]
+fn debris_and_what_lies_inside_go_on_request() {
+    let ball = good();
+    let inner = moved(&turned(sphere(4)), 0.3, DVec3::ZERO);
+    let crumb = moved(&turned(sphere(2)), 0.02, 2.0 * DVec3::X);
+    let bad = joined(&joined(&ball, &inner), &crumb);
+    assert_eq!(repaired(&bad, &RepairParams::default()).mesh, bad);
+    let mut params = RepairParams::default();
+    params.debris = Some(0.01);
+    let done = repaired(&bad, &params);
+    assert_eq!(done.mesh, joined(&ball, &inner));
+    assert_eq!(done.report.debris, [1, crumb.faces.len()]);
+    params.drop_inside = true;
+    let done = repaired(&bad, &params);
+    assert_eq!(done.mesh, ball);
+    assert_eq!(done.report.inside, [1, inner.faces.len()]);
+}
+
+#[test]
+fn cracks_within_the_length_are_welded() {
+    let mesh = good();
+    // The upper half on vertices of its own, a little off.
+    let mut bad = mesh.clone();
+    let upper = |f: &[u32; 3]| centre(&mesh, f).z > 0.0;
+    let mut copy = std::collections::HashMap::new();
+    for face in bad.faces.iter_mut().filter(|f| upper(f)) {
+        *face = face.map(|v| {
+            *copy.entry(v).or_insert_with(|| {
+                let p = mesh.positions[v as usize];
+                bad.positions.push(p + 1e-6 * DVec3::Y);
+                bad.positions.len() as u32 - 1
+            })
+        });
+    }
+    let mut params = RepairParams::default();
+    params.weld = Some(1e-5);
+    let done = repaired(&bad, &params);
+    assert_sound(&done.mesh);
+    assert_eq!(
+        (done.mesh.faces.len(), done.report.lost_faces),
+        (mesh.faces.len(), 0)
+    );
+    assert!(done.report.welded_vertices > 20);
+}
+
+#[test]
+fn faces_without_area_are_taken_into_their_neighbour() {
+    let p = DVec3::new;
+    // A tetrahedron whose edge from 0 to 1 has a vertex in its middle, on one side of it only.
+    let mesh = Mesh::new(
+        vec![
+            p(0.0, 0.0, 0.0),
+            p(2.0, 0.0, 0.0),
+            p(0.0, 2.0, 0.0),
+            p(0.0, 0.0, 2.0),
+            p(1.0, 0.0, 0.0),
+        ],
+        vec![
+            [0, 2, 1],
+            [0, 4, 3],
+            [4, 1, 3],
+            [0, 3, 2],
+            [1, 2, 3],
+            [0, 1, 4],
+        ],
+    );
+    // The vertex touches the face on the other side, too.
+    assert_eq!(verdict(&mesh).count(DefectKind::Degenerate), 1);
+    let done = repaired(&mesh, &RepairParams::default());
+    assert_sound(&done.mesh);
+    assert_eq!(done.report.flipped_edges, 1);
+    assert_eq!(done.mesh.positions, mesh.positions);
+}
+
+#[test]
+fn the_result_is_the_same_for_any_number_of_threads_and_a_run_can_be_stopped() {
+    let mesh = good();
+    let bad = joined(
+        &mesh,
+        &moved(&turned(sphere(4)), 0.35, DVec3::new(0.95, 0.2, 0.1)),
+    );
+    let run = |threads| {
+        let control = Control::new().threads(threads);
+        repair(
+            &bad,
+            &RepairParams::default(),
+            &Carried::default(),
+            &control,
+        )
+        .unwrap()
+        .mesh
+    };
+    assert_eq!(run(1), run(2));
+    let cancel = Cancel::new();
+    cancel.cancel();
+    let control = Control::new().cancel(&cancel);
+    let stopped = repair(
+        &bad,
+        &RepairParams::default(),
+        &Carried::default(),
+        &control,
+    );
+    assert!(matches!(stopped, Err(FillError::Cancelled)));
+}
+
+#[test]
+fn the_command_repairs_tells_and_exits_by_the_verdict() {
+    let desk = Desk::new();
+    let bad = joined(&good(), &moved(&sphere(4), 0.3, DVec3::new(0.95, 0.2, 0.1)));
+    desk.save("bad.ply", &bad, Format::Ply);
+    let done = desk.run(&["repair", "bad.ply", "-o", "out.ply", "--json", "out.json"]);
+    assert_code(&done, 0);
+    let said = text(&done.stderr);
+    assert!(
+        said.contains("faces crossed others") && said.contains("printable: yes"),
+        "{said}"
+    );
+    let document = desk.json("out.json");
+    assert_eq!(document["command"], "repair");
+    assert_eq!(document["complete"], true);
+    assert_eq!(document["before"]["sound"], false);
+    assert_eq!(document["after"]["sound"], true);
+    assert!(
+        document["steps"]["crossing_passes"][0]["cut_faces"]
+            .as_u64()
+            .unwrap()
+            > 0
+    );
+    assert_sound(&read_path(&desk.path("out.ply"), None).unwrap().mesh);
+    assert_code(&desk.run(&["check", "out.ply", "-q"]), 0);
+    let done = desk.run(&[
+        "repair",
+        "bad.ply",
+        "-o",
+        "no.ply",
+        "--keep-crossings",
+        "-q",
+    ]);
+    assert_code(&done, 3);
+}
+
+#[test]
+fn a_fill_repairs_first_where_it_is_asked_to() {
+    let desk = Desk::new();
+    let mut bad = desk::ball();
+    bad.faces[10].swap(1, 2);
+    bad.faces.push(bad.faces[30]);
+    desk.save("bad.ply", &bad, Format::Ply);
+    assert_code(
+        &desk.run(&["fill", "bad.ply", "-o", "out.ply", "--repair", "-q"]),
+        0,
+    );
+    assert_sound(&read_path(&desk.path("out.ply"), None).unwrap().mesh);
+    // Holes are chosen by their numbers in the input.
+    let done = desk.run(&[
+        "fill", "bad.ply", "-o", "one.ply", "--repair", "--holes", "2", "-q",
+    ]);
+    assert_code(&done, 3);
+    let one = verdict(&read_path(&desk.path("one.ply"), None).unwrap().mesh);
+    assert_eq!(one.holes, 1);
+    assert!(polar(one.defects[0].places[0]) < 20.0);
+    let done = desk.run(&[
+        "fill",
+        "bad.ply",
+        "-o",
+        "x.ply",
+        "--repair",
+        "--surface",
+        "whole",
+    ]);
+    assert_code(&done, 2);
+}
+
+#[test]
+fn attributes_live_on_with_their_vertices_and_faces() {
+    let desk = Desk::new();
+    // Two tetrahedra that touch in a vertex; one face is turned; every vertex has a colour, and every face a material.
+    let text_of = "\
+v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 0 1 0 0 0 1\nv 0 0 1 1 1 0\nv -1 0 0 0 1 1\nv 0 -1 0 1 0 1\nv 0 0 -1 0.5 0.5 0.5\n\
+usemtl a\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nusemtl b\nf 1 5 6\nf 1 7 5\nf 1 6 7\nf 5 6 7\n";
+    desk.text("two.obj", text_of);
+    assert_code(&desk.run(&["repair", "two.obj", "-o", "out.obj", "-q"]), 0);
+    let out = read_path(&desk.path("out.obj"), None).unwrap();
+    assert_sound(&out.mesh);
+    let colours = out
+        .attributes
+        .vertex_role(isomend::mesh::attributes::Role::Colour)
+        .unwrap();
+    let at_origin: Vec<_> = (0..out.mesh.positions.len())
+        .filter(|v| out.mesh.positions[*v].length() < 0.01)
+        .collect();
+    assert_eq!(at_origin.len(), 2);
+    assert!(
+        at_origin
+            .iter()
+            .all(|v| colours.get(*v).unwrap()[..3] == [1.0, 0.0, 0.0])
+    );
+    let materials = out
+        .attributes
+        .labels_of(isomend::mesh::attributes::LabelKind::Material)
+        .unwrap();
+    let names: Vec<_> = (0..8).map(|f| materials.get(f).unwrap()).collect();
+    assert_eq!(names, ["a", "a", "a", "a", "b", "b", "b", "b"]);
+}
