@@ -39,4 +39,4 @@ pub use output::{Output, write_text};
 pub use places::{Place, in_folder, is_folder_name};
 pub use read::Source;
 pub use spec::{JobSpec, Work};
-pub use steps::{Extent, JobResult, Mended, Read, run};
+pub use steps::{Extent, JobResult, Kept, Mended, Read, run};

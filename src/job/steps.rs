@@ -1,42 +1,57 @@
 //! The steps of a job.
 
+use std::borrow::Cow;
+
 use super::draw::{Before, Drawn};
 use super::output::Saved;
-use super::{JobError, JobSpec, MaskSpec, Work};
+use super::{JobError, JobSpec, MaskSpec, Output, Place, Work};
+use crate::attributes::transfer;
 use crate::io::{Format, Loaded};
 use crate::mend::{
-    Control, FairError, FairReport, FillReport, Inspection, RegionReport, RestoreError,
-    RestoreReport, SurfaceKind,
+    Control, FairError, FairReport, Faired, FillReport, Filled, Inspection, RegionReport,
+    RestoreError, RestoreReport, Restored, SurfaceKind,
 };
-use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
+use crate::mesh::{Mesh, Model};
 
 /// A job whose mesh was read.
 pub struct Read<'s> {
-    spec: &'s JobSpec,
+    spec: Cow<'s, JobSpec>,
     /// What was read.
     pub loaded: Loaded,
 }
 
 /// A job whose mesh was mended.
+#[derive(Clone)]
 pub struct Mended<'s> {
-    spec: &'s JobSpec,
+    pub(super) spec: Cow<'s, JobSpec>,
     /// The mesh whose vertices and faces come first.
-    first: Loaded,
+    pub(super) first: Loaded,
     /// Vertices and faces of the mesh that was read.
-    size: [usize; 2],
+    pub(super) size: [usize; 2],
     /// The mesh before, where something was cut out and it is to be drawn.
     before: Option<Before>,
     /// The mesh after.
-    mesh: Mesh,
+    pub(super) mesh: Mesh,
     /// For each vertex of a patch its expected error.
     sigma: Vec<Option<f64>>,
     /// Whether nothing of the input is in it.
     whole: bool,
+    /// Which vertices and faces of the input are kept, where something was cut out.
+    kept: Option<Kept>,
     /// What was done beside filling.
     pub extent: Extent,
     /// What was found and done.
     pub report: FillReport,
+}
+
+/// For each vertex and each face of a mesh whether it is kept.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// For each vertex.
+    pub vertices: Vec<bool>,
+    /// For each face.
+    pub faces: Vec<bool>,
 }
 
 /// What of the mesh was replaced, beside its holes; in a plan, what would be.
@@ -55,7 +70,7 @@ pub enum Extent {
 #[derive(Debug)]
 pub struct JobResult<'s> {
     /// The job.
-    pub spec: &'s JobSpec,
+    pub spec: Cow<'s, JobSpec>,
     /// The format that was read.
     pub format: Format,
     /// Vertices and faces of the mesh that was read.
@@ -95,10 +110,13 @@ impl JobSpec {
     /// # Errors
     /// As [`super::Source::read`].
     pub fn read(&self) -> Result<Read<'_>, JobError> {
-        Ok(Read {
-            spec: self,
-            loaded: self.source.read()?,
-        })
+        Ok(self.with(self.source.read()?))
+    }
+
+    /// The job with a mesh that was read before, or made.
+    pub fn with(&self, loaded: Loaded) -> Read<'_> {
+        let spec = Cow::Borrowed(self);
+        Read { spec, loaded }
     }
 
     /// Whether vertices that no face uses any more are kept: a glTF document goes through as it is, and so do its numbers.
@@ -150,68 +168,126 @@ impl<'s> Read<'s> {
     /// # Errors
     /// When the mask or the parameters do not fit the mesh, or the run is stopped.
     pub fn mend(self, control: &Control) -> Result<Mended<'s>, JobError> {
+        let found = self.spec.work.inspect(&self.loaded.mesh)?;
+        let made = self.make(&found, control)?;
+        drop(found);
+        Ok(self.mended(made))
+    }
+
+    /// Does the work on a mesh that was inspected before: `found` is what its mesh holds.
+    ///
+    /// # Errors
+    /// As [`Read::mend`].
+    pub fn mend_found(self, found: &Inspection, control: &Control) -> Result<Mended<'s>, JobError> {
+        let made = self.make(found, control)?;
+        Ok(self.mended(made))
+    }
+
+    /// Takes what was filled elsewhere, such as by [`crate::Regions::assemble`].
+    pub fn filled(self, filled: Filled) -> Mended<'s> {
+        self.mended(filled.into())
+    }
+
+    fn make(&self, found: &Inspection, control: &Control) -> Result<Made, JobError> {
         let Self { spec, loaded } = self;
-        let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
-        let keep_vertices = spec.keeps_vertices(&loaded);
-        let (mesh, sigma, kept, extent, report) = match &spec.work {
-            Work::Fill(params) => {
-                let filled = Inspection::new(&loaded.mesh)?.fill(params, control)?;
-                (
-                    filled.mesh,
-                    filled.sigma,
-                    None,
-                    Extent::Holes,
-                    filled.report,
-                )
-            }
+        let keep_vertices = spec.keeps_vertices(loaded);
+        Ok(match &spec.work {
+            Work::Fill(params) => found.fill(params, control)?.into(),
             Work::Restore(mask, params) => {
-                let marked = marks(mask, &loaded)?;
+                let marked = marks(mask, loaded)?;
                 let mut params = params.clone();
                 params.keep_vertices |= keep_vertices;
-                let found = Inspection::new(&loaded.mesh).map_err(RestoreError::from)?;
-                let mut restored = found.restore(&marked, &params, control)?;
-                let fill = std::mem::take(&mut restored.report.fill);
-                let extent = Extent::Region(restored.report);
-                (
-                    restored.mesh,
-                    restored.sigma,
-                    Some(restored.kept),
-                    extent,
-                    fill,
-                )
+                found.restore(&marked, &params, control)?.into()
             }
             Work::Fair(mask, params) => {
-                let marked = mask.as_ref().map(|mask| marks(mask, &loaded)).transpose()?;
+                let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
                 let mut params = params.clone();
                 params.keep_vertices |= keep_vertices;
-                let found = Inspection::new(&loaded.mesh).map_err(FairError::from)?;
-                let mut faired = found.fair(marked.as_deref(), &params, control)?;
-                let fill = std::mem::take(&mut faired.report.fill);
-                (
-                    faired.mesh,
-                    Vec::new(),
-                    faired.kept,
-                    Extent::Faired(faired.report),
-                    fill,
-                )
+                found.fair(marked.as_deref(), &params, control)?.into()
             }
-        };
-        let whole = match (&spec.work, &extent) {
+        })
+    }
+
+    fn mended(self, made: Made) -> Mended<'s> {
+        let Self { spec, loaded } = self;
+        let whole = match (&spec.work, &made.extent) {
             (Work::Fill(params), _) => params.surface == SurfaceKind::Whole,
-            (_, Extent::Faired(_)) => kept.is_none(),
+            (_, Extent::Faired(_)) => made.kept.is_none(),
             _ => false,
         };
-        let (first, before) = cut(loaded, kept.as_ref(), spec.drawings.is_wanted());
-        Ok(Mended {
+        let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
+        let (first, before) = cut(loaded, made.kept.as_ref(), spec.drawings.is_wanted());
+        Mended {
             spec,
             first,
             size,
             before,
-            mesh,
-            sigma,
+            mesh: made.mesh,
+            sigma: made.sigma,
             whole,
-            extent,
-            report,
+            kept: made.kept.map(|kept| Kept {
+                vertices: kept.vertices,
+                faces: kept.faces,
+            }),
+            extent: made.extent,
+            report: made.report,
+        }
+    }
+}
+
+/// What the work made.
+struct Made {
+    mesh: Mesh,
+    sigma: Vec<Option<f64>>,
+    kept: Option<Remainder>,
+    extent: Extent,
+    report: FillReport,
+}
+
+impl From<Filled> for Made {
+    fn from(filled: Filled) -> Self {
+        Self {
+            mesh: filled.mesh,
+            sigma: filled.sigma,
+            kept: None,
+            extent: Extent::Holes,
+            report: filled.report,
+        }
+    }
+}
+
+impl From<Restored> for Made {
+    fn from(mut restored: Restored) -> Self {
+        Self {
+            mesh: restored.mesh,
+            sigma: restored.sigma,
+            kept: Some(restored.kept),
+            report: std::mem::take(&mut restored.report.fill),
+            extent: Extent::Region(restored.report),
+        }
+    }
+}
+
+impl From<Faired> for Made {
+    fn from(mut faired: Faired) -> Self {
+        Self {
+            mesh: faired.mesh,
+            sigma: Vec::new(),
+            kept: faired.kept,
+            report: std::mem::take(&mut faired.report.fill),
+            extent: Extent::Faired(faired.report),
+        }
+    }
+}
+
+impl Work {
+    /// What a mesh holds, with errors in this work's words.
+    fn inspect<'m>(&self, mesh: &'m Mesh) -> Result<Inspection<'m>, JobError> {
+        let found = Inspection::new(mesh);
+        Ok(match self {
+            Self::Fill(_) => found?,
+            Self::Restore(..) => found.map_err(RestoreError::from)?,
+            Self::Fair(..) => found.map_err(FairError::from)?,
         })
     }
 }
@@ -234,12 +310,77 @@ fn cut(loaded: Loaded, kept: Option<&Remainder>, wanted: bool) -> (Loaded, Optio
 }
 
 impl<'s> Mended<'s> {
+    /// The same with a job of its own.
+    pub fn into_owned(self) -> Mended<'static> {
+        Mended {
+            spec: Cow::Owned(self.spec.into_owned()),
+            first: self.first,
+            size: self.size,
+            before: self.before,
+            mesh: self.mesh,
+            sigma: self.sigma,
+            whole: self.whole,
+            kept: self.kept,
+            extent: self.extent,
+            report: self.report,
+        }
+    }
+
+    /// The same, to be written elsewhere.
+    #[must_use]
+    pub fn to(mut self, output: Output) -> Self {
+        self.spec.to_mut().output = Some(output);
+        self
+    }
+
+    /// The mesh with what it carries, in full precision.
+    pub fn model(&self) -> Model {
+        match self.whole {
+            true => self.mesh.clone().into(),
+            false => transfer(&self.first.mesh, &self.first.attributes, self.mesh.clone()),
+        }
+    }
+
+    /// So many of the mesh's vertices and faces, from the first on, are the input's.
+    pub fn kept_size(&self) -> [usize; 2] {
+        match self.whole {
+            true => [0, 0],
+            false => [self.first.mesh.positions.len(), self.first.mesh.faces.len()],
+        }
+    }
+
+    /// Which vertices and faces of the input are kept; none where all or none are.
+    pub fn kept(&self) -> Option<&Kept> {
+        self.kept.as_ref()
+    }
+
+    /// For each new vertex its expected error in the mesh's units, none where nothing can be said; empty for a whole level set
+    /// and a faired surface.
+    pub fn sigma(&self) -> &[Option<f64>] {
+        &self.sigma
+    }
+
+    /// Number of vertices that are not the input's, without copies of others that [`Mended::model`] may add.
+    pub fn new_vertices(&self) -> usize {
+        self.mesh.positions.len() - self.kept_size()[0]
+    }
+
+    /// Where the mesh was read from.
+    pub fn source(&self) -> &Place {
+        &self.spec.source.place
+    }
+
+    /// What was read, or what is left of it where something was cut out.
+    pub fn first(&self) -> &Loaded {
+        &self.first
+    }
+
     /// Rounds, carries attributes over, checks what is written, writes and draws it.
     ///
     /// # Errors
     /// When a file cannot be written.
     pub fn write(mut self) -> Result<JobResult<'s>, JobError> {
-        let spec = self.spec;
+        let spec = &self.spec;
         let output = spec.output.as_ref().ok_or_else(|| JobError::Places {
             what: "there is no output to write to".to_owned(),
         })?;
@@ -264,7 +405,7 @@ impl<'s> Mended<'s> {
             report: &self.report,
         })?;
         Ok(JobResult {
-            spec,
+            spec: self.spec,
             format: self.first.format,
             size: self.size,
             planned: false,
