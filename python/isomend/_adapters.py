@@ -32,12 +32,16 @@ def fill_mesh(mesh: MeshT, **options: Unpack[FillOptions]) -> MeshT:
         TypeError: It is no such mesh.
         MeshError: It holds other cells than triangles, or cannot be measured.
     """
-    return mend_mesh(mesh, lambda model: model.fill(**options))
+    filled: MeshT = mend_mesh(mesh, lambda model: model.fill(**options))
+    return filled
 
 
 def mend_mesh(mesh: Any, mend: Mend) -> Any:
     """The same mesh after some work on it."""
-    has = lambda *names: all(hasattr(mesh, name) for name in names)  # noqa: E731
+
+    def has(*names: str) -> bool:
+        return all(hasattr(mesh, name) for name in names)
+
     if has("vertices", "faces", "vertex_attributes", "face_attributes"):
         return _trimesh(mesh, mend)
     if has("points", "regular_faces", "point_data", "cell_data", "triangulate"):
@@ -55,7 +59,7 @@ def mend_mesh(mesh: Any, mend: Mend) -> Any:
 
 def _trimesh(mesh: Any, mend: Mend) -> Any:
     points, cells = dict(mesh.vertex_attributes), dict(mesh.face_attributes)
-    visual = getattr(mesh, "visual", None)
+    visual: Any = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
     if kind == "vertex":
         points["vertex_colors"] = visual.vertex_colors
@@ -77,7 +81,8 @@ def _trimesh(mesh: Any, mend: Mend) -> Any:
     )  # fmt: skip
     if kind == "texture" and "uv" in points:
         uv = out.vertex_attributes.pop("uv")
-        out.visual = type(visual)(uv=uv, material=visual.material)
+        visual_type: Any = type(visual)
+        out.visual = visual_type(uv=uv, material=visual.material)
     return out
 
 

@@ -208,8 +208,8 @@ def signed_distance(
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-    >>> isomend.signed_distance([[0.1, 0.2, 0.2], [0, 0, 3]], vertices, faces).tolist()
-    [-0.1, 2.0]
+    >>> isomend.signed_distance([[0.125, 0.25, 0.25], [0, 0, 3]], vertices, faces).tolist()
+    [-0.125, 2.0]
     """
     from isomend import _arrays
 

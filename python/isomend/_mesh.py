@@ -7,7 +7,7 @@ import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from isomend import _params
 from isomend._errors import EmptyMaskError, StrictError
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from isomend._params import FairOptions, FillOptions, Mask, RestoreOptions
 
+T = TypeVar("T")
 LOG = logging.getLogger("isomend")
 
 
@@ -78,10 +79,11 @@ class _Shape:
     _made: dict[str, Any]
     _given: tuple[Mapping[str, ArrayLike] | None, Mapping[str, ArrayLike] | None]
 
-    def _once(self, name: str, make: Any) -> Any:
+    def _once(self, name: str, make: Callable[[], T]) -> T:
         if name not in self._made:
             self._made[name] = make()
-        return self._made[name]
+        made: T = self._made[name]
+        return made
 
     @property
     def vertices(self) -> NDArray[Any]:
@@ -224,7 +226,7 @@ class Inspection:
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
     >>> found = isomend.inspect(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]])
     >>> found.holes[0].rim.tolist()
-    [1, 3, 2]
+    [1, 2, 3]
     >>> found.fill(holes=[1]).report["complete"]
     True
     """
