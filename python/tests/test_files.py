@@ -47,6 +47,15 @@ def test_a_restored_file_is_that_of_the_command_line(tmp_path, program, name):
     assert np.array_equal(theirs.faces, restored.faces)
 
 
+def test_a_restored_glb_keeps_its_document(tmp_path, program):
+    isomend.read(DATA / "sphere.ply").fill().write(tmp_path / "a.glb")
+    ball = {"balls": [[[0, 0, -1], 0.6]]}
+    words = [program, "restore", "a.glb", "-o", "theirs.glb", "--ball", "0,0,-1,0.6", "-q"]
+    subprocess.run(words, cwd=tmp_path, check=True)
+    isomend.read(tmp_path / "a.glb").restore(ball).write(tmp_path / "own.glb")
+    assert (tmp_path / "own.glb").read_bytes() == (tmp_path / "theirs.glb").read_bytes()
+
+
 def test_a_faired_file_is_that_of_the_command_line(tmp_path, program):
     words = [program, "fair", DATA / "sphere.ply", "-o", tmp_path / "theirs.ply", "--ball", "0,0,-1,0.6", "--strength", "0.5", "-q"]
     subprocess.run(words, check=True)

@@ -119,9 +119,10 @@ impl JobSpec {
         Read { spec, loaded }
     }
 
-    /// Whether vertices that no face uses any more are kept: a glTF document goes through as it is, and so do its numbers.
+    /// Whether vertices that no face uses any more are kept: a glTF document goes through as it is, and so do its numbers. It may
+    /// still be asked for where there is no output yet.
     fn keeps_vertices(&self, loaded: &Loaded) -> bool {
-        let to_gltf = self.output.as_ref().is_some_and(|o| o.is_gltf());
+        let to_gltf = self.output.as_ref().is_none_or(|o| o.is_gltf());
         to_gltf && loaded.document.is_some()
     }
 }
