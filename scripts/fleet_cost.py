@@ -8,7 +8,6 @@ and of writing down what became of them."""
 
 import argparse
 import csv
-import resource
 import sys
 import tempfile
 import time
@@ -21,6 +20,8 @@ from tables import renew
 ROOT = Path(__file__).resolve().parent.parent
 COPIES = 8
 KNOWN = 200_000
+# The fleet on paper.
+SCANS, CORES, PRICE = 1_000_000, 1000, 0.04
 
 
 def copied(folder):
@@ -40,10 +41,6 @@ def one_run(inputs, output, workers):
         return marks[-1][0], list(csv.DictReader(file))
 
 
-def peak():
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
-
-
 def driver(folder):
     """Meshes that a driver writes down, and takes up again, a second; the bytes that it keeps of each, and those in the manifest."""
     row = {"input": "/data/scans/0001/scan-000001.ply", "output": "0001/scan-000001.ply", "state": [1, 1], "content": "0" * 32}
@@ -56,12 +53,12 @@ def driver(folder):
     manifest.close()
     del manifest
     size = (folder / ".fleet" / "manifest.jsonl").stat().st_size / KNOWN
-    before, begun = peak(), time.perf_counter()
+    begun = time.perf_counter()
     known = Manifest(folder, "settings", retry=False)
     read = KNOWN / (time.perf_counter() - begun)
     known.close()
     assert sum(1 for _ in rows(known.path)) == KNOWN
-    return written, read, (sys.getsizeof(known._known) + sum(map(sum_of, known._known.items()))) / KNOWN, size, before
+    return written, read, (sys.getsizeof(known._known) + sum(map(sum_of, known._known.items()))) / KNOWN, size
 
 
 def sum_of(item):
@@ -80,8 +77,11 @@ def main():
             seconds[workers], table = one_run(inputs, folder / f"out-{workers}", workers)
             if workers == 1:
                 alone = table
+        for mesh in inputs.iterdir():
+            mesh.touch()
+        touched = one_run(inputs, folder / "out-2", 2)[0]
         (folder / "driver").mkdir()
-        written, read, kept, size, _ = driver(folder / "driver")
+        written, read, kept, size = driver(folder / "driver")
     count = len(alone)
     cpu = sum(float(row["cpu"]) for row in alone) / count
     wall = sum(float(row["seconds"]) for row in alone) / count
@@ -95,13 +95,30 @@ def main():
         ("seconds a mesh of the whole run, one worker", f"{seconds[1] / count:.2f}"),
         ("two workers, against one", f"{seconds[1] / seconds[2]:.2f} times as fast"),
         ("memory of a mesh's process: median, largest", f"{memory[count // 2] / 2**20:.0f} MB, {memory[-1] / 2**20:.0f} MB"),
+        ("tasks of Ray that only look at the file, a second", f"{count / touched:.0f}"),
         ("manifest: bytes a mesh; lines written, read a second", f"{size:.0f}; {written:,.0f}, {read:,.0f}"),
         ("memory of the driver a mesh", f"{kept:.0f} bytes"),
     ]
-    text = "| what | figure |\n|---|---|\n" + "\n".join(f"| {what} | {figure} |" for what, figure in figures)
+    rate = CORES / cpu
+    paper = [
+        ("core hours; hours", f"{SCANS * cpu / 3600:,.0f}; {SCANS * cpu / CORES / 3600:.2f}"),
+        (f"cost at {PRICE} $ a core hour", f"{SCANS * cpu / 3600 * PRICE:.0f} $"),
+        ("results a second, which the driver must write down", f"{rate:,.0f}"),
+        ("bytes written a second, by all", f"{rate * moved / 1e6:,.0f} MB"),
+        ("memory of all processes at a time", f"{CORES * memory[count // 2] / 2**30:.0f} GB"),
+        ("manifest; memory of the driver", f"{SCANS * size / 1e6:.0f} MB; {SCANS * kept / 1e6:.0f} MB"),
+        ("to take it up again: reading the manifest", f"{SCANS / read:.0f} s"),
+    ]
+    text = table_of(("what was measured", "figure"), figures)
+    text += "\n\n" + table_of((f"{SCANS:,} such scans on {CORES} such cores, on paper", "figure"), paper)
     print(text)
     if arguments.docs:
         renew("fleet", "fleet_cost.py", text)
+
+
+def table_of(heading, rows):
+    lines = [heading, ("---", "---"), *rows]
+    return "\n".join(f"| {what} | {figure} |" for what, figure in lines)
 
 
 if __name__ == "__main__":

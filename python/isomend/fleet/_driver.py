@@ -103,7 +103,8 @@ def cluster(workers: int | None, threads: int, address: str | None) -> Iterator[
     if ray.is_initialized():
         yield ray
         return
-    # Each task says itself how many cores it takes.
+    # Neither figures of use sent away, nor a word on devices that no task asks for.
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")
     own = {} if address else {"num_cpus": workers * threads if workers else None, "include_dashboard": False}
     ray.init(address=address, log_to_driver=False, logging_level="ERROR", **own)
