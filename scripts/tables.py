@@ -14,6 +14,7 @@ PAGES = {
     "surfaces": "docs/experiments.md",
     "patches": "docs/experiments.md",
     "patches-curvature-variation": "docs/experiments.md",
+    "fleet": "docs/fleets.md",
 }
 
 

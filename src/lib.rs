@@ -74,7 +74,14 @@
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
 
+// The command line names the library as other callers do.
+#[cfg(feature = "cli")]
+extern crate self as isomend;
+
 pub mod check;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 pub mod compare;
 #[cfg(feature = "io")]
 pub mod io;

@@ -65,16 +65,17 @@ pub struct FairArgs {
 
 impl FairArgs {
     fn params(&self) -> FairParams {
-        let mut params = FairParams::default();
-        params.extent = match (self.time, self.strength) {
-            (Some(time), _) => FairExtent::Time(time),
-            (None, Some(strength)) => FairExtent::Strength(strength),
-            (None, None) => FairExtent::Auto,
-        };
-        params.voxel = self.voxel.voxel;
-        params.variant = self.scheme.variant();
-        params.edge_ratio = self.edge_ratio;
-        params
+        FairParams {
+            extent: match (self.time, self.strength) {
+                (Some(time), _) => FairExtent::Time(time),
+                (None, Some(strength)) => FairExtent::Strength(strength),
+                (None, None) => FairExtent::Auto,
+            },
+            voxel: self.voxel.voxel,
+            variant: self.scheme.variant(),
+            edge_ratio: self.edge_ratio,
+            ..FairParams::default()
+        }
     }
 }
 

@@ -46,15 +46,25 @@ pub enum End {
     InPart,
     /// Something failed, which was said; the rest was done.
     Failed,
+    /// It was asked for in a way that makes no sense, which was said.
+    Misused,
+}
+
+impl End {
+    /// The exit code of a program that ends so.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Failed => 1,
+            Self::Misused => 2,
+            Self::InPart => 3,
+        }
+    }
 }
 
 impl From<End> for ExitCode {
     fn from(end: End) -> Self {
-        match end {
-            End::Done => ExitCode::SUCCESS,
-            End::InPart => ExitCode::from(3),
-            End::Failed => ExitCode::FAILURE,
-        }
+        end.code().into()
     }
 }
 
@@ -137,20 +147,18 @@ struct RunArgs {
 /// Runs the program: with the arguments of the command line, and those of the file that `--config` names.
 ///
 /// What went wrong is said.
-pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
+pub fn main(arguments: impl Iterator<Item = OsString>) -> End {
     let end = interrupt::listen()
         .and_then(|()| Ok(config::expand(arguments.collect(), &Cli::command())?))
         .map(Cli::parse_from)
         .and_then(run);
     match end {
-        Ok(end) => end.into(),
+        Ok(end) => end,
         Err(error) => {
             console::fail(&format!("{error:#}"));
-            let usage = error.is::<Usage>();
-            if usage {
-                ExitCode::from(2)
-            } else {
-                ExitCode::FAILURE
+            match error.is::<Usage>() {
+                true => End::Misused,
+                false => End::Failed,
             }
         }
     }

@@ -107,9 +107,10 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     let start = Instant::now();
     let loaded = input::read(&input::source(&args.input, args.common.from)?, console)?;
     let reading = start.elapsed().as_secs_f64();
-    let mut params = VolumeParams::default();
-    params.voxel = args.voxel.voxel;
-    params.band = args.band.0;
+    let params = VolumeParams {
+        voxel: args.voxel.voxel,
+        band: args.band.0,
+    };
     let measured = measure_volume(&loaded.mesh, &params)
         .with_context(|| format!("cannot measure {}", place.name()))?;
     let volume = &measured.volume;

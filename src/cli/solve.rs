@@ -153,15 +153,16 @@ impl EnergyArg {
 impl SolveArgs {
     /// The parameters of the solve; the others are the usual ones.
     pub fn params(&self) -> FillParams {
-        let mut params = FillParams::default();
-        params.voxel = self.voxel.voxel;
-        params.finish = self.finish.into();
-        params.energy = self.energy.energy();
-        params.variant = self.scheme.variant();
-        params.steps = self.steps;
-        params.time_step = self.time_step;
-        params.edge_ratio = self.edge_ratio;
-        params
+        FillParams {
+            voxel: self.voxel.voxel,
+            finish: self.finish.into(),
+            energy: self.energy.energy(),
+            variant: self.scheme.variant(),
+            steps: self.steps,
+            time_step: self.time_step,
+            edge_ratio: self.edge_ratio,
+            ..FillParams::default()
+        }
     }
 
     /// Refuses what has no effect on a level set's own triangles.

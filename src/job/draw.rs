@@ -32,7 +32,7 @@ pub struct Drawings {
 }
 
 /// A mesh some of whose faces went.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Before {
     /// The mesh as it was read.
     pub(super) mesh: Mesh,

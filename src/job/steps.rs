@@ -1,64 +1,56 @@
 //! The steps of a job.
 
+use std::borrow::Cow;
+
 use super::draw::{Before, Drawn};
+use super::made::{Extent, First, Kept, Made, repaired};
 use super::output::Saved;
-use super::{JobError, JobSpec, MaskSpec, Work};
-use crate::check::{CheckParams, Verdict};
+use super::{JobError, JobSpec, MaskSpec, Output, Place, Work};
+use crate::attributes::transfer;
+use crate::check::CheckParams;
 use crate::io::{Format, Loaded};
 use crate::mend::{
-    Carried, Control, FairError, FairReport, FillReport, Inspection, RegionReport, RepairParams,
-    RepairReport, RestoreError, RestoreReport, SurfaceKind, repair,
+    Control, FairError, FillReport, Filled, Inspection, RegionReport, RepairReport, RestoreError,
+    SurfaceKind,
 };
-use crate::mesh::cut::Remainder;
-use crate::mesh::{FaceOrigin, Mesh};
+use crate::mesh::{Mesh, Model};
 
 /// A job whose mesh was read.
 pub struct Read<'s> {
-    spec: &'s JobSpec,
+    spec: Cow<'s, JobSpec>,
     /// What was read.
     pub loaded: Loaded,
 }
 
 /// A job whose mesh was mended.
+#[derive(Clone)]
 pub struct Mended<'s> {
-    spec: &'s JobSpec,
+    pub(super) spec: Cow<'s, JobSpec>,
     /// The mesh whose vertices and faces come first.
-    first: Loaded,
+    pub(super) first: Loaded,
     /// Vertices and faces of the mesh that was read.
-    size: [usize; 2],
+    pub(super) size: [usize; 2],
     /// The mesh before, where something was cut out and it is to be drawn.
     before: Option<Before>,
     /// The mesh after.
-    mesh: Mesh,
+    pub(super) mesh: Mesh,
     /// For each vertex of a patch its expected error.
     sigma: Vec<Option<f64>>,
     /// Whether nothing of the input is in it.
     whole: bool,
+    /// Which vertices and faces of the input are kept, where something was cut out.
+    kept: Option<Kept>,
     /// What was done beside filling.
     pub extent: Extent,
     /// What was found and done.
     pub report: FillReport,
 }
 
-/// What of the mesh was replaced, beside its holes; in a plan, what would be.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub enum Extent {
-    /// Nothing.
-    Holes,
-    /// A marked region. The report of its fill is [`JobResult::report`], and empty here.
-    Region(RestoreReport),
-    /// The surface or a region of it, faired. The report of its regions is [`JobResult::report`], and empty here.
-    Faired(FairReport),
-    /// What was wrong. The report of its fills is [`JobResult::report`], and empty here.
-    Repaired(Box<RepairReport>),
-}
-
 /// What came of a job.
 #[derive(Debug)]
 pub struct JobResult<'s> {
     /// The job.
-    pub spec: &'s JobSpec,
+    pub spec: Cow<'s, JobSpec>,
     /// The format that was read.
     pub format: Format,
     /// Vertices and faces of the mesh that was read.
@@ -98,15 +90,19 @@ impl JobSpec {
     /// # Errors
     /// As [`super::Source::read`].
     pub fn read(&self) -> Result<Read<'_>, JobError> {
-        Ok(Read {
-            spec: self,
-            loaded: self.source.read()?,
-        })
+        Ok(self.with(self.source.read()?))
     }
 
-    /// Whether vertices that no face uses any more are kept: a glTF document goes through as it is, and so do its numbers.
+    /// The job with a mesh that was read before, or made.
+    pub fn with(&self, loaded: Loaded) -> Read<'_> {
+        let spec = Cow::Borrowed(self);
+        Read { spec, loaded }
+    }
+
+    /// Whether vertices that no face uses any more are kept: a glTF document goes through as it is, and so do its numbers. It may
+    /// still be asked for where there is no output yet.
     fn keeps_vertices(&self, loaded: &Loaded) -> bool {
-        let to_gltf = self.output.as_ref().is_some_and(|o| o.is_gltf());
+        let to_gltf = self.output.as_ref().is_none_or(|o| o.is_gltf());
         to_gltf && loaded.document.is_some()
     }
 }
@@ -160,115 +156,91 @@ impl<'s> Read<'s> {
     /// # Errors
     /// When the mask or the parameters do not fit the mesh, or the run is stopped.
     pub fn mend(self, control: &Control) -> Result<Mended<'s>, JobError> {
-        let Self { spec, loaded } = self;
-        let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
-        let keep_vertices = spec.keeps_vertices(&loaded);
-        let (mesh, sigma, kept, extent, report) = match &spec.work {
-            Work::Fill(params) => {
-                let filled = Inspection::new(&loaded.mesh)?.fill(params, control)?;
-                (
-                    filled.mesh,
-                    filled.sigma,
-                    None,
-                    Extent::Holes,
-                    filled.report,
-                )
+        let made = match &self.spec.work {
+            Work::Repair(params) => {
+                let in_place = self.spec.keeps_vertices(&self.loaded);
+                repaired(&self.loaded, in_place, params, control)?
             }
-            Work::Restore(mask, params) => {
-                let marked = marks(mask, &loaded)?;
-                let mut params = params.clone();
-                params.keep_vertices |= keep_vertices;
-                let found = Inspection::new(&loaded.mesh).map_err(RestoreError::from)?;
-                let mut restored = found.restore(&marked, &params, control)?;
-                let fill = std::mem::take(&mut restored.report.fill);
-                let extent = Extent::Region(restored.report);
-                (
-                    restored.mesh,
-                    restored.sigma,
-                    Some(restored.kept),
-                    extent,
-                    fill,
-                )
-            }
-            Work::Repair(params) => return repaired(spec, loaded, params, control),
-            Work::Fair(mask, params) => {
-                let marked = mask.as_ref().map(|mask| marks(mask, &loaded)).transpose()?;
-                let mut params = params.clone();
-                params.keep_vertices |= keep_vertices;
-                let found = Inspection::new(&loaded.mesh).map_err(FairError::from)?;
-                let mut faired = found.fair(marked.as_deref(), &params, control)?;
-                let fill = std::mem::take(&mut faired.report.fill);
-                (
-                    faired.mesh,
-                    Vec::new(),
-                    faired.kept,
-                    Extent::Faired(faired.report),
-                    fill,
-                )
-            }
+            work => self.make(&work.inspect(&self.loaded.mesh)?, control)?,
         };
-        let whole = match (&spec.work, &extent) {
+        Ok(self.mended(made))
+    }
+
+    /// Does the work on a mesh that was inspected before: `found` is what its mesh holds.
+    ///
+    /// # Errors
+    /// As [`Read::mend`].
+    pub fn mend_found(self, found: &Inspection, control: &Control) -> Result<Mended<'s>, JobError> {
+        let made = self.make(found, control)?;
+        Ok(self.mended(made))
+    }
+
+    /// Takes what was filled elsewhere, such as by [`crate::Regions::assemble`].
+    pub fn filled(self, filled: Filled) -> Mended<'s> {
+        self.mended(filled.into())
+    }
+
+    fn make(&self, found: &Inspection, control: &Control) -> Result<Made, JobError> {
+        let Self { spec, loaded } = self;
+        let keep_vertices = spec.keeps_vertices(loaded);
+        Ok(match &spec.work {
+            Work::Fill(params) => found.fill(params, control)?.into(),
+            Work::Restore(mask, params) => {
+                let marked = marks(mask, loaded)?;
+                let mut params = params.clone();
+                params.keep_vertices |= keep_vertices;
+                found.restore(&marked, &params, control)?.into()
+            }
+            Work::Repair(params) => repaired(loaded, keep_vertices, params, control)?,
+            Work::Fair(mask, params) => {
+                let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
+                let mut params = params.clone();
+                params.keep_vertices |= keep_vertices;
+                found.fair(marked.as_deref(), &params, control)?.into()
+            }
+        })
+    }
+
+    fn mended(self, made: Made) -> Mended<'s> {
+        let Self { spec, loaded } = self;
+        let whole = match (&spec.work, &made.extent) {
             (Work::Fill(params), _) => params.surface == SurfaceKind::Whole,
-            (_, Extent::Faired(_)) => kept.is_none(),
+            (_, Extent::Faired(_)) => matches!(made.first, First::All),
             _ => false,
         };
-        let (first, before) = cut(loaded, kept.as_ref(), spec.drawings.is_wanted());
-        Ok(Mended {
+        let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
+        let wanted = spec.drawings.is_wanted();
+        let gone = wanted.then(|| made.first.gone(size[1])).flatten();
+        let before = gone.map(|gone| Before {
+            mesh: loaded.mesh.clone(),
+            gone,
+        });
+        let (first, kept) = made.first.of(loaded);
+        Mended {
             spec,
             first,
             size,
             before,
-            mesh,
-            sigma,
+            mesh: made.mesh,
+            sigma: made.sigma,
             whole,
-            extent,
-            report,
-        })
+            kept,
+            extent: made.extent,
+            report: made.report,
+        }
     }
 }
 
-/// A mesh repaired, with what its faces and vertices carried.
-fn repaired<'s>(
-    spec: &'s JobSpec,
-    loaded: Loaded,
-    params: &RepairParams,
-    control: &Control,
-) -> Result<Mended<'s>, JobError> {
-    let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
-    let in_place = spec.keeps_vertices(&loaded);
-    let alike = |a, b| !in_place && loaded.attributes.are_alike(a, b);
-    let carried = Carried {
-        alike: &alike,
-        in_place,
-    };
-    let mut done = repair(&loaded.mesh, params, &carried, control)?;
-    let (vertices, faces) = (done.origins.vertices.len(), done.origins.faces.len());
-    let first = Mesh::new(
-        done.mesh.positions[..vertices].to_vec(),
-        done.mesh.faces[..faces].to_vec(),
-    );
-    let mut kept = vec![false; size[1]];
-    for (face, origin) in first.faces.iter().zip(&done.origins.faces) {
-        let old = origin.face as usize;
-        kept[old] |= *origin == FaceOrigin::same(origin.face) && *face == loaded.mesh.faces[old];
+impl Work {
+    /// What a mesh holds, with errors in this work's words.
+    fn inspect<'m>(&self, mesh: &'m Mesh) -> Result<Inspection<'m>, JobError> {
+        let found = Inspection::new(mesh);
+        Ok(match self {
+            Self::Fill(_) | Self::Repair(_) => found?,
+            Self::Restore(..) => found.map_err(RestoreError::from)?,
+            Self::Fair(..) => found.map_err(FairError::from)?,
+        })
     }
-    let living = done.origins.living(size[1]);
-    let before = spec.drawings.is_wanted().then(|| Before {
-        mesh: loaded.mesh.clone(),
-        gone: living.iter().map(|lives| !lives).collect(),
-    });
-    let report = std::mem::take(&mut done.report.fill);
-    Ok(Mended {
-        spec,
-        first: loaded.derived(first, &done.origins, &kept),
-        size,
-        before,
-        mesh: done.mesh,
-        sigma: done.sigma,
-        whole: false,
-        extent: Extent::Repaired(Box::new(done.report)),
-        report,
-    })
 }
 
 /// The marks of a mask, which must mark something.
@@ -276,25 +248,78 @@ fn marks(mask: &MaskSpec, loaded: &Loaded) -> Result<Vec<bool>, JobError> {
     mask.marked(loaded)?.some()
 }
 
-/// What is left of a mesh after a cut; and the mesh as it was, where it is wanted.
-fn cut(loaded: Loaded, kept: Option<&Remainder>, wanted: bool) -> (Loaded, Option<Before>) {
-    let Some(kept) = kept else {
-        return (loaded, None);
-    };
-    let before = wanted.then(|| Before {
-        mesh: loaded.mesh.clone(),
-        gone: kept.faces.iter().map(|kept| !kept).collect(),
-    });
-    (loaded.restricted(kept), before)
-}
-
 impl<'s> Mended<'s> {
+    /// The same with a job of its own.
+    pub fn into_owned(self) -> Mended<'static> {
+        Mended {
+            spec: Cow::Owned(self.spec.into_owned()),
+            first: self.first,
+            size: self.size,
+            before: self.before,
+            mesh: self.mesh,
+            sigma: self.sigma,
+            whole: self.whole,
+            kept: self.kept,
+            extent: self.extent,
+            report: self.report,
+        }
+    }
+
+    /// The same, to be written elsewhere.
+    #[must_use]
+    pub fn to(mut self, output: Output) -> Self {
+        self.spec.to_mut().output = Some(output);
+        self
+    }
+
+    /// The mesh with what it carries, in full precision.
+    pub fn model(&self) -> Model {
+        match self.whole {
+            true => self.mesh.clone().into(),
+            false => transfer(&self.first.mesh, &self.first.attributes, self.mesh.clone()),
+        }
+    }
+
+    /// So many of the mesh's vertices and faces, from the first on, are the input's.
+    pub fn kept_size(&self) -> [usize; 2] {
+        match self.whole {
+            true => [0, 0],
+            false => [self.first.mesh.positions.len(), self.first.mesh.faces.len()],
+        }
+    }
+
+    /// Which vertices and faces of the input are kept; none where all or none are.
+    pub fn kept(&self) -> Option<&Kept> {
+        self.kept.as_ref()
+    }
+
+    /// For each new vertex its expected error in the mesh's units, none where nothing can be said; empty for a whole level set
+    /// and a faired surface.
+    pub fn sigma(&self) -> &[Option<f64>] {
+        &self.sigma
+    }
+
+    /// Number of vertices that are not the input's, without copies of others that [`Mended::model`] may add.
+    pub fn new_vertices(&self) -> usize {
+        self.mesh.positions.len() - self.kept_size()[0]
+    }
+
+    /// Where the mesh was read from.
+    pub fn source(&self) -> &Place {
+        &self.spec.source.place
+    }
+
+    /// What was read, or what is left of it where something was cut out.
+    pub fn first(&self) -> &Loaded {
+        &self.first
+    }
+
     /// Rounds, carries attributes over, checks what is written, writes and draws it.
     ///
     /// # Errors
     /// When a file cannot be written.
     pub fn write(mut self) -> Result<JobResult<'s>, JobError> {
-        let spec = self.spec;
+        let spec = &self.spec;
         let output = spec.output.as_ref().ok_or_else(|| JobError::Places {
             what: "there is no output to write to".to_owned(),
         })?;
@@ -322,7 +347,7 @@ impl<'s> Mended<'s> {
             report: &self.report,
         })?;
         Ok(JobResult {
-            spec,
+            spec: self.spec,
             format: self.first.format,
             size: self.size,
             planned: false,
@@ -344,10 +369,6 @@ impl JobResult<'_> {
 
     /// Whether nothing that was to be filled is still open.
     pub fn complete(&self) -> bool {
-        match &self.extent {
-            Extent::Faired(_) => true,
-            Extent::Repaired(report) => report.after.as_ref().is_none_or(Verdict::is_sound),
-            _ => !self.report.incomplete(),
-        }
+        self.extent.is_complete(&self.report)
     }
 }

@@ -7,8 +7,8 @@ mod rows;
 
 use serde::Serialize;
 
-use super::steps::Extent;
-use super::{JobResult, Place};
+use super::made::Extent;
+use super::{JobResult, JobSpec, Mended, Place};
 use crate::io::Format;
 use crate::mend::{FairReport, FillReport, RestoreReport, Tally};
 use crate::mesh::{Defects, Mesh, OpenChain};
@@ -75,51 +75,97 @@ fn shown(place: &Place) -> String {
 impl JobResult<'_> {
     /// The document.
     pub fn document(&self) -> Document<impl Serialize> {
-        let spec = self.spec;
-        let input = FileInfo::of(&spec.source.place, self.format, self.size);
-        let output = spec.output.as_ref().zip(self.mesh.as_ref());
-        let output = output.map(|(o, mesh)| FileInfo::new(&o.place, o.format, mesh));
-        let body = match (&self.extent, output) {
-            (Extent::Faired(report), Some(output)) => Body::Fair(FairBody {
+        let output = self.spec.output.as_ref().zip(self.mesh.as_ref());
+        let told = Told {
+            spec: &self.spec,
+            input: FileInfo::of(&self.spec.source.place, self.format, self.size),
+            output: output.map(|(o, mesh)| FileInfo::new(&o.place, o.format, mesh)),
+            extent: &self.extent,
+            report: &self.report,
+            notes: &self.notes,
+        };
+        told.document()
+    }
+}
+
+impl Mended<'_> {
+    /// The document of a mesh that is not written, as of bytes in the format that was read.
+    pub fn document(&self) -> Document<impl Serialize> {
+        let (source, format) = (&self.spec.source.place, self.first.format);
+        let here = Place::Bytes(String::new());
+        let told = Told {
+            spec: &self.spec,
+            input: FileInfo::of(source, format, self.size),
+            output: Some(FileInfo::new(&here, format, &self.mesh)),
+            extent: &self.extent,
+            report: &self.report,
+            notes: &self.first.notes,
+        };
+        told.document()
+    }
+}
+
+/// What the document of a job is made from.
+struct Told<'a> {
+    spec: &'a JobSpec,
+    input: FileInfo,
+    output: Option<FileInfo>,
+    extent: &'a Extent,
+    report: &'a FillReport,
+    notes: &'a [String],
+}
+
+impl<'a> Told<'a> {
+    fn document(self) -> Document<Body<'a>> {
+        let Self {
+            spec,
+            input,
+            output,
+            extent,
+            report,
+            notes,
+        } = self;
+        let body = match (extent, output) {
+            (Extent::Faired(faired), Some(output)) => Body::Fair(FairBody {
                 input,
                 output,
-                notes: &self.notes,
+                notes,
                 complete: true,
-                volume_drift: report.volume_drift(),
-                fair: FairRow::new(report),
-                fill: FillRow::new(&self.report),
+                volume_drift: faired.volume_drift(),
+                fair: FairRow::new(faired),
+                fill: FillRow::new(report),
             }),
-            (Extent::Faired(report), None) => Body::FairPlan(FairPlanBody {
+            (Extent::Faired(faired), None) => Body::FairPlan(FairPlanBody {
                 dry_run: true,
                 input,
-                notes: &self.notes,
-                plan: FairPlanRow::new(report),
+                notes,
+                plan: FairPlanRow::new(faired),
             }),
-            (Extent::Repaired(report), output) => Body::Repair(Box::new(RepairBody {
+            (Extent::Repaired(repair), output) => Body::Repair(Box::new(RepairBody {
                 dry_run: output.is_none(),
                 input,
                 output,
-                notes: &self.notes,
-                complete: self.complete(),
-                repair: RepairRow::new(report),
-                fill: FillRow::new(&self.report),
+                notes,
+                complete: extent.is_complete(report),
+                repair: RepairRow::new(repair),
+                fill: FillRow::new(report),
             })),
             (_, Some(output)) => Body::Fill(FillBody {
                 input,
                 output,
-                notes: &self.notes,
-                flawless: self.report.flawless(),
-                outcomes: self.report.tally(),
-                complete: !self.report.incomplete(),
-                cut: self.extent.cut(),
-                fill: FillRow::new(&self.report),
+                notes,
+                flawless: report.flawless(),
+                outcomes: report.tally(),
+                complete: !report.incomplete(),
+                cut: extent.cut(),
+                fill: FillRow::new(report),
             }),
             (_, None) => Body::Plan(PlanBody {
                 dry_run: true,
                 input,
-                notes: &self.notes,
-                cut: self.extent.cut(),
-                plan: PlanRow::new(&self.report),
+                notes,
+                cut: extent.cut(),
+                plan: PlanRow::new(report),
             }),
         };
         Document::new(spec.work.name(), body)

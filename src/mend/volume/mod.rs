@@ -1,5 +1,6 @@
 //! The signed distance of a whole model on a lattice round it.
 
+mod points;
 mod signs;
 
 use std::time::Instant;
@@ -15,6 +16,7 @@ use crate::grid::Volume;
 use crate::mesh::{Mesh, Topology, bounds, length, welded};
 use crate::region::VoxelSize;
 use crate::spatial::Bvh;
+pub use points::signed_distances;
 use signs::Signs;
 
 /// The most nodes that a volume is given: about one gigabyte of values.

@@ -1,0 +1,172 @@
+"""Meshes of other packages, told by what they have: none of these packages is imported before its own mesh comes."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from isomend._errors import MeshError
+from isomend._mesh import Mended, Model
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from isomend._params import FillOptions
+
+MeshT = TypeVar("MeshT")
+Mend = Callable[[Model], Mended]
+
+
+def fill_mesh(mesh: MeshT, **options: Unpack[FillOptions]) -> MeshT:
+    """Fills holes of a mesh of another package; the same type comes back, with its data continued on the patches.
+
+    Args:
+        mesh: ``trimesh.Trimesh``, ``pyvista.PolyData``, ``meshio.Mesh`` or Open3D's ``TriangleMesh``. It stays as it is.
+        options: As for :func:`isomend.fill`.
+
+    Returns:
+        A new mesh. Where the type has named values of faces, those of patches are marked as ``isomend_patch``.
+
+    Raises:
+        TypeError: It is no such mesh.
+        MeshError: It holds other cells than triangles, or cannot be measured.
+    """
+    filled: MeshT = mend_mesh(mesh, lambda model: model.fill(**options))
+    return filled
+
+
+def mend_mesh(mesh: Any, mend: Mend) -> Any:
+    """The same mesh after some work on it."""
+
+    def has(*names: str) -> bool:
+        return all(hasattr(mesh, name) for name in names)
+
+    if has("vertices", "faces", "vertex_attributes", "face_attributes"):
+        return _trimesh(mesh, mend)
+    if has("points", "regular_faces", "point_data", "cell_data", "triangulate"):
+        return _pyvista(mesh, mend)
+    if has("points", "cells", "point_data", "cell_data"):
+        return _meshio(mesh, mend)
+    if has("vertices", "triangles", "vertex_colors", "triangle_normals"):
+        return _open3d(mesh, mend)
+    kind = f"{type(mesh).__module__}.{type(mesh).__qualname__}"
+    raise TypeError(
+        f"{kind} is no mesh of trimesh, pyvista, meshio or Open3D; give its arrays to isomend.fill(vertices, faces)"
+    )
+
+
+
+def _trimesh(mesh: Any, mend: Mend) -> Any:
+    points, cells = dict(mesh.vertex_attributes), dict(mesh.face_attributes)
+    visual: Any = getattr(mesh, "visual", None)
+    kind = getattr(visual, "kind", None)
+    if kind == "vertex":
+        points["vertex_colors"] = visual.vertex_colors
+    elif kind == "face":
+        cells["face_colors"] = visual.face_colors
+    elif kind == "texture" and getattr(visual, "uv", None) is not None:
+        points["uv"] = visual.uv
+    mended = mend(Model(mesh.vertices, mesh.faces, point_data=points, cell_data=cells))
+    points, cells = dict(mended.point_data), dict(mended.cell_data)
+    colours = {
+        "vertex_colors": points.pop("vertex_colors", None) if kind == "vertex" else None,
+        "face_colors": cells.pop("face_colors", None) if kind == "face" else None,
+    }
+    cells["isomend_patch"] = mended.is_patch
+    out = type(mesh)(
+        vertices=mended.vertices, faces=mended.faces, vertex_attributes=points, face_attributes=cells,
+        metadata=dict(mesh.metadata), process=False, validate=False,
+        **{name: values for name, values in colours.items() if values is not None},
+    )  # fmt: skip
+    if kind == "texture" and "uv" in points:
+        uv = out.vertex_attributes.pop("uv")
+        visual_type: Any = type(visual)
+        out.visual = visual_type(uv=uv, material=visual.material)
+    return out
+
+
+def _pyvista(mesh: Any, mend: Mend) -> Any:
+    import numpy as np
+
+    whole = mesh if mesh.is_all_triangles else mesh.triangulate()
+    faces = whole.regular_faces
+    if whole.n_cells != len(faces):
+        raise MeshError("the mesh has lines, vertices or strips beside its faces; take them away, or extract the surface first")
+    if len(faces) == 0:
+        raise MeshError("the mesh has no faces; there is nothing to fill")
+    points, cells = _kept_types(whole.point_data), _kept_types(whole.cell_data)
+    mended = mend(Model(whole.points, faces, point_data=points, cell_data=cells))
+    rows = np.column_stack([np.full(len(mended.faces), 3), mended.faces])
+    out = type(mesh)(_rounded(mended.vertices, np.asarray(whole.points).dtype), rows.ravel())
+    for name, values in mended.point_data.items():
+        out.point_data[name] = values
+    for name, values in mended.cell_data.items():
+        out.cell_data[name] = values
+    for name, values in mesh.field_data.items():
+        out.field_data[name] = values
+    out.cell_data["isomend_patch"] = mended.is_patch.astype(np.uint8)
+    if whole.active_scalars_name in out.array_names:
+        out.set_active_scalars(whole.active_scalars_name, preference=whole.active_scalars_info.association.name.lower())
+    return out
+
+
+def _kept_types(data: Any) -> dict[str, Any]:
+    """The arrays that can be continued: numbers. Text is left behind."""
+    import numpy as np
+
+    arrays = {str(name): np.asarray(data[name]) for name in data.keys()}  # noqa: SIM118
+    return {name: array for name, array in arrays.items() if array.dtype.kind in "biuf"}
+
+
+def _rounded(vertices: Any, dtype: Any) -> Any:
+    """Vertices in the type that those of the mesh had, which the kept ones survive."""
+    return vertices.astype(dtype) if dtype.kind == "f" else vertices
+
+
+def _meshio(mesh: Any, mend: Mend) -> Any:
+    import numpy as np
+
+    blocks = list(mesh.cells)
+    other = sorted({block.type for block in blocks} - {"triangle"})
+    if other or not blocks:
+        what = ", ".join(other) or "none"
+        raise MeshError(f"a mesh of triangles is needed, but its cells are: {what}; triangulate it, or take the others away")
+    points = np.asarray(mesh.points)
+    if points.ndim == 2 and points.shape[1] == 2:
+        points = np.column_stack([points, np.zeros(len(points), points.dtype)])
+    faces = np.concatenate([block.data for block in blocks])
+    cells = {name: np.concatenate(list(values)) for name, values in mesh.cell_data.items()}
+    mended = mend(Model(points, faces, point_data=_kept_types(mesh.point_data), cell_data=_kept_types(cells)))
+    ends = np.cumsum([len(block.data) for block in blocks])
+    if mended.kept_faces is not None:
+        ends = np.cumsum([part.sum() for part in np.split(mended.kept_faces, ends[:-1])])
+    triangles = mended.faces.astype(blocks[0].data.dtype)
+    data = dict(mended.cell_data) | {"isomend_patch": mended.is_patch.astype(np.uint8)}
+    return type(mesh)(
+        _rounded(mended.vertices, points.dtype),
+        [("triangle", part) for part in np.split(triangles, ends)],
+        point_data=dict(mended.point_data),
+        cell_data={name: np.split(values, ends) for name, values in data.items()},
+        field_data=mesh.field_data,
+    )
+
+
+def _open3d(mesh: Any, mend: Mend) -> Any:
+    import numpy as np
+
+    names = {"vertex_normals": "normals", "vertex_colors": "colors"}
+    points = {own: np.asarray(getattr(mesh, theirs)) for theirs, own in names.items()}
+    points = {name: values for name, values in points.items() if len(values)}
+    mended = mend(Model(np.asarray(mesh.vertices), np.asarray(mesh.triangles), point_data=points))
+    open3d = sys.modules["open3d"]
+    out = type(mesh)(
+        open3d.utility.Vector3dVector(mended.vertices),
+        open3d.utility.Vector3iVector(mended.faces.astype(np.int32)),
+    )
+    for theirs, own in names.items():
+        if own in points:
+            setattr(out, theirs, open3d.utility.Vector3dVector(mended.point_data[own]))
+    if mesh.has_triangle_normals():
+        out.compute_triangle_normals()
+    return out

@@ -1,0 +1,382 @@
+"""Meshes, what they hold, and what came of mending them."""
+
+from __future__ import annotations
+
+import json
+import logging
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from isomend import _params
+from isomend._errors import EmptyMaskError, StrictError
+from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+    from typing_extensions import Unpack
+
+    from isomend._params import FairOptions, FillOptions, Mask, RestoreOptions
+
+T = TypeVar("T")
+LOG = logging.getLogger("isomend")
+
+
+def _report(document: str) -> dict[str, Any]:
+    """The document of the command line as a dictionary; meshes that are no files have no path and no format."""
+    report: dict[str, Any] = json.loads(document)
+    for place in (report.get("input"), report.get("output")):
+        if place and place["path"] in ("", "-"):
+            del place["path"], place["format"]
+    return report
+
+
+@dataclass(frozen=True, eq=False)
+class Hole:
+    """A hole: one closed loop of boundary edges. Lengths are in the units of the mesh.
+
+    Attributes:
+        id: Its number, from 1, by falling length: what ``holes``, ``keep_open`` and ``bridge`` take.
+        rim: int64 (k,), its vertices in order, as indices into the mesh's vertices.
+        edges: Number of edges.
+        length: Length of the rim.
+        diameter: Largest distance of two vertices of the rim.
+        width: Four times the area over the length: the diameter for a circle.
+        planarity: Root mean square distance of the rim from its best plane over the diameter; 0 is planar.
+        height: Extent of the rim along its normal.
+        centre: Mean of the rim (x, y, z).
+        normal: Unit normal of the rim's plane, out of the surface.
+        piece: The connected piece of the mesh that it bounds, from 0.
+        is_border: Whether it is taken for the outer border of an open sheet, which is filled only when it is named.
+    """
+
+    id: int
+    rim: NDArray[Any]
+    edges: int
+    length: float
+    diameter: float
+    width: float
+    planarity: float
+    height: float
+    centre: tuple[float, float, float]
+    normal: tuple[float, float, float]
+    piece: int
+    is_border: bool
+
+
+def _hole(row: dict[str, Any], rim: NDArray[Any]) -> Hole:
+    names = ("id", "edges", "length", "diameter", "width", "planarity", "height", "piece")
+    own = {name: row[name] for name in names}
+    centre, normal = tuple(row["centre"]), tuple(row["normal"])
+    return Hole(rim=rim, centre=centre, normal=normal, is_border=row["outer_border"], **own)
+
+
+class _Shape:
+    """The arrays of a mesh, made when they are first asked for. They are copies: to change them changes no mesh."""
+
+    _core: CoreModel | CoreMended
+    _made: dict[str, Any]
+    _given: tuple[Mapping[str, ArrayLike] | None, Mapping[str, ArrayLike] | None]
+
+    def _once(self, name: str, make: Callable[[], T]) -> T:
+        if name not in self._made:
+            self._made[name] = make()
+        made: T = self._made[name]
+        return made
+
+    @property
+    def vertices(self) -> NDArray[Any]:
+        """float64 (n, 3): coordinates in the units of the mesh."""
+        return self._once("vertices", self._core.vertices)
+
+    @property
+    def faces(self) -> NDArray[Any]:
+        """int64 (m, 3): vertex indices of each triangle, counter-clockwise from outside."""
+        return self._once("faces", self._core.faces)
+
+    @property
+    def point_data(self) -> dict[str, NDArray[Any]]:
+        """Named values of vertices: (n,) or (n, k) each, in their own types."""
+        return self._once("point_data", lambda: self._data(self._core.point_data(), self._given[0]))
+
+    @property
+    def cell_data(self) -> dict[str, NDArray[Any]]:
+        """Named values of faces: (m,) or (m, k) each, in their own types."""
+        return self._once("cell_data", lambda: self._data(self._core.cell_data(), self._given[1]))
+
+    @property
+    def corner_data(self) -> dict[str, NDArray[Any]]:
+        """Named values of the corners of faces, such as texture coordinates with seams: (m, 3, k) each, NaN where there is
+        none."""
+        from isomend import _arrays
+
+        rows = (self._core.size()[1], 3)
+        return self._once("corner_data", lambda: _arrays.taken(self._core.corner_data(), rows))
+
+    @property
+    def notes(self) -> list[str]:
+        """Remarks of the reader, and on values that could not be continued."""
+        return list(self._core.notes())
+
+    @staticmethod
+    def _data(values: Any, given: Mapping[str, ArrayLike] | None) -> dict[str, NDArray[Any]]:
+        from isomend import _arrays
+
+        return _arrays.restored_types(_arrays.taken(values), given)
+
+    def write(self, path: str | os.PathLike[str], *, format: str | None = None, ascii: bool = False) -> list[str]:
+        """Writes the mesh with all that it carries, whole or not at all; the same bytes as the command line's.
+
+        Args:
+            path: The file. Its extension tells the format: obj, ply, stl, gltf, glb, vtk or vtp.
+            format: The format, whatever the extension.
+            ascii: Text instead of binary: PLY, STL and VTK legacy.
+
+        Returns:
+            Remarks, such as on values that the format cannot hold.
+
+        Raises:
+            FileError: The file cannot be written.
+            ParameterError: There is no such format.
+        """
+        return self._core.write(os.fspath(path), format, ascii)[0]
+
+    def to_bytes(self, format: str, *, ascii: bool = False) -> bytes:
+        """The bytes of a file in a format; see :meth:`write`."""
+        return self._core.write(None, format, ascii)[1]
+
+
+class Model(_Shape):
+    """A mesh with what it carries, from :func:`isomend.read` or from arrays.
+
+    >>> import isomend
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> model = isomend.Model(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]])
+    >>> [hole.length > 4 for hole in model.inspect().holes]
+    [True]
+    """
+
+    def __init__(
+        self,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        *,
+        point_data: Mapping[str, ArrayLike] | None = None,
+        cell_data: Mapping[str, ArrayLike] | None = None,
+    ) -> None:
+        """A mesh from arrays.
+
+        Args:
+            vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
+            faces: (m, 3), indices from 0.
+            point_data: Named values of vertices, (n,) or (n, k). Those named ``normals``, ``colors`` or ``uv`` are continued on
+                patches as what they are, others harmonically; whole numbers are copied from the nearest vertex.
+            cell_data: Named values of faces.
+
+        Raises:
+            MeshError: The arrays are no mesh.
+            ParameterError: Values cannot be kept, or there are not as many as vertices or faces.
+        """
+        from isomend import _arrays
+
+        points, triangles = _arrays.points("vertices", vertices), _arrays.faces(faces)
+        of_points = _arrays.given("point_data", point_data, len(points))
+        of_faces = _arrays.given("cell_data", cell_data, len(triangles))
+        core = CoreModel.from_arrays(points, triangles, of_points, of_faces)
+        self._core: CoreModel = core
+        self._made, self._given = {}, (point_data, cell_data)
+
+    @classmethod
+    def _of(cls, core: CoreModel) -> Model:
+        model = cls.__new__(cls)
+        model._core, model._made, model._given = core, {}, (None, None)
+        return model
+
+    def __repr__(self) -> str:
+        vertices, faces = self._core.size()
+        return f"<isomend.Model of {vertices} vertices and {faces} faces>"
+
+    def inspect(self) -> Inspection:
+        """Finds holes and defects, once for any number of fills; see :func:`isomend.inspect`."""
+        return Inspection(self)
+
+    def fill(self, **options: Unpack[FillOptions]) -> Mended:
+        """Fills holes; see :func:`isomend.fill` for the options."""
+        return _mended(self, self._core, "fill", None, options)
+
+    def restore(self, mark: Mask, **options: Unpack[RestoreOptions]) -> Mended:
+        """Replaces what is marked; see :func:`isomend.restore`."""
+        return _mended(self, self._core, "restore", mark, options)
+
+    def fair(self, mark: Mask | None = None, **options: Unpack[FairOptions]) -> Mended:
+        """Fairs the surface, or what is marked; see :func:`isomend.fair`."""
+        return _mended(self, self._core, "fair", mark, options)
+
+    def plan(self, **options: Unpack[FillOptions]) -> dict[str, Any]:
+        """What :meth:`fill` would do with the same options, as ``isomend fill --dry-run --json -`` tells it."""
+        _, parameters = _params.taken_apart(options)
+        return _report(self._core.plan(_params.as_json(_work("fill", None, parameters, 0))))
+
+
+class Inspection:
+    """What a mesh holds. It is found once; any number of fills, restorations and fairings start from it.
+
+    >>> import isomend
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> found = isomend.inspect(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]])
+    >>> found.holes[0].rim.tolist()
+    [1, 2, 3]
+    >>> found.fill(holes=[1]).report["complete"]
+    True
+    """
+
+    def __init__(self, model: Model) -> None:
+        """Finds what a mesh holds.
+
+        Raises:
+            MeshError: The mesh cannot be measured.
+        """
+        self._model = model
+        self._core: Found = model._core.inspect()
+        #: What ``isomend inspect --json -`` tells: bounds, pieces, defects, boundary chains that do not close.
+        self.report: dict[str, Any] = _report(self._core.document())
+        rims = self._core.rims()
+        #: The holes, the longest first.
+        self.holes: tuple[Hole, ...] = tuple(map(_hole, self.report["holes"], rims))
+
+    def __repr__(self) -> str:
+        return f"<isomend.Inspection of {self._model!r} with {len(self.holes)} holes>"
+
+    def fill(self, **options: Unpack[FillOptions]) -> Mended:
+        """Fills holes; see :func:`isomend.fill` for the options."""
+        return _mended(self._model, self._core, "fill", None, options)
+
+    def restore(self, mark: Mask, **options: Unpack[RestoreOptions]) -> Mended:
+        """Replaces what is marked; see :func:`isomend.restore`."""
+        return _mended(self._model, self._core, "restore", mark, options)
+
+    def fair(self, mark: Mask | None = None, **options: Unpack[FairOptions]) -> Mended:
+        """Fairs the surface, or what is marked; see :func:`isomend.fair`."""
+        return _mended(self._model, self._core, "fair", mark, options)
+
+    def each_task(self, take: Callable[[bytes], object], **options: Unpack[FillOptions]) -> None:
+        """Calls a function with each region of a fill as a task, one after the other: bytes that :func:`isomend.solve_task` works
+        on, in this process or elsewhere. Patches are put together, in order, by :meth:`assemble` with the same options."""
+        _, parameters = _params.taken_apart(options)
+        self._core.each_task(_params.as_json(_params.plain_all(parameters)), take)
+
+    def region_count(self, **options: Unpack[FillOptions]) -> int:
+        """Number of regions of a fill, each of one hole or several that are filled together."""
+        _, parameters = _params.taken_apart(options)
+        return self._core.region_count(_params.as_json(_params.plain_all(parameters)))
+
+    def assemble(self, patches: Sequence[bytes], **options: Unpack[FillOptions]) -> Mended:
+        """The mesh with the patches of all regions: the same, to the byte, as :meth:`fill` makes.
+
+        >>> import isomend
+        >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        >>> found = isomend.inspect(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]])
+        >>> tasks = []
+        >>> found.each_task(tasks.append, holes=[1])
+        >>> patches = [isomend.solve_task(task) for task in tasks]
+        >>> found.assemble(patches, holes=[1]).faces.shape
+        (4, 3)
+        """
+        run, parameters = _params.taken_apart(options)
+        work = _params.as_json(_work("fill", None, parameters, 0))
+        return _judged(Mended._made_of(self._model, self._core.assemble(work, list(patches))), run)
+
+
+class Mended(_Shape):
+    """A mended mesh: what is kept of the input first, bit for bit and in order, then what is new."""
+
+    _core: CoreMended
+
+    @classmethod
+    def _made_of(cls, model: Model, core: CoreMended) -> Mended:
+        mended = cls.__new__(cls)
+        mended._core, mended._made, mended._given = core, {}, model._given
+        return mended
+
+    def __repr__(self) -> str:
+        vertices, faces = self._core.size()
+        return f"<isomend.Mended of {vertices} vertices and {faces} faces, {int(self.is_patch.sum())} of them new>"
+
+    @property
+    def is_patch(self) -> NDArray[Any]:
+        """bool (m,): which faces are new."""
+        import numpy as np
+
+        kept = self._core.kept_size()[1]
+        return self._once("is_patch", lambda: np.arange(self._core.size()[1]) >= kept)
+
+    @property
+    def sigma(self) -> NDArray[Any]:
+        """float64 (n,): expected error of each vertex in the units of the mesh; 0 for the input's, NaN where nothing can be
+        said."""
+        return self._once("sigma", self._core.sigma)
+
+    @property
+    def report(self) -> dict[str, Any]:
+        """What was found and done, as ``--json`` of the command line tells it."""
+        return self._once("report", lambda: _report(self._core.document()))
+
+    @property
+    def kept_vertices(self) -> NDArray[Any] | None:
+        """bool: for each vertex of the input whether it is kept, where something was cut out; else none."""
+        kept = self._core.kept()
+        return kept[0] if kept else None
+
+    @property
+    def kept_faces(self) -> NDArray[Any] | None:
+        """bool: for each face of the input whether it is kept, where something was cut out; else none."""
+        kept = self._core.kept()
+        return kept[1] if kept else None
+
+    @property
+    def complete(self) -> bool:
+        """Whether every hole that was to be filled is closed."""
+        return self._core.complete()
+
+    @property
+    def flawless(self) -> bool:
+        """Whether every hole of more than four edges got a steady surface that is joined to its rim and crosses nothing."""
+        return self._core.flawless()
+
+    def model(self) -> Model:
+        """The mended mesh as a model of its own, to be mended again."""
+        return Model._of(self._core.as_model())
+
+
+def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces: int) -> dict[str, Any]:
+    """The work in the library's form."""
+    mask = None if mark is None else _params.mask_of(mark, faces)
+    if command == "fill":
+        return {"fill": _params.plain_all(parameters)}
+    if command == "restore":
+        if mask is None:
+            raise EmptyMaskError("no region is marked")
+        return {"restore": [mask, _params.restore_params(parameters)]}
+    return {"fair": [mask, _params.fair_params(parameters)]}
+
+
+def _mended(
+    model: Model, core: CoreModel | Found, command: str, mark: Mask | None, options: Mapping[str, Any]
+) -> Mended:
+    """Does the work on a mesh, which was inspected before or not."""
+    run, parameters = _params.taken_apart(options)
+    work = _params.as_json(_work(command, mark, parameters, model._core.size()[1]))
+    threads = run.get("threads")
+    if threads is not None:
+        threads = _params.whole("threads", threads)
+    return _judged(Mended._made_of(model, core.mend(work, threads, run.get("progress"))), run)
+
+
+def _judged(mended: Mended, run: Mapping[str, Any]) -> Mended:
+    """The same, if it is as good as was asked for."""
+    if run.get("strict") and not (mended.complete and mended.flawless):
+        raise StrictError("some hole did not get a steady surface that crosses nothing; the result is in `result`", mended)
+    if not mended.complete:
+        LOG.warning("some hole that was to be filled is still open; the report says which and why")
+    return mended

@@ -1,0 +1,155 @@
+"""Parameters: from keywords to the JSON that the library reads. Names, defaults and bounds are the library's."""
+
+from __future__ import annotations
+
+import json
+import operator
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
+
+from isomend._errors import ParameterError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+    from typing_extensions import TypeAlias
+
+Voxel: TypeAlias = "float | Literal['auto']"
+Progress: TypeAlias = "Callable[[float, int, int], object]"
+Mask: TypeAlias = "ArrayLike | Mapping[str, Any]"
+
+
+class RunOptions(TypedDict, total=False):
+    """How a call is run."""
+
+    threads: int | None
+    progress: Progress | None
+    strict: bool
+
+
+class FillOptions(RunOptions, total=False):
+    """The parameters of a fill; see :func:`isomend.fill`."""
+
+    holes: Iterable[int] | None
+    keep_open: Iterable[int]
+    bridge: Iterable[Iterable[int]]
+    max_diameter: float | None
+    voxel: Voxel
+    surface: Literal["stitched", "whole"]
+    finish: Literal["auto", "willmore", "none"]
+    energy: Literal["willmore", "curvature-variation"]
+    variant: Literal["I", "II", "gauss-newton"]
+    steps: int | None
+    time_step: float | None
+    edge_ratio: float | None
+
+
+class RestoreOptions(FillOptions, total=False):
+    """The parameters of a restoration; see :func:`isomend.restore`."""
+
+    keep_shape: float
+    keep_vertices: bool
+
+
+class FairOptions(RunOptions, total=False):
+    """The parameters of a fairing; see :func:`isomend.fair`."""
+
+    strength: float | None
+    time: float | None
+    voxel: Voxel
+    variant: Literal["I", "II", "gauss-newton"]
+    edge_ratio: float | None
+    keep_vertices: bool
+
+
+RUN = ("threads", "progress", "strict")
+
+
+def taken_apart(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """How the call is run, and the parameters of the work."""
+    run = {name: options[name] for name in RUN if options.get(name) is not None}
+    return run, {name: value for name, value in options.items() if name not in RUN}
+
+
+def whole(name: str, value: Any) -> int:
+    """A whole number."""
+    try:
+        number = operator.index(value)
+    except TypeError:
+        raise ParameterError(f"{name} must be a whole number, but is {value!r}") from None
+    if number < 0:
+        raise ParameterError(f"{name} must not be negative, but is {number}")
+    return number
+
+
+def number(name: str, value: Any) -> float:
+    """A number, as Python's or numpy's."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise ParameterError(f"{name} must be a number, but is {value!r}") from None
+
+
+def wholes(name: str, values: Any) -> list[int]:
+    """A list of whole numbers."""
+    if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
+        raise ParameterError(f"{name} must be a list of hole numbers, but is {values!r}")
+    return [whole(name, value) for value in values]
+
+
+def plain(name: str, value: Any) -> Any:
+    """A parameter in the library's form."""
+    if name in ("holes", "keep_open"):
+        return wholes(name, value)
+    if name == "bridge":
+        return [wholes("each group of bridge", group) for group in value]
+    if name == "voxel":
+        return value if value == "auto" else {"length": number(name, value)}
+    if name in ("max_diameter", "time_step", "edge_ratio", "keep_shape", "strength", "time"):
+        return number(name, value)
+    if name == "steps":
+        return whole(name, value)
+    return value
+
+
+def plain_all(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Parameters in the library's form; those that are ``None`` are left to it."""
+    return {name: plain(name, value) for name, value in parameters.items() if value is not None}
+
+
+def restore_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a restoration, those of its fill among them."""
+    own = ("keep_shape", "keep_vertices")
+    given = plain_all(parameters)
+    fill = {name: value for name, value in given.items() if name not in own}
+    return {name: given[name] for name in own if name in given} | {"fill": fill}
+
+
+def fair_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a fairing."""
+    given = plain_all(parameters)
+    extents = {name: given.pop(name) for name in ("time", "strength") if name in given}
+    if len(extents) > 1:
+        raise ParameterError("time and strength say the same in two ways; give one of them")
+    return given | ({"extent": extents} if extents else {})
+
+
+def mask_of(mask: Mask, faces: int) -> dict[str, Any]:
+    """A mask in the library's form: from one mark for each face, from face numbers, or as it is."""
+    if isinstance(mask, Mapping):
+        return dict(mask)
+    from isomend import _arrays
+
+    return {"faces": _arrays.face_numbers(mask, faces)}
+
+
+Work = Union[dict[str, Any], list[Any]]
+
+
+def as_json(work: Work) -> str:
+    """The JSON of what the library reads."""
+    try:
+        return json.dumps(work, allow_nan=False)
+    except ValueError:
+        raise ParameterError("parameters must be finite numbers; leave out what has no bound") from None
+    except TypeError as error:
+        raise ParameterError(f"a parameter is of a type that cannot be passed on: {error}") from None

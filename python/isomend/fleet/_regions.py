@@ -1,0 +1,51 @@
+"""One mesh over many workers: the regions of its holes as tasks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import isomend
+from isomend.fleet._driver import RETRIES, cluster
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from isomend._mesh import Mended, Model
+    from isomend._params import FillOptions
+
+
+def fill_regions(
+    model: Model, *, workers: int | None = None, address: str | None = None, **options: Unpack[FillOptions]
+) -> Mended:
+    """Fills the holes of one mesh on many cores or machines: the same, to the byte, as :meth:`isomend.Model.fill` makes.
+
+    It pays where a mesh has many large holes: each region is sent with the pieces of the mesh that it may look at.
+
+    Args:
+        model: The mesh.
+        workers: Regions that are worked on at a time; by default twice as many as there are cores.
+        address: A Ray cluster; by default Ray is started on this machine.
+        options: As for :func:`isomend.fill`; ``threads`` are those of each region, 1 by default.
+    """
+    threads = options.pop("threads", None) or 1
+    found = model.inspect()
+    patches: dict[int, bytes] = {}
+    with cluster(workers, threads, address) as ray:
+        solve = ray.remote(isomend.solve_task).options(num_cpus=threads, max_retries=RETRIES)
+        most = workers or 2 * max(1, int(ray.cluster_resources().get("CPU", 1)) // threads)
+        pending: dict[Any, int] = {}
+
+        def collect() -> None:
+            ready, _ = ray.wait(list(pending), num_returns=1)
+            for reference in ready:
+                patches[pending.pop(reference)] = ray.get(reference)
+
+        def send(task: bytes) -> None:
+            while len(pending) >= most:
+                collect()
+            pending[solve.remote(task, threads=threads)] = len(patches) + len(pending)
+
+        found.each_task(send, **options)
+        while pending:
+            collect()
+    return found.assemble([patches[number] for number in sorted(patches)], **options)

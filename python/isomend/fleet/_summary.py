@@ -1,0 +1,59 @@
+"""The table of what became of all meshes."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from isomend.fleet._manifest import FOLDER, NAME, rows, short
+
+TEXT = ("input", "output", "outcome", "error", "content")
+NUMBERS = ("seconds", "cpu")
+WHOLE = ("memory", "bytes", "vertices", "faces", "filled", "faired", "triangulated", "left", "failed")
+COLUMNS = ("input", "output", "outcome", *NUMBERS, *WHOLE, "error", "content")
+# The outcome of a mesh whose file is another one with the same content: the earlier row stays true.
+SAME = "same"
+# Rows that are held at a time.
+BATCH = 10_000
+
+
+def last_rows(path: Path) -> Iterator[dict[str, Any]]:
+    """The last row of each result, in the order of the manifest."""
+    last = {short(row["output"]): number for number, row in enumerate(rows(path)) if row["outcome"] != SAME}
+    for number, row in enumerate(rows(path)):
+        if last.get(short(row["output"])) == number:
+            yield {name: row.get(name) for name in COLUMNS}
+
+
+def write(output: Path) -> list[Path]:
+    """Writes `summary.csv` and, where pyarrow is there, `summary.parquet`; their paths."""
+    manifest, made = output / FOLDER / NAME, [output / "summary.csv"]
+    beside = made[0].with_suffix(".csv.part")
+    with open(beside, "w", newline="", encoding="utf-8") as file:
+        table = csv.DictWriter(file, COLUMNS)
+        table.writeheader()
+        table.writerows(last_rows(manifest))
+    os.replace(beside, made[0])
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError:
+        return made
+    types = {name: pyarrow.string() for name in TEXT} | {name: pyarrow.float64() for name in NUMBERS}
+    types |= {name: pyarrow.int64() for name in WHOLE}
+    schema = pyarrow.schema([(name, types[name]) for name in COLUMNS])
+    made.append(output / "summary.parquet")
+    beside = made[1].with_suffix(".parquet.part")
+    with parquet.ParquetWriter(beside, schema) as writer:
+        batch: list[dict[str, Any]] = []
+        for row in last_rows(manifest):
+            batch.append(row)
+            if len(batch) == BATCH:
+                writer.write_table(pyarrow.Table.from_pylist(batch, schema))
+                batch.clear()
+        writer.write_table(pyarrow.Table.from_pylist(batch, schema))
+    os.replace(beside, made[1])
+    return made

@@ -1,0 +1,110 @@
+//! Named values of vertices, faces and corners as arrays.
+
+use isomend::mesh::attributes::{
+    Attribute, CornerAttribute, NONE, PATCH_NAME, Role, SIGMA_NAME, Scalar,
+};
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+use crate::errors::Failure;
+
+const SCALARS: [(&str, Scalar); 10] = [
+    ("int8", Scalar::I8),
+    ("uint8", Scalar::U8),
+    ("int16", Scalar::I16),
+    ("uint16", Scalar::U16),
+    ("int32", Scalar::I32),
+    ("uint32", Scalar::U32),
+    ("int64", Scalar::I64),
+    ("uint64", Scalar::U64),
+    ("float32", Scalar::F32),
+    ("float64", Scalar::F64),
+];
+
+/// Values as Python gives them: name, role, type, number of components, numbers.
+#[derive(FromPyObject)]
+pub struct Given<'py>(String, String, String, usize, PyReadonlyArray1<'py, f64>);
+
+impl Given<'_> {
+    /// The attribute.
+    pub fn attribute(&self) -> Result<Attribute, Failure> {
+        let Self(name, role, scalar, components, values) = self;
+        let role = match role.as_str() {
+            "normal" => Role::Normal,
+            "colour" => Role::Colour,
+            "uv" => Role::Uv(0),
+            _ => Role::Other,
+        };
+        let found = SCALARS.iter().find(|(name, _)| name == scalar);
+        let Some(&(_, scalar)) = found else {
+            let what =
+                format!("the values '{name}' are of the type {scalar}, which cannot be kept");
+            return Err(Failure::parameter(what));
+        };
+        let mut attribute = Attribute::new(name, role, scalar, *components);
+        attribute.values = values.as_array().iter().copied().collect();
+        Ok(attribute)
+    }
+}
+
+fn name_of(scalar: Scalar) -> &'static str {
+    let found = SCALARS.iter().find(|(_, s)| *s == scalar);
+    found.map_or("float64", |(name, _)| name)
+}
+
+/// The values as Python takes them: name, type, number of components, numbers, marks of those that are missing.
+type Taken<'py> = (
+    String,
+    &'static str,
+    usize,
+    Bound<'py, PyArray1<f64>>,
+    Option<Bound<'py, PyArray1<bool>>>,
+);
+
+fn taken<'py>(py: Python<'py>, a: &Attribute) -> Taken<'py> {
+    let missing = (!a.missing.is_empty()).then(|| PyArray1::from_slice(py, &a.missing));
+    (
+        a.name.clone(),
+        name_of(a.scalar),
+        a.components,
+        PyArray1::from_slice(py, &a.values),
+        missing,
+    )
+}
+
+/// A list of values, but for those that mark patches and tell their errors.
+pub fn list<'py>(py: Python<'py>, all: &[Attribute]) -> PyResult<Bound<'py, PyList>> {
+    let own = |a: &&Attribute| a.name != PATCH_NAME && a.name != SIGMA_NAME;
+    PyList::new(
+        py,
+        all.iter()
+            .filter(own)
+            .map(|a| taken(py, a))
+            .collect::<Vec<_>>(),
+    )
+}
+
+/// A list of the values of corners.
+pub fn corner_list<'py>(py: Python<'py>, all: &[CornerAttribute]) -> PyResult<Bound<'py, PyList>> {
+    let corners = |a: &CornerAttribute| {
+        let places = a.corners.iter().flatten();
+        let at = |&place: &u32| {
+            if place == NONE {
+                usize::MAX
+            } else {
+                place as usize
+            }
+        };
+        let mut spread = Attribute {
+            values: Vec::new(),
+            missing: Vec::new(),
+            ..a.pool.clone()
+        };
+        for place in places.map(at) {
+            spread.push(a.pool.get(place));
+        }
+        taken(py, &spread)
+    };
+    PyList::new(py, all.iter().map(corners).collect::<Vec<_>>())
+}

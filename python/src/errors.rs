@@ -1,0 +1,130 @@
+//! Errors of the library as exceptions of the package.
+
+use std::error::Error;
+
+use isomend::io::IoError;
+use isomend::job::JobError;
+use isomend::volume::VolumeError;
+use isomend::{FairError, FillError, RestoreError};
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use pyo3::types::PyType;
+
+/// Why a call failed: the name of its exception in `isomend._errors`, and the message.
+#[derive(Debug)]
+pub struct Failure {
+    exception: &'static str,
+    message: String,
+}
+
+impl Failure {
+    /// A failure with a message of its own.
+    pub fn new(exception: &'static str, message: impl Into<String>) -> Self {
+        let message = message.into();
+        Self { exception, message }
+    }
+
+    /// A parameter that makes no sense.
+    pub fn parameter(message: impl Into<String>) -> Self {
+        Self::new("ParameterError", message)
+    }
+
+    fn of(exception: &'static str, error: &dyn Error) -> Self {
+        let mut message = error.to_string();
+        let mut source = error.source();
+        while let Some(cause) = source {
+            message += &format!(": {cause}");
+            source = cause.source();
+        }
+        Self { exception, message }
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(failure: Failure) -> Self {
+        Python::attach(|py| {
+            let class = || -> PyResult<Bound<'_, PyType>> {
+                let errors = py.import("isomend._errors")?;
+                Ok(errors.getattr(failure.exception)?.cast_into()?)
+            };
+            match class() {
+                Ok(class) => PyErr::from_type(class, failure.message.clone()),
+                Err(_) => PyRuntimeError::new_err(failure.message.clone()),
+            }
+        })
+    }
+}
+
+fn fill_exception(error: &FillError) -> &'static str {
+    match error {
+        FillError::Empty
+        | FillError::Index { .. }
+        | FillError::NotFinite { .. }
+        | FillError::TooLarge { .. }
+        | FillError::TooSmall { .. } => "MeshError",
+        FillError::NoSuchHole { .. } => "HoleIdError",
+        FillError::Cancelled => "Cancelled",
+        _ => "ParameterError",
+    }
+}
+
+fn restore_exception(error: &RestoreError) -> &'static str {
+    match error {
+        RestoreError::Fill(error) => fill_exception(error),
+        RestoreError::NothingMarked => "EmptyMaskError",
+        _ => "ParameterError",
+    }
+}
+
+fn fair_exception(error: &FairError) -> &'static str {
+    match error {
+        FairError::Restore(error) => restore_exception(error),
+        FairError::NoSurface => "MeshError",
+        _ => "ParameterError",
+    }
+}
+
+impl From<FillError> for Failure {
+    fn from(error: FillError) -> Self {
+        Self::of(fill_exception(&error), &error)
+    }
+}
+
+impl From<VolumeError> for Failure {
+    fn from(error: VolumeError) -> Self {
+        let exception = match &error {
+            VolumeError::Mesh(error) => fill_exception(error),
+            VolumeError::NoSurface => "MeshError",
+            _ => "ParameterError",
+        };
+        Self::of(exception, &error)
+    }
+}
+
+impl From<IoError> for Failure {
+    fn from(error: IoError) -> Self {
+        Self::of("FileError", &error)
+    }
+}
+
+impl From<JobError> for Failure {
+    fn from(error: JobError) -> Self {
+        let exception = match &error {
+            JobError::Fill(error)
+            | JobError::Inspect { error, .. }
+            | JobError::MaskMesh { error, .. } => fill_exception(error),
+            JobError::Restore(error) => restore_exception(error),
+            JobError::Fair(error) => fair_exception(error),
+            JobError::NothingMarked { .. } | JobError::NoMask | JobError::EmptyMask => {
+                "EmptyMaskError"
+            }
+            JobError::Io(_)
+            | JobError::Bytes { .. }
+            | JobError::IsFolder { .. }
+            | JobError::Unwritable { .. } => "FileError",
+            JobError::TooManyVertices { .. } => "MeshError",
+            _ => "ParameterError",
+        };
+        Self::of(exception, &error)
+    }
+}

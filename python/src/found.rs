@@ -1,0 +1,141 @@
+//! What a mesh holds, found once; and its regions as tasks that can be worked on elsewhere.
+
+use std::sync::Arc;
+
+use isomend::io::Loaded;
+use isomend::job::{self, Drawings, Place, Source};
+use isomend::{Inspection, RegionPatch, RegionTask};
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::errors::Failure;
+use crate::mended::Mended;
+use crate::model::{fill_params, spec, work};
+use crate::worker;
+
+/// What a mesh holds.
+#[pyclass(frozen, module = "isomend._isomend")]
+pub struct Found {
+    loaded: Arc<Loaded>,
+    source: Place,
+    found: Arc<Inspection<'static>>,
+    document: String,
+}
+
+impl Found {
+    /// Looks at a mesh.
+    pub fn new(loaded: Arc<Loaded>, source: Place) -> Result<Self, Failure> {
+        let read = Source {
+            place: source.clone(),
+            bytes: Vec::new(),
+            format: None,
+        };
+        let inspected = job::inspect(&read, &loaded, None, &Drawings::default())?;
+        let document = serde_json::to_string(&inspected.document())
+            .map_err(|error| Failure::new("IsomendError", error.to_string()))?;
+        let found = Arc::new(inspected.found.into_owned());
+        Ok(Self {
+            loaded,
+            source,
+            found,
+            document,
+        })
+    }
+}
+
+/// A value in the form in which it is sent.
+fn packed<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, Failure> {
+    rmp_serde::to_vec_named(value).map_err(|e| Failure::new("IsomendError", e.to_string()))
+}
+
+/// A value that was sent.
+fn unpacked<T: serde::de::DeserializeOwned>(bytes: &[u8], what: &str) -> Result<T, Failure> {
+    rmp_serde::from_slice(bytes)
+        .map_err(|e| Failure::parameter(format!("these bytes are no {what}: {e}")))
+}
+
+#[pymethods]
+impl Found {
+    fn document(&self) -> &str {
+        &self.document
+    }
+
+    /// The vertices of each hole's rim.
+    fn rims<'py>(&self, py: Python<'py>) -> Vec<Bound<'py, PyArray1<i64>>> {
+        let holes = self.found.holes.iter();
+        let rim = |rim: &[u32]| rim.iter().map(|v| i64::from(*v)).collect();
+        holes.map(|h| PyArray1::from_vec(py, rim(&h.rim))).collect()
+    }
+
+    /// Does the work that the JSON tells.
+    #[pyo3(signature = (json, threads, progress))]
+    fn mend(
+        &self,
+        py: Python<'_>,
+        json: &str,
+        threads: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Mended> {
+        let spec = spec(&self.source, work(json)?);
+        let (loaded, found) = (self.loaded.clone(), self.found.clone());
+        worker::run(py, threads, progress, move |control| {
+            spec.work.check()?;
+            let read = spec.with((*loaded).clone());
+            Ok(Mended::new(read.mend_found(&found, control)?.into_owned()))
+        })
+    }
+
+    /// Number of regions of a fill with these parameters.
+    fn region_count(&self, params: &str) -> PyResult<usize> {
+        let params = fill_params(params)?;
+        let regions = self.found.regions(&params).map_err(Failure::from)?;
+        Ok(regions.len())
+    }
+
+    /// Calls a function with the bytes of each region's task, one after the other.
+    fn each_task(&self, params: &str, take: &Bound<'_, PyAny>) -> PyResult<()> {
+        let py = take.py();
+        let params = fill_params(params)?;
+        let regions = self.found.regions(&params).map_err(Failure::from)?;
+        for task in regions.tasks() {
+            let bytes = packed(&task)?;
+            py.check_signals()?;
+            take.call1((PyBytes::new(py, &bytes),))?;
+        }
+        Ok(())
+    }
+
+    /// Puts the patches of all regions, in order, to the mesh.
+    fn assemble(&self, py: Python<'_>, json: &str, patches: Vec<Vec<u8>>) -> PyResult<Mended> {
+        let spec = spec(&self.source, work(json)?);
+        let (loaded, found) = (self.loaded.clone(), self.found.clone());
+        worker::run(py, None, None, move |_| {
+            let isomend::job::Work::Fill(params) = &spec.work else {
+                return Err(Failure::parameter("only a fill is put together"));
+            };
+            let regions = found.regions(params)?;
+            let patch = |bytes: &Vec<u8>| unpacked::<RegionPatch>(bytes, "patch");
+            let patches = patches.iter().map(patch).collect::<Result<_, _>>()?;
+            let filled = regions.assemble(patches)?;
+            let mended = spec.with((*loaded).clone()).filled(filled);
+            Ok(Mended::new(mended.into_owned()))
+        })
+    }
+}
+
+/// Works on the task of a region; the bytes of its patch.
+#[pyfunction]
+#[pyo3(signature = (task, threads))]
+pub fn solve_task<'py>(
+    py: Python<'py>,
+    task: &[u8],
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let task = task.to_vec();
+    let patch = worker::run(py, threads, None, move |control| {
+        let task: RegionTask = unpacked(&task, "task")?;
+        packed(&task.solve(control)?)
+    })?;
+    Ok(PyBytes::new(py, &patch))
+}

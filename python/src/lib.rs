@@ -1,0 +1,33 @@
+//! The Python module `isomend._isomend`: jobs of the library on arrays and files, in threads of their own. What Python programs
+//! see, with names, defaults and documentation, is the package round it.
+
+mod arrays;
+mod attributes;
+mod errors;
+mod found;
+mod logging;
+mod mended;
+mod model;
+mod worker;
+
+use std::ffi::OsString;
+
+use pyo3::prelude::*;
+
+/// The command line; its exit code.
+#[pyfunction]
+fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
+    py.detach(|| isomend::cli::main(arguments.into_iter()).code())
+}
+
+#[pymodule]
+fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<model::Model>()?;
+    module.add_class::<found::Found>()?;
+    module.add_class::<mended::Mended>()?;
+    module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(found::solve_task, module)?)?;
+    module.add_function(wrap_pyfunction!(model::signed_distance, module)?)?;
+    Ok(())
+}

@@ -1,0 +1,51 @@
+"""Meshes of the tests."""
+
+import numpy as np
+
+
+def open_sphere(around=48, latitudes=24, top=5, dtype=np.float64):
+    """A ball of radius 1 whose rings near the top are not there."""
+    heights = [np.pi * i / latitudes - np.pi / 2 for i in range(1, latitudes - top)]
+    angles = 2 * np.pi * np.arange(around) / around
+    vertices = [(0.0, 0.0, -1.0)]
+    for i, height in enumerate(heights):
+        turned = angles + np.pi * (i % 2) / around
+        for angle in turned:
+            vertices.append((np.cos(height) * np.cos(angle), np.cos(height) * np.sin(angle), np.sin(height)))
+    at = lambda ring, i: 1 + ring * around + i % around  # noqa: E731
+    faces = [(0, at(0, i + 1), at(0, i)) for i in range(around)]
+    for ring in range(len(heights) - 1):
+        for i in range(around):
+            low, high = ring, ring + 1
+            if ring % 2 == 0:
+                faces += [(at(low, i), at(low, i + 1), at(high, i)), (at(low, i + 1), at(high, i + 1), at(high, i))]
+            else:
+                faces += [(at(low, i), at(low, i + 1), at(high, i + 1)), (at(low, i), at(high, i + 1), at(high, i))]
+    return np.array(vertices, dtype), np.array(faces)
+
+
+def open_ends(**options):
+    """The same with a hole at both ends: the first ring's fan is not there either."""
+    vertices, faces = open_sphere(**options)
+    return vertices, faces[(faces != 0).all(axis=1)]
+
+
+def closed_sphere():
+    """A ball of radius 1, its top an apex."""
+    vertices, faces = open_sphere(top=0)
+    around = 48
+    ring = len(vertices) - around
+    cap = [(ring + i, ring + (i + 1) % around, len(vertices)) for i in range(around)]
+    return np.vstack([vertices, [(0.0, 0.0, 1.0)]]), np.vstack([faces, cap])
+
+
+def edges_of(faces):
+    """How often each edge is used in each direction."""
+    pairs = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    return {tuple(pair) for pair in pairs.tolist()}, len(pairs)
+
+
+def is_closed(faces):
+    """Whether each edge is there once in each direction."""
+    edges, count = edges_of(faces)
+    return len(edges) == count and all((b, a) in edges for a, b in edges)

@@ -1,0 +1,225 @@
+"""What is refused, stopped and told."""
+
+import logging
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+import shapes
+
+import isomend
+
+TRIANGLE = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "what"),
+    [
+        (TRIANGLE[0], np.zeros((0, 3), int), "no faces"),
+        (TRIANGLE[0], [[0, 1, 3]], "face 0 refers to vertex 3, but there are only 3"),
+        (TRIANGLE[0], [[0, 1, -1]], "vertex -1"),
+        (TRIANGLE[0], [[0, 1, 2.5]], "whole numbers"),
+        (TRIANGLE[0], [[0, 1, np.nan]], "whole numbers"),
+        (TRIANGLE[0], [[0, 1, 1e300]], "not there"),
+        (TRIANGLE[0], [[0, 1, 2, 0]], "triangles first"),
+        (TRIANGLE[0], [0, 1, 2], r"shape is \(3,\)"),
+        ([[0, 0], [1, 0], [0, 1]], TRIANGLE[1], "shape"),
+        ([[0, 0, np.inf], [1, 0, 0], [0, 1, 0]], TRIANGLE[1], "not a finite number"),
+        ([["a", 0, 0]] * 3, TRIANGLE[1], "must be numbers"),
+        (np.zeros((3, 3), complex), TRIANGLE[1], "must be numbers"),
+        ([[2**53 + 1, 0, 0], [1, 0, 0], [0, 1, 0]], TRIANGLE[1], "beyond"),
+        ([[0, 0, 1e300], [1, 0, 0], [0, 1, 0]], TRIANGLE[1], "too large"),
+    ],
+)
+def test_what_is_no_mesh_is_refused(vertices, faces, what):
+    with pytest.raises(isomend.MeshError, match=what):
+        isomend.fill(vertices, faces)
+    with pytest.raises(ValueError, match=what):
+        isomend.inspect(vertices, faces)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "what"),
+    [
+        ({"holes": [2]}, isomend.HoleIdError, "there is no hole 2; the mesh has 1"),
+        ({"keep_open": [0]}, IndexError, "there is no hole 0"),
+        ({"holes": [-1]}, isomend.ParameterError, "negative"),
+        ({"holes": 1}, isomend.ParameterError, "list of hole numbers"),
+        ({"holes": [1.5]}, isomend.ParameterError, "whole number"),
+        ({"voxel": -1}, ValueError, "positive length"),
+        ({"voxel": float("nan")}, isomend.ParameterError, "finite"),
+        ({"voxel": "small"}, isomend.ParameterError, "must be a number"),
+        ({"voxel": 1e-9}, isomend.ParameterError, "too large a grid"),
+        ({"edge_ratio": 100}, isomend.ParameterError, "edge ratio"),
+        ({"energy": "wilmore"}, isomend.ParameterError, "unknown variant `wilmore`, expected `willmore`"),
+        ({"threads": -1}, isomend.ParameterError, "threads"),
+        ({"max_diameter": np.inf}, isomend.ParameterError, "leave out what has no bound"),
+    ],
+)
+def test_parameters_that_make_no_sense_are_refused(sphere, options, error, what):
+    with pytest.raises(error, match=what) as caught:
+        isomend.fill(*sphere, **options)
+    assert isinstance(caught.value, isomend.IsomendError)
+
+
+def test_an_unknown_parameter_of_a_model_is_named(sphere):
+    with pytest.raises(isomend.ParameterError, match="unknown field `hole`, expected one of `voxel`, `holes`"):
+        isomend.Model(*sphere).fill(hole=[1])
+
+
+def test_masks_that_mark_nothing_or_do_not_fit_are_refused(sphere):
+    vertices, faces = sphere
+    none = np.zeros(len(faces), bool)
+    for mark in (none, [], {"balls": [[[9, 9, 9], 0.1]]}):
+        with pytest.raises(isomend.EmptyMaskError):
+            isomend.restore(vertices, faces, mark)
+    with pytest.raises(ValueError, match="3 marks for"):
+        isomend.restore(vertices, faces, none[:3])
+    with pytest.raises(isomend.ParameterError, match="only"):
+        isomend.restore(vertices, faces, [len(faces)])
+    with pytest.raises(isomend.ParameterError, match="float64"):
+        isomend.restore(vertices, faces, [0.5])
+
+
+def test_values_that_do_not_fit_are_refused(sphere):
+    vertices, faces = sphere
+    for data in ({"a": [1.0]}, {"a": ["x"] * len(vertices)}, {"a": np.full(len(vertices), 2**60)}, {"a": 1.0}):
+        with pytest.raises(isomend.ParameterError, match="'a'"):
+            isomend.fill(vertices, faces, point_data=data)
+
+
+def test_files_that_cannot_be_read_or_written_are_named(tmp_path, filled):
+    with pytest.raises(isomend.FileError, match="none.ply"):
+        isomend.read(tmp_path / "none.ply")
+    (tmp_path / "bad.ply").write_text("ply\nformat ascii 1.0\nelement vertex 9\nend_header\n")
+    with pytest.raises(OSError, match="bad.ply"):
+        isomend.read(tmp_path / "bad.ply")
+    with pytest.raises(isomend.FileError, match="no folder"):
+        filled.write(tmp_path / "no" / "a.ply")
+    with pytest.raises(isomend.ParameterError, match="does not tell a format"):
+        filled.write(tmp_path / "a.xyz")
+    with pytest.raises(isomend.ParameterError, match="there is no format 'xyz'"):
+        filled.to_bytes("xyz")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.ply"]
+
+
+def test_strict_raises_with_the_result():
+    # A fan that is folded on itself: no steady surface continues it.
+    vertices, faces = shapes.open_sphere(around=24, latitudes=12, top=3)
+    torn = vertices.copy()
+    rim = isomend.inspect(vertices, faces).holes[0].rim
+    torn[rim[::2], 2] -= 1.5
+    loose = isomend.fill(torn, faces)
+    if loose.flawless:
+        pytest.fail("the hole is no longer a bad one; take a worse")
+    with pytest.raises(isomend.StrictError, match="steady") as caught:
+        isomend.fill(torn, faces, strict=True)
+    assert caught.value.result.faces.tobytes() == loose.faces.tobytes()
+
+
+def large_sphere():
+    """One whose fill takes seconds."""
+    return shapes.open_sphere(around=256, latitudes=128, top=50)
+
+
+def test_progress_is_told_at_most_20_times_a_second():
+    told = []
+    begun = time.perf_counter()
+    isomend.fill(*large_sphere(), threads=1, progress=lambda *state: told.append((time.perf_counter(), state)))
+    seconds = time.perf_counter() - begun
+    assert 1 <= len(told) <= 20 * seconds + 1
+    parts = [state[0] for _, state in told]
+    assert parts == sorted(parts) and parts[-1] == 1.0
+    assert told[-1][1][1:] == (1, 1)
+    assert all(b - a > 0.04 for (a, _), (b, _) in zip(told[:-2], told[1:-1]))
+
+
+def test_progress_may_cancel_and_its_exceptions_come_out():
+    begun = time.perf_counter()
+    with pytest.raises(isomend.Cancelled):
+        isomend.fill(*large_sphere(), progress=lambda *_: False)
+    assert time.perf_counter() - begun < 2
+
+    def fails(*_):
+        raise KeyError("its own")
+
+    with pytest.raises(KeyError, match="its own"):
+        isomend.fill(*large_sphere(), progress=fails)
+
+
+def test_ctrl_c_ends_a_fill_within_half_a_second():
+    vertices, faces = large_sphere()
+    sent = []
+
+    def interrupt():
+        sent.append(time.perf_counter())
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(0.3, interrupt)
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        for _ in range(100):
+            isomend.fill(vertices, faces, voxel=0.01)
+    assert time.perf_counter() - sent[0] < 0.5
+
+
+def test_other_threads_run_meanwhile():
+    counted = 0
+    done = threading.Event()
+
+    def count():
+        nonlocal counted
+        while not done.is_set():
+            counted += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    isomend.fill(*large_sphere())
+    done.set()
+    thread.join()
+    assert counted > 50
+
+
+def test_a_forked_process_fills_too(sphere, filled):
+    multiprocessing = pytest.importorskip("multiprocessing")
+    if "fork" not in multiprocessing.get_all_start_methods():
+        pytest.skip("no fork here")
+    with multiprocessing.get_context("fork").Pool(1) as pool:
+        result = pool.apply_async(fill_bytes, sphere)
+        assert result.get(timeout=60) == filled.vertices.tobytes()
+
+
+def fill_bytes(vertices, faces):
+    return isomend.fill(vertices, faces).vertices.tobytes()
+
+
+def test_the_log_is_pythons(sphere, caplog):
+    with caplog.at_level(logging.DEBUG, logger="isomend"):
+        isomend.fill(*sphere)
+    assert any(record.name == "isomend" and record.levelno == logging.DEBUG for record in caplog.records)
+    caplog.clear()
+    with caplog.at_level(logging.WARNING, logger="isomend"):
+        isomend.fill(*sphere)
+    assert not caplog.records
+
+
+def test_the_import_is_quick():
+    code = "import time; begun = time.perf_counter(); import isomend; print(time.perf_counter() - begun)"
+    seconds = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(5)]
+    assert min(seconds) < 0.1, seconds
+
+
+def test_the_command_comes_with_the_package(tmp_path):
+    run = lambda *words: subprocess.run([sys.executable, "-c", CALL, *words], capture_output=True, text=True, cwd=tmp_path)  # noqa: E731
+    assert run("--version").stdout.strip() == f"isomend {isomend.__version__}"
+    assert run("fill", "none.ply", "-o", "a.ply").returncode == 1
+    assert run("fill", "a.ply").returncode == 2
+
+
+CALL = "import sys; from isomend._command import main; sys.argv[0] = 'isomend'; sys.exit(main())"

@@ -1,0 +1,125 @@
+"""Measure what a fleet costs beside the work itself.
+
+    .venv/bin/python scripts/fleet_cost.py [--docs]
+
+It needs the Python package with Ray, such as `.venv` has after scripts/test.sh, and an idle machine. The meshes are those of
+`data`, several times each. CPU time is that of the children; the driver's rate is that of going through meshes that were done before,
+and of writing down what became of them."""
+
+import argparse
+import csv
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from isomend import fleet
+from isomend.fleet._manifest import Manifest, rows
+from tables import renew
+
+ROOT = Path(__file__).resolve().parent.parent
+COPIES = 8
+KNOWN = 200_000
+# The fleet on paper.
+SCANS, CORES, PRICE = 1_000_000, 1000, 0.04
+
+
+def copied(folder):
+    """Each mesh several times."""
+    folder.mkdir()
+    for mesh in sorted((ROOT / "data").glob("*.ply")):
+        for copy in range(COPIES):
+            (folder / f"{mesh.stem}-{copy}.ply").write_bytes(mesh.read_bytes())
+    return folder
+
+
+def one_run(inputs, output, workers):
+    """Seconds of a run between its first and its last result, and its rows."""
+    marks = []
+    fleet.run([inputs], output, workers=workers, progress=lambda state: marks.append((state.seconds, state.done)))
+    with open(output / "summary.csv", newline="") as file:
+        return marks[-1][0], list(csv.DictReader(file))
+
+
+def driver(folder):
+    """Meshes that a driver writes down, and takes up again, a second; the bytes that it keeps of each, and those in the manifest."""
+    row = {"input": "/data/scans/0001/scan-000001.ply", "output": "0001/scan-000001.ply", "state": [1, 1], "content": "0" * 32}
+    row |= {"outcome": "done", "seconds": 1.0, "cpu": 1.0, "memory": 1, "bytes": 0, "vertices": 1, "faces": 1, "error": ""}
+    row |= dict.fromkeys(("filled", "faired", "triangulated", "left", "failed"), 0)
+    manifest, begun = Manifest(folder, "settings", retry=False), time.perf_counter()
+    for number in range(KNOWN):
+        manifest.add(row | {"output": f"{number // 1000:04}/scan-{number:06}.ply"})
+    written = KNOWN / (time.perf_counter() - begun)
+    manifest.close()
+    del manifest
+    size = (folder / ".fleet" / "manifest.jsonl").stat().st_size / KNOWN
+    begun = time.perf_counter()
+    known = Manifest(folder, "settings", retry=False)
+    read = KNOWN / (time.perf_counter() - begun)
+    known.close()
+    assert sum(1 for _ in rows(known.path)) == KNOWN
+    return written, read, (sys.getsizeof(known._known) + sum(map(sum_of, known._known.items()))) / KNOWN, size
+
+
+def sum_of(item):
+    return sum(map(sys.getsizeof, item))
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--docs", action="store_true", help="put the table into its page")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        inputs = copied(folder / "in")
+        seconds = {}
+        for workers in (1, 2):
+            seconds[workers], table = one_run(inputs, folder / f"out-{workers}", workers)
+            if workers == 1:
+                alone = table
+        for mesh in inputs.iterdir():
+            mesh.touch()
+        touched = one_run(inputs, folder / "out-2", 2)[0]
+        (folder / "driver").mkdir()
+        written, read, kept, size = driver(folder / "driver")
+    count = len(alone)
+    cpu = sum(float(row["cpu"]) for row in alone) / count
+    wall = sum(float(row["seconds"]) for row in alone) / count
+    memory = sorted(int(row["memory"]) for row in alone)
+    faces = sum(int(row["faces"]) for row in alone) / count
+    moved = sum(int(row["bytes"]) for row in alone) / count
+    figures = [
+        ("meshes; mean triangles; mean bytes written", f"{count}; {faces:,.0f}; {moved:,.0f}"),
+        ("CPU seconds a mesh, its process and all", f"{cpu:.2f}"),
+        ("seconds a mesh in its worker, one thread", f"{wall:.2f}"),
+        ("seconds a mesh of the whole run, one worker", f"{seconds[1] / count:.2f}"),
+        ("two workers, against one", f"{seconds[1] / seconds[2]:.2f} times as fast"),
+        ("memory of a mesh's process: median, largest", f"{memory[count // 2] / 2**20:.0f} MB, {memory[-1] / 2**20:.0f} MB"),
+        ("tasks of Ray that only look at the file, a second", f"{count / touched:.0f}"),
+        ("manifest: bytes a mesh; lines written, read a second", f"{size:.0f}; {written:,.0f}, {read:,.0f}"),
+        ("memory of the driver a mesh", f"{kept:.0f} bytes"),
+    ]
+    rate = CORES / cpu
+    paper = [
+        ("core hours; hours", f"{SCANS * cpu / 3600:,.0f}; {SCANS * cpu / CORES / 3600:.2f}"),
+        (f"cost at {PRICE} $ a core hour", f"{SCANS * cpu / 3600 * PRICE:.0f} $"),
+        ("results a second, which the driver must write down", f"{rate:,.0f}"),
+        ("bytes written a second, by all", f"{rate * moved / 1e6:,.0f} MB"),
+        ("memory of all processes at a time", f"{CORES * memory[count // 2] / 2**30:.0f} GB"),
+        ("manifest; memory of the driver", f"{SCANS * size / 1e6:.0f} MB; {SCANS * kept / 1e6:.0f} MB"),
+        ("to take it up again: reading the manifest", f"{SCANS / read:.0f} s"),
+    ]
+    text = table_of(("what was measured", "figure"), figures)
+    text += "\n\n" + table_of((f"{SCANS:,} such scans on {CORES} such cores, on paper", "figure"), paper)
+    print(text)
+    if arguments.docs:
+        renew("fleet", "fleet_cost.py", text)
+
+
+def table_of(heading, rows):
+    lines = [heading, ("---", "---"), *rows]
+    return "\n".join(f"| {what} | {figure} |" for what, figure in lines)
+
+
+if __name__ == "__main__":
+    main()

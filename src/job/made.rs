@@ -1,0 +1,169 @@
+//! What a job's work makes, before it is written.
+
+use super::JobError;
+use crate::check::Verdict;
+use crate::io::Loaded;
+use crate::mend::{
+    Carried, Control, FairReport, Faired, FillReport, Filled, RepairParams, RepairReport,
+    RestoreReport, Restored, repair,
+};
+use crate::mesh::cut::Remainder;
+use crate::mesh::{FaceOrigin, Mesh, Origins};
+
+/// For each vertex and each face of a mesh whether it is kept.
+#[derive(Clone, Debug)]
+pub struct Kept {
+    /// For each vertex.
+    pub vertices: Vec<bool>,
+    /// For each face.
+    pub faces: Vec<bool>,
+}
+
+/// What of the mesh was replaced, beside its holes; in a plan, what would be.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Extent {
+    /// Nothing.
+    Holes,
+    /// A marked region. The report of its fill is [`JobResult::report`], and empty here.
+    Region(RestoreReport),
+    /// The surface or a region of it, faired. The report of its regions is [`JobResult::report`], and empty here.
+    Faired(FairReport),
+    /// What was wrong. The report of its fills is [`JobResult::report`], and empty here.
+    Repaired(Box<RepairReport>),
+}
+
+impl Extent {
+    /// Whether nothing that was to be filled is still open.
+    pub(super) fn is_complete(&self, fill: &FillReport) -> bool {
+        match self {
+            Self::Faired(_) => true,
+            Self::Repaired(report) => report.after.as_ref().is_none_or(Verdict::is_sound),
+            _ => !fill.incomplete(),
+        }
+    }
+}
+
+/// What the work made.
+pub(super) struct Made {
+    pub(super) mesh: Mesh,
+    pub(super) sigma: Vec<Option<f64>>,
+    pub(super) first: First,
+    pub(super) extent: Extent,
+    pub(super) report: FillReport,
+}
+
+impl From<Filled> for Made {
+    fn from(filled: Filled) -> Self {
+        Self {
+            mesh: filled.mesh,
+            sigma: filled.sigma,
+            first: First::All,
+            extent: Extent::Holes,
+            report: filled.report,
+        }
+    }
+}
+
+impl From<Restored> for Made {
+    fn from(mut restored: Restored) -> Self {
+        Self {
+            mesh: restored.mesh,
+            sigma: restored.sigma,
+            first: First::Cut(restored.kept),
+            report: std::mem::take(&mut restored.report.fill),
+            extent: Extent::Region(restored.report),
+        }
+    }
+}
+
+impl From<Faired> for Made {
+    fn from(mut faired: Faired) -> Self {
+        Self {
+            mesh: faired.mesh,
+            sigma: Vec::new(),
+            first: faired.kept.map_or(First::All, First::Cut),
+            report: std::mem::take(&mut faired.report.fill),
+            extent: Extent::Faired(faired.report),
+        }
+    }
+}
+
+/// What of the input is before the patches.
+pub(super) enum First {
+    /// All of it.
+    All,
+    /// What a cut left.
+    Cut(Remainder),
+    /// What a repair made of it.
+    Repaired { first: Mesh, origins: Origins },
+}
+
+impl First {
+    /// The input's part of the output, and which vertices and faces of the input are kept where not all are.
+    pub(super) fn of(self, loaded: Loaded) -> (Loaded, Option<Kept>) {
+        match self {
+            Self::All => (loaded, None),
+            Self::Cut(kept) => {
+                let first = loaded.restricted(&kept);
+                let (vertices, faces) = (kept.vertices, kept.faces);
+                (first, Some(Kept { vertices, faces }))
+            }
+            Self::Repaired { first, origins } => {
+                let mut kept = Kept {
+                    vertices: vec![false; loaded.mesh.positions.len()],
+                    faces: vec![false; loaded.mesh.faces.len()],
+                };
+                for (face, origin) in first.faces.iter().zip(&origins.faces) {
+                    let old = origin.face as usize;
+                    kept.faces[old] |=
+                        *origin == FaceOrigin::same(origin.face) && *face == loaded.mesh.faces[old];
+                }
+                for &old in &origins.vertices {
+                    kept.vertices[old as usize] = true;
+                }
+                (loaded.derived(first, &origins, &kept.faces), Some(kept))
+            }
+        }
+    }
+
+    /// For each face of the input whether it is gone; none where none is.
+    pub(super) fn gone(&self, faces: usize) -> Option<Vec<bool>> {
+        let kept = match self {
+            Self::All => return None,
+            Self::Cut(kept) => kept.faces.clone(),
+            Self::Repaired { origins, .. } => origins.living(faces),
+        };
+        Some(kept.iter().map(|kept| !kept).collect())
+    }
+}
+
+/// A mesh repaired. `in_place` keeps the numbers of its vertices.
+pub(super) fn repaired(
+    loaded: &Loaded,
+    in_place: bool,
+    params: &RepairParams,
+    control: &Control,
+) -> Result<Made, JobError> {
+    let alike = |a, b| !in_place && loaded.attributes.are_alike(a, b);
+    let carried = Carried {
+        alike: &alike,
+        in_place,
+    };
+    let mut done = repair(&loaded.mesh, params, &carried, control)?;
+    let (vertices, faces) = (done.origins.vertices.len(), done.origins.faces.len());
+    let first = Mesh::new(
+        done.mesh.positions[..vertices].to_vec(),
+        done.mesh.faces[..faces].to_vec(),
+    );
+    Ok(Made {
+        mesh: done.mesh,
+        sigma: done.sigma,
+        first: First::Repaired {
+            first,
+            origins: done.origins,
+        },
+        report: std::mem::take(&mut done.report.fill),
+        extent: Extent::Repaired(Box::new(done.report)),
+    })
+}

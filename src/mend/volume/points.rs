@@ -1,0 +1,98 @@
+//! The signed distance of a model at points.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::VolumeError;
+use crate::mend::inspection::validate;
+use crate::mesh::{Mesh, Topology, welded};
+use crate::spatial::{Bvh, WindingTree};
+
+/// The signed distances of points from a mesh, negative inside, as those of [`super::signed_distance_volume`]. Points with a
+/// coordinate that is not finite have the distance NaN.
+///
+/// # Errors
+/// When the mesh makes no sense or has no area.
+pub fn signed_distances(mesh: &Mesh, points: &[DVec3]) -> Result<Vec<f64>, VolumeError> {
+    validate(mesh)?;
+    let (mut mesh, _) = welded(mesh);
+    let topology = Topology::new(&mut mesh);
+    if topology.faces().next().is_none() {
+        return Err(VolumeError::NoSurface);
+    }
+    let bvh = Bvh::new(&mesh, topology.faces());
+    let winding = WindingTree::new(&bvh);
+    let distance = |p: &DVec3| {
+        if !p.is_finite() {
+            return f64::NAN;
+        }
+        let Some(closest) = bvh.closest(*p, f64::INFINITY) else {
+            return f64::NAN;
+        };
+        match winding.winding_number(&bvh, *p).abs() > 0.5 {
+            true => -closest.distance,
+            false => closest.distance,
+        }
+    };
+    Ok(points.par_iter().map(distance).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mend::volume::{VolumeParams, signed_distance_volume};
+
+    fn cube() -> Mesh {
+        let corner = |i: u32| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into());
+        let quads = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let faces = quads
+            .iter()
+            .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]);
+        Mesh::new((0..8).map(corner).collect(), faces.collect())
+    }
+
+    #[test]
+    fn distances_at_the_nodes_of_a_volume_are_those_of_the_volume() {
+        let mesh = cube();
+        let volume = signed_distance_volume(
+            &mesh,
+            &VolumeParams {
+                voxel: crate::region::VoxelSize::Length(0.13),
+                band: None,
+            },
+        );
+        let volume = volume.unwrap();
+        let [nx, ny, nz] = volume.dims;
+        let node = |n: usize| [n % nx, n / nx % ny, n / nx / ny].map(|i| i as f64);
+        let points: Vec<DVec3> = (0..nx * ny * nz)
+            .map(|n| volume.origin + DVec3::from_array(node(n)) * volume.spacing)
+            .collect();
+        let distances = signed_distances(&mesh, &points).unwrap();
+        assert!(distances.iter().any(|d| *d < -0.4));
+        for (a, b) in distances.iter().zip(&volume.values) {
+            assert!((a - b).abs() < 1e-12, "{a} instead of {b}");
+        }
+    }
+
+    #[test]
+    fn points_that_are_none_and_meshes_without_area_are_told() {
+        let far = [DVec3::splat(1e200), DVec3::new(0.5, f64::NAN, 0.5)];
+        let distances = signed_distances(&cube(), &far).unwrap();
+        assert!(
+            distances[0] > 1e199 && distances[1].is_nan(),
+            "{distances:?}"
+        );
+        let edge = Mesh::new(vec![DVec3::ZERO, DVec3::X], vec![[0, 1, 1]]);
+        assert!(matches!(
+            signed_distances(&edge, &far),
+            Err(VolumeError::NoSurface)
+        ));
+    }
+}
