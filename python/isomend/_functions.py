@@ -57,6 +57,7 @@ def fill(
     holes: Iterable[int] | None = None,
     keep_open: Iterable[int] = (),
     bridge: Iterable[Iterable[int]] = (),
+    flat: Iterable[int] = (),
     max_diameter: float | None = None,
     voxel: Voxel = "auto",
     surface: Literal["stitched", "whole"] = "stitched",
@@ -80,6 +81,7 @@ def fill(
         holes: Numbers of the holes to fill; by default all but outer borders of open sheets.
         keep_open: Numbers of holes to keep open.
         bridge: Groups of holes to fill together whatever their distance, such as ``[(1, 2)]``.
+        flat: Holes to close by nearly flat caps instead of continuing the surface.
         max_diameter: Wider holes stay open; in the units of the mesh.
         voxel: Voxel size in the units of the mesh.
         surface: ``"whole"`` returns the level set round each hole alone.
@@ -112,7 +114,7 @@ def fill(
     """
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.fill(
-        holes=holes, keep_open=keep_open, bridge=bridge, max_diameter=max_diameter, voxel=voxel, surface=surface,
+        holes=holes, keep_open=keep_open, bridge=bridge, flat=flat, max_diameter=max_diameter, voxel=voxel, surface=surface,
         finish=finish, energy=energy, variant=variant, steps=steps, time_step=time_step, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip

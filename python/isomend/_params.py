@@ -32,6 +32,7 @@ class FillOptions(RunOptions, total=False):
     holes: Iterable[int] | None
     keep_open: Iterable[int]
     bridge: Iterable[Iterable[int]]
+    flat: Iterable[int]
     max_diameter: float | None
     voxel: Voxel
     surface: Literal["stitched", "whole"]
@@ -98,7 +99,7 @@ def wholes(name: str, values: Any) -> list[int]:
 
 def plain(name: str, value: Any) -> Any:
     """A parameter in the library's form."""
-    if name in ("holes", "keep_open"):
+    if name in ("holes", "keep_open", "flat"):
         return wholes(name, value)
     if name == "bridge":
         return [wholes("each group of bridge", group) for group in value]

@@ -16,6 +16,7 @@ Examples:
   isomend fill scan.ply -o mended.ply --holes 2,5   fill two of them, by the numbers of `isomend inspect`
   isomend fill scan.ply -o mended.ply --max-diameter 20 --keep-open 4
   isomend fill vase.obj -o vase.obj --bridge 1+2    rebuild the wall between two facing rims
+  isomend fill bust.ply -o bust.ply --flat 1        close the cut neck by a flat cap
   isomend fill scan.stl -o mended.stl --json - -q   a report for a script
   isomend fill scan.ply --dry-run                   only say what would be filled
   isomend fill a.ply b.ply c.obj -o mended/         several, into a folder
@@ -50,6 +51,10 @@ pub struct FillArgs {
     /// Holes that are near each other are joined without it.
     #[arg(long, value_name = "ID+ID", value_parser = arguments::bridge)]
     bridge: Vec<Ids>,
+
+    /// Close these holes by nearly flat caps instead of continuing the surface, such as `1,4`: necks, bases, mouths of vessels.
+    #[arg(long, value_name = "ID,…", value_parser = arguments::ids)]
+    flat: Option<Ids>,
 
     /// What to write.
     #[arg(
@@ -90,6 +95,7 @@ impl FillArgs {
         params.max_diameter = self.max_diameter;
         params.keep_open = self.keep_open.as_ref().map(list).unwrap_or_default();
         params.bridge = self.bridge.iter().map(list).collect();
+        params.flat = self.flat.as_ref().map(list).unwrap_or_default();
         params.surface = match self.surface {
             Surface::Stitched => SurfaceKind::Stitched,
             Surface::Whole => SurfaceKind::Whole,

@@ -71,6 +71,13 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             console.detail(&line);
         }
     }
+    for region in report.regions.iter().filter(|r| r.balloons()) {
+        for id in &region.holes {
+            console.say(&format!(
+                "{name}hole {id} is continued far beyond its rim; if a flat cap is wanted: --flat {id}"
+            ));
+        }
+    }
     for hole in &report.holes {
         if let HoleOutcome::Failed(why) = &hole.outcome {
             console.warn(&format!("{name}hole {} is still open: {why}", hole.hole.id));

@@ -13,6 +13,7 @@ use super::solve::{RegionWork, failures};
 use super::tries::{Try, Verdict};
 use crate::finish::{
     FinishFound, FinishMethod, FinishParams, Refusal, Surroundings, biharmonic, finish,
+    minimal_surface,
 };
 use crate::flow::Energy;
 use crate::mesh::{Hole, Mesh, Part, bounds};
@@ -251,6 +252,79 @@ impl RegionWork<'_> {
             ..report.clone()
         };
         Some(self.faired(second, failure.clone(), report))
+    }
+
+    /// How far the vertices of the patch of one hole rise beyond the rim's own extent along its normal, in diameters.
+    pub(super) fn rise(&self, positions: &[DVec3]) -> Option<f64> {
+        let ([hole], None) = (self.holes, self.damaged) else {
+            return None;
+        };
+        let height = |p: &DVec3| (*p - hole.centre).dot(hole.normal);
+        let of_rim = hole
+            .rim
+            .iter()
+            .map(|&v| height(&self.mesh.positions[v as usize]));
+        let extent = |heights: &mut dyn Iterator<Item = f64>| {
+            heights.fold((0.0f64, 0.0f64), |(low, high), h| (low.min(h), high.max(h)))
+        };
+        let (lowest, highest) = extent(&mut of_rim.into_iter());
+        let (low, high) = extent(&mut positions.iter().map(height));
+        let rise = f64::max(high - highest, lowest - low).max(0.0) / hole.diameter;
+        rise.is_finite().then_some(rise)
+    }
+
+    /// Closes a hole by a nearly flat cap: the surface of least area over a refined triangulation of its rim. Where that cannot
+    /// be had, or crosses more than they do, by triangles between the rim's vertices.
+    pub(super) fn close_flat(&self) -> RegionPatch {
+        let diameter = self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max);
+        let report = RegionReport {
+            diameter,
+            ..RegionReport::default()
+        };
+        let flat = match self.holes {
+            [hole] => self.flat_cap(hole),
+            _ => None,
+        };
+        let sound = |patch: &&Patch| patch.report.intersecting_faces == 0;
+        if let Some(patch) = flat.as_ref().filter(sound) {
+            return self.capped(patch.clone(), report);
+        }
+        let plain = self.triangulate(TriangulatedReason::Flat, report.clone());
+        let open = plain.report.closed_by == Some(ClosedBy::Nothing);
+        match flat {
+            Some(patch)
+                if open || patch.report.intersecting_faces <= plain.report.intersecting_faces =>
+            {
+                self.capped(patch, report)
+            }
+            _ => plain,
+        }
+    }
+
+    fn capped(&self, patch: Patch, mut report: RegionReport) -> RegionPatch {
+        report.closed_by = Some(ClosedBy::Flat);
+        self.all_finished(FinishedPatch::unfinished(patch), report, HoleOutcome::Flat)
+    }
+
+    fn flat_cap(&self, hole: &Hole) -> Option<Patch> {
+        (hole.edges <= MOST_EDGES).then_some(())?;
+        let (mut local, rim, mut patch) = self.refined(hole)?;
+        for _ in 0..FAIRINGS {
+            fill(&mut local, &mut patch, minimal_surface);
+            patch = flipped(&local.part.mesh, &rim, &patch);
+        }
+        fill(&mut local, &mut patch, minimal_surface);
+        patch.report.components = 1;
+        patch.report.intersecting_faces = local.crossing(&patch.positions);
+        let around = local.part.mesh.faces.clone();
+        let (part, count) = (&local.part, local.count);
+        let whole: Vec<[u32; 3]> = around
+            .iter()
+            .map(|f| f.map(|v| part.original(v, count)))
+            .collect();
+        let mut patch = local.to_whole(patch);
+        patch.measure(self.mesh, whole.into_iter());
+        Some(patch)
     }
 
     /// Closes the holes by themselves: by faired triangulations, unless these cross more than triangles between their vertices.

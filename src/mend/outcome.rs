@@ -15,6 +15,8 @@ pub enum HoleOutcome {
     Filled,
     /// Closed by a triangulation of its rim, refined and faired: the level set found no surface. What its last try failed with.
     Faired(TryFailure),
+    /// Closed by a nearly flat cap, as was asked.
+    Flat,
     /// Triangulated on its own, without new vertices.
     Triangulated(TriangulatedReason),
     /// Left as it was because it was not asked for.
@@ -23,6 +25,8 @@ pub enum HoleOutcome {
     Failed(FailedReason),
     /// In a plan: the level set would fill it.
     WouldBeFilled,
+    /// In a plan: it would get a flat cap.
+    WouldBeFlat,
     /// In a plan: it would be triangulated on its own.
     WouldBeTriangulated(TriangulatedReason),
 }
@@ -63,6 +67,9 @@ pub enum TriangulatedReason {
     /// It is one side of a seam.
     #[error("it is one side of a seam")]
     Seam,
+    /// It was to get a flat cap, which could not be had or crossed more.
+    #[error("it was to be closed flat")]
+    Flat,
     /// The level set found no surface: what the last try failed with.
     #[error(transparent)]
     NoSurface(TryFailure),
@@ -120,6 +127,8 @@ pub enum ClosedBy {
     LevelSet,
     /// Triangulations of the rims, refined and faired.
     Faired,
+    /// A nearly flat cap, the surface of least area, because the caller asked for it.
+    Flat,
     /// Thin triangles between two rims that lie on each other.
     Seam,
     /// Triangles between the vertices of each rim.
@@ -135,6 +144,8 @@ pub struct Tally {
     pub filled: usize,
     /// Closed by faired triangulations of their rims.
     pub faired: usize,
+    /// Closed by flat caps, as was asked.
+    pub flat: usize,
     /// Closed by triangles between the vertices of their rims.
     pub triangulated: usize,
     /// Left as they were because they were not asked for.

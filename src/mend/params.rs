@@ -54,6 +54,9 @@ pub struct FillParams {
     pub keep_open: Vec<usize>,
     /// Groups of holes to fill in one region whatever their distance.
     pub bridge: Vec<Vec<usize>>,
+    /// Numbers of the holes to close by nearly flat caps, surfaces of least area, instead of continuing the surface: necks, bases,
+    /// mouths of vessels.
+    pub flat: Vec<usize>,
     /// What to return.
     pub surface: SurfaceKind,
     /// How patches are finished. Those of the variation of curvature, of level sets by themselves and of flows in time are not.
@@ -81,6 +84,11 @@ impl FillParams {
         self.edge_ratio.unwrap_or_else(usual)
     }
 
+    /// Whether a hole is to get a flat cap.
+    pub(super) fn is_flat(&self, hole: usize) -> bool {
+        self.flat.contains(&hole)
+    }
+
     /// Whether one of these holes is to be put together with others.
     pub(super) fn bridges(&self, holes: &[usize]) -> bool {
         self.bridge.iter().flatten().any(|id| holes.contains(id))
@@ -99,6 +107,16 @@ impl FillParams {
             });
         }
         check_edge_ratio(self.edge_ratio())?;
+        if self.bridges(&self.flat) {
+            return Err(FillError::Parameter {
+                what: "a hole that is bridged to others gets no flat cap",
+            });
+        }
+        if self.surface == SurfaceKind::Whole && !self.flat.is_empty() {
+            return Err(FillError::Parameter {
+                what: "flat caps come without a level set: they can only be stitched in",
+            });
+        }
         if self.time_step.is_some_and(|t| t.is_nan() || t <= 0.0) {
             return Err(FillError::Parameter {
                 what: "the time step must be positive",
@@ -125,6 +143,7 @@ impl Default for FillParams {
             max_diameter: None,
             keep_open: Vec::new(),
             bridge: Vec::new(),
+            flat: Vec::new(),
             surface: SurfaceKind::Stitched,
             finish: Finish::Auto,
             energy: Energy::Willmore,

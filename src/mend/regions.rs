@@ -63,7 +63,7 @@ impl<'a> Regions<'a> {
         params.check()?;
         let bridges = bridges(found, &params)?;
         let (mut outcomes, chosen) = choose(found, &params, &bridges)?;
-        let groups = groups(found, &chosen, &mut outcomes, &bridges);
+        let groups = groups(found, &params, &chosen, &mut outcomes, &bridges);
         let new = Self {
             found,
             params,
@@ -106,11 +106,15 @@ impl<'a> Regions<'a> {
         let mut report = self.report();
         for (i, group) in self.groups.iter().enumerate() {
             let simple = self.triangulated(group);
-            report.regions.push(self.planned(i, simple.is_none()));
+            let flat = simple.is_none() && self.is_flat(group);
+            report
+                .regions
+                .push(self.planned(i, simple.is_none() && !flat));
             for &h in group {
                 report.holes[h].region = i + 1;
                 report.holes[h].outcome = match &simple {
                     Some(why) => HoleOutcome::WouldBeTriangulated(why.clone()),
+                    None if flat => HoleOutcome::WouldBeFlat,
                     None => HoleOutcome::WouldBeFilled,
                 };
             }
@@ -132,10 +136,16 @@ impl<'a> Regions<'a> {
         Ok(filled)
     }
 
+    /// Whether a group is a hole that gets a flat cap.
+    fn is_flat(&self, group: &[usize]) -> bool {
+        let holes = self.holes(group);
+        holes.iter().all(|h| self.params.is_flat(h.id))
+    }
+
     /// About how much work each region is: the squares of voxels across its first grid.
     pub(super) fn expected_work(&self) -> Vec<f64> {
         let work = |group: &Vec<usize>| {
-            if is_trivial(&self.holes(group), &self.params) {
+            if is_trivial(&self.holes(group), &self.params) || self.is_flat(group) {
                 return 0.0;
             }
             let region = first_region(&self.found.mesh, &self.holes(group), &self.params);
@@ -248,7 +258,7 @@ impl<'a> Regions<'a> {
         let mut widest: f64 = 0.0;
         for group in &self.groups {
             let holes = self.holes(group);
-            if is_trivial(&holes, &self.params) {
+            if is_trivial(&holes, &self.params) || self.is_flat(group) {
                 continue;
             }
             let part = self.damaged.and_then(|d| d.extent(group));
@@ -315,11 +325,11 @@ fn choose(
     let asked = params.holes.as_deref();
     let asked = asked.map(|ids| lookup(found, ids)).transpose()?;
     let kept = lookup(found, &params.keep_open)?;
-    let bridged = bridges.concat();
+    let named = [bridges.concat(), lookup(found, &params.flat)?].concat();
     let facing = facing_borders(found);
     let (mut outcomes, mut chosen) = (Vec::new(), Vec::new());
     for (i, hole) in found.holes.iter().enumerate() {
-        let wanted = asked.as_ref().is_some_and(|a| a.contains(&i)) || bridged.contains(&i);
+        let wanted = asked.as_ref().is_some_and(|a| a.contains(&i)) || named.contains(&i);
         let small = || found.bounds_small_component(i);
         let reason = if kept.contains(&i) {
             Some(LeftReason::KeptOpen)
@@ -345,17 +355,21 @@ fn choose(
     Ok((outcomes, chosen))
 }
 
-/// Groups of holes for the regions. Trivial holes stand alone; rims of small components go with the hole they lie in, or are
+/// Groups of holes for the regions. Trivial holes and those that get flat caps stand alone; rims of small components go with the hole they lie in, or are
 /// left.
 fn groups(
     found: &Inspection,
+    params: &FillParams,
     chosen: &[usize],
     outcomes: &mut [HoleOutcome],
     bridges: &[Vec<usize>],
 ) -> Vec<Vec<usize>> {
     let is_small = |h: usize| found.bounds_small_component(h);
-    let is_trivial = |h: usize| found.holes[h].edges <= FEW_EDGES && !is_small(h);
-    let (trivial, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_trivial(h));
+    let is_alone = |h: usize| {
+        let hole = &found.holes[h];
+        hole.edges <= FEW_EDGES && !is_small(h) || params.is_flat(hole.id)
+    };
+    let (alone, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_alone(h));
     let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges, &is_small);
     groups.retain(|group| {
         let only_small = group.iter().all(|&h| is_small(h));
@@ -366,7 +380,7 @@ fn groups(
         }
         !only_small
     });
-    groups.extend(trivial.into_iter().map(|h| vec![h]));
+    groups.extend(alone.into_iter().map(|h| vec![h]));
     groups
 }
 

@@ -11,6 +11,10 @@ use crate::region::LevelReport;
 /// Holes of at most so many edges are closed by triangles between their vertices without being solved.
 pub(super) const FEW_EDGES: usize = 4;
 
+/// A patch that rises higher above its rim than this, in diameters, balloons: half a sphere rises by 0.5. Caps of cut necks
+/// and limbs rise by 0.4; those of holes in a surface that goes on by less than 0.2.
+const BALLOON: f64 = 0.3;
+
 /// A hole and what happened to it, or would.
 #[derive(Clone, Debug)]
 pub struct HoleReport {
@@ -47,6 +51,9 @@ pub struct RegionReport {
     pub seam_angle_mean: Option<f64>,
     /// Largest angle there.
     pub seam_angle_max: Option<f64>,
+    /// How far the patch of one hole rises above its rim, along the rim's normal to either side and beyond the rim's own extent,
+    /// in diameters; none for other patches.
+    pub rise: Option<f64>,
     /// New vertices.
     pub new_vertices: usize,
     /// New faces.
@@ -90,6 +97,14 @@ pub struct FillReport {
     pub seconds: f64,
 }
 
+impl RegionReport {
+    /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the
+    /// mouth of a vessel.
+    pub fn balloons(&self) -> bool {
+        self.rise.is_some_and(|rise| rise > BALLOON)
+    }
+}
+
 impl FillReport {
     /// Whether something that was to be filled is still open: a hole, or a boundary chain that does not close.
     pub fn incomplete(&self) -> bool {
@@ -105,7 +120,7 @@ impl FillReport {
             _ => self.regions.iter().any(|r| {
                 let whole = match r.closed_by {
                     Some(ClosedBy::LevelSet) => r.converged,
-                    Some(ClosedBy::Seam) => true,
+                    Some(ClosedBy::Flat | ClosedBy::Seam) => true,
                     _ => false,
                 };
                 r.id == hole.region && whole && r.intersecting_faces == 0
@@ -124,6 +139,7 @@ impl FillReport {
             let count = match hole.outcome {
                 HoleOutcome::Filled | HoleOutcome::WouldBeFilled => &mut tally.filled,
                 HoleOutcome::Faired(_) => &mut tally.faired,
+                HoleOutcome::Flat | HoleOutcome::WouldBeFlat => &mut tally.flat,
                 HoleOutcome::Triangulated(_) | HoleOutcome::WouldBeTriangulated(_) => {
                     &mut tally.triangulated
                 }

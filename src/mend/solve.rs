@@ -145,6 +145,8 @@ impl RegionWork<'_> {
         let clock = Instant::now();
         let mut filled = if is_trivial(self.holes, self.params) {
             self.triangulate(TriangulatedReason::FewEdges, RegionReport::default())
+        } else if self.holes.iter().all(|h| self.params.is_flat(h.id)) {
+            self.close_flat()
         } else if let Some(closed) = self.close_seam() {
             closed
         } else {
@@ -436,6 +438,7 @@ impl RegionWork<'_> {
         report.quality_mean = patch.report.quality_mean;
         report.intersecting_faces = patch.report.intersecting_faces;
         report.components = patch.report.components;
+        report.rise = self.rise(&patch.positions);
         let mesh = Mesh::new(patch.positions, patch.faces);
         RegionPatch {
             sigma,

@@ -115,6 +115,7 @@ pub fn region_lines(r: &RegionReport) -> String {
     line += &match r.closed_by {
         Some(ClosedBy::LevelSet) => solved(r),
         Some(ClosedBy::Faired) => "closed by a faired triangulation of its rim".to_owned(),
+        Some(ClosedBy::Flat) => "closed by a nearly flat cap".to_owned(),
         Some(ClosedBy::Seam) => "closed with thin triangles between the sides of a seam".to_owned(),
         Some(ClosedBy::RimTriangles) => "closed by triangles between its rim's vertices".to_owned(),
         Some(ClosedBy::Nothing) | None => "not closed".to_owned(),
@@ -132,6 +133,10 @@ pub fn region_lines(r: &RegionReport) -> String {
     }
     if r.intersecting_faces > 0 {
         line += &format!("; {} faces intersect others", r.intersecting_faces);
+    }
+    if r.balloons() {
+        let percent = 100.0 * r.rise.unwrap_or_default();
+        line += &format!("; it rises {percent:.0} % of its diameter above the rim");
     }
     if r.bridge && r.components > 1 {
         line += &format!("; the surface came out in {} separate caps", r.components);
@@ -283,8 +288,7 @@ pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
 pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
     let mut lines = defect_lines(&report.defects);
     lines.extend(chain_lines(&report.open_chains));
-    let (small, solved): (Vec<_>, Vec<_>) =
-        report.regions.iter().partition(|r| r.levels.is_empty());
+    let (small, solved): (Vec<_>, Vec<_>) = report.regions.iter().partition(|r| is_small(r));
     if with_regions {
         lines.extend(solved.into_iter().map(region_lines));
     }
@@ -298,6 +302,12 @@ pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
     lines.extend(unsolved_lines(report));
     lines.push(tally_line(report));
     lines
+}
+
+/// Whether a region was closed without a surface of its own.
+fn is_small(region: &RegionReport) -> bool {
+    let by = region.closed_by;
+    region.levels.is_empty() && !matches!(by, Some(ClosedBy::Flat | ClosedBy::Faired))
 }
 
 /// The holes that did not end in a level set's surface, those with the same reason together.
@@ -349,7 +359,10 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
         HoleOutcome::Faired(why) => Some(why.to_string()),
         HoleOutcome::Left(why) => Some(why.to_string()),
         HoleOutcome::Failed(why) => Some(why.to_string()),
-        HoleOutcome::Filled | HoleOutcome::WouldBeFilled => None,
+        HoleOutcome::Filled
+        | HoleOutcome::WouldBeFilled
+        | HoleOutcome::Flat
+        | HoleOutcome::WouldBeFlat => None,
     }
 }
 
@@ -373,12 +386,14 @@ pub fn tally_line(report: &FillReport) -> String {
         tally.left,
         tally.failed
     );
-    if tally.faired > 0 {
-        let by = format!("{} by faired triangulations, ", tally.faired);
-        line = line.replace(
-            " filled by the level set, ",
-            &format!(" filled by the level set, {by}"),
-        );
+    for (count, how) in [
+        (tally.flat, "flat caps"),
+        (tally.faired, "faired triangulations"),
+    ] {
+        if count > 0 {
+            let first = " filled by the level set, ";
+            line = line.replace(first, &format!("{first}{count} by {how}, "));
+        }
     }
     if tally.open_chains > 0 {
         line += &format!(", {} boundary chains that do not close", tally.open_chains);

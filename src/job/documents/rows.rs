@@ -65,6 +65,8 @@ impl OutcomeRow<'_> {
         let (outcome, cause) = match &report.outcome {
             HoleOutcome::Filled => ("filled", None),
             HoleOutcome::WouldBeFilled => ("would_be_filled", None),
+            HoleOutcome::Flat => ("flat", None),
+            HoleOutcome::WouldBeFlat => ("would_be_flat", None),
             HoleOutcome::Faired(why) => ("faired", Some(failure(why))),
             HoleOutcome::Triangulated(why) => ("triangulated", Some(triangulated(why))),
             HoleOutcome::WouldBeTriangulated(why) => {
@@ -90,6 +92,7 @@ fn triangulated(why: &TriangulatedReason) -> &'static str {
     match why {
         TriangulatedReason::FewEdges => "few_edges",
         TriangulatedReason::Seam => "seam",
+        TriangulatedReason::Flat => "flat",
         TriangulatedReason::NoSurface(why) => failure(why),
     }
 }
@@ -151,6 +154,7 @@ pub(super) struct RegionRow<'a> {
     levels: &'a [LevelReport],
     converged: bool,
     closed_by: ClosedBy,
+    rise: Option<f64>,
     seam_angle_mean: Option<f64>,
     seam_angle_max: Option<f64>,
     new_vertices: usize,
@@ -176,6 +180,7 @@ impl<'a> RegionRow<'a> {
             levels: &r.levels,
             converged: r.converged,
             closed_by: r.closed_by.unwrap_or(ClosedBy::Nothing),
+            rise: r.rise,
             seam_angle_mean: r.seam_angle_mean,
             seam_angle_max: r.seam_angle_max,
             new_vertices: r.new_vertices,

@@ -34,7 +34,7 @@ impl Words {
     /// How many holes came out how, in words.
     pub fn status(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
-        for class in ["filled", "faired", "triangulated", "left", "failed"] {
+        for class in ["filled", "faired", "flat", "triangulated", "left", "failed"] {
             let word = self.of(class);
             let count = holes
                 .iter()
@@ -113,6 +113,7 @@ fn class_of(outcome: &HoleOutcome) -> &'static str {
     match outcome {
         HoleOutcome::Filled | HoleOutcome::WouldBeFilled => "filled",
         HoleOutcome::Faired(_) => "faired",
+        HoleOutcome::Flat | HoleOutcome::WouldBeFlat => "flat",
         HoleOutcome::Triangulated(_) | HoleOutcome::WouldBeTriangulated(_) => "triangulated",
         HoleOutcome::Left(_) => "left",
         HoleOutcome::Failed(_) => "failed",

@@ -1,0 +1,138 @@
+//! Flat caps where they are asked for, and the remark on surfaces that are continued far beyond their rims.
+
+mod desk;
+mod shapes;
+
+use desk::{Desk, assert_code, assert_usage, text};
+use glam::DVec3;
+use isomend::io::Format;
+use isomend::{FillParams, HoleOutcome, Inspection, Mesh, fill};
+use shapes::{bits, cut, polar, sphere, topology};
+
+/// Half a ball: the rest of its surface rises by half its diameter.
+fn half() -> Mesh {
+    cut(&sphere(14), |p| polar(p) < 90.0)
+}
+
+fn flat(holes: &[usize]) -> FillParams {
+    let mut params = FillParams::default();
+    params.flat = holes.to_vec();
+    params
+}
+
+#[test]
+fn a_flat_cap_lies_in_the_plane_of_its_rim() {
+    let mesh = half();
+    let filled = fill(&mesh, &flat(&[1])).unwrap();
+    assert_eq!(topology(&filled.mesh), (0, 2));
+    let n = mesh.positions.len();
+    assert_eq!(bits(&filled.mesh.positions[..n]), bits(&mesh.positions));
+    assert_eq!(filled.mesh.faces[..mesh.faces.len()], mesh.faces);
+    let hole = &filled.report.holes[0];
+    assert_eq!(hole.outcome, HoleOutcome::Flat);
+    assert_eq!(filled.report.tally().flat, 1);
+    assert!(filled.report.flawless());
+    let rim = hole.hole.rim.iter().map(|&v| mesh.positions[v as usize].z);
+    let (low, high) = rim.fold((1.0f64, -1.0f64), |(l, h), z| (l.min(z), h.max(z)));
+    let new = &filled.mesh.positions[n..];
+    assert!(new.len() > 100, "{}", new.len());
+    let inside = |p: &&DVec3| p.z > low - 1e-9 && p.z < high + 1e-9 && p.truncate().length() < 1.0;
+    assert_eq!(new.iter().filter(inside).count(), new.len());
+    let region = &filled.report.regions[0];
+    assert!(region.rise.unwrap() < 1e-9 && !region.balloons());
+    assert_eq!(region.intersecting_faces, 0);
+    // As dense as the mesh.
+    let area = |mesh: &Mesh, faces: &[[u32; 3]]| {
+        let of = |f: &[u32; 3]| {
+            let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        faces.iter().map(of).sum::<f64>() / faces.len() as f64
+    };
+    let (own, new) = (
+        area(&mesh, &mesh.faces),
+        area(&filled.mesh, &filled.mesh.faces[mesh.faces.len()..]),
+    );
+    assert!(new < 1.5 * own && new > 0.15 * own, "{own} {new}");
+}
+
+#[test]
+fn the_surface_goes_on_without_it_which_is_said() {
+    let filled = fill(&half(), &FillParams::default()).unwrap();
+    let region = &filled.report.regions[0];
+    let rise = region.rise.unwrap();
+    assert!((rise - 0.5).abs() < 0.03 && region.balloons(), "{rise}");
+    let small = cut(&sphere(14), |p| polar(p) < 30.0);
+    let filled = fill(&small, &FillParams::default()).unwrap();
+    assert!(!filled.report.regions[0].balloons());
+}
+
+#[test]
+fn a_flat_cap_does_not_depend_on_its_neighbours_and_is_planned() {
+    let two = cut(&sphere(14), |p| polar(p) < 40.0 || polar(p) > 150.0);
+    let both = fill(&two, &flat(&[1, 2])).unwrap();
+    let mut one = flat(&[1]);
+    one.holes = Some(vec![2]);
+    let mixed = fill(&two, &one).unwrap();
+    assert_eq!(topology(&both.mesh), (0, 2));
+    assert_eq!(topology(&mixed.mesh), (0, 2));
+    let outcomes = |report: &isomend::FillReport| -> Vec<HoleOutcome> {
+        report.holes.iter().map(|h| h.outcome.clone()).collect()
+    };
+    assert_eq!(
+        outcomes(&mixed.report),
+        [HoleOutcome::Flat, HoleOutcome::Filled]
+    );
+    let planned = Inspection::new(&two).unwrap().plan(&one).unwrap();
+    assert_eq!(
+        outcomes(&planned),
+        [HoleOutcome::WouldBeFlat, HoleOutcome::WouldBeFilled]
+    );
+    let caps = |report: &isomend::FillReport, hole: usize| {
+        let of = |r: &&isomend::RegionReport| r.holes == [hole];
+        report.regions.iter().find(of).unwrap().new_vertices
+    };
+    assert_eq!(caps(&both.report, 1), caps(&mixed.report, 1));
+}
+
+#[test]
+fn the_command_line_names_the_option_and_refuses_what_cannot_be() {
+    let desk = Desk::new();
+    desk.save("half.ply", &half(), Format::Ply);
+    let done = desk.run(&["fill", "half.ply", "-o", "round.ply"]);
+    assert_code(&done, 0);
+    assert!(text(&done.stderr).contains("--flat 1"));
+    let done = desk.run(&[
+        "fill",
+        "half.ply",
+        "-o",
+        "flat.ply",
+        "--flat",
+        "1",
+        "--json",
+        "flat.json",
+    ]);
+    assert_code(&done, 0);
+    let said = text(&done.stderr);
+    assert!(
+        said.contains("1 by flat caps") && !said.contains("--flat"),
+        "{said}"
+    );
+    let document = desk.json("flat.json");
+    assert_eq!(document["holes"][0]["outcome"], "flat");
+    assert_eq!(document["regions"][0]["closed_by"], "flat");
+    assert_eq!(document["outcomes"]["flat"], 1);
+    let wrong = desk.run(&["fill", "half.ply", "-o", "no.ply", "--flat", "7"]);
+    assert_code(&wrong, 1);
+    assert!(text(&wrong.stderr).contains("no hole 7"));
+    let both = desk.run(&[
+        "fill", "ball.ply", "-o", "no.ply", "--flat", "1", "--bridge", "1+2",
+    ]);
+    assert_code(&both, 1);
+    assert!(text(&both.stderr).contains("bridged"));
+    assert_usage(
+        &desk.run(&["fill", "half.ply", "-o", "no.ply", "--flat", "one"]),
+        &["--flat"],
+    );
+    assert!(!desk.path("no.ply").exists());
+}
