@@ -41,7 +41,7 @@ pub fn watched<R>(
     }
     run(&|step| {
         if let Event::Ended(region) = step.event
-            && !region.levels.is_empty()
+            && region.has_surface()
         {
             console.say(&line(region));
         }

@@ -45,7 +45,7 @@ impl Default for FinishParams {
         Self {
             method: FinishMethod::Auto,
             most_steps: 8,
-            most_steps_of_large: 6,
+            most_steps_of_large: 16,
             tolerance: 3e-4,
             most_data: 250,
             most_estimated: 180,

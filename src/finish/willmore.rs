@@ -22,6 +22,10 @@ const SPREAD: f64 = 0.3;
 const ALWAYS_BELOW: f64 = 2e-3;
 /// Most halvings of a step.
 const HALVINGS: usize = 5;
+/// Steps go one way where the cosine of the angle between one and the next is more than this,
+const ALIKE: f64 = 0.98;
+/// and shrink by a constant factor between these.
+const SHRINKING: (f64, f64) = (0.5, 0.96);
 /// Added to the system's diagonal, in itself.
 const RIDGE: f64 = 1e-10;
 /// A face is folded when the cosines of its normal with those at its corners are all below this. On patches of real
@@ -249,6 +253,24 @@ impl<'a> Solver<'a> {
     }
 }
 
+/// By how much a step is lengthened, from the one before: where steps go one way and shrink by a constant factor, as along the
+/// nearly flat valleys that the energy's invariance under inversions leaves on parts wider than their rims, to the sum of the
+/// geometric series that they begin (A. C. Aitken, 1926).
+fn stretch(before: &[f64], now: &[f64]) -> f64 {
+    if before.len() != now.len() {
+        return 1.0;
+    }
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (both, first, second) = (dot(before, now), dot(before, before), dot(now, now));
+    let factor = both / first;
+    let is_alike = both > ALIKE * (first * second).sqrt();
+    if is_alike && factor > SHRINKING.0 && factor < SHRINKING.1 {
+        1.0 / (1.0 - factor)
+    } else {
+        1.0
+    }
+}
+
 /// Gauss-Newton from a shape.
 pub(super) fn minimise(
     patch: &Patch,
@@ -261,13 +283,18 @@ pub(super) fn minimise(
     let mut state = State::new(&patch.closure, &points);
     let energy_before = state.energy;
     let (mut steps, mut last) = (0, f64::INFINITY);
+    let mut before: Vec<f64> = Vec::new();
     while steps < params.most_steps && state.energy.is_finite() && keep_going() {
         steps += 1;
         let normal = solver.linearised(&points, &state);
-        let Some((d, largest)) = solver.displacements(normal) else {
+        let Some((mut d, mut largest)) = solver.displacements(normal) else {
             break;
         };
         last = largest / patch.diameter;
+        let stretch = stretch(&before, &d);
+        before = d.clone();
+        d.iter_mut().for_each(|d| *d *= stretch);
+        largest *= stretch;
         if let Some((moved, next)) = solver.step(&points, &state, &d, largest) {
             (points, state) = (moved, next);
             solver.damping *= 0.1;

@@ -8,7 +8,7 @@ use super::outcome::{HoleOutcome, LeftReason};
 use super::params::{FillParams, SurfaceKind};
 use super::report::FillReport;
 use super::{Inspection, RestoreError};
-use crate::mesh::cut::{Remainder, settled};
+use crate::mesh::cut::{Remainder, settled, without_spikes};
 use crate::mesh::topology::{NONE, end, start};
 
 /// Marked pieces of at most this many faces go without being replaced.
@@ -43,7 +43,8 @@ impl<'a> Opening<'a> {
         keep_vertices: bool,
         small_parts: bool,
     ) -> Result<Self, RestoreError> {
-        let removed = settled(&before.mesh, &before.topology, marked, small_parts);
+        let marked = without_spikes(&before.topology, marked);
+        let removed = settled(&before.mesh, &before.topology, &marked, small_parts);
         refuse_whole_pieces(before, &removed)?;
         let kept = Remainder::new(&before.input, &removed, keep_vertices);
         let found = Inspection::new(kept.mesh)?;

@@ -98,6 +98,12 @@ pub struct FillReport {
 }
 
 impl RegionReport {
+    /// Whether a surface was made for it, and not only triangles between vertices of rims.
+    pub fn has_surface(&self) -> bool {
+        let by = self.closed_by;
+        !self.levels.is_empty() || matches!(by, Some(ClosedBy::Flat | ClosedBy::Faired))
+    }
+
     /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the
     /// mouth of a vessel.
     pub fn balloons(&self) -> bool {

@@ -9,6 +9,29 @@ use super::{Mesh, Topology, VertexFaces};
 const SMALL_FACES: usize = 2;
 const SMALL_PART: usize = 10;
 
+/// Rounds in which single faces that stick out of a cut's edge are taken too. One more would eat further along it: on a regular
+/// mesh the edge of a mask goes up and down by steps of a row.
+const SPIKE_ROUNDS: usize = 2;
+
+/// Marks with those faces that have marked ones at two sides at least: a mask's edge is a staircase, at whose inner corners single
+/// faces would stick into the cut.
+pub fn without_spikes(topology: &Topology, marked: &[bool]) -> Vec<bool> {
+    let mut marked = marked.to_vec();
+    for _ in 0..SPIKE_ROUNDS {
+        let is_spike = |f: &usize| {
+            let sides = &topology.opposite[3 * f..3 * f + 3];
+            let beside = |o: &&u32| **o != NONE && marked[**o as usize / 3];
+            !marked[*f] && sides.iter().filter(beside).count() > 1
+        };
+        let spikes: Vec<usize> = (0..marked.len()).filter(is_spike).collect();
+        spikes.iter().for_each(|&f| marked[f] = true);
+        if spikes.is_empty() {
+            break;
+        }
+    }
+    marked
+}
+
 /// Which faces are to be taken out so that those that are marked go and clean rims are left.
 ///
 /// Where the faces that stay would meet in a vertex alone, the smaller fan goes too; so do small parts: pieces of few faces that

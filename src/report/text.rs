@@ -288,7 +288,7 @@ pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
 pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
     let mut lines = defect_lines(&report.defects);
     lines.extend(chain_lines(&report.open_chains));
-    let (small, solved): (Vec<_>, Vec<_>) = report.regions.iter().partition(|r| is_small(r));
+    let (small, solved): (Vec<_>, Vec<_>) = report.regions.iter().partition(|r| !r.has_surface());
     if with_regions {
         lines.extend(solved.into_iter().map(region_lines));
     }
@@ -302,12 +302,6 @@ pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
     lines.extend(unsolved_lines(report));
     lines.push(tally_line(report));
     lines
-}
-
-/// Whether a region was closed without a surface of its own.
-fn is_small(region: &RegionReport) -> bool {
-    let by = region.closed_by;
-    region.levels.is_empty() && !matches!(by, Some(ClosedBy::Flat | ClosedBy::Faired))
 }
 
 /// The holes that did not end in a level set's surface, those with the same reason together.
