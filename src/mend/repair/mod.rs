@@ -237,9 +237,10 @@ impl Run<'_> {
     }
 
     fn cut(&mut self, pass: usize) -> Result<bool, FillError> {
+        let most = self.most_lost();
         let cut = match pass {
             0 => crossing::cut_crossings(&mut self.draft, RINGS)?,
-            _ => crossing::cut_patches(&mut self.draft, RINGS + pass, self.most_lost())?,
+            _ => crossing::cut_patches(&mut self.draft, RINGS + pass, most)?,
         };
         let Some(cut) = cut else {
             return Ok(false);
