@@ -6,8 +6,8 @@ use super::{JobError, JobSpec, MaskSpec, Work};
 use crate::check::{CheckParams, Verdict};
 use crate::io::{Format, Loaded};
 use crate::mend::{
-    Carried, Control, FairError, FairReport, FillReport, Inspection, RegionReport, RepairParams,
-    RepairReport, RestoreError, RestoreReport, SurfaceKind, repair,
+    Carried, Control, FairError, FairParams, FairReport, FillReport, Inspection, RegionReport,
+    RepairParams, RepairReport, RestoreError, RestoreReport, SurfaceKind, repair,
 };
 use crate::mesh::cut::Remainder;
 use crate::mesh::{FaceOrigin, Mesh};
@@ -193,18 +193,7 @@ impl<'s> Read<'s> {
             Work::Repair(params) => return repaired(spec, loaded, params, control),
             Work::Fair(mask, params) => {
                 let marked = mask.as_ref().map(|mask| marks(mask, &loaded)).transpose()?;
-                let mut params = params.clone();
-                params.keep_vertices |= keep_vertices;
-                let found = Inspection::new(&loaded.mesh).map_err(FairError::from)?;
-                let mut faired = found.fair(marked.as_deref(), &params, control)?;
-                let fill = std::mem::take(&mut faired.report.fill);
-                (
-                    faired.mesh,
-                    Vec::new(),
-                    faired.kept,
-                    Extent::Faired(faired.report),
-                    fill,
-                )
+                faired(&loaded, marked, params, keep_vertices, control)?
             }
         };
         let whole = match (&spec.work, &extent) {
@@ -225,6 +214,32 @@ impl<'s> Read<'s> {
             report,
         })
     }
+}
+
+/// What a work makes of a mesh: the mesh, expected errors, what is kept of the input, what was done beside filling, and the fill.
+type Changed = (
+    Mesh,
+    Vec<Option<f64>>,
+    Option<Remainder>,
+    Extent,
+    FillReport,
+);
+
+/// A mesh faired, all of it or the marked faces.
+fn faired(
+    loaded: &Loaded,
+    marked: Option<Vec<bool>>,
+    params: &FairParams,
+    keep_vertices: bool,
+    control: &Control,
+) -> Result<Changed, JobError> {
+    let mut params = params.clone();
+    params.keep_vertices |= keep_vertices;
+    let found = Inspection::new(&loaded.mesh).map_err(FairError::from)?;
+    let mut faired = found.fair(marked.as_deref(), &params, control)?;
+    let fill = std::mem::take(&mut faired.report.fill);
+    let extent = Extent::Faired(faired.report);
+    Ok((faired.mesh, Vec::new(), faired.kept, extent, fill))
 }
 
 /// A mesh repaired, with what its faces and vertices carried.
