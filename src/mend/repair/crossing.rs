@@ -35,11 +35,18 @@ pub(super) struct Cut {
     pub(super) covered: usize,
     /// Components whose crossings were left.
     pub(super) left: usize,
+    /// Faces cut out that come from the input.
+    pub(super) own: usize,
 }
 
 /// Cuts the faces of patches that cross others out, with so many rings of the patch's faces round them, and what crosses them
-/// next to them; none where there are none. Other faces stay: it is the patches that are to give way.
-pub(super) fn cut_patches(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
+/// next to them; none where there are none, or more than `most` faces of the input would go. Other faces stay: it is the patches that
+/// are to give way.
+pub(super) fn cut_patches(
+    draft: &mut Draft,
+    rings: usize,
+    most: usize,
+) -> Result<Option<Cut>, FillError> {
     let (removed, cut) = {
         let found = draft.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
@@ -68,18 +75,9 @@ pub(super) fn cut_patches(draft: &mut Draft, rings: usize) -> Result<Option<Cut>
             cut_faces: removed.iter().filter(|r| **r).count(),
             rings,
         };
-        let (covered, left) = (0, 0);
-        (
-            removed,
-            Cut {
-                pass,
-                covered,
-                left,
-            },
-        )
+        (removed, Cut::plain(pass))
     };
-    draft.remove(&removed);
-    Ok(Some(cut))
+    Ok(carried_out(draft, &removed, cut, most))
 }
 
 /// Cuts the faces that cross others out with so many rings of faces round them, then the parts that lie inside; none where no
@@ -105,22 +103,23 @@ pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cu
             rings,
         };
         let covered = all.iter().filter(|r| **r).count() - marked;
-        (
-            all,
-            Cut {
-                pass,
-                covered,
-                left,
-            },
-        )
+        let cut = Cut {
+            covered,
+            left,
+            ..Cut::plain(pass)
+        };
+        (all, cut)
     };
-    draft.remove(&removed);
-    Ok(Some(cut))
+    Ok(carried_out(draft, &removed, cut, usize::MAX))
 }
 
 /// Cuts the faces that cross others out with so many rings of faces round them, whatever they are; none where no faces cross that
-/// could be cut.
-pub(super) fn cut_all(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
+/// could be cut, or more than `most` faces of the input would go.
+pub(super) fn cut_all(
+    draft: &mut Draft,
+    rings: usize,
+    most: usize,
+) -> Result<Option<Cut>, FillError> {
     let (removed, cut) = {
         let found = draft.inspect()?;
         let Some((removed, left, pairs)) = cuts(&found, rings) else {
@@ -131,17 +130,35 @@ pub(super) fn cut_all(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, Fi
             cut_faces: removed.iter().filter(|r| **r).count(),
             rings,
         };
-        (
-            removed,
-            Cut {
-                pass,
-                covered: 0,
-                left,
-            },
-        )
+        let cut = Cut {
+            left,
+            ..Cut::plain(pass)
+        };
+        (removed, cut)
     };
-    draft.remove(&removed);
-    Ok(Some(cut))
+    Ok(carried_out(draft, &removed, cut, most))
+}
+
+/// Takes the faces out, unless more than `most` of them come from the input.
+fn carried_out(draft: &mut Draft, removed: &[bool], cut: Cut, most: usize) -> Option<Cut> {
+    let gone = removed.iter().zip(&draft.region);
+    let own = gone.filter(|(r, region)| **r && **region == NONE).count();
+    if own > most {
+        return None;
+    }
+    draft.remove(removed);
+    Some(Cut { own, ..cut })
+}
+
+impl Cut {
+    fn plain(pass: CrossingPass) -> Self {
+        Self {
+            pass,
+            covered: 0,
+            left: 0,
+            own: 0,
+        }
+    }
 }
 
 /// The faces to cut out, the number of components that are left as they are, and the pairs that cross.

@@ -13,6 +13,9 @@ use crate::mesh::topology::NONE;
 use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::mesh::{FaceOrigin, Hole, weld_map};
 
+/// Components of at most so many faces are not closed.
+const SMALL_FACES: usize = 2;
+
 /// Closes the holes of patches that cross others with triangles between the vertices of their rims, where these cross nothing.
 /// Returns the places of the regions whose patches went.
 pub(super) fn flatten(draft: &mut Draft) -> Result<BTreeSet<u32>, FillError> {
@@ -49,7 +52,11 @@ pub(super) fn close(
     {
         let found = draft.inspect()?;
         let mut new: Vec<[u32; 3]> = Vec::new();
-        let is_made = |hole: &&Hole| edges(&hole.rim).any(|e| !old.contains(&e));
+        let is_made = |hole: &&Hole| {
+            // A face or two by themselves have no inside: what closed them would lie on them.
+            let faces = found.topology.piece_faces[hole.piece as usize];
+            faces > SMALL_FACES && edges(&hole.rim).any(|e| !old.contains(&e))
+        };
         for hole in found.holes.iter().filter(is_made) {
             if let Ok(faces) = triangulate_loop_beside(&found.mesh, &hole.rim, &new) {
                 new.extend(&faces);

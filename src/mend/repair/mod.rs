@@ -16,7 +16,7 @@ use std::time::Instant;
 
 use super::control::{Control, Watch};
 use super::{ClosedBy, FillError, FillParams, FillReport, Inspection};
-use crate::check::{CheckParams, components};
+use crate::check::{CheckParams, DefectKind, components};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, Origins};
 use choice::Choice;
@@ -29,6 +29,10 @@ pub use params::{CrossingPass, RepairParams, RepairReport};
 const PASSES: usize = 2;
 /// What still crosses then is cut out and closed with triangles between the vertices of its rims, at most so many times.
 const FLAT_PASSES: usize = 8;
+/// For patches that cross others no more faces of the input go than one in so many, and so many times those that crossed others in the
+/// input: caps of sheets that lie in each other cannot but cross, and cutting on would leave nothing of them.
+const LOST_PART: usize = 100;
+const LOST_CROSSING: usize = 2;
 
 /// Rings of faces round crossing ones that are cut out with them.
 const RINGS: usize = 1;
@@ -86,6 +90,7 @@ pub fn repair(
             control,
             report: RepairReport::default(),
             choice: Choice::default(),
+            lost: 0,
         };
         run.prepare(carried.alike)?;
         run.fill_and_cut()?;
@@ -103,6 +108,8 @@ struct Run<'a> {
     control: &'a Control<'a>,
     report: RepairReport,
     choice: Choice,
+    /// Faces of the input that went because of patches that crossed others.
+    lost: usize,
 }
 
 impl Run<'_> {
@@ -206,9 +213,11 @@ impl Run<'_> {
         for pass in 0..FLAT_PASSES {
             self.go_on()?;
             let old = border(&self.draft.inspect()?);
-            let Some(cut) = crossing::cut_all(&mut self.draft, pass.div_ceil(2))? else {
+            let most = self.most_lost();
+            let Some(cut) = crossing::cut_all(&mut self.draft, pass.div_ceil(2), most)? else {
                 return Ok(());
             };
+            self.lost += cut.own;
             self.report.passes.push(cut.pass);
             self.report.left_crossing = self.report.left_crossing.max(cut.left);
             let made = flat::close(&mut self.draft, &old, &mut self.report.fill)?;
@@ -219,14 +228,26 @@ impl Run<'_> {
         Ok(())
     }
 
+    /// So many more faces of the input may go for the sake of patches that cross others.
+    fn most_lost(&self) -> usize {
+        let crossed = self.report.before.as_ref();
+        let crossed = crossed.map_or(0, |v| v.count(DefectKind::Crossing));
+        let all = self.input.faces.len() / LOST_PART + LOST_CROSSING * crossed;
+        all.saturating_sub(self.lost)
+    }
+
     fn cut(&mut self, pass: usize) -> Result<bool, FillError> {
+        let most = self.most_lost();
         let cut = match pass {
             0 => crossing::cut_crossings(&mut self.draft, RINGS)?,
-            _ => crossing::cut_patches(&mut self.draft, RINGS + pass)?,
+            _ => crossing::cut_patches(&mut self.draft, RINGS + pass, most)?,
         };
         let Some(cut) = cut else {
             return Ok(false);
         };
+        if pass > 0 {
+            self.lost += cut.own;
+        }
         self.report.passes.push(cut.pass);
         self.report.covered_faces += cut.covered;
         self.report.left_crossing += cut.left;
