@@ -144,3 +144,42 @@ fn what_would_overwrite_another_file_is_refused_before_any_work() {
     assert!(matches!(nameless, Err(JobError::NoFormat { .. })));
     assert!(!desk.path("out.ply").exists());
 }
+
+#[test]
+fn a_mended_mesh_is_kept_and_written_several_times() {
+    let desk = Desk::new();
+    desk.save("ball.ply", &ball(), Format::Ply);
+    let written = |name: &str| {
+        let spec = JobSpec::new(desk.path("ball.ply"), desk.path(name), Work::Fill(params()));
+        run(&spec.unwrap(), &Control::new()).unwrap();
+        std::fs::read(desk.path(name)).unwrap()
+    };
+    let nowhere = JobSpec::plan(desk.path("ball.ply"), Work::Fill(params()));
+    let loaded = read_path(&desk.path("ball.ply"), None).unwrap();
+    let found = isomend::Inspection::new(&loaded.mesh).unwrap();
+    // The mesh was read and inspected before.
+    let read = nowhere.with(loaded.clone());
+    let mended = read.mend_found(&found, &Control::new()).unwrap();
+    let mended = mended.into_owned();
+    for format in [Format::Ply, Format::Obj, Format::Glb] {
+        let place = Place::Bytes("bytes".to_owned());
+        let output = Output::new(place, Some(format)).unwrap();
+        let result = mended.clone().to(output).write().unwrap();
+        let name = format!("file.{}", format.extension());
+        assert!(result.bytes == written(&name), "{format}");
+    }
+    // What it tells without being written is what the file's document tells, but for the paths.
+    let document = serde_json::to_value(mended.document()).unwrap();
+    assert_eq!(document["output"]["path"], "-");
+    assert_eq!(
+        document["output"]["vertices"],
+        mended.model().mesh.positions.len()
+    );
+    assert_eq!(document["outcomes"]["filled"], 1);
+    assert_eq!(
+        mended.kept_size(),
+        [loaded.mesh.positions.len(), loaded.mesh.faces.len()]
+    );
+    assert_eq!(mended.new_vertices(), mended.sigma().len());
+    assert!(mended.kept().is_none());
+}

@@ -98,10 +98,10 @@ impl Found {
         let py = take.py();
         let params = fill_params(params)?;
         let regions = self.found.regions(&params).map_err(Failure::from)?;
-        for task in regions.tasks() {
-            let bytes = packed(&task)?;
+        let mut tasks = regions.tasks().map(|task| packed(&task));
+        while let Some(bytes) = py.detach(|| tasks.next()) {
             py.check_signals()?;
-            take.call1((PyBytes::new(py, &bytes),))?;
+            take.call1((PyBytes::new(py, &bytes?),))?;
         }
         Ok(())
     }

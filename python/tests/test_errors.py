@@ -210,7 +210,8 @@ def test_the_log_is_pythons(sphere, caplog):
 
 
 def test_the_import_is_quick():
-    code = "import time; begun = time.perf_counter(); import isomend; print(time.perf_counter() - begun)"
+    """In CPU time, since other programs may run."""
+    code = "import time; begun = time.process_time(); import isomend; print(time.process_time() - begun)"
     seconds = [float(subprocess.check_output([sys.executable, "-c", code])) for _ in range(5)]
     assert min(seconds) < 0.1, seconds
 

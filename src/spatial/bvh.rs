@@ -148,8 +148,7 @@ impl Bvh {
         let centre = 0.5 * (low + high);
         let corners = |f: u32| mesh.corners(f).map(|p| p - centre);
         let boxes: Vec<Aabb> = faces.iter().map(|&f| enclosing(&corners(f))).collect();
-        let built = binary(&boxes);
-        drop(boxes);
+        let built = binary(boxes);
         let (nodes, order) = collapsed(&built);
         drop(built);
         let faces: Vec<u32> = order.iter().map(|&i| faces[i as usize]).collect();

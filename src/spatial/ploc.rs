@@ -19,8 +19,8 @@ const FEW: usize = 128;
 /// Part of the nodes that are moved to better places after the clustering.
 const REINSERTED: f32 = 0.02;
 
-/// The hierarchy over boxes, one box a leaf.
-pub(super) fn binary(boxes: &[Aabb]) -> Bvh2 {
+/// The hierarchy over boxes, one box a leaf. Takes the boxes, which are gone before the most memory is needed.
+pub(super) fn binary(boxes: Vec<Aabb>) -> Bvh2 {
     let (mut built, stalled) = clustered(boxes);
     // The search for better places does not end early among equal boxes.
     if !stalled {
@@ -30,11 +30,13 @@ pub(super) fn binary(boxes: &[Aabb]) -> Bvh2 {
 }
 
 /// The hierarchy by clustering alone, and whether a round stalled.
-fn clustered(boxes: &[Aabb]) -> (Bvh2, bool) {
-    let mut current = leaves(boxes);
+fn clustered(boxes: Vec<Aabb>) -> (Bvh2, bool) {
+    let count = boxes.len();
+    let mut current = leaves(&boxes);
+    drop(boxes);
     let mut next = Vec::with_capacity(current.len());
     let mut partner: Vec<u32> = Vec::new();
-    let mut nodes = vec![Bvh2Node::default(); (2 * boxes.len()).saturating_sub(1)];
+    let mut nodes = vec![Bvh2Node::default(); (2 * count).saturating_sub(1)];
     // Children are stored in pairs from the end on, so that they lie behind their parents.
     let mut free = nodes.len();
     let (mut rounds, mut stalled) = (0, false);
@@ -68,7 +70,7 @@ fn clustered(boxes: &[Aabb]) -> (Bvh2, bool) {
     }
     let built = Bvh2 {
         nodes,
-        primitive_indices: (0..boxes.len() as u32).collect(),
+        primitive_indices: (0..count as u32).collect(),
         children_are_ordered_after_parents: true,
         max_depth: Bvh2::default().max_depth.max(rounds + 1),
         ..Bvh2::default()
@@ -166,7 +168,7 @@ mod tests {
         for shape in [&equal as &dyn Fn(u32) -> Aabb, &nested, &flat] {
             let boxes: Vec<Aabb> = (0..40_000).map(shape).collect();
             let begun = std::time::Instant::now();
-            let built = binary(&boxes);
+            let built = binary(boxes.clone());
             // The quadratic way takes over ten seconds.
             assert!(begun.elapsed().as_secs_f64() < 3.0);
             assert!(checked_depth(&built, &boxes) < 200);
@@ -186,15 +188,15 @@ mod tests {
                 ));
             }
         }
-        let (built, stalled) = clustered(&boxes);
+        let (built, stalled) = clustered(boxes.clone());
         assert!(!stalled);
         checked_depth(&built, &boxes);
     }
 
     #[test]
     fn no_box_and_one_box() {
-        assert!(binary(&[]).nodes.is_empty());
-        let one = [Aabb::new([0.0; 3].into(), [1.0; 3].into())];
-        assert_eq!(binary(&one).nodes.len(), 1);
+        assert!(binary(Vec::new()).nodes.is_empty());
+        let one = vec![Aabb::new([0.0; 3].into(), [1.0; 3].into())];
+        assert_eq!(binary(one).nodes.len(), 1);
     }
 }
