@@ -62,9 +62,10 @@ pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
     }
     let drawings = args.report.drawings(json)?;
     drawings.check(&place, None).map_err(super::told)?;
-    let mut params = CheckParams::default();
-    params.thin = args.thin;
-    params.debris = args.debris;
+    let params = CheckParams {
+        thin: args.thin,
+        debris: args.debris,
+    };
     let source = input::source(&args.input, args.common.from)?;
     let loaded = input::read(&source, console)?;
     let checked = job::check(&source, &loaded, &params, &drawings).map_err(super::told)?;

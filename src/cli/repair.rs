@@ -91,15 +91,16 @@ pub struct StepArgs {
 impl StepArgs {
     /// The parameters of a repair; holes are filled as usual.
     pub fn params(&self) -> RepairParams {
-        let mut params = RepairParams::default();
-        params.clean = !self.keep_duplicates;
-        params.weld = self.weld;
-        params.orient = !self.keep_orientation;
-        params.split = !self.keep_non_manifold;
-        params.debris = self.debris;
-        params.drop_inside = self.drop_inside;
-        params.crossings = !self.keep_crossings;
-        params
+        RepairParams {
+            clean: !self.keep_duplicates,
+            weld: self.weld,
+            orient: !self.keep_orientation,
+            split: !self.keep_non_manifold,
+            debris: self.debris,
+            drop_inside: self.drop_inside,
+            crossings: !self.keep_crossings,
+            ..RepairParams::default()
+        }
     }
 }
 

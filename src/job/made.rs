@@ -25,11 +25,11 @@ pub struct Kept {
 pub enum Extent {
     /// Nothing.
     Holes,
-    /// A marked region. The report of its fill is [`JobResult::report`], and empty here.
+    /// A marked region. The report of its fill is [`report`](super::JobResult::report), and empty here.
     Region(RestoreReport),
-    /// The surface or a region of it, faired. The report of its regions is [`JobResult::report`], and empty here.
+    /// The surface or a region of it, faired. The report of its regions is [`report`](super::JobResult::report), and empty here.
     Faired(FairReport),
-    /// What was wrong. The report of its fills is [`JobResult::report`], and empty here.
+    /// What was wrong. The report of its fills is [`report`](super::JobResult::report), and empty here.
     Repaired(Box<RepairReport>),
 }
 
