@@ -10,7 +10,7 @@ mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 cd "$(dirname "$0")/.."
 
-scripts=(accuracy compare_libigl bench_peers scaling readme_picture report_picture)
+scripts=(accuracy real_meshes compare_libigl bench_peers scaling readme_picture report_picture)
 python=$folder/venv/bin/python
 [ -x "$python" ] || python3 -m venv "$folder/venv"
 needed() {
@@ -28,7 +28,7 @@ needed "${scripts[@]}" > "$folder/requirements.txt"
 
 cargo build --release
 scripts/study.sh "$folder"
-for name in accuracy compare_libigl bench_peers scaling; do
+for name in accuracy real_meshes compare_libigl bench_peers scaling; do
     "$python" "scripts/$name.py" --docs
 done
 "$python" scripts/readme_picture.py

@@ -8,6 +8,8 @@ PAGES = {
     "summary": "README.md",
     "accuracy": "docs/accuracy.md",
     "libigl": "docs/accuracy.md",
+    "real": "docs/accuracy.md",
+    "sigma": "docs/accuracy.md",
     "peers": "docs/speed.md",
     "scaling": "docs/speed.md",
     "experiments": "docs/experiments.md",
