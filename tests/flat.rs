@@ -3,7 +3,7 @@
 mod desk;
 mod shapes;
 
-use desk::{Desk, assert_code, assert_usage, text};
+use desk::{Desk, assert_code, text};
 use glam::DVec3;
 use isomend::io::Format;
 use isomend::{FillParams, HoleOutcome, Inspection, Mesh, fill};
@@ -130,9 +130,8 @@ fn the_command_line_names_the_option_and_refuses_what_cannot_be() {
     ]);
     assert_code(&both, 1);
     assert!(text(&both.stderr).contains("bridged"));
-    assert_usage(
-        &desk.run(&["fill", "half.ply", "-o", "no.ply", "--flat", "one"]),
-        &["--flat"],
-    );
+    let none = desk.run(&["fill", "half.ply", "-o", "no.ply", "--flat", "one"]);
+    assert_code(&none, 2);
+    assert!(text(&none.stderr).contains("'one' is not the number of a hole"));
     assert!(!desk.path("no.ply").exists());
 }

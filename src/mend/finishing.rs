@@ -211,15 +211,21 @@ impl RegionWork<'_> {
         let [hole] = self.holes else {
             return None;
         };
+        let (local, patch) = self.spanned(hole, biharmonic)?;
+        Some(local.to_whole(patch))
+    }
+
+    /// A refined triangulation of a rim, in the numbers of the part of the mesh that is returned with it, filled and flipped in turn.
+    fn spanned(&self, hole: &Hole, linear: LinearFill) -> Option<(Local, Patch)> {
         (hole.edges <= MOST_EDGES).then_some(())?;
         let (mut local, rim, mut patch) = self.refined(hole)?;
         for _ in 0..FAIRINGS {
-            fill(&mut local, &mut patch, biharmonic);
+            fill(&mut local, &mut patch, linear);
             patch = flipped(&local.part.mesh, &rim, &patch);
         }
-        fill(&mut local, &mut patch, biharmonic);
+        fill(&mut local, &mut patch, linear);
         patch.report.intersecting_faces = local.crossing(&patch.positions);
-        Some(local.to_whole(patch))
+        Some((local, patch))
     }
 
     /// The part of the mesh round a hole, its rim and a refined triangulation of it, both in the part's numbers.
@@ -307,23 +313,11 @@ impl RegionWork<'_> {
     }
 
     fn flat_cap(&self, hole: &Hole) -> Option<Patch> {
-        (hole.edges <= MOST_EDGES).then_some(())?;
-        let (mut local, rim, mut patch) = self.refined(hole)?;
-        for _ in 0..FAIRINGS {
-            fill(&mut local, &mut patch, minimal_surface);
-            patch = flipped(&local.part.mesh, &rim, &patch);
-        }
-        fill(&mut local, &mut patch, minimal_surface);
-        patch.report.components = 1;
-        patch.report.intersecting_faces = local.crossing(&patch.positions);
-        let around = local.part.mesh.faces.clone();
-        let (part, count) = (&local.part, local.count);
-        let whole: Vec<[u32; 3]> = around
-            .iter()
-            .map(|f| f.map(|v| part.original(v, count)))
-            .collect();
+        let (local, patch) = self.spanned(hole, minimal_surface)?;
         let mut patch = local.to_whole(patch);
-        patch.measure(self.mesh, whole.into_iter());
+        patch.report.components = 1;
+        let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
+        patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
         Some(patch)
     }
 

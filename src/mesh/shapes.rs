@@ -104,3 +104,20 @@ pub fn grid(n: usize, m: usize, closed: [bool; 2], at: impl Fn(f64, f64) -> DVec
     }
     mesh
 }
+
+/// The unit cube, of twelve triangles.
+pub fn cube() -> Mesh {
+    let corner = |i: u32| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into());
+    let quads = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let faces = quads
+        .iter()
+        .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]);
+    Mesh::new((0..8).map(corner).collect(), faces.collect())
+}

@@ -356,24 +356,8 @@ mod tests {
     use super::signs::WINDING_ERROR;
     use super::*;
     use crate::extract::level_surface;
-    use crate::mesh::shapes;
+    use crate::mesh::shapes::{self, cube};
     use crate::spatial::WindingTree;
-
-    fn cube() -> Mesh {
-        let corner = |i: u32| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into());
-        let sides = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let faces = sides
-            .iter()
-            .flat_map(|s| [[s[0], s[1], s[2]], [s[0], s[2], s[3]]]);
-        Mesh::new((0..8).map(corner).collect(), faces.collect())
-    }
 
     fn length(voxel: f64, band: Option<f64>) -> VolumeParams {
         VolumeParams {

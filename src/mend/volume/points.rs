@@ -41,22 +41,7 @@ pub fn signed_distances(mesh: &Mesh, points: &[DVec3]) -> Result<Vec<f64>, Volum
 mod tests {
     use super::*;
     use crate::mend::volume::{VolumeParams, signed_distance_volume};
-
-    fn cube() -> Mesh {
-        let corner = |i: u32| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into());
-        let quads = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let faces = quads
-            .iter()
-            .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]);
-        Mesh::new((0..8).map(corner).collect(), faces.collect())
-    }
+    use crate::mesh::shapes::cube;
 
     #[test]
     fn distances_at_the_nodes_of_a_volume_are_those_of_the_volume() {
