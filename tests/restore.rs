@@ -171,8 +171,9 @@ fn damage_goes_as_well_as_a_hole_is_filled() {
                 "{} {kind}: {error:.3e} against {floor:.3e} of fill, seam {:.2?}",
                 case.name, region.seam_angle_mean
             );
-            // A restoration takes single faces that stick into the cut too: the holes are not quite the same.
-            assert!(error <= 1.2 * floor + 1e-5, "{} {kind}", case.name);
+            // A restoration takes single faces that stick into the cut too: the holes are not quite the same, and a finish ends
+            // when steps are shorter than 3e-4 diameters.
+            assert!(error <= 1.2 * floor + 1e-4, "{} {kind}", case.name);
             assert_eq!(report.fill.regions.len(), 1);
             let (lone, _) = shapes::topology(&restored.mesh);
             assert_eq!(lone, shapes::topology(&mesh).0);
