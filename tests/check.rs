@@ -8,7 +8,7 @@ use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::io::Format;
 use isomend::{Mesh, inspect};
-use shapes::{cut, polar, sphere, torus, turned};
+use shapes::{cut, joined, moved, polar, sphere, torus, turned};
 
 fn verdict(mesh: &Mesh) -> Verdict {
     inspect(mesh).unwrap().check(&CheckParams::default())
@@ -18,20 +18,6 @@ fn verdict(mesh: &Mesh) -> Verdict {
 fn counts(mesh: &Mesh) -> Vec<(DefectKind, usize)> {
     let verdict = verdict(mesh);
     verdict.defects.iter().map(|d| (d.kind, d.count)).collect()
-}
-
-fn moved(mesh: &Mesh, scale: f64, by: DVec3) -> Mesh {
-    let positions = mesh.positions.iter().map(|p| scale * *p + by);
-    Mesh::new(positions.collect(), mesh.faces.clone())
-}
-
-fn joined(a: &Mesh, b: &Mesh) -> Mesh {
-    let mut mesh = a.clone();
-    let count = a.positions.len() as u32;
-    mesh.positions.extend(&b.positions);
-    mesh.faces
-        .extend(b.faces.iter().map(|f| f.map(|v| v + count)));
-    mesh
 }
 
 fn flipped(mesh: &Mesh) -> Mesh {

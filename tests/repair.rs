@@ -10,7 +10,7 @@ use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::io::{Format, read_path};
 use isomend::{Cancel, Carried, Control, FillError, Mesh, RepairParams, Repaired, inspect, repair};
-use shapes::{cut, polar, sphere, torus, turned};
+use shapes::{cut, joined, moved, polar, sphere, torus, turned};
 
 fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
     repair(mesh, params, &Carried::default(), &Control::new()).unwrap()
@@ -32,20 +32,6 @@ fn good() -> Mesh {
     for p in &mut mesh.positions {
         *p *= 1.0 + 0.05 * (5.0 * p.x).sin() * (4.0 * p.y).cos();
     }
-    mesh
-}
-
-fn moved(mesh: &Mesh, scale: f64, by: DVec3) -> Mesh {
-    let positions = mesh.positions.iter().map(|p| scale * *p + by);
-    Mesh::new(positions.collect(), mesh.faces.clone())
-}
-
-fn joined(a: &Mesh, b: &Mesh) -> Mesh {
-    let mut mesh = a.clone();
-    let count = a.positions.len() as u32;
-    mesh.positions.extend(&b.positions);
-    mesh.faces
-        .extend(b.faces.iter().map(|f| f.map(|v| v + count)));
     mesh
 }
 

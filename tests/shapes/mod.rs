@@ -334,3 +334,19 @@ pub fn unfillable() -> Mesh {
     }
     mesh
 }
+
+/// A mesh scaled, then moved.
+pub fn moved(mesh: &Mesh, scale: f64, by: DVec3) -> Mesh {
+    let positions = mesh.positions.iter().map(|p| scale * *p + by);
+    Mesh::new(positions.collect(), mesh.faces.clone())
+}
+
+/// Two meshes as one, the first one's vertices and faces first.
+pub fn joined(a: &Mesh, b: &Mesh) -> Mesh {
+    let mut mesh = a.clone();
+    let count = a.positions.len() as u32;
+    mesh.positions.extend(&b.positions);
+    mesh.faces
+        .extend(b.faces.iter().map(|f| f.map(|v| v + count)));
+    mesh
+}
