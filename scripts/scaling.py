@@ -7,6 +7,7 @@
     cargo build --release && python3 scripts/scaling.py [--json FILE] [--markdown FILE] [--docs] [--quick]
     python3 scripts/scaling.py --cut 50 IN.ply OUT.ply        # only cut holes into a large mesh, to time it
     python3 scripts/scaling.py --large 10000000 10 OUT.ply    # only make a mesh of that many triangles with holes
+    python3 scripts/scaling.py --memory 2000000 10000000 --docs    # only the memory of meshes of these sizes
 
 The meshes are tori with round holes, made here. Every run is a process of its own, timed from outside; peak memory is
 that of the process. An exponent is the slope of log CPU time against log size, over all sizes and over the largest two; what
@@ -239,6 +240,25 @@ def study_threads(program, folder, times, quick):
     return {"study": "threads", "size": "size", "rows": rows}
 
 
+def memory_table(program, folder, sizes):
+    """Peak memory of both commands on tori with ten holes, in bytes for each triangle."""
+    lines = ["| triangles | inspect, MB | bytes a triangle | fill, MB | bytes a triangle | CPU seconds of the fill |", "|---:|---:|---:|---:|---:|---:|"]
+    source, out = folder / "large.ply", folder / "out.ply"
+    for size in sizes:
+        made_by = [sys.executable, __file__, "--large", str(size), "10", str(source)]
+        subprocess.run(made_by, check=True)
+        row = [grouped(size)]
+        for command in (["inspect", source], ["fill", source, "-o", out, "-q"]):
+            timed = [sys.executable, "-S", ROOT / "scripts/timed.py", program, *command]
+            done = subprocess.run([str(part) for part in timed], capture_output=True, text=True)
+            figures = json.loads(done.stderr.splitlines()[-1])
+            if not figures["ok"]:
+                raise RuntimeError(f"exit {figures['code']}: {done.stderr[-500:]}")
+            row += [f"{figures['mb']:.0f}", f"{figures['mb'] * 2**20 / size:.0f}"]
+        lines.append(f"| {' | '.join(row)} | {figures['cpu']:.1f} |")
+    return "\n".join(lines)
+
+
 STUDIES = {"grid": study_grid, "triangles": study_triangles, "holes": study_holes, "threads": study_threads}
 
 
@@ -291,9 +311,17 @@ def main():
     parser.add_argument("--cut", nargs=3, metavar=("HOLES", "IN", "OUT"), help="cut holes into a mesh and stop")
     parser.add_argument("--part", type=float, default=0.02, help="with --cut, their width over the mesh's diagonal")
     parser.add_argument("--large", nargs=3, metavar=("TRIANGLES", "HOLES", "OUT"), help="make a mesh and stop")
+    parser.add_argument("--memory", nargs="+", type=int, metavar="TRIANGLES", help="measure the memory of these sizes and stop")
     arguments = parser.parse_args()
     if arguments.cut:
         write_ply(arguments.cut[2], *cut_holes(arguments.cut[1], int(arguments.cut[0]), arguments.part))
+        return
+    if arguments.memory:
+        with tempfile.TemporaryDirectory() as folder:
+            text = memory_table(arguments.isomend, Path(folder), arguments.memory)
+        print(text)
+        if arguments.docs:
+            renew("memory", "scaling.py", text)
         return
     if arguments.large:
         triangles, holes = int(arguments.large[0]), int(arguments.large[1])

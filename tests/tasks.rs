@@ -153,3 +153,27 @@ fn one_inspection_serves_many_runs() {
     assert!(matches!(stopped, Err(FillError::Cancelled)));
     assert!(ended.into_inner() >= 1);
 }
+
+#[test]
+fn regions_of_a_large_mesh_look_round_themselves_alone_and_give_the_same() {
+    let sphere = shapes::sphere(160);
+    let mesh = shapes::cut(&sphere, |p| {
+        p.distance(DVec3::X) < 0.02 || p.distance(DVec3::Z) < 0.015
+    });
+    assert!(mesh.faces.len() > 500_000);
+    let found = inspect(&mesh).unwrap();
+    let params = FillParams::default();
+    let regions = found.regions(&params).unwrap();
+    let solved = |task: RegionTask| task.solve(&Control::new()).unwrap();
+    let in_parts = regions.assemble(regions.tasks().map(solved).collect());
+    let (in_parts, at_once) = (
+        in_parts.unwrap(),
+        found.fill(&params, &Control::new()).unwrap(),
+    );
+    assert_eq!(at_once.report.regions.len(), 2);
+    assert!(!at_once.report.incomplete());
+    assert_eq!(bits(&in_parts.mesh), bits(&at_once.mesh));
+    for p in &at_once.mesh.positions[mesh.positions.len()..] {
+        assert!((p.length() - 1.0).abs() < 1e-5);
+    }
+}

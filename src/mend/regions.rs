@@ -94,7 +94,8 @@ impl<'a> Regions<'a> {
             let group = &self.groups[i];
             let holes = self.holes(group);
             let looked = sources.pieces_of(self.found, i, &holes, self.params.voxel);
-            RegionTask::new(i + 1, self.found, &holes, looked, &self.params)
+            let near = sources.are_near();
+            RegionTask::new(i + 1, self.found, &holes, looked, near, &self.params)
         })
     }
 
@@ -159,12 +160,13 @@ impl<'a> Regions<'a> {
         let fill = |(i, group): (usize, &Vec<usize>)| {
             let ids: Vec<usize> = group.iter().map(|&h| self.found.holes[h].id).collect();
             watch.begin(&ids);
+            let [known, all] = sources.of(i);
             let work = RegionWork {
                 id: i + 1,
                 mesh: &self.found.mesh,
                 holes: &self.holes(group),
-                known: sources.of(i),
-                all: sources.all(),
+                known: &known,
+                all: &all,
                 params: &self.params,
                 damaged: self.damaged,
                 extent: self.damaged.and_then(|d| d.extent(group)),
@@ -244,7 +246,9 @@ impl<'a> Regions<'a> {
 
     fn sources(&self) -> Sources<'a> {
         let asked = |group: &[usize]| !is_trivial(&self.holes(group), &self.params);
-        Sources::new(self.found, &self.groups, &asked)
+        // What a region keeps of a damaged surface may lie outside its box.
+        let in_boxes = self.damaged.is_none().then_some(self.params.voxel);
+        Sources::new(self.found, &self.groups, &asked, in_boxes)
     }
 
     /// Refuses a voxel that is too small for the widest region. That of a fairing goes by the area, and is checked there.

@@ -7,14 +7,22 @@ use glam::DVec3;
 use super::Inspection;
 use super::tries::WIDEST;
 use crate::mesh::topology::NONE;
-use crate::mesh::{DisjointSets, Hole};
+use crate::mesh::{DisjointSets, Hole, Mesh, Topology};
 use crate::region::{BoxSize, Region, Sphere, VoxelSize};
-use crate::sdf::Sampler;
+use crate::sdf::{Place, Sampler, faces_at};
+use crate::spatial::Bounds;
 
 /// The restricted hierarchies may hold this many times the mesh's faces in all.
 const MOST_COPIES: usize = 8;
 /// How far out of a region's box, in parts of its size, what a patch must not cross is looked at: more than in `join`.
 const PATCH_MARGIN: f64 = 0.25;
+/// A mesh of fewer faces has one hierarchy over all of them, which takes at most 150 MB and a second.
+const MANY_FACES: usize = 500_000;
+/// Regions have hierarchies of their own when all these together hold at most this part of the faces.
+const NEAR_PART: usize = 2;
+/// How far out of the box of its first try a region usually looks, in parts of the box's size: what is nearest to a corner of the
+/// box lies half a size away where the surface is flat.
+const USUAL_MARGIN: f64 = 0.6;
 
 /// The surroundings of each region.
 ///
@@ -27,6 +35,8 @@ pub(super) struct Sources<'a> {
     of_group: Vec<Option<usize>>,
     /// For each group the bodies that it knows, where it has a restricted sampler.
     own: Vec<Option<Vec<u32>>>,
+    /// For each group where it looks; none where a hierarchy over all of the mesh is better.
+    places: Option<Vec<Place>>,
     bodies: Bodies,
 }
 
@@ -39,11 +49,12 @@ pub(super) struct Looked {
 }
 
 impl<'a> Sources<'a> {
-    /// `asked` tells which groups will ask for samples.
+    /// `asked` tells which groups will ask for samples; they may look for what is nearest `in_boxes` with this voxel only.
     pub(super) fn new(
         found: &'a Inspection,
         groups: &[Vec<usize>],
         asked: &dyn Fn(&[usize]) -> bool,
+        in_boxes: Option<VoxelSize>,
     ) -> Self {
         let all = Sampler::new(&found.mesh, &found.topology);
         let bodies = Bodies::new(found);
@@ -70,11 +81,19 @@ impl<'a> Sources<'a> {
             of_group.push(at);
             of_bodies.push(own.filter(|_| at.is_some()));
         }
+        let large = found.mesh.faces.len() >= MANY_FACES;
+        let places = in_boxes.filter(|_| large).and_then(|voxel| {
+            let most = found.mesh.faces.len() / NEAR_PART;
+            let holes = |group: &Vec<usize>| group.iter().map(|&h| &found.holes[h]).collect();
+            let groups: Vec<Vec<&Hole>> = groups.iter().map(holes).collect();
+            places(&found.mesh, &found.topology, &groups, voxel, most)
+        });
         Self {
             all,
             restricted,
             of_group,
             own: of_bodies,
+            places,
             bodies,
         }
     }
@@ -90,7 +109,7 @@ impl<'a> Sources<'a> {
         let own = self.own[group].as_ref()?;
         let is_own = |piece: usize| own.binary_search(&self.bodies.of_piece[piece]).is_ok();
         let boxes = [VoxelSize::Auto, voxel].map(|voxel| {
-            let [low, high] = widest_box(found, holes, voxel);
+            let [low, high] = widest_box(&found.mesh, holes, voxel);
             let margin = DVec3::splat(PATCH_MARGIN * (high - low).max_element());
             [low - margin, high + margin]
         });
@@ -106,15 +125,56 @@ impl<'a> Sources<'a> {
         })
     }
 
-    /// The whole mesh.
-    pub(super) fn all(&self) -> &Sampler<'a> {
-        &self.all
+    /// Whether groups have hierarchies of their own.
+    pub(super) fn are_near(&self) -> bool {
+        self.places.is_some()
     }
 
-    /// What a group knows.
-    pub(super) fn of(&self, group: usize) -> &Sampler<'a> {
-        self.of_group[group].map_or(&self.all, |at| &self.restricted[at])
+    /// What a group looks at: what it knows, and the whole mesh.
+    pub(super) fn of(&self, group: usize) -> [Sampler<'a>; 2] {
+        let known = self.of_group[group].map_or(&self.all, |at| &self.restricted[at]);
+        [known, &self.all].map(|sampler| match &self.places {
+            Some(places) => sampler.at(places[group].clone()),
+            None => sampler.clone(),
+        })
     }
+}
+
+/// Where the regions of groups of holes look; none when that is more than so many faces.
+pub(super) fn places(
+    mesh: &Mesh,
+    topology: &Topology,
+    groups: &[Vec<&Hole>],
+    voxel: VoxelSize,
+    most: usize,
+) -> Option<Vec<Place>> {
+    let boxes = |holes: &Vec<&Hole>| {
+        let of = |voxel, growth| {
+            let [low, high] = grown_box(mesh, holes, voxel, growth);
+            Bounds { low, high }
+        };
+        let both = |growth| of(VoxelSize::Auto, growth).join(&of(voxel, growth));
+        let (first, last) = (both(1.0), both(WIDEST));
+        let size = (first.high - first.low).max_element();
+        // The rims lie in the region: nothing nearest is farther away than its diagonal.
+        let diagonal = last.low.distance(last.high);
+        (first.widened(USUAL_MARGIN * size), last.widened(diagonal))
+    };
+    let (usual, widest): (Vec<Bounds>, Vec<Bounds>) = groups.iter().map(boxes).unzip();
+    let faces = faces_at(mesh, topology, &usual, most)?;
+    let place = |((usual, widest), faces)| Place {
+        usual,
+        widest,
+        faces,
+    };
+    Some(
+        usual
+            .into_iter()
+            .zip(widest)
+            .zip(faces)
+            .map(place)
+            .collect(),
+    )
 }
 
 /// Pieces that share vertices, taken together: edges with more than two faces cut one surface into several pieces.
@@ -172,7 +232,7 @@ impl Bodies {
         own.sort_unstable();
         own.dedup();
         let holes: Vec<_> = group.iter().map(|&h| &found.holes[h]).collect();
-        let around = widest_box(found, &holes, VoxelSize::Auto);
+        let around = widest_box(&found.mesh, &holes, VoxelSize::Auto);
         let another = |(i, b): (usize, &[DVec3; 2])| {
             own.binary_search(&(i as u32)).is_err() && self.faces[i] > 0 && meet(&around, b)
         };
@@ -181,15 +241,20 @@ impl Bodies {
 }
 
 /// The box of a region once it was widened.
-fn widest_box(found: &Inspection, holes: &[&Hole], voxel: VoxelSize) -> [DVec3; 2] {
-    let sphere = Sphere::new(&found.mesh, holes).map(|s| s.bounds());
+fn widest_box(mesh: &Mesh, holes: &[&Hole], voxel: VoxelSize) -> [DVec3; 2] {
+    grown_box(mesh, holes, voxel, WIDEST)
+}
+
+/// The box of a region that has grown by a factor.
+fn grown_box(mesh: &Mesh, holes: &[&Hole], voxel: VoxelSize, growth: f64) -> [DVec3; 2] {
+    let sphere = Sphere::new(mesh, holes).map(|s| s.bounds());
     let size = BoxSize {
         voxel,
         coarse: false,
-        growth: WIDEST,
+        growth,
         refine: 1.0,
     };
-    let region = Region::new(&found.mesh, holes, &size, sphere);
+    let region = Region::new(mesh, holes, &size, sphere);
     let low = region.lattice.origin;
     let size = DVec3::from_array(region.dims.map(f64::from)) * region.lattice.voxel;
     [low, low + size]

@@ -1,12 +1,14 @@
 //! The work on a region as a value: it can be written, sent, worked on anywhere and its patch sent back.
 
+use std::slice;
+
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, Watch};
 use super::params::FillParams;
 use super::patch::RegionPatch;
 use super::solve::RegionWork;
-use super::sources::Looked;
+use super::sources::{Looked, places};
 use super::{FillError, Inspection};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology};
@@ -27,6 +29,8 @@ pub struct RegionTask {
     vertices: Option<Vec<u32>>,
     /// Number of vertices of the whole mesh.
     count: usize,
+    /// Whether the region has a hierarchy of its own over the faces near it.
+    near: bool,
     /// The holes, with the part's numbers of vertices.
     holes: Vec<Hole>,
     /// The parameters of the fill.
@@ -34,12 +38,14 @@ pub struct RegionTask {
 }
 
 impl RegionTask {
-    /// The work on a region, from 1, of a mesh; `looked` says which pieces it looks at, if not all.
+    /// The work on a region, from 1, of a mesh; `looked` says which pieces it looks at, if not all, and `near` whether the region
+    /// has a hierarchy of its own.
     pub(super) fn new(
         id: usize,
         found: &Inspection,
         holes: &[&Hole],
         looked: Option<Looked>,
+        near: bool,
         params: &FillParams,
     ) -> Self {
         let task = Self {
@@ -48,15 +54,20 @@ impl RegionTask {
             known: None,
             vertices: None,
             count: found.mesh.positions.len(),
+            near,
             holes: holes.iter().copied().cloned().collect(),
             params: params.clone(),
         };
-        let Some(Looked { near, known }) = looked else {
+        let Some(Looked {
+            near: near_pieces,
+            known,
+        }) = looked
+        else {
             let mesh = found.mesh.clone();
             return Self { mesh, ..task };
         };
         let faces = found.topology.piece.iter().zip(0u32..);
-        let is_near = |piece: u32| piece == NONE || near[piece as usize];
+        let is_near = |piece: u32| piece == NONE || near_pieces[piece as usize];
         let faces: Vec<u32> = faces
             .filter(|(p, _)| is_near(**p))
             .map(|(_, f)| f)
@@ -121,6 +132,14 @@ impl RegionTask {
             all.restricted(&|piece| pieces[piece as usize])
         });
         let holes: Vec<&Hole> = holes.iter().collect();
+        let voxel = self.params.voxel;
+        let place = || places(&mesh, &topology, slice::from_ref(&holes), voxel, usize::MAX)?.pop();
+        let place = self.near.then(place).flatten();
+        let [restricted, all] = [restricted, Some(all)].map(|sampler| match &place {
+            Some(place) => sampler.map(|s| s.at(place.clone())),
+            None => sampler,
+        });
+        let all = all.ok_or(FillError::Task)?;
         let ids: Vec<usize> = holes.iter().map(|h| h.id).collect();
         watch.begin(&ids);
         let work = RegionWork {

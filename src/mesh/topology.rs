@@ -56,7 +56,6 @@ impl Topology {
     /// their piece where the piece can be oriented at all.
     pub fn new(mesh: &mut Mesh) -> Self {
         let degenerate: Vec<bool> = mesh.faces.par_iter().map(is_degenerate).collect();
-        let edges = sorted_edges(mesh, &degenerate);
         let mut defects = Defects {
             degenerate_faces: degenerate.iter().filter(|&&d| d).count(),
             ..Defects::default()
@@ -69,7 +68,7 @@ impl Topology {
             boundary: vec![false; 3 * mesh.faces.len()],
             defects: Defects::default(),
         };
-        topology.pair(mesh, &edges, &mut defects);
+        topology.pair(mesh, &degenerate, &mut defects);
         topology.defects = defects;
         topology.find_pieces(&degenerate);
         if topology.defects.misoriented_edges > 0 {
@@ -101,26 +100,28 @@ impl Topology {
             .collect()
     }
 
-    fn pair(&mut self, mesh: &Mesh, edges: &[(u64, u32)], defects: &mut Defects) {
-        let mut i = 0;
-        while i < edges.len() {
-            let mut j = i + 1;
-            while j < edges.len() && edges[j].0 == edges[i].0 {
-                j += 1;
-            }
-            match j - i {
-                1 => self.boundary[edges[i].1 as usize] = true,
-                2 => {
-                    let (a, b) = (edges[i].1, edges[i + 1].1);
-                    self.opposite[a as usize] = b;
-                    self.opposite[b as usize] = a;
-                    if start(mesh, a) == start(mesh, b) {
-                        defects.misoriented_edges += 1;
+    fn pair(&mut self, mesh: &Mesh, degenerate: &[bool], defects: &mut Defects) {
+        let (first, edges) = edges_by_vertex(mesh, degenerate);
+        let mut at_vertex: Vec<(u32, u32)> = Vec::new();
+        for range in first.windows(2) {
+            let edges = &edges[range[0] as usize..range[1] as usize];
+            let larger = |h: u32| start(mesh, h).max(end(mesh, h));
+            at_vertex.clear();
+            at_vertex.extend(edges.iter().map(|&h| (larger(h), h)));
+            at_vertex.sort_unstable();
+            for edge in at_vertex.chunk_by(|a, b| a.0 == b.0) {
+                match *edge {
+                    [(_, h)] => self.boundary[h as usize] = true,
+                    [(_, a), (_, b)] => {
+                        self.opposite[a as usize] = b;
+                        self.opposite[b as usize] = a;
+                        if start(mesh, a) == start(mesh, b) {
+                            defects.misoriented_edges += 1;
+                        }
                     }
+                    _ => defects.non_manifold_edges += 1,
                 }
-                _ => defects.non_manifold_edges += 1,
             }
-            i = j;
         }
     }
 
@@ -224,16 +225,27 @@ pub fn end(mesh: &Mesh, half_edge: u32) -> u32 {
     mesh.faces[half_edge as usize / 3][(half_edge as usize % 3 + 1) % 3]
 }
 
-fn sorted_edges(mesh: &Mesh, degenerate: &[bool]) -> Vec<(u64, u32)> {
-    let mut edges: Vec<(u64, u32)> = mesh
-        .faces
-        .par_iter()
-        .enumerate()
-        .filter(|(f, _)| !degenerate[*f])
-        .flat_map_iter(|(f, v)| {
-            (0..3).map(move |k| (edge_key(v[k], v[(k + 1) % 3]), (3 * f + k) as u32))
-        })
-        .collect();
-    edges.par_sort_unstable();
-    edges
+/// The half-edges of faces that are not degenerate, by the smaller vertex of their edges: those of vertex `v` begin at the `v`th of
+/// the numbers that come first. Sorting pairs of key and half-edge would take six times the memory.
+fn edges_by_vertex(mesh: &Mesh, degenerate: &[bool]) -> (Vec<u32>, Vec<u32>) {
+    let all = || {
+        let faces = (0..mesh.faces.len()).filter(|&f| !degenerate[f]);
+        faces.flat_map(|f| (0..3).map(move |k| (3 * f + k) as u32))
+    };
+    let smaller = |h: u32| start(mesh, h).min(end(mesh, h)) as usize;
+    let mut first = vec![0u32; mesh.positions.len() + 1];
+    all().for_each(|h| first[smaller(h)] += 1);
+    let mut sum = 0;
+    for count in &mut first {
+        sum += *count;
+        *count = sum;
+    }
+    let mut edges = vec![0u32; sum as usize];
+    // Each number goes down from the end of its vertex to the beginning, so that half-edges come in falling order.
+    all().for_each(|h| {
+        let at = &mut first[smaller(h)];
+        *at -= 1;
+        edges[*at as usize] = h;
+    });
+    (first, edges)
 }

@@ -1,6 +1,7 @@
 //! The signed distance of a mesh, on the nodes of a lattice.
 
 mod jets;
+mod near;
 mod redistance;
 mod sampler;
 mod side;
@@ -9,6 +10,7 @@ mod surface;
 mod tests;
 
 pub use jets::{Jet, fit_jet};
+pub use near::{Place, faces_at};
 pub use redistance::{project_on_zero_set, redistance};
 pub use sampler::{DistanceSample, RimSet, Sampler};
 pub use side::{Feature, feature, side};

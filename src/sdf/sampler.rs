@@ -5,10 +5,11 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::jets::{Jet, fit_jet};
+use super::near::{Faces, Near, Place};
 use super::side::{Feature, feature, side};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, bounds, face_normal, vertex_normal};
-use crate::spatial::{Bvh, Closest};
+use crate::spatial::{Bounds, Bvh, Closest};
 
 /// What the mesh says about one point.
 #[derive(Clone, Copy, Debug)]
@@ -25,13 +26,15 @@ pub struct DistanceSample {
 }
 
 /// Signed distances of a welded mesh for one or more regions.
+#[derive(Clone)]
 pub struct Sampler<'a> {
     mesh: &'a Mesh,
     topology: &'a Topology,
     smooth: Arc<Smooth>,
-    bvh: Bvh,
-    /// Small components, of one or two faces: no data, but the patch must be cut round them.
-    small: Bvh,
+    /// What is looked at. Small components, of one or two faces, are no data, but the patch must be cut round them.
+    faces: Arc<Faces<'a>>,
+    /// Where, if not everywhere.
+    near: Option<Arc<Near>>,
 }
 
 /// What all samplers of a mesh share: the smooth surface through the vertices, fitted where it is asked for.
@@ -71,36 +74,43 @@ impl<'a> Sampler<'a> {
         smooth: Arc<Smooth>,
         wanted: &dyn Fn(u32) -> bool,
     ) -> Self {
-        let faces = |small: bool| {
-            (0..mesh.faces.len() as u32).filter(move |&f| {
-                let piece = topology.piece[f as usize];
-                piece != NONE
-                    && wanted(piece)
-                    && (topology.piece_faces[piece as usize] <= 2) == small
-            })
-        };
-        let bvh = Bvh::new(mesh, faces(false));
-        let small = Bvh::new(mesh, faces(true));
         Self {
             mesh,
             topology,
             smooth,
-            bvh,
-            small,
+            faces: Arc::new(Faces::new(mesh, topology, wanted)),
+            near: None,
+        }
+    }
+
+    /// The same for the queries of one region: it gives the same, and needs less memory as long as they stay there.
+    pub fn at(&self, place: Place) -> Self {
+        Self {
+            smooth: self.smooth.clone(),
+            faces: self.faces.clone(),
+            near: Some(Arc::new(Near::new(place))),
+            ..*self
         }
     }
 
     /// The hierarchy over the mesh's faces.
     pub fn bvh(&self) -> &Bvh {
-        &self.bvh
+        self.faces.all()
     }
 
     /// The part of the mesh that meets the box from `low` to `high`, small components and degenerate faces included, with the given
     /// vertices.
     pub fn part(&self, low: DVec3, high: DVec3, vertices: impl Iterator<Item = u32>) -> Part {
         let mut faces = self.smooth.degenerate.clone();
-        for tree in [&self.bvh, &self.small] {
-            tree.for_each_in_box(low, high, |f| faces.push(f));
+        match &self.near {
+            Some(near) => {
+                near.for_each_in_box(&self.faces, &Bounds { low, high }, |f| faces.push(f));
+            }
+            None => {
+                for tree in [self.faces.all(), self.faces.small()] {
+                    tree.for_each_in_box(low, high, |f| faces.push(f));
+                }
+            }
         }
         faces.sort_unstable();
         Part::new(self.mesh, &faces, vertices)
@@ -128,18 +138,25 @@ impl<'a> Sampler<'a> {
 
     /// The closest point of the mesh without its small components, and whether it lies on a rim of the region.
     pub fn closest(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<(Closest, bool)> {
-        let closest = self.bvh.closest(x, limit)?;
+        let closest = self.closest_within(x, limit)?;
         let on_rim = self.on_rim(rims, &closest);
         Some((closest, on_rim))
     }
 
     /// The closest point of the mesh with its small components, and whether it lies on a rim of the region.
     pub fn closest_of_all(&self, rims: &RimSet, x: DVec3) -> Option<(Closest, bool)> {
-        let whole = self.bvh.closest(x, f64::INFINITY);
+        let whole = self.closest_within(x, f64::INFINITY);
         let limit = whole.map_or(f64::INFINITY, |c| c.distance);
-        let closest = self.small.closest(x, limit).or(whole)?;
+        let closest = self.faces.small().closest(x, limit).or(whole)?;
         let on_rim = self.on_rim(rims, &closest);
         Some((closest, on_rim))
+    }
+
+    fn closest_within(&self, x: DVec3, limit: f64) -> Option<Closest> {
+        match &self.near {
+            Some(near) => near.closest(&self.faces, x, limit),
+            None => self.faces.all().closest(x, limit),
+        }
     }
 
     fn on_rim(&self, rims: &RimSet, closest: &Closest) -> bool {

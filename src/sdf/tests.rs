@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
-use super::{RimSet, Sampler, redistance};
+use super::{Place, RimSet, Sampler, faces_at, redistance};
 use crate::grid::{SparseGrid, as_point};
 use crate::mesh::Topology;
 use crate::mesh::shapes::icosphere;
+use crate::spatial::Bounds;
 
 /// Points spread evenly over the unit sphere.
 fn directions(n: i32) -> impl Iterator<Item = DVec3> {
@@ -76,4 +77,42 @@ fn redistancing_mends_a_distorted_distance() {
         }
     }
     assert!(worst < 1e-3, "{worst:e}");
+}
+
+#[test]
+fn what_is_near_a_place_is_what_is_near_in_all() {
+    let mut mesh = icosphere(4);
+    mesh.positions
+        .iter_mut()
+        .for_each(|p| *p *= 1.0 + 0.1 * (9.0 * p.x).sin());
+    let topology = Topology::new(&mut mesh);
+    let at = |size: f64| Bounds::of_ball(DVec3::X, size);
+    let faces = faces_at(&mesh, &topology, &[at(0.4)], usize::MAX).unwrap();
+    assert!(faces_at(&mesh, &topology, &[at(0.4)], faces[0].len() - 1).is_none());
+    assert!((20..mesh.faces.len() / 4).contains(&faces[0].len()));
+    let all = Sampler::new(&mesh, &topology);
+    let near = all.at(Place {
+        usual: at(0.4),
+        widest: at(1.0),
+        faces: faces[0].clone(),
+    });
+    let rims = RimSet::new(std::iter::empty());
+    // Points inside the usual box, some of them with what is nearest outside of it, in the wider one, and beyond.
+    for i in 0..400 {
+        let t = f64::from(i);
+        let way = DVec3::new((1.3 * t).sin(), (2.1 * t).cos(), (3.7 * t).sin());
+        let x = DVec3::X + way * (0.004 * t);
+        for limit in [f64::INFINITY, 0.3, 0.01] {
+            let [a, b] = [&all, &near].map(|s| s.sample(&rims, x, limit));
+            assert_eq!(a.is_some(), b.is_some(), "{i}");
+            let Some((a, b)) = a.zip(b) else { continue };
+            assert_eq!(a.distance.to_bits(), b.distance.to_bits(), "{i}");
+            assert_eq!(a.signed.signum(), b.signed.signum(), "{i}");
+        }
+    }
+    for size in [0.1, 0.39, 0.7, 3.0] {
+        let [low, high] = [at(size).low, at(size).high];
+        let [a, b] = [&all, &near].map(|s| s.part(low, high, std::iter::once(7)));
+        assert_eq!(a.mesh, b.mesh, "{size}");
+    }
 }

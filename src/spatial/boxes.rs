@@ -12,6 +12,14 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The box of a ball.
+    pub fn of_ball(centre: DVec3, radius: f64) -> Self {
+        Self {
+            low: centre - radius,
+            high: centre + radius,
+        }
+    }
+
     /// The box of a triangle.
     pub fn of(t: [DVec3; 3]) -> Self {
         Self {
@@ -39,7 +47,14 @@ impl Bounds {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
     }
 
-    fn join(self, other: &Self) -> Self {
+    /// Whether the other box lies in this one.
+    pub fn contains(&self, other: &Self) -> bool {
+        self.low.cmple(other.low).all() && other.high.cmple(self.high).all()
+    }
+
+    /// The smallest box round both.
+    #[must_use]
+    pub fn join(self, other: &Self) -> Self {
         Self {
             low: self.low.min(other.low),
             high: self.high.max(other.high),

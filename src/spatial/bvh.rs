@@ -129,6 +129,15 @@ fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
     (nodes, order)
 }
 
+/// The middle of the box round some faces of a mesh; zero where there is none.
+pub fn middle(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> DVec3 {
+    let (low, high) = bounds(faces.flat_map(|f| mesh.corners(f)));
+    match low.x <= high.x {
+        true => 0.5 * (low + high),
+        false => DVec3::ZERO,
+    }
+}
+
 impl Bvh {
     /// Builds the hierarchy over the given faces of a mesh.
     ///
@@ -136,16 +145,24 @@ impl Bvh {
     /// When a face's index is past the end of the positions.
     pub fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> Self {
         let faces: Vec<u32> = faces.collect();
+        let centre = middle(mesh, faces.iter().copied());
+        Self::about(mesh, faces, centre)
+    }
+
+    /// The same with coordinates relative to a given point. Hierarchies over parts of a mesh about one point give distances that
+    /// are equal to the last bit.
+    ///
+    /// # Panics
+    /// As [`Bvh::new`].
+    pub fn about(mesh: &Mesh, faces: Vec<u32>, centre: DVec3) -> Self {
         if faces.is_empty() {
             return Self {
                 nodes: Vec::new(),
                 faces,
                 corners: Vec::new(),
-                centre: DVec3::ZERO,
+                centre,
             };
         }
-        let (low, high) = bounds(faces.iter().flat_map(|&f| mesh.corners(f)));
-        let centre = 0.5 * (low + high);
         let corners = |f: u32| mesh.corners(f).map(|p| p - centre);
         let boxes: Vec<Aabb> = faces.iter().map(|&f| enclosing(&corners(f))).collect();
         let built = binary(boxes);

@@ -8,7 +8,7 @@ mod triangle;
 mod winding;
 
 pub use boxes::{Bounds, BoxTree};
-pub use bvh::{Bvh, Closest};
+pub use bvh::{Bvh, Closest, middle};
 pub use intersect::intersecting;
 pub use triangle::{Barycentric, closest_on_triangle};
 pub use winding::WindingTree;

@@ -1,0 +1,191 @@
+//! The faces that queries look at: all of a mesh, or those near a region, so that a large mesh needs no hierarchy over all of it.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::mesh::topology::NONE;
+use crate::mesh::{Mesh, Topology};
+use crate::spatial::{Bounds, BoxTree, Bvh, Closest, middle};
+
+/// Faces in one piece of work of the search for those at some places.
+const CHUNK: usize = 1 << 16;
+
+/// Where a region looks, and the faces there.
+#[derive(Clone)]
+pub struct Place {
+    /// The box that nearly all of its queries need.
+    pub usual: Bounds,
+    /// The box that holds what is closest to any point of the region.
+    pub widest: Bounds,
+    /// The faces whose boxes meet the usual one, rising; degenerate ones are not among them.
+    pub faces: Arc<[u32]>,
+}
+
+/// For each box the faces that meet it, rising, without degenerate ones; none when these are more than `most` in all.
+pub fn faces_at(
+    mesh: &Mesh,
+    topology: &Topology,
+    boxes: &[Bounds],
+    most: usize,
+) -> Option<Vec<Arc<[u32]>>> {
+    let tree = BoxTree::new(boxes);
+    let found = AtomicUsize::new(0);
+    let search = |(chunk, faces): (usize, &[[u32; 3]])| {
+        let mut pairs: Vec<(u32, u32)> = Vec::new();
+        if found.load(Ordering::Relaxed) > most {
+            return pairs;
+        }
+        for (f, face) in (chunk * CHUNK..).zip(faces) {
+            if topology.piece[f] == NONE {
+                continue;
+            }
+            let around = Bounds::of(face.map(|v| mesh.positions[v as usize]));
+            tree.for_each(boxes, &around, |place| pairs.push((place, f as u32)));
+        }
+        found.fetch_add(pairs.len(), Ordering::Relaxed);
+        pairs
+    };
+    let chunks = mesh.faces.par_chunks(CHUNK).enumerate();
+    let pairs: Vec<Vec<(u32, u32)>> = chunks.map(search).collect();
+    if found.into_inner() > most {
+        return None;
+    }
+    let mut lists = vec![Vec::new(); boxes.len()];
+    for &(place, face) in pairs.iter().flatten() {
+        lists[place as usize].push(face);
+    }
+    Some(lists.into_iter().map(Arc::from).collect())
+}
+
+/// The faces of a mesh, or of some of its pieces, that are looked at: all but degenerate ones and small components, which have a
+/// hierarchy of their own.
+pub(super) struct Faces<'a> {
+    mesh: &'a Mesh,
+    topology: &'a Topology,
+    /// For each piece whether it is looked at.
+    wanted: Vec<bool>,
+    /// What coordinates are relative to in every hierarchy.
+    centre: OnceLock<DVec3>,
+    all: OnceLock<Bvh>,
+    small: OnceLock<Bvh>,
+}
+
+impl<'a> Faces<'a> {
+    pub(super) fn new(
+        mesh: &'a Mesh,
+        topology: &'a Topology,
+        wanted: &dyn Fn(u32) -> bool,
+    ) -> Self {
+        let pieces = 0..topology.piece_faces.len() as u32;
+        Self {
+            mesh,
+            topology,
+            wanted: pieces.map(wanted).collect(),
+            centre: OnceLock::new(),
+            all: OnceLock::new(),
+            small: OnceLock::new(),
+        }
+    }
+
+    fn is_wanted(&self, face: u32, small: bool) -> bool {
+        let piece = self.topology.piece[face as usize];
+        piece != NONE
+            && self.wanted[piece as usize]
+            && (self.topology.piece_faces[piece as usize] <= 2) == small
+    }
+
+    fn list(&self, small: bool) -> impl Iterator<Item = u32> {
+        (0..self.mesh.faces.len() as u32).filter(move |&f| self.is_wanted(f, small))
+    }
+
+    fn over(&self, faces: Vec<u32>) -> Bvh {
+        let centre = self
+            .centre
+            .get_or_init(|| middle(self.mesh, self.list(false)));
+        Bvh::about(self.mesh, faces, *centre)
+    }
+
+    /// The hierarchy over all of them, built when it is first asked for.
+    pub(super) fn all(&self) -> &Bvh {
+        self.all
+            .get_or_init(|| self.over(self.list(false).collect()))
+    }
+
+    /// The hierarchy over small components.
+    pub(super) fn small(&self) -> &Bvh {
+        self.small
+            .get_or_init(|| Bvh::new(self.mesh, self.list(true)))
+    }
+}
+
+/// Hierarchies over the faces near a place, each built when it is first asked for.
+pub(super) struct Near {
+    place: Place,
+    usual: OnceLock<Bvh>,
+    widest: OnceLock<Bvh>,
+}
+
+impl Near {
+    pub(super) fn new(place: Place) -> Self {
+        Self {
+            place,
+            usual: OnceLock::new(),
+            widest: OnceLock::new(),
+        }
+    }
+
+    /// The closest point to `p` that is no farther than `limit`: exactly what the hierarchy over all faces gives, but for which
+    /// one is told of several at the same distance.
+    pub(super) fn closest(&self, faces: &Faces, p: DVec3, limit: f64) -> Option<Closest> {
+        let usual = || {
+            let near = self.place.faces.iter().copied();
+            faces.over(near.filter(|&f| faces.is_wanted(f, false)).collect())
+        };
+        let widest = || {
+            log::debug!("a region looks beyond its surroundings");
+            let meets = |f: &u32| Bounds::of(faces.mesh.corners(*f)).meets(&self.place.widest);
+            faces.over(faces.list(false).filter(meets).collect())
+        };
+        let Place {
+            usual: inner,
+            widest: outer,
+            ..
+        } = &self.place;
+        let trees: [(&Bounds, &OnceLock<Bvh>, &dyn Fn() -> Bvh); 2] =
+            [(inner, &self.usual, &usual), (outer, &self.widest, &widest)];
+        for (bounds, tree, built) in trees {
+            if !bounds.contains(&Bounds::of_ball(p, 0.0)) {
+                continue;
+            }
+            let found = tree.get_or_init(built).closest(p, limit);
+            // Faces that are not in the hierarchy lie outside its box.
+            let reach = found.map_or(limit, |c| c.distance);
+            if bounds.contains(&Bounds::of_ball(p, reach)) {
+                return found;
+            }
+        }
+        faces.all().closest(p, limit)
+    }
+
+    /// Calls `visit` with every face, small components included, whose box meets the given one.
+    pub(super) fn for_each_in_box(
+        &self,
+        faces: &Faces,
+        bounds: &Bounds,
+        mut visit: impl FnMut(u32),
+    ) {
+        let mut look = |f: u32| {
+            let wanted = faces.is_wanted(f, false) || faces.is_wanted(f, true);
+            if wanted && Bounds::of(faces.mesh.corners(f)).meets(bounds) {
+                visit(f);
+            }
+        };
+        match self.place.usual.contains(bounds) {
+            true => self.place.faces.iter().for_each(|&f| look(f)),
+            false => (0..faces.mesh.faces.len() as u32).for_each(look),
+        }
+    }
+}
