@@ -17,13 +17,30 @@ const MOST_MOVEMENT: f64 = 0.25;
 const GROWTH: f64 = 2.0;
 /// A step that is refused is tried again at this part of its length.
 const CUT: f64 = 0.3;
-/// By default a step is no longer than this part of the time since the start: waves that decay faster than that have nearly
+/// A step is no longer than this part of the time since the start: waves that decay faster than that have nearly
 /// vanished, so that their error does not matter.
 const PART: f64 = 0.15;
 /// The first step in units of h⁴: waves of four voxels lose a tenth of their height in it.
 const FIRST: f64 = 0.02;
 /// The run ends after so many refused steps in a row.
 const MOST_REFUSALS: usize = 8;
+/// Where only the size of what goes matters, no node moves by more than this in a step, in voxels: at creases and where sheets
+/// touch the speed has no bound, and steps that followed it would be as short as those of a fifth of a voxel allow.
+const MOST_AT_ONCE: f64 = 0.5;
+/// The first step there, as a part of the whole time.
+const FIRST_PART: f64 = 0.05;
+
+/// How closely steps follow the flow in time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// Steps are at most 0.15 of the time since the start, and short enough that no node moves by more than a quarter of a voxel.
+    /// Implicit steps lag behind by about half of that part: a wave that has lost two thirds of its height is a tenth higher
+    /// than it should be.
+    Exact,
+    /// Steps grow with the time since the start, and a node that would move too far lags behind: what is narrow goes, what is wide
+    /// stays, in about eight steps on any data.
+    Coarse,
+}
 
 /// One step of the flow in time.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -70,9 +87,8 @@ pub enum Pause {
 pub struct Evolution {
     /// Variant, tolerance of the solves and κ.
     pub settings: FlowSettings,
-    /// A step is no longer than this part of the time since the start. Implicit steps lag behind by about half of it: at the
-    /// default, 0.15, a wave that has lost two thirds of its height is a tenth higher than it should be.
-    pub part: f64,
+    /// How closely steps follow the flow.
+    pub pace: Pace,
     /// Time reached, in units of h⁴.
     pub time: f64,
     /// The steps.
@@ -89,7 +105,7 @@ impl Evolution {
     pub fn new(settings: FlowSettings) -> Self {
         Self {
             settings,
-            part: PART,
+            pace: Pace::Exact,
             time: 0.0,
             steps: Vec::new(),
             unknowns: 0,
@@ -154,7 +170,10 @@ impl Evolution {
             if self.willmore_before.is_nan() {
                 self.willmore_before = state.at.as_ref().map_or(f64::NAN, |at| at.surface) / WIDTH;
             }
-            let pause = self.on_band(&mut state, grid, mask, until, watch);
+            let pause = match self.pace {
+                Pace::Exact => self.on_band(&mut state, grid, mask, until, watch),
+                Pace::Coarse => self.coarsely(&mut state, grid, mask, until, watch),
+            };
             state.energy.band().scatter(&state.values, phi);
             if let Some(pause) = pause {
                 return pause;
@@ -175,7 +194,7 @@ impl Evolution {
         let (mut refused, mut band_steps) = (0, 0);
         while self.time < until && !state.is_stale() {
             let left = until - self.time;
-            let wanted = self.next.min((self.part * self.time).max(FIRST));
+            let wanted = self.next.min((PART * self.time).max(FIRST));
             let time_step = if wanted < 0.9 * left { wanted } else { left };
             let settings = FlowSettings {
                 time_step,
@@ -227,6 +246,61 @@ impl Evolution {
             self.steps.push(step);
             if !watch(&step) {
                 return Some(Pause::Stopped);
+            }
+        }
+        None
+    }
+}
+
+impl Evolution {
+    /// Steps that double the time, until the band is stale or the run is over; each takes its time, however far it gets.
+    fn coarsely(
+        &mut self,
+        state: &mut BandState<WillmoreBand>,
+        grid: &SparseGrid,
+        mask: &[bool],
+        until: f64,
+        watch: &mut dyn FnMut(&EvolutionStep) -> bool,
+    ) -> Option<Pause> {
+        while self.time < until && !state.is_stale() {
+            let left = until - self.time;
+            let wanted = self.time.max(FIRST_PART * until);
+            let time_step = if wanted < 0.9 * left { wanted } else { left };
+            let settings = FlowSettings {
+                time_step,
+                ..self.settings
+            };
+            let (mut direction, at) = state.direction(grid, mask, &settings);
+            direction.clip(MOST_AT_ONCE);
+            let energy_before = at.energy;
+            let fraction = state.advance_part(&direction, at);
+            self.time = if time_step == left {
+                until
+            } else {
+                self.time + time_step
+            };
+            let (energy_after, surface) = state
+                .at
+                .as_ref()
+                .map_or((f64::NAN, f64::NAN), |at| (at.energy, at.surface));
+            let step = EvolutionStep {
+                time: self.time,
+                time_step,
+                energy_before,
+                energy_after,
+                willmore: surface / WIDTH,
+                movement: fraction * direction.movement.min(MOST_AT_ONCE),
+                mean_movement: fraction * direction.mean_movement,
+                iterations: direction.iterations,
+                refused: usize::from(fraction < 1.0),
+            };
+            self.steps.push(step);
+            if !watch(&step) {
+                return Some(Pause::Stopped);
+            }
+            if fraction < 1.0 {
+                // Distances computed again make a better start for the next.
+                break;
             }
         }
         None

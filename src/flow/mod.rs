@@ -27,7 +27,7 @@ mod willmore;
 pub use band::Band;
 pub use energies::relax;
 pub use energy::{BandEnergy, Evaluation, Needs};
-pub use evolve::{Evolution, EvolutionStep, Pause};
+pub use evolve::{Evolution, EvolutionStep, Pace, Pause};
 pub use outcome::{FlowOutcome, StepRecord};
 pub use pull::Pull;
 pub use settings::{Energy, FlowSettings, Variant};

@@ -28,6 +28,8 @@ const COMBINED_MOVEMENT: f64 = 0.3;
 /// And as long as each moves the surface by less than this part of the movement of the one before.
 const SHRINKING: f64 = 0.9;
 
+/// Up to this time step, in units of h⁴, inertia holds what is smooth: conjugate gradients need no coarse levels then.
+const SHORT: f64 = 1.0;
 /// The coarse levels are made again when the time step has changed by more than this, in powers of two.
 const TIME_STEP_CHANGE: f64 = 2.5;
 
@@ -43,6 +45,13 @@ pub(super) struct Direction {
     pub mean_movement: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,
+}
+
+impl Direction {
+    /// Clips the change of each value.
+    pub(super) fn clip(&mut self, most: f64) {
+        self.d.iter_mut().for_each(|d| *d = d.clamp(-most, most));
+    }
 }
 
 /// A band between two redistancings.
@@ -148,24 +157,25 @@ impl<E: BandEnergy> BandState<E> {
         rhs.iter_mut().for_each(|g| *g = -*g);
         let mut d = vec![0.0; rhs.len()];
         let band = self.energy.band();
+        let short = settings.time_step <= SHORT;
         if (settings.time_step / self.coarse_step).log2().abs() > TIME_STEP_CHANGE {
             self.coarse = None;
         }
-        let coarse = self.coarse.get_or_insert_with(|| {
+        if !short && self.coarse.is_none() {
             self.coarse_step = settings.time_step;
-            hierarchy(grid, mask, band, &self.feet, &system)
-        });
+            self.coarse = Some(hierarchy(grid, mask, band, &self.feet, &system));
+        }
         let tolerance = settings.solver_tolerance;
         let scaling = Jacobi(system.jacobi());
-        let solved = match coarse {
+        let solved = match &self.coarse {
             _ if !system.is_symmetric() => {
                 bicgstab(&system, &scaling, &rhs, &mut d, tolerance, 1000)
             }
-            Some(coarse) => {
+            Some(Some(coarse)) if !short => {
                 let cycle = MultigridCycle::new(&system, coarse);
                 conjugate_gradient(&system, &cycle, &rhs, &mut d, tolerance, 60)
             }
-            None => conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500),
+            _ => conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500),
         };
         // Rounding can make the multigrid cycle indefinite, and conjugate gradients then stop before the first iteration. That
         // does not mean that the surface is steady: the diagonal is tried instead.
@@ -244,6 +254,11 @@ impl<E: BandEnergy> BandState<E> {
             self.at = refused;
         }
         taken
+    }
+
+    /// Takes the largest of the step, its half, its quarter … by which the energy falls: which part it took.
+    pub(super) fn advance_part(&mut self, direction: &Direction, at: Evaluation) -> f64 {
+        self.search(&direction.d, at, 0.0)
     }
 
     /// The step combined with those before it so that, were the map from values to steps linear, what is left of it would be

@@ -6,7 +6,9 @@ use serde::{Deserialize, Serialize};
 
 use super::distance::DistanceData;
 use super::level::Level;
-use crate::flow::{Energy, Evolution, FlowOutcome, FlowSettings, Pause, biharmonic_fill, relax};
+use crate::flow::{
+    Energy, Evolution, FlowOutcome, FlowSettings, Pace, Pause, biharmonic_fill, relax,
+};
 use crate::grid::{Lattice, NodeIndex};
 
 /// Relative residual of the biharmonic fill that the flow starts from.
@@ -68,8 +70,8 @@ impl NestedSettings<'_> {
 pub struct TimeSpan {
     /// The time, in length⁴.
     pub time: f64,
-    /// Steps are no longer than this part of the time since the start; see [`Evolution::part`].
-    pub part: f64,
+    /// How closely steps follow the flow.
+    pub pace: Pace,
 }
 
 /// Where the flow starts from.
@@ -178,7 +180,7 @@ fn evolve_nested(
     let voxel = level.lattice.voxel;
     let until = span.time / voxel.powi(4);
     let mut evolution = Evolution::new(settings.flow);
-    evolution.part = span.part;
+    evolution.pace = span.pace;
     let pause = loop {
         let pause = evolution.run(&level.grid, &mut level.phi, &level.mask, until, &mut |_| {
             keep_going()

@@ -12,7 +12,7 @@ use super::super::params::{FairExtent, FairParams, FillParams};
 use super::super::report::{FairReport, FillReport, RegionReport};
 use super::super::{FillError, Inspection};
 use super::{FairError, Faired};
-use crate::flow::FlowSettings;
+use crate::flow::{FlowSettings, Pace};
 use crate::grid::Lattice;
 use crate::mesh::mask::shrunk_from_borders;
 use crate::mesh::topology::NONE;
@@ -35,9 +35,6 @@ const USUAL_SQUARES: f64 = 4e5;
 const MOST_SQUARES: f64 = 4e6;
 /// The strength is at most so many diagonals of what is faired, where the voxel does not follow it: by then all is steady.
 const MOST_STRENGTH: f64 = 1e3;
-/// Steps as parts of the time since the start: where the time matters, and where only the size of what goes does.
-const EXACT: f64 = 0.15;
-const COARSE: f64 = 1.0;
 /// Voxels along the longest side on the coarsest lattice, at most.
 const COARSEST: f64 = 40.0;
 /// Voxels of that lattice round the model.
@@ -75,10 +72,13 @@ impl Plan {
             return Err(bad("the time and the strength must be positive").into());
         }
         let span = match params.extent {
-            FairExtent::Time(time) => TimeSpan { time, part: EXACT },
+            FairExtent::Time(time) => TimeSpan {
+                time,
+                pace: Pace::Exact,
+            },
             _ => TimeSpan {
                 time: (strength / TAU).powi(4),
-                part: COARSE,
+                pace: Pace::Coarse,
             },
         };
         let voxel = match params.voxel {
