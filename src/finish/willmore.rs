@@ -26,6 +26,8 @@ const HALVINGS: usize = 5;
 const ALIKE: f64 = 0.98;
 /// and shrink by a constant factor between these.
 const SHRINKING: (f64, f64) = (0.5, 0.96);
+/// A large patch may stay folded for so many steps.
+const MOST_FOLDED_STEPS: usize = 3;
 /// Added to the system's diagonal, in itself.
 const RIDGE: f64 = 1e-10;
 /// A face is folded when the cosines of its normal with those at its corners are all below this. On patches of real
@@ -102,6 +104,28 @@ pub(super) fn folds(patch: &Patch, shape: &[DVec3]) -> usize {
             .all(|&v| normal.dot(normals[v as usize]) < FOLDED)
     };
     patch.closure.patch_faces.iter().filter(is_folded).count()
+}
+
+/// Watches for folds on a large patch, whose steps take long: where some steps in a row leave more than there were, the last shape
+/// without them is taken.
+struct FoldWatch<'a> {
+    patch: &'a Patch,
+    allowed: usize,
+    in_a_row: usize,
+    best: (Vec<DVec3>, f64),
+}
+
+impl FoldWatch<'_> {
+    /// Whether to go on from points at an energy.
+    fn goes_on(&mut self, points: &[DVec3], energy: f64) -> bool {
+        if folds(self.patch, &self.patch.closure.moved(points)) <= self.allowed {
+            self.in_a_row = 0;
+            self.best = (points.to_vec(), energy);
+            return true;
+        }
+        self.in_a_row += 1;
+        self.in_a_row < MOST_FOLDED_STEPS
+    }
 }
 
 /// What the steps of Gauss-Newton work on.
@@ -284,6 +308,12 @@ pub(super) fn minimise(
     let energy_before = state.energy;
     let (mut steps, mut last) = (0, f64::INFINITY);
     let mut before: Vec<f64> = Vec::new();
+    let mut watch = (shape.len() > params.most_blended).then(|| FoldWatch {
+        patch,
+        allowed: folds(patch, shape),
+        in_a_row: 0,
+        best: (points.clone(), energy_before),
+    });
     while steps < params.most_steps && state.energy.is_finite() && keep_going() {
         steps += 1;
         let normal = solver.linearised(&points, &state);
@@ -298,7 +328,8 @@ pub(super) fn minimise(
         if let Some((moved, next)) = solver.step(&points, &state, &d, largest) {
             (points, state) = (moved, next);
             solver.damping *= 0.1;
-            if last < params.tolerance {
+            let goes_on = |w: &mut FoldWatch| w.goes_on(&points, state.energy);
+            if last < params.tolerance || !watch.as_mut().is_none_or(goes_on) {
                 break;
             }
         } else {
@@ -308,12 +339,19 @@ pub(super) fn minimise(
             }
         }
     }
+    let (points, energy) = match watch {
+        Some(watch) if watch.in_a_row > 0 => {
+            last = f64::INFINITY;
+            watch.best
+        }
+        _ => (points, state.energy),
+    };
     Minimum {
         shape: patch.closure.moved(&points),
         steps,
         last,
         energy_before,
-        energy: state.energy,
+        energy,
     }
 }
 

@@ -20,7 +20,7 @@ const COARSE_TOLERANCE: f64 = 20.0;
 /// A level is far from steady when the step that led to its result still moved the surface by more than this, in voxels.
 const FAR_FROM_STEADY: f64 = 0.05;
 /// It has diverged when that step moved the surface by more than this, in voxels.
-const DIVERGED: f64 = 4.0;
+const DIVERGED: f64 = 2.0;
 
 /// The grids of a nested solve.
 #[derive(Clone, Copy, Debug)]
