@@ -4,7 +4,7 @@
 # ///
 """What repairs leave, side by side: isomend, MeshFix (pymeshfix), MeshLab's repair filters (pymeshlab) and trimesh.
 
-    cargo build --release && python3 scripts/bench_repair.py [--isomend PROGRAM] [--json FILE] [FILE...]
+    cargo build --release && python3 scripts/bench_repair.py [--isomend PROGRAM] [--json FILE] [--seconds TIME] [--only PROGRAM]... [FILE...]
 
 Without files the meshes are made here: good ones into which defects are put, and those that pyvista ships. For each file and
 program the table has: whether the result is watertight (trimesh's definition, on vertices at the same position made one), the faces
@@ -24,7 +24,6 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 METHODS = ["isomend", "isomend, all closed", "MeshFix", "MeshFix, all parts", "MeshLab", "trimesh"]
-SECONDS = 900
 
 
 def load(path):
@@ -97,8 +96,8 @@ def by_trimesh(source, target):
     save(target, mesh.vertices, mesh.faces)
 
 
-def run(method, program, source, target):
-    """Repairs a file in a process of its own; the seconds it took, or none."""
+def run(method, program, source, target, most):
+    """Repairs a file in a process of its own within `most` seconds; the seconds it took, or none."""
     if method.startswith("isomend"):
         options = ["--debris", "0.001", "--close-borders"] if "all" in method else []
         command = [program, "repair", source, "-o", target, "-q", *options]
@@ -106,7 +105,7 @@ def run(method, program, source, target):
         command = [sys.executable, __file__, "--one", method, source, target]
     start = time.time()
     try:
-        done = subprocess.run(command, capture_output=True, timeout=SECONDS)
+        done = subprocess.run(command, capture_output=True, timeout=most)
     except subprocess.TimeoutExpired:
         return None
     return time.time() - start if done.returncode in (0, 3) and Path(target).exists() else None
@@ -203,6 +202,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", type=Path)
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--seconds", type=float, default=900, help="the time a program gets for a file")
+    parser.add_argument("--only", action="append", choices=METHODS, help="this program alone; may be given several times")
     parser.add_argument("--one", nargs=3, metavar=("METHOD", "IN", "OUT"), help=argparse.SUPPRESS)
     parser.add_argument("files", nargs="*", type=Path)
     args = parser.parse_args()
@@ -213,23 +214,23 @@ def main():
         else:
             {"MeshLab": by_meshlab, "trimesh": by_trimesh}[method](source, target)
         return
-    rows = []
+    rows, methods = [], args.only or METHODS
     print("| file | program | watertight | crossing | faces lost | components lost | distance | seconds |")
     print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         for source in args.files or made(folder):
-            for i, method in enumerate(METHODS):
+            for i, method in enumerate(methods):
                 target = folder / f"out{i}.ply"
                 target.unlink(missing_ok=True)
-                seconds = run(method, args.isomend, source, target)
+                seconds = run(method, args.isomend, source, target, args.seconds)
                 found = None if seconds is None else measured(source, target)
                 print(row(source.name, method, seconds, found), flush=True)
                 rows.append({"file": source.name, "method": method, "seconds": seconds, "found": found})
-    for method in METHODS:
+    for method in methods:
         own = [r["found"] for r in rows if r["method"] == method and r["found"]]
         good = sum(f["watertight"] and f["crossing"] == 0 for f in own)
-        print(f"{method}: {good} of {len(rows) // len(METHODS)} files watertight without crossings; {sum(f['lost'] for f in own)} faces and "
+        print(f"{method}: {good} of {len(rows) // len(methods)} files watertight without crossings; {sum(f['lost'] for f in own)} faces and "
               f"{sum(f['lost_components'] for f in own)} components lost")
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1))

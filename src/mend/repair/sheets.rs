@@ -1,5 +1,7 @@
 //! Surfaces that meet in edges or vertices only: separated, or cut out.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 
 use super::RepairReport;
@@ -29,18 +31,20 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
                 }
                 (Vec::new(), copies(&found))
             } else {
-                (cuts(&found, &unclear), Vec::new())
+                let mut cuts = cuts(&found, &unclear);
+                let copies = detached(&found, &unclear, &mut cuts);
+                (cuts, copies)
             }
         };
         if cuts.is_empty() && copies.is_empty() {
             return Ok(());
         }
+        report.split_vertices += copies.len();
+        copies.into_iter().for_each(|copy| copy.make(draft));
         if !cuts.is_empty() {
             report.non_manifold_faces += cut(draft, &cuts)?;
             continue;
         }
-        report.split_vertices += copies.len();
-        copies.into_iter().for_each(|copy| copy.make(draft));
         // What still meets in an edge hangs together at both of its ends.
         let left: Vec<u32> = {
             let found = draft.inspect()?;
@@ -142,9 +146,7 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
             }
         }
     }
-    let mut open = vec![false; topology.piece_faces.len()];
-    let border = (0..topology.boundary.len()).filter(|h| topology.boundary[*h]);
-    border.for_each(|h| open[topology.piece[h / 3] as usize] = true);
+    let open = open_pieces(topology);
     let mut whole = vec![false; open.len()];
     for f in &goes {
         let piece = topology.piece[*f as usize] as usize;
@@ -158,6 +160,71 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
     goes.sort_unstable();
     goes.dedup();
     goes
+}
+
+/// The copies that let sheets hang free of which nothing would be left, since all their faces are at such edges: sheets with a border
+/// that hang on surfaces with borders. These are no longer to be cut then. On closed surfaces and inside of them they are defects.
+fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Vec<Copy> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let piece = |f: u32| topology.piece[f as usize] as usize;
+    let mut left = topology.piece_faces.clone();
+    cuts.iter().for_each(|&f| left[piece(f)] -= 1);
+    let open = open_pieces(topology);
+    let goes = |h: &u32| left[piece(h / 3)] == 0 && open[piece(h / 3)];
+    let mut ends: BTreeSet<(usize, u32)> = BTreeSet::new();
+    for half_edges in unclear {
+        let on_open = half_edges
+            .iter()
+            .any(|h| left[piece(h / 3)] > 0 && open[piece(h / 3)]);
+        for &h in half_edges.iter().filter(|h| on_open && goes(h)) {
+            for v in [start(mesh, h), end(mesh, h)] {
+                ends.insert((piece(h / 3), v));
+            }
+        }
+    }
+    let around = VertexFaces::new(mesh);
+    let mut copies = Vec::new();
+    let free: BTreeSet<usize> = ends.iter().map(|(piece, _)| *piece).collect();
+    for (own, v) in ends {
+        let faces = around.of(v).iter().copied();
+        let fan: Vec<u32> = faces
+            .filter(|&f| topology.piece[f as usize] == own as u32)
+            .collect();
+        copies.push(Copy {
+            corners: corners(found, &fan, v),
+            shift: along(mesh, &fan, v),
+        });
+    }
+    cuts.retain(|&f| !free.contains(&piece(f)));
+    copies
+}
+
+/// Which components have borders.
+fn open_pieces(topology: &Topology) -> Vec<bool> {
+    let mut open = vec![false; topology.piece_faces.len()];
+    let border = (0..topology.boundary.len()).filter(|h| topology.boundary[*h]);
+    border.for_each(|h| open[topology.piece[h / 3] as usize] = true);
+    open
+}
+
+/// A short way from a vertex along the faces of a fan.
+fn along(mesh: &Mesh, fan: &[u32], vertex: u32) -> DVec3 {
+    let p = mesh.positions[vertex as usize];
+    let centre = |f: &u32| mesh.corners(*f).iter().sum::<DVec3>() / 3.0 - p;
+    let way: DVec3 = fan.iter().map(centre).sum();
+    way.normalize_or_zero() * short(mesh, fan, p)
+}
+
+/// The corners of a fan's faces at a vertex, as the draft has them.
+fn corners(found: &Inspection, fan: &[u32], vertex: u32) -> Vec<(u32, usize)> {
+    let corner = |&f: &u32| {
+        let face = found.mesh.faces[f as usize];
+        let k = face.iter().position(|w| *w == vertex).unwrap_or(0);
+        // Turning over swaps the corners 1 and 2.
+        let turned = found.topology.turned[f as usize];
+        (f, if turned && k > 0 { 3 - k } else { k })
+    };
+    fan.iter().map(corner).collect()
 }
 
 /// Faces that get a copy of their vertex, a hair away from it.
@@ -190,15 +257,8 @@ fn copies(found: &Inspection) -> Vec<Copy> {
             if i == spared || !closed(fan) {
                 continue;
             }
-            let corners = fan.iter().map(|&f| {
-                let face = mesh.faces[f as usize];
-                let k = face.iter().position(|w| *w == v).unwrap_or(0);
-                // Turning over swaps the corners 1 and 2.
-                let turned = topology.turned[f as usize];
-                (f, if turned && k > 0 { 3 - k } else { k })
-            });
             copies.push(Copy {
-                corners: corners.collect(),
+                corners: corners(found, fan, v),
                 shift: inward(mesh, fan, v),
             });
         }
@@ -220,11 +280,16 @@ fn inward(mesh: &Mesh, fan: &[u32], vertex: u32) -> DVec3 {
     let part = crate::mesh::Part::new(mesh, fan, std::iter::empty());
     let own = part.local(vertex);
     let normal = vertex_normal(&part.mesh, &VertexFaces::new(&part.mesh), own);
-    let p = mesh.positions[vertex as usize];
-    let others = part.mesh.positions.iter().map(|q| q.distance(p));
-    let shortest = others.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    -normal * short(mesh, fan, mesh.positions[vertex as usize])
+}
+
+/// How far separated vertices move from where they were.
+fn short(mesh: &Mesh, fan: &[u32], p: DVec3) -> f64 {
+    let others = fan.iter().flat_map(|f| mesh.corners(*f));
+    let distances = others.map(|q| q.distance(p)).filter(|d| *d > 0.0);
+    let shortest = distances.fold(f64::INFINITY, f64::min);
     let least = LEAST_APART * f64::from(f32::EPSILON) * p.abs().max_element();
-    -normal * (APART * shortest).max(least)
+    (APART * shortest).max(least)
 }
 
 impl Copy {
