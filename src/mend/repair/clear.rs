@@ -11,11 +11,13 @@ use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::mesh::{Mesh, area_vector};
 use crate::spatial::{Bounds, BoxTree, intersecting};
 
-/// Rims with more edges are first reduced by cutting ears. The memory of a search goes with the cube of it: 8 MB.
-const MOST_EDGES: usize = 200;
-/// A search is given up after so many rounds, each of which rules some triangles out. Those of the scans that it was tried on that
-/// ended well took 60 at most.
+/// Rims with more edges are first reduced by cutting ears. The memory of a search goes with the cube of it: 11 MB.
+const MOST_EDGES: usize = 450;
+/// A search is given up after so many rounds, each of which rules some triangles out; after fewer where the cube of the number of edges
+/// times the rounds is more than this, which takes some seconds, but not after fewer than the least.
 const ROUNDS: usize = 300;
+const WORK: usize = 2_000_000_000;
+const LEAST_ROUNDS: usize = 40;
 /// What the square of a diagonal's length counts beside the area: of triangulations of the same area the one with short diagonals
 /// is taken.
 const DIAGONAL: f64 = 0.1;
@@ -122,7 +124,8 @@ impl<'a> Ground<'a> {
         let mut faces = Vec::new();
         let ring = self.without_ears(rim, &mut faces)?;
         let mut table = Table::new(self, &ring);
-        for _ in 0..ROUNDS {
+        let rounds = WORK / ring.len().pow(3).max(1);
+        for _ in 0..rounds.clamp(LEAST_ROUNDS, ROUNDS) {
             let found = table.solve()?;
             if !table.rule_out(self, &found) {
                 let own = found.iter().map(|t| t.map(|i| ring[i]));
@@ -184,9 +187,10 @@ struct Table<'a> {
     at: Vec<DVec3>,
     /// Diagonals that must not be used, by `i * n + k`.
     blocked: Vec<bool>,
-    /// Triangles that are known to cross something, and those that are known at all, by `(i * n + m) * n + k`.
-    crosses: Vec<bool>,
-    known: Vec<bool>,
+    /// A bit for each triangle, by `(i * n + m) * n + k`: whether it is known to cross something.
+    crosses: Vec<u64>,
+    /// Triangles that were looked at.
+    known: HashSet<[usize; 3]>,
 }
 
 impl<'a> Table<'a> {
@@ -205,9 +209,19 @@ impl<'a> Table<'a> {
                 .map(|v| ground.mesh.positions[*v as usize])
                 .collect(),
             blocked,
-            crosses: vec![false; n * n * n],
-            known: vec![false; n * n * n],
+            crosses: vec![0; (n * n * n).div_ceil(64)],
+            known: HashSet::new(),
         }
+    }
+
+    fn crosses(&self, [i, m, k]: [usize; 3]) -> bool {
+        let bit = (i * self.ring.len() + m) * self.ring.len() + k;
+        self.crosses[bit / 64] >> (bit % 64) & 1 == 1
+    }
+
+    fn set_crossing(&mut self, [i, m, k]: [usize; 3]) {
+        let bit = (i * self.ring.len() + m) * self.ring.len() + k;
+        self.crosses[bit / 64] |= 1 << (bit % 64);
     }
 
     /// The best triangulation of triangles that are not known to cross anything (Barequet and Sharir 1995).
@@ -223,7 +237,7 @@ impl<'a> Table<'a> {
                     let diagonal = DIAGONAL * self.at[i].distance_squared(self.at[k]);
                     for m in i + 1..k {
                         let parts = cost[i * n + m] + cost[m * n + k] + diagonal;
-                        if parts >= best.0 || self.crosses[(i * n + m) * n + k] {
+                        if parts >= best.0 || self.crosses([i, m, k]) {
                             continue;
                         }
                         let all = parts + self.area([i, m, k]);
@@ -256,17 +270,16 @@ impl<'a> Table<'a> {
     /// Rules those of some triangles out that cross something or one another; says whether there were any.
     fn rule_out(&mut self, ground: &Ground, triangles: &[[usize; 3]]) -> bool {
         let n = self.ring.len();
-        let place = |[i, m, k]: [usize; 3]| (i * n + m) * n + k;
         let mut wrong = false;
         for &t in triangles {
-            if std::mem::replace(&mut self.known[place(t)], true) {
+            if !self.known.insert(t) {
                 continue;
             }
             if ground.is_clear(t.map(|i| self.ring[i])) {
                 continue;
             }
             wrong = true;
-            self.crosses[place(t)] = true;
+            self.set_crossing(t);
             let [i, m, k] = t;
             for (i, k) in [(i, m), (m, k), (i, k)] {
                 let is_diagonal = k - i > 1 && k - i < n - 1;
@@ -283,8 +296,83 @@ impl<'a> Table<'a> {
         for (f, g) in &pairs {
             let [t, u] = [*f, *g].map(|f| triangles[f as usize]);
             let larger = if self.area(t) < self.area(u) { u } else { t };
-            self.crosses[place(larger)] = true;
+            self.set_crossing(larger);
         }
         !pairs.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Four corners of a square, two of them raised, and triangles that stand where the diagonals cross, at some heights.
+    fn square(heights: &[f64]) -> Mesh {
+        let p = DVec3::new;
+        let mut positions = vec![
+            p(-1.0, -1.0, 0.0),
+            p(1.0, -1.0, 1.0),
+            p(1.0, 1.0, 0.0),
+            p(-1.0, 1.0, 1.0),
+        ];
+        let mut faces = Vec::new();
+        for z in heights {
+            let first = positions.len() as u32;
+            positions.extend([
+                p(-0.1, 0.02, z - 0.1),
+                p(0.1, 0.03, z - 0.1),
+                p(0.0, 0.01, z + 0.1),
+            ]);
+            faces.push([first, first + 1, first + 2]);
+        }
+        Mesh::new(positions, faces)
+    }
+
+    #[test]
+    fn a_triangulation_goes_round_what_is_in_the_way() {
+        let rim = [0, 1, 2, 3];
+        let closed = |heights: &[f64]| {
+            let mesh = square(heights);
+            let found = Inspection::new(&mesh).unwrap();
+            Ground::new(&found).close(&rim)
+        };
+        let has = |faces: &[[u32; 3]], a, b| faces.iter().all(|f| f.contains(&a) && f.contains(&b));
+        assert!(has(&closed(&[0.0]).unwrap(), 1, 3));
+        assert!(has(&closed(&[1.0]).unwrap(), 0, 2));
+        assert_eq!(closed(&[0.0, 1.0]), None);
+    }
+
+    #[test]
+    fn long_rims_are_closed_and_new_faces_cross_no_earlier_ones() {
+        let n = 700;
+        let at = |i: u32, z: f64| {
+            let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+            DVec3::new(angle.cos(), angle.sin(), z + 0.2 * (3.0 * angle).cos())
+        };
+        let needle = [at(0, 9.0), at(1, 9.0), at(2, 9.0)];
+        let rims = (0..n)
+            .map(|i| at(i, 0.0))
+            .chain((0..n).map(|i| at(i, 0.01)));
+        let positions: Vec<DVec3> = rims.chain(needle).collect();
+        let mesh = Mesh::new(positions.clone(), vec![[2 * n, 2 * n + 1, 2 * n + 2]]);
+        let found = Inspection::new(&mesh).unwrap();
+        let mut ground = Ground::new(&found);
+        let mut all = Vec::new();
+        for rim in [0..n, n..2 * n] {
+            let rim: Vec<u32> = rim.collect();
+            let faces = ground.close(&rim).expect("a triangulation");
+            assert_eq!(faces.len(), n as usize - 2);
+            all.extend(faces);
+        }
+        assert_eq!(intersecting(&positions, &all, all.len()), []);
+        let unlike = Mesh::new(positions, all);
+        assert_eq!(
+            Inspection::new(&unlike)
+                .unwrap()
+                .topology
+                .crowded_edges(&unlike)
+                .len(),
+            0
+        );
     }
 }

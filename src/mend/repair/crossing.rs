@@ -14,6 +14,8 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Mesh, Topology, area_vector, face_normal};
 use crate::spatial::{Bvh, WindingTree};
 
+/// Components of so many faces have no inside.
+const SMALL_FACES: usize = 2;
 /// So many faces of a part are looked at to say whether it lies inside.
 const SAMPLES: usize = 64;
 /// A part lies inside where what it crosses winds round more than half of the points before its faces by more than this.
@@ -161,7 +163,13 @@ fn cuts(found: &Inspection, rings: usize) -> Option<(Vec<bool>, usize, Vec<(u32,
         for f in topology.faces().filter(|f| removed[*f as usize]) {
             left[piece(f)] -= 1;
         }
-        let gone: Vec<usize> = (0..left.len()).filter(|&p| left[p] == 0).collect();
+        // A face or two that are left of more have no inside that could be closed; without rings more may be.
+        let little = |p: usize| {
+            let wide = rings_of[p].is_some_and(|rings| rings > 0);
+            left[p] == 0
+                || (wide && left[p] <= SMALL_FACES && topology.piece_faces[p] > SMALL_FACES)
+        };
+        let gone: Vec<usize> = (0..left.len()).filter(|&p| little(p)).collect();
         if gone.is_empty() {
             let barred = rings_of.iter().filter(|r| r.is_none()).count();
             return Some((removed, barred, pairs));

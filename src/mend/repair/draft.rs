@@ -2,11 +2,13 @@
 
 use std::collections::HashSet;
 
+use rayon::prelude::*;
+
 use crate::check::crossing;
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
-use crate::mesh::{FaceOrigin, Mesh, Origins};
+use crate::mesh::{FaceOrigin, Mesh, Origins, VertexFaces, fans};
 
 /// A mesh in the course of a repair. Vertices stay where they are until the end; unused ones are dropped then.
 #[derive(Clone)]
@@ -29,6 +31,8 @@ pub(super) struct Faults {
     lost_components: usize,
     /// Faces that cross others.
     crossing: usize,
+    /// Edges with more than two faces, and vertices where surfaces meet in a point.
+    non_manifold: usize,
     /// Holes, and chains of border edges that do not close.
     open: usize,
 }
@@ -113,9 +117,14 @@ impl Draft {
         let all: HashSet<u32> = self.component.iter().copied().collect();
         let lost = |c: &&u32| **c != NONE && !there.contains(c);
         let found = self.inspect()?;
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let around = VertexFaces::new(mesh);
+        let vertices = (0..mesh.positions.len() as u32).into_par_iter();
+        let pinched = vertices.filter(|v| fans(mesh, topology, &around, *v).len() > 1);
         Ok(Faults {
             lost_components: all.iter().filter(lost).count(),
-            crossing: crossing(&found.mesh, &found.topology).len(),
+            crossing: crossing(mesh, topology).len(),
+            non_manifold: topology.crowded_edges(mesh).len() + pinched.count(),
             open: found.holes.len() + found.open_chains.len(),
         })
     }

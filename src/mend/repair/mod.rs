@@ -11,6 +11,7 @@ mod flat;
 mod orient;
 mod params;
 mod sheets;
+mod told;
 mod widen;
 
 use std::collections::HashSet;
@@ -33,7 +34,7 @@ const PASSES: usize = 2;
 const WIDER: usize = 4;
 /// For patches that cross others no more faces of the input go than one in so many, and so many times those that crossed others in the
 /// input: caps of sheets that lie in each other cannot but cross, and cutting on would leave nothing of them.
-const LOST_PART: usize = 100;
+const LOST_PART: usize = 30;
 const LOST_CROSSING: usize = 2;
 
 /// Rings of faces round crossing ones that are cut out with them.
@@ -215,12 +216,16 @@ impl Run<'_> {
     /// Lets no patch cross anything: others take their place, or the hole is widened, or left open.
     fn clear(&mut self) -> Result<(), FillError> {
         self.go_on()?;
-        let is_border = |hole: &Hole| {
-            let outer = hole.outer_border && !self.params.borders;
-            outer && edges(&hole.rim).all(|e| self.border.contains(&e))
+        let (borders, border) = (self.params.borders, &self.border);
+        let origin = self.draft.origins.vertices.clone();
+        let was_border = |hole: &Hole| {
+            let before: Vec<u32> = hole.rim.iter().map(|v| origin[*v as usize]).collect();
+            !borders && edges(&before).all(|e| border.contains(&e))
         };
-        flat::settle(&mut self.draft, &mut self.report.fill, &is_border)?;
-        for rings in 1..=WIDER {
+        let is_left = |hole: &Hole| hole.outer_border && was_border(hole);
+        flat::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
+        told::open(&self.draft, &mut self.report.fill, &was_border)?;
+        for rings in 0..=WIDER {
             self.go_on()?;
             let most = self.most_lost();
             self.lost += widen::widen(&mut self.draft, &mut self.report.fill, rings, most)?;
@@ -230,7 +235,7 @@ impl Run<'_> {
             sheets::separate(&mut self.draft, &mut self.report)?;
             self.keep_better(before)?;
         }
-        Ok(())
+        told::crossing_faces(&self.draft, &mut self.report.fill)
     }
 
     /// What a pass changes, and how far from sound it is.

@@ -18,6 +18,8 @@ use crate::mesh::{DisjointSets, Hole};
 struct Zone {
     /// The hole's place in the report.
     told: usize,
+    /// Edges of its rims.
+    edges: Vec<(u32, u32)>,
     /// Faces to cut out.
     faces: Vec<u32>,
 }
@@ -100,9 +102,17 @@ fn zones(
         }
         left -= own;
         faces.iter().for_each(|f| taken[*f as usize] = true);
+        let edges = edges(&hole.rim);
         match zones.iter_mut().find(|z| z.told == told) {
-            Some(zone) => zone.faces.extend(faces),
-            None => zones.push(Zone { told, faces }),
+            Some(zone) => {
+                zone.faces.extend(faces);
+                zone.edges.extend(edges);
+            }
+            None => zones.push(Zone {
+                told,
+                edges: edges.collect(),
+                faces,
+            }),
         }
     }
     Ok(zones)
@@ -149,10 +159,8 @@ impl Trial {
             let marks: Vec<bool> = zone_of.iter().map(|z| *z != NONE).collect();
             let mut removed = settled(&found.mesh, &found.topology, &marks, true);
             draft.spare(&mut removed);
-            (
-                removed.clone(),
-                zone_edges(&found, &removed, &mut zone_of, &mut sets),
-            )
+            let of_edge = zone_edges(&found, zones, &removed, &mut zone_of, &mut sets);
+            (removed, of_edge)
         };
         let gone = removed.iter().zip(&draft.region);
         let own = gone.filter(|(r, region)| **r && **region == NONE).count();
@@ -187,14 +195,18 @@ impl Trial {
     }
 }
 
-/// The zone of each edge of a face that goes. Faces that go beside those of a zone are of that zone too.
+/// The zone of each edge of a rim and of a face that goes. Faces that go beside those of a zone are of that zone too.
 fn zone_edges(
     found: &Inspection,
+    zones: &[Zone],
     removed: &[bool],
     zone_of: &mut [u32],
     sets: &mut DisjointSets,
 ) -> HashMap<(u32, u32), u32> {
     let mut of_edge: HashMap<(u32, u32), u32> = HashMap::new();
+    for (zone, i) in zones.iter().zip(0..) {
+        zone.edges.iter().for_each(|e| _ = of_edge.insert(*e, i));
+    }
     let mut rest: Vec<usize> = (0..removed.len()).filter(|f| removed[*f]).collect();
     loop {
         let before = rest.len();
@@ -263,4 +275,59 @@ fn tell<'a>(
         components,
         ..RegionReport::default()
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::{CheckParams, DefectKind};
+    use crate::mesh::Mesh;
+    use crate::mesh::shapes::icosphere;
+
+    /// The lower half of a ball, and a small ball in the plane of its rim.
+    fn bowl() -> Mesh {
+        let ball = icosphere(3);
+        let middle = |f: &[u32; 3]| f.map(|v| ball.positions[v as usize].z).iter().sum::<f64>();
+        let lower = ball.faces.iter().filter(|f| middle(f) < 0.0);
+        let mut mesh = Mesh::new(ball.positions.clone(), lower.copied().collect());
+        let first = ball.positions.len() as u32;
+        let small = ball.positions.iter().map(|p| 0.2 * *p);
+        mesh.positions
+            .extend(small.map(|p| p + 0.19 * glam::DVec3::Z));
+        mesh.faces
+            .extend(ball.faces.iter().map(|f| f.map(|v| v + first)));
+        mesh
+    }
+
+    #[test]
+    fn a_hole_is_widened_until_something_closes_it() {
+        let mesh = bowl();
+        let found = Inspection::new(&mesh).unwrap();
+        assert_eq!(found.holes.len(), 1);
+        let told = HoleReport {
+            hole: found.holes[0].clone(),
+            outcome: HoleOutcome::Failed(FailedReason::Crossing(7)),
+            region: 0,
+        };
+        let mut report = FillReport {
+            holes: vec![told],
+            ..FillReport::default()
+        };
+        let mut draft = Draft::new(&mesh, found.topology.piece.clone());
+        let mut lost = 0;
+        for rings in 0..3 {
+            lost += widen(&mut draft, &mut report, rings, 10).unwrap();
+        }
+        assert_eq!((lost, &draft.mesh), (0, &mesh), "more than may go");
+        for rings in 0..3 {
+            lost += widen(&mut draft, &mut report, rings, 1000).unwrap();
+        }
+        assert!((20..200).contains(&lost), "{lost}");
+        let after = draft.inspect().unwrap().check(&CheckParams::default());
+        assert!(after.is_closed() && after.count(DefectKind::Crossing) == 0);
+        assert_eq!(report.holes[0].outcome, triangulated(7));
+        assert_eq!(report.holes[0].region, 1);
+        let old = draft.region.iter().filter(|r| **r == NONE).count();
+        assert_eq!(old + lost, mesh.faces.len());
+    }
 }
