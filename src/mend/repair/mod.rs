@@ -31,7 +31,7 @@ pub use params::{CrossingPass, RepairParams, RepairReport};
 /// Cutting out crossing faces and filling what is missing is done at most so many times, with one more ring of faces each time.
 const PASSES: usize = 2;
 /// Holes that nothing closes without crossing others are widened by at most so many rings of faces.
-const WIDER: usize = 4;
+const WIDER: usize = 3;
 /// For patches that cross others no more faces of the input go than one in so many, and so many times those that crossed others in the
 /// input: caps of sheets that lie in each other cannot but cross, and cutting on would leave nothing of them.
 const LOST_PART: usize = 30;
