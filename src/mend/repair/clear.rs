@@ -13,8 +13,8 @@ use crate::spatial::{Bounds, BoxTree, intersecting};
 
 /// Rims with more edges are first reduced by cutting ears. The memory of a search goes with the cube of it: 1 MB.
 const MOST_EDGES: usize = 200;
-/// A search is given up after so many rounds, each of which rules some triangles out. With 300 rounds and 450 edges a scan of 31 thousand
-/// faces took more than five times as long, and no hole more was closed on the scans that were tried.
+/// A search is given up after so many rounds, each of which rules some triangles out. On two
+/// scans with rims of hundreds of edges 300 rounds and 450 edges closed no hole more.
 const ROUNDS: usize = 60;
 /// Faces that lie on one side of a triangle's plane by this part of what their coordinates measure cannot cross it, by rounded
 /// numbers too.
