@@ -4,15 +4,16 @@
 # ///
 """What repairs leave, side by side: isomend, MeshFix (pymeshfix), MeshLab's repair filters (pymeshlab) and trimesh.
 
-    cargo build --release && python3 scripts/bench_repair.py [--isomend PROGRAM] [--json FILE] [FILE...]
+    cargo build --release && python3 scripts/bench_repair.py [--isomend PROGRAM] [--json FILE] [--seconds TIME] [--only PROGRAM]... [FILE...]
 
 Without files the meshes are made here: good ones into which defects are put, and those that pyvista ships. For each file and
 program the table has: whether the result is watertight (trimesh's definition, on vertices at the same position made one), the faces
 that cross others (MeshLab's selection), the faces of the input that are not kept bit for bit, whichever way round, the
-components of the input none of whose faces are kept, the largest distance from the faces of the input without defects to the
+components of the input none of whose faces are there any more, the largest distance from the faces of the input without defects to the
 result over the diagonal of the bounding box, and seconds. A program that does not end within its time, or fails, has a dash."""
 
 import argparse
+import itertools
 import json
 import subprocess
 import sys
@@ -23,8 +24,14 @@ from pathlib import Path
 import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
-METHODS = ["isomend", "isomend, all closed", "MeshFix", "MeshFix, all parts", "MeshLab", "trimesh"]
-SECONDS = 900
+OPTIONS = {
+    "isomend": [],
+    "isomend, borders too": ["--close-borders"],
+    "isomend, largest part": ["--debris", "1", "--close-borders"],
+}
+# Twice the part of an edge by which isomend moves vertices of surfaces that it separates.
+MOVED = 2e-3
+METHODS = [*OPTIONS, "MeshFix", "MeshFix, all parts", "MeshLab", "trimesh"]
 
 
 def load(path):
@@ -97,16 +104,15 @@ def by_trimesh(source, target):
     save(target, mesh.vertices, mesh.faces)
 
 
-def run(method, program, source, target):
-    """Repairs a file in a process of its own; the seconds it took, or none."""
+def run(method, program, source, target, most):
+    """Repairs a file in a process of its own within `most` seconds; the seconds it took, or none."""
     if method.startswith("isomend"):
-        options = ["--debris", "0.001", "--close-borders"] if "all" in method else []
-        command = [program, "repair", source, "-o", target, "-q", *options]
+        command = [program, "repair", source, "-o", target, "-q", *OPTIONS[method]]
     else:
         command = [sys.executable, __file__, "--one", method, source, target]
     start = time.time()
     try:
-        done = subprocess.run(command, capture_output=True, timeout=SECONDS)
+        done = subprocess.run(command, capture_output=True, timeout=most)
     except subprocess.TimeoutExpired:
         return None
     return time.time() - start if done.returncode in (0, 3) and Path(target).exists() else None
@@ -116,6 +122,27 @@ def keys(points, faces):
     """Each face as its corners' positions in 32 bits, sorted."""
     corners = np.ascontiguousarray(points.astype(np.float32) + np.float32(0)).view(np.dtype((np.void, 12))).reshape(-1)
     return [b"".join(sorted(c.tobytes() for c in face)) for face in corners[faces]]
+
+
+def lost_components(points, faces, kept, after, new):
+    """How many components of the input there are, and how many of which no face is left, not even one whose corners moved by less than
+    MOVED of its longest edge, as they do where surfaces that touch are separated."""
+    import scipy.spatial
+    import trimesh
+
+    parts = trimesh.graph.connected_component_labels(trimesh.Trimesh(points, faces, process=False).face_adjacency, len(faces))
+    count = len(np.unique(parts))
+    rest = np.flatnonzero(~np.isin(parts, np.unique(parts[kept])))
+    tree = scipy.spatial.cKDTree(after)
+    known = {tuple(sorted(face)) for face in new.tolist()}
+    found = set(parts[kept])
+    for f in rest:
+        corners = points[faces[f]]
+        reach = MOVED * max(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1))
+        near = tree.query_ball_point(corners, reach)
+        if any(tuple(sorted(corners)) in known for corners in itertools.product(*near)):
+            found.add(parts[f])
+    return count, count - len(found)
 
 
 def crossing(points, faces):
@@ -135,7 +162,7 @@ def measured(source, target):
     after, new = load(target)
     there = set(keys(after, new))
     kept = np.array([key in there for key in keys(points, faces)])
-    parts = trimesh.graph.connected_component_labels(trimesh.Trimesh(points, faces, process=False).face_adjacency, len(faces))
+    components, lost = lost_components(points, faces, kept, after, new)
     bad = crossing(points, faces)
     touched = np.isin(faces, np.unique(faces[bad])).any(axis=1)
     pair = pymeshlab.MeshSet()
@@ -147,8 +174,8 @@ def measured(source, target):
         "crossing": int(crossing(after, new).sum()),
         "faces": len(faces),
         "lost": int((~kept).sum()),
-        "lost_components": int(len(np.unique(parts)) - len(np.unique(parts[kept]))),
-        "components": int(len(np.unique(parts))),
+        "lost_components": lost,
+        "components": components,
         "distance": far["max"] / float(np.linalg.norm(np.ptp(points, axis=0))),
     }
 
@@ -203,6 +230,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", type=Path)
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--seconds", type=float, default=900, help="the time a program gets for a file")
+    parser.add_argument("--only", action="append", choices=METHODS, help="this program alone; may be given several times")
     parser.add_argument("--one", nargs=3, metavar=("METHOD", "IN", "OUT"), help=argparse.SUPPRESS)
     parser.add_argument("files", nargs="*", type=Path)
     args = parser.parse_args()
@@ -213,23 +242,23 @@ def main():
         else:
             {"MeshLab": by_meshlab, "trimesh": by_trimesh}[method](source, target)
         return
-    rows = []
+    rows, methods = [], args.only or METHODS
     print("| file | program | watertight | crossing | faces lost | components lost | distance | seconds |")
     print("|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         for source in args.files or made(folder):
-            for i, method in enumerate(METHODS):
+            for i, method in enumerate(methods):
                 target = folder / f"out{i}.ply"
                 target.unlink(missing_ok=True)
-                seconds = run(method, args.isomend, source, target)
+                seconds = run(method, args.isomend, source, target, args.seconds)
                 found = None if seconds is None else measured(source, target)
                 print(row(source.name, method, seconds, found), flush=True)
                 rows.append({"file": source.name, "method": method, "seconds": seconds, "found": found})
-    for method in METHODS:
+    for method in methods:
         own = [r["found"] for r in rows if r["method"] == method and r["found"]]
         good = sum(f["watertight"] and f["crossing"] == 0 for f in own)
-        print(f"{method}: {good} of {len(rows) // len(METHODS)} files watertight without crossings; {sum(f['lost'] for f in own)} faces and "
+        print(f"{method}: {good} of {len(rows) // len(methods)} files watertight without crossings; {sum(f['lost'] for f in own)} faces and "
               f"{sum(f['lost_components'] for f in own)} components lost")
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1))

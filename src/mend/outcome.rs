@@ -91,6 +91,9 @@ pub enum FailedReason {
         /// What stands in the way.
         error: TriangulationError,
     },
+    /// In a repair: every patch crossed other faces; that of the last try with so many.
+    #[error("whatever would close it crosses other faces: {0} of a patch did")]
+    Crossing(usize),
 }
 
 /// Why a try at a region failed.

@@ -77,6 +77,7 @@ impl OutcomeRow<'_> {
             HoleOutcome::Failed(FailedReason::NoTriangulation { .. }) => {
                 ("failed", Some("no_triangulation"))
             }
+            HoleOutcome::Failed(FailedReason::Crossing(_)) => ("failed", Some("crossing")),
         };
         Self {
             hole: HoleRow::new(&report.hole),

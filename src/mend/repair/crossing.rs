@@ -14,7 +14,7 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Mesh, Topology, area_vector, face_normal};
 use crate::spatial::{Bvh, WindingTree};
 
-/// Components of at most so many faces may go whole; larger ones keep their crossings rather.
+/// Components of so many faces have no inside.
 const SMALL_FACES: usize = 2;
 /// So many faces of a part are looked at to say whether it lies inside.
 const SAMPLES: usize = 64;
@@ -77,7 +77,7 @@ pub(super) fn cut_patches(
         };
         (removed, Cut::plain(pass))
     };
-    Ok(carried_out(draft, &removed, cut, most))
+    Ok(carried_out(draft, removed, cut, most))
 }
 
 /// Cuts the faces that cross others out with so many rings of faces round them, then the parts that lie inside; none where no
@@ -110,43 +110,24 @@ pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cu
         };
         (all, cut)
     };
-    Ok(carried_out(draft, &removed, cut, usize::MAX))
+    Ok(carried_out(draft, removed, cut, usize::MAX))
 }
 
-/// Cuts the faces that cross others out with so many rings of faces round them, whatever they are; none where no faces cross that
-/// could be cut, or more than `most` faces of the input would go.
-pub(super) fn cut_all(
+/// Takes the faces out, unless more than `most` of them come from the input, or none are left to go. No component of the input goes
+/// whole.
+fn carried_out(
     draft: &mut Draft,
-    rings: usize,
+    mut removed: Vec<bool>,
+    mut cut: Cut,
     most: usize,
-) -> Result<Option<Cut>, FillError> {
-    let (removed, cut) = {
-        let found = draft.inspect()?;
-        let Some((removed, left, pairs)) = cuts(&found, rings) else {
-            return Ok(None);
-        };
-        let pass = CrossingPass {
-            crossing_faces: pairs.len(),
-            cut_faces: removed.iter().filter(|r| **r).count(),
-            rings,
-        };
-        let cut = Cut {
-            left,
-            ..Cut::plain(pass)
-        };
-        (removed, cut)
-    };
-    Ok(carried_out(draft, &removed, cut, most))
-}
-
-/// Takes the faces out, unless more than `most` of them come from the input.
-fn carried_out(draft: &mut Draft, removed: &[bool], cut: Cut, most: usize) -> Option<Cut> {
+) -> Option<Cut> {
+    cut.left += draft.spare(&mut removed);
     let gone = removed.iter().zip(&draft.region);
     let own = gone.filter(|(r, region)| **r && **region == NONE).count();
-    if own > most {
+    if own > most || !removed.contains(&true) {
         return None;
     }
-    draft.remove(removed);
+    draft.remove(&removed);
     Some(Cut { own, ..cut })
 }
 
@@ -182,9 +163,13 @@ fn cuts(found: &Inspection, rings: usize) -> Option<(Vec<bool>, usize, Vec<(u32,
         for f in topology.faces().filter(|f| removed[*f as usize]) {
             left[piece(f)] -= 1;
         }
-        let gone =
-            (0..left.len()).filter(|&p| left[p] == 0 && topology.piece_faces[p] > SMALL_FACES);
-        let gone: Vec<usize> = gone.collect();
+        // A face or two that are left of more have no inside that could be closed; without rings more may be.
+        let little = |p: usize| {
+            let wide = rings_of[p].is_some_and(|rings| rings > 0);
+            left[p] == 0
+                || (wide && left[p] <= SMALL_FACES && topology.piece_faces[p] > SMALL_FACES)
+        };
+        let gone: Vec<usize> = (0..left.len()).filter(|&p| little(p)).collect();
         if gone.is_empty() {
             let barred = rings_of.iter().filter(|r| r.is_none()).count();
             return Some((removed, barred, pairs));

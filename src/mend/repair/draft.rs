@@ -1,9 +1,14 @@
 //! A mesh in the course of a repair, with what of the input lives on in it.
 
+use std::collections::HashSet;
+
+use rayon::prelude::*;
+
+use crate::check::crossing;
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
-use crate::mesh::{FaceOrigin, Mesh, Origins};
+use crate::mesh::{FaceOrigin, Mesh, Origins, VertexFaces, fans};
 
 /// A mesh in the course of a repair. Vertices stay where they are until the end; unused ones are dropped then.
 #[derive(Clone)]
@@ -15,6 +20,21 @@ pub(super) struct Draft {
     pub(super) sigma: Vec<Option<f64>>,
     /// For each face the place of the region whose patch it is in; [`NONE`] for those that come from the input.
     pub(super) region: Vec<u32>,
+    /// For each face of the input its component there; [`NONE`] for degenerate faces.
+    component: Vec<u32>,
+}
+
+/// How far a draft is from sound: what counts most comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Faults {
+    /// Components of the input none of whose faces are there.
+    lost_components: usize,
+    /// Faces that cross others.
+    crossing: usize,
+    /// Edges with more than two faces, and vertices where surfaces meet in a point.
+    non_manifold: usize,
+    /// Holes, and chains of border edges that do not close.
+    open: usize,
 }
 
 /// What is left of a draft at the end.
@@ -27,8 +47,10 @@ pub(super) struct Finished {
 }
 
 impl Draft {
-    pub(super) fn new(mesh: &Mesh) -> Self {
+    /// A draft of a mesh whose faces belong to these components.
+    pub(super) fn new(mesh: &Mesh, component: Vec<u32>) -> Self {
         Self {
+            component,
             origins: Origins::of(mesh),
             sigma: vec![None; mesh.positions.len()],
             region: vec![NONE; mesh.faces.len()],
@@ -63,6 +85,48 @@ impl Draft {
         retain(&mut self.origins.faces, removed);
         retain(&mut self.region, removed);
         before - self.mesh.faces.len()
+    }
+
+    /// The component of the input that a face comes from; [`NONE`] where it is new or was degenerate.
+    fn component(&self, face: usize) -> u32 {
+        match self.origins.faces[face].face {
+            NONE => NONE,
+            old => self.component[old as usize],
+        }
+    }
+
+    /// Lets the faces of those components of the input stay of which a cut would leave nothing; returns how many components these are.
+    pub(super) fn spare(&self, removed: &mut [bool]) -> usize {
+        let (mut stays, mut goes) = (HashSet::new(), HashSet::new());
+        for (f, removed) in removed.iter().enumerate() {
+            let set = if *removed { &mut goes } else { &mut stays };
+            set.insert(self.component(f));
+        }
+        goes.retain(|c| *c != NONE && !stays.contains(c));
+        for (f, removed) in removed.iter_mut().enumerate() {
+            *removed &= !goes.contains(&self.component(f));
+        }
+        goes.len()
+    }
+
+    /// How far from sound it is.
+    pub(super) fn faults(&self) -> Result<Faults, FillError> {
+        let there: HashSet<u32> = (0..self.mesh.faces.len())
+            .map(|f| self.component(f))
+            .collect();
+        let all: HashSet<u32> = self.component.iter().copied().collect();
+        let lost = |c: &&u32| **c != NONE && !there.contains(c);
+        let found = self.inspect()?;
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let around = VertexFaces::new(mesh);
+        let vertices = (0..mesh.positions.len() as u32).into_par_iter();
+        let pinched = vertices.filter(|v| fans(mesh, topology, &around, *v).len() > 1);
+        Ok(Faults {
+            lost_components: all.iter().filter(lost).count(),
+            crossing: crossing(mesh, topology).len(),
+            non_manifold: topology.crowded_edges(mesh).len() + pinched.count(),
+            open: found.holes.len() + found.open_chains.len(),
+        })
     }
 
     /// Takes marked faces out, and those without which there would be no clean rims; returns how many. Nothing where none is

@@ -1,100 +1,150 @@
-//! Patches that cross others whatever was done give way to triangles between the vertices of their rims.
+//! Patches that cross others give way to triangles between the vertices of their rims that cross nothing; where there are no such
+//! triangles, the hole stays open and the report says so.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
+use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
 use crate::check::crossing;
 use crate::mend::{
-    ClosedBy, FillError, FillReport, HoleOutcome, HoleReport, RegionReport, TriangulatedReason,
-    TryFailure,
+    ClosedBy, FailedReason, FillError, FillReport, HoleOutcome, Inspection, LeftReason,
+    TriangulatedReason, TryFailure,
 };
 use crate::mesh::topology::NONE;
-use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::mesh::{FaceOrigin, Hole, weld_map};
 
-/// Components of at most so many faces are not closed.
-const SMALL_FACES: usize = 2;
-
-/// Closes the holes of patches that cross others with triangles between the vertices of their rims, where these cross nothing.
-/// Returns the places of the regions whose patches went.
-pub(super) fn flatten(draft: &mut Draft) -> Result<BTreeSet<u32>, FillError> {
-    let wrong = crossing_regions(draft)?;
-    if wrong.is_empty() {
-        return Ok(wrong);
-    }
-    let mut trial = without(draft, &wrong);
-    let flat = rim_triangles(draft, &trial, &wrong)?;
-    for (region, face) in &flat {
-        push(&mut trial, *region, *face);
-    }
-    let still = crossing_regions(&trial)?;
-    let closed: BTreeSet<u32> = flat.iter().map(|(region, _)| *region).collect();
-    let better: BTreeSet<u32> = closed.difference(&still).copied().collect();
-    if better.is_empty() {
-        return Ok(better);
-    }
-    let mut new = without(draft, &better);
-    for (region, face) in flat.iter().filter(|(region, _)| better.contains(region)) {
-        push(&mut new, *region, *face);
-    }
-    *draft = new;
-    Ok(better)
+/// What became of a rim.
+pub(super) enum Rim {
+    /// It was closed by these faces.
+    Closed(Vec<[u32; 3]>),
+    /// Nothing closes it that crosses nothing.
+    Open,
+    /// It is no hole, but the border of an open sheet.
+    Left,
 }
 
-/// Closes the holes that are no part of the old border, where they can be; returns how many.
-pub(super) fn close(
+/// Takes patches that cross others out, those that cross the most at last put back, and closes their rims by triangles between their
+/// vertices, where that crosses nothing. `is_border` says which holes are to be left then.
+pub(super) fn settle(
     draft: &mut Draft,
-    old: &HashSet<(u32, u32)>,
     report: &mut FillReport,
-) -> Result<usize, FillError> {
-    let mut closed = Vec::new();
+    is_border: &dyn Fn(&Hole) -> bool,
+) -> Result<(), FillError> {
+    let crossing = crossing_regions(draft)?;
+    if crossing.is_empty() {
+        return Ok(());
+    }
+    let wrong: BTreeSet<u32> = crossing.keys().copied().collect();
+    let trial = without(draft, &wrong);
+    let mut gone = wrong.clone();
+    let mut told: Vec<(u32, Hole, Rim)> = Vec::new();
     {
-        let found = draft.inspect()?;
-        let mut new: Vec<[u32; 3]> = Vec::new();
-        let is_made = |hole: &&Hole| {
-            // A face or two by themselves have no inside: what closed them would lie on them.
-            let faces = found.topology.piece_faces[hole.piece as usize];
-            faces > SMALL_FACES && edges(&hole.rim).any(|e| !old.contains(&e))
-        };
-        for hole in found.holes.iter().filter(is_made) {
-            if let Ok(faces) = triangulate_loop_beside(&found.mesh, &hole.rim, &new) {
-                new.extend(&faces);
-                closed.push((hole.clone(), faces));
+        let found = trial.inspect()?;
+        let mut ground = Ground::new(&found);
+        let rims = rims_of(draft, &found, &wrong);
+        let mut order: Vec<(usize, u32)> = crossing.iter().map(|(r, n)| (*n, *r)).collect();
+        order.sort_unstable();
+        for (_, region) in order {
+            let own = draft.mesh.faces.iter().zip(&draft.region);
+            let own = own.filter(|(_, r)| **r == region);
+            let own: Vec<[u32; 3]> = own
+                .map(|(f, _)| f.map(|v| found.weld[v as usize]))
+                .collect();
+            if ground.takes(&own) {
+                gone.remove(&region);
+                continue;
+            }
+            for hole in rims.get(&region).into_iter().flatten() {
+                let rim = match is_border(hole) {
+                    true => Rim::Left,
+                    false => ground.close(&hole.rim).map_or(Rim::Open, Rim::Closed),
+                };
+                told.push((region, (*hole).clone(), rim));
             }
         }
     }
-    let count = closed.len();
-    for (mut hole, faces) in closed {
-        hole.id = report.holes.len() + 1;
-        let region = report.regions.len();
-        report.regions.push(RegionReport {
-            id: region + 1,
-            holes: vec![hole.id],
-            diameter: hole.diameter,
-            closed_by: Some(ClosedBy::RimTriangles),
-            components: 1,
-            ..RegionReport::default()
-        });
-        let why = TriangulatedReason::NoSurface(TryFailure::Crossing(faces.len()));
-        report.holes.push(HoleReport {
-            hole,
-            outcome: HoleOutcome::Triangulated(why),
-            region: region + 1,
-        });
-        for face in faces {
-            push(draft, region as u32, face);
+    let mut new = without(draft, &gone);
+    for (region, _, rim) in &told {
+        if let Rim::Closed(faces) = rim {
+            faces.iter().for_each(|f| push(&mut new, *region, *f));
         }
     }
-    Ok(count)
+    *draft = new;
+    for region in wrong {
+        let own: Vec<&(u32, Hole, Rim)> = told.iter().filter(|t| t.0 == region).collect();
+        tell(
+            report,
+            region,
+            &own,
+            crossing[&region],
+            gone.contains(&region),
+        );
+    }
+    Ok(())
 }
 
-/// The regions whose patches cross others.
-fn crossing_regions(draft: &Draft) -> Result<BTreeSet<u32>, FillError> {
+/// Writes into a report what became of the rims of a region.
+fn tell(
+    report: &mut FillReport,
+    region: u32,
+    rims: &[&(u32, Hole, Rim)],
+    crossing: usize,
+    gone: bool,
+) {
+    let own = &mut report.regions[region as usize];
+    own.intersecting_faces = 0;
+    if !gone {
+        return;
+    }
+    let open = rims
+        .iter()
+        .any(|(_, _, rim)| !matches!(rim, Rim::Closed(_)));
+    own.closed_by = Some(match open {
+        true => ClosedBy::Nothing,
+        false => ClosedBy::RimTriangles,
+    });
+    own.new_vertices = 0;
+    own.finish = None;
+    own.components = rims.len();
+    for hole in report
+        .holes
+        .iter_mut()
+        .filter(|h| h.region == region as usize + 1)
+    {
+        let own: BTreeSet<_> = edges(&hole.hole.rim).collect();
+        let is_own = |other: &Hole| edges(&other.rim).any(|e| own.contains(&e));
+        let ends = rims.iter().filter(|(_, rim, _)| is_own(rim));
+        let outcome = ends.map(|(_, _, rim)| match rim {
+            Rim::Closed(_) => (0, triangulated(crossing)),
+            Rim::Left => (1, HoleOutcome::Left(LeftReason::OuterBorder)),
+            Rim::Open => (2, HoleOutcome::Failed(FailedReason::Crossing(crossing))),
+        });
+        if let Some((_, worst)) = outcome.max_by_key(|(badness, _)| *badness) {
+            hole.outcome = worst;
+        }
+    }
+}
+
+/// What is told of a hole whose patch crossed others with so many faces.
+pub(super) fn triangulated(crossing: usize) -> HoleOutcome {
+    HoleOutcome::Triangulated(TriangulatedReason::NoSurface(TryFailure::Crossing(
+        crossing,
+    )))
+}
+
+/// The regions whose patches cross others, with how many faces cross because of them.
+fn crossing_regions(draft: &Draft) -> Result<BTreeMap<u32, usize>, FillError> {
     let found = draft.inspect()?;
-    let pairs = crossing(&found.mesh, &found.topology);
-    let regions = pairs.iter().map(|(f, _)| draft.region[*f as usize]);
-    Ok(regions.filter(|r| *r != NONE).collect())
+    let mut count = BTreeMap::new();
+    for (f, g) in crossing(&found.mesh, &found.topology) {
+        let [own, other] = [f, g].map(|f| draft.region[f as usize]);
+        for region in BTreeSet::from([own, other]) {
+            *count.entry(region).or_insert(0) += 1;
+        }
+    }
+    count.remove(&NONE);
+    Ok(count)
 }
 
 /// The draft without the patches of some regions.
@@ -105,19 +155,19 @@ fn without(draft: &Draft, regions: &BTreeSet<u32>) -> Draft {
     left
 }
 
-fn push(draft: &mut Draft, region: u32, face: [u32; 3]) {
+/// Adds a face of a region's patch.
+pub(super) fn push(draft: &mut Draft, region: u32, face: [u32; 3]) {
     draft.mesh.faces.push(face);
     draft.origins.faces.push(FaceOrigin::NEW);
     draft.region.push(region);
 }
 
-/// Triangles between the vertices of the rims that some patches leave, with their regions; none of a region one of whose rims
-/// cannot be closed so.
-fn rim_triangles(
+/// The rims that are left where the patches of some regions were.
+fn rims_of<'a>(
     draft: &Draft,
-    trial: &Draft,
+    found: &'a Inspection,
     regions: &BTreeSet<u32>,
-) -> Result<Vec<(u32, [u32; 3])>, FillError> {
+) -> BTreeMap<u32, Vec<&'a Hole>> {
     let weld = weld_map(&draft.mesh);
     let mut of_edge: HashMap<(u32, u32), u32> = HashMap::new();
     let patches = draft.mesh.faces.iter().zip(&draft.region);
@@ -125,22 +175,11 @@ fn rim_triangles(
         let corners = face.map(|v| weld[v as usize]);
         edges(&corners).for_each(|e| _ = of_edge.insert(e, *region));
     }
-    let found = trial.inspect()?;
-    let mut failed: HashSet<u32> = HashSet::new();
-    let mut faces: Vec<(u32, [u32; 3])> = Vec::new();
-    let mut all = Vec::new();
+    let mut rims: BTreeMap<u32, Vec<&Hole>> = BTreeMap::new();
     for hole in &found.holes {
-        let Some(&region) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) else {
-            continue;
-        };
-        match triangulate_loop_beside(&found.mesh, &hole.rim, &all) {
-            Ok(own) => {
-                all.extend(&own);
-                faces.extend(own.into_iter().map(|f| (region, f)));
-            }
-            Err(_) => _ = failed.insert(region),
+        if let Some(&region) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) {
+            rims.entry(region).or_default().push(hole);
         }
     }
-    faces.retain(|(region, _)| !failed.contains(region));
-    Ok(faces)
+    rims
 }

@@ -4,34 +4,37 @@
 
 mod choice;
 mod clean;
+mod clear;
 mod crossing;
 mod draft;
 mod flat;
 mod orient;
 mod params;
 mod sheets;
+mod told;
+mod widen;
 
 use std::collections::HashSet;
 use std::time::Instant;
 
 use super::control::{Control, Watch};
-use super::{ClosedBy, FillError, FillParams, FillReport, Inspection};
+use super::{FillError, FillParams, FillReport, Inspection};
 use crate::check::{CheckParams, DefectKind, components};
 use crate::mesh::topology::NONE;
-use crate::mesh::{Mesh, Origins};
+use crate::mesh::{Hole, Mesh, Origins};
 use choice::Choice;
 use clean::Alike;
-use draft::{Draft, KeepVertices};
+use draft::{Draft, Faults, KeepVertices};
 
 pub use params::{CrossingPass, RepairParams, RepairReport};
 
 /// Cutting out crossing faces and filling what is missing is done at most so many times, with one more ring of faces each time.
 const PASSES: usize = 2;
-/// What still crosses then is cut out and closed with triangles between the vertices of its rims, at most so many times.
-const FLAT_PASSES: usize = 8;
+/// Holes that nothing closes without crossing others are widened by at most so many rings of faces.
+const WIDER: usize = 3;
 /// For patches that cross others no more faces of the input go than one in so many, and so many times those that crossed others in the
 /// input: caps of sheets that lie in each other cannot but cross, and cutting on would leave nothing of them.
-const LOST_PART: usize = 100;
+const LOST_PART: usize = 30;
 const LOST_CROSSING: usize = 2;
 
 /// Rings of faces round crossing ones that are cut out with them.
@@ -85,12 +88,13 @@ pub fn repair(
         let clock = Instant::now();
         let mut run = Run {
             input: mesh,
-            draft: Draft::new(mesh),
+            draft: Draft::new(mesh, Vec::new()),
             params,
             control,
             report: RepairReport::default(),
             choice: Choice::default(),
             lost: 0,
+            border: HashSet::new(),
         };
         run.prepare(carried.alike)?;
         run.fill_and_cut()?;
@@ -110,6 +114,8 @@ struct Run<'a> {
     choice: Choice,
     /// Faces of the input that went because of patches that crossed others.
     lost: usize,
+    /// The border of the input.
+    border: HashSet<Edge>,
 }
 
 impl Run<'_> {
@@ -125,6 +131,8 @@ impl Run<'_> {
         self.report.before = Some(found.check(&CheckParams::default()));
         self.choice = Choice::new(&found, &params.fill)?;
         self.report.fill = found.plan(&FillParams::default())?;
+        self.draft = Draft::new(self.input, found.topology.piece.clone());
+        self.border = border(&found);
         drop(found);
         self.go_on()?;
         clean::clean(&mut self.draft, params, alike, &mut self.report)?;
@@ -169,33 +177,31 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Cuts out what crosses and fills what is missing, until nothing crosses any more.
+    /// Cuts out what crosses and fills what is missing, so that no patch crosses anything.
     fn fill_and_cut(&mut self) -> Result<(), FillError> {
         let mut old = border(&self.draft.inspect()?);
         let mut reopened = false;
         for pass in 0..PASSES {
             self.go_on()?;
+            let before = (pass > 0).then(|| self.state()).transpose()?;
             let cut = self.params.crossings && self.cut(pass)?;
             if pass > 0 && !cut && !reopened {
                 break;
             }
             self.fill(&old, pass == 0)?;
-            old = border(&self.draft.inspect()?);
             reopened = false;
             if self.params.split {
                 let before = self.report.non_manifold_faces;
                 sheets::separate(&mut self.draft, &mut self.report)?;
                 reopened = self.report.non_manifold_faces > before;
             }
+            if let Some(before) = before {
+                self.keep_better(before)?;
+            }
+            old = border(&self.draft.inspect()?);
         }
         if self.params.crossings {
-            self.go_on()?;
-            for region in flat::flatten(&mut self.draft)? {
-                let region = &mut self.report.fill.regions[region as usize];
-                region.closed_by = Some(ClosedBy::RimTriangles);
-                region.intersecting_faces = 0;
-            }
-            self.cut_and_close_flat()?;
+            self.clear()?;
         }
         if self.params.clean {
             clean::flip_new(&mut self.draft)?;
@@ -207,23 +213,41 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Cuts out what still crosses, with ever more of what is round it, and closes the gaps with triangles between the vertices of
-    /// their rims, which cross less than what is smooth.
-    fn cut_and_close_flat(&mut self) -> Result<(), FillError> {
-        for pass in 0..FLAT_PASSES {
+    /// Lets no patch cross anything: others take their place, or the hole is widened, or left open.
+    fn clear(&mut self) -> Result<(), FillError> {
+        self.go_on()?;
+        let (borders, border) = (self.params.borders, &self.border);
+        let origin = self.draft.origins.vertices.clone();
+        let was_border = |hole: &Hole| {
+            let before: Vec<u32> = hole.rim.iter().map(|v| origin[*v as usize]).collect();
+            !borders && edges(&before).all(|e| border.contains(&e))
+        };
+        let is_left = |hole: &Hole| hole.outer_border && was_border(hole);
+        flat::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
+        told::open(&self.draft, &mut self.report.fill, &was_border)?;
+        for rings in 0..=WIDER {
             self.go_on()?;
-            let old = border(&self.draft.inspect()?);
             let most = self.most_lost();
-            let Some(cut) = crossing::cut_all(&mut self.draft, pass.div_ceil(2), most)? else {
-                return Ok(());
-            };
-            self.lost += cut.own;
-            self.report.passes.push(cut.pass);
-            self.report.left_crossing = self.report.left_crossing.max(cut.left);
-            let made = flat::close(&mut self.draft, &old, &mut self.report.fill)?;
-            if made == 0 {
-                return Ok(());
-            }
+            self.lost += widen::widen(&mut self.draft, &mut self.report.fill, rings, most)?;
+        }
+        if self.params.split {
+            let before = self.state()?;
+            sheets::separate(&mut self.draft, &mut self.report)?;
+            self.keep_better(before)?;
+        }
+        told::crossing_faces(&self.draft, &mut self.report.fill)
+    }
+
+    /// What a pass changes, and how far from sound it is.
+    fn state(&self) -> Result<State, FillError> {
+        let all = (self.draft.clone(), self.report.clone(), self.lost);
+        Ok((all, self.draft.faults()?))
+    }
+
+    /// Goes back to an earlier state if more is wrong now.
+    fn keep_better(&mut self, (before, faults): State) -> Result<(), FillError> {
+        if self.draft.faults()? > faults {
+            (self.draft, self.report, self.lost) = before;
         }
         Ok(())
     }
@@ -261,10 +285,14 @@ impl Run<'_> {
             if self.params.borders {
                 found.holes.iter_mut().for_each(|h| h.outer_border = false);
             }
-            let made: Vec<usize> = (found.holes.iter())
-                .filter(|hole| edges(&hole.rim).any(|e| !old.contains(&e)))
-                .map(|hole| hole.id)
-                .collect();
+            let mut made: Vec<usize> = Vec::new();
+            for hole in &mut found.holes {
+                if edges(&hole.rim).any(|e| !old.contains(&e)) {
+                    // What was cut out is no border of a sheet.
+                    hole.outer_border = false;
+                    made.push(hole.id);
+                }
+            }
             let params = match first && self.params.holes {
                 true => self.choice.params(
                     &found,
@@ -354,6 +382,9 @@ impl Run<'_> {
         }
     }
 }
+
+/// A draft, what was told of it, and how many faces went for patches that crossed others; and how far from sound it is.
+type State = ((Draft, RepairReport, usize), Faults);
 
 /// An edge between vertices of the welded draft, the smaller number first.
 type Edge = (u32, u32);

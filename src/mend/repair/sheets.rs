@@ -1,12 +1,15 @@
 //! Surfaces that meet in edges or vertices only: separated, or cut out.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 
 use super::RepairReport;
 use super::draft::Draft;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, Topology, end, start};
-use crate::mesh::{Mesh, VertexFaces, fans, vertex_normal};
+use crate::mesh::{Mesh, Part, VertexFaces, fans, vertex_normal};
+use crate::spatial::{Bounds, BoxTree, intersecting};
 
 /// Cuts change what meets where: so many rounds at most.
 const ROUNDS: usize = 8;
@@ -27,20 +30,23 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
                     found.topology.opposite[a as usize] = b;
                     found.topology.opposite[b as usize] = a;
                 }
-                (Vec::new(), copies(&found))
+                let wishes = touching(&found, |f| draft.region[f as usize] == NONE);
+                (Vec::new(), placed(&found, wishes))
             } else {
-                (cuts(&found, &unclear), Vec::new())
+                let mut cuts = cuts(&found, &unclear);
+                let wishes = detached(&found, &unclear, &mut cuts);
+                (cuts, placed(&found, wishes))
             }
         };
         if cuts.is_empty() && copies.is_empty() {
             return Ok(());
         }
+        report.split_vertices += copies.len();
+        copies.into_iter().for_each(|copy| copy.make(draft));
         if !cuts.is_empty() {
             report.non_manifold_faces += cut(draft, &cuts)?;
             continue;
         }
-        report.split_vertices += copies.len();
-        copies.into_iter().for_each(|copy| copy.make(draft));
         // What still meets in an edge hangs together at both of its ends.
         let left: Vec<u32> = {
             let found = draft.inspect()?;
@@ -142,9 +148,7 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
             }
         }
     }
-    let mut open = vec![false; topology.piece_faces.len()];
-    let border = (0..topology.boundary.len()).filter(|h| topology.boundary[*h]);
-    border.for_each(|h| open[topology.piece[h / 3] as usize] = true);
+    let open = open_pieces(topology);
     let mut whole = vec![false; open.len()];
     for f in &goes {
         let piece = topology.piece[*f as usize] as usize;
@@ -160,6 +164,73 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
     goes
 }
 
+/// The copies that let sheets hang free of which nothing would be left, since all their faces are at such edges: sheets with a border
+/// that hang on surfaces with borders. These are no longer to be cut then. On closed surfaces and inside of them they are defects.
+fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Vec<Wish> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let piece = |f: u32| topology.piece[f as usize] as usize;
+    let mut left = topology.piece_faces.clone();
+    cuts.iter().for_each(|&f| left[piece(f)] -= 1);
+    let open = open_pieces(topology);
+    let goes = |h: &u32| left[piece(h / 3)] == 0 && open[piece(h / 3)];
+    let mut ends: BTreeSet<(usize, u32)> = BTreeSet::new();
+    for half_edges in unclear {
+        let on_open = half_edges
+            .iter()
+            .any(|h| left[piece(h / 3)] > 0 && open[piece(h / 3)]);
+        for &h in half_edges.iter().filter(|h| on_open && goes(h)) {
+            for v in [start(mesh, h), end(mesh, h)] {
+                ends.insert((piece(h / 3), v));
+            }
+        }
+    }
+    let around = VertexFaces::new(mesh);
+    let mut wishes = Vec::new();
+    let free: BTreeSet<usize> = ends.iter().map(|(piece, _)| *piece).collect();
+    for (own, v) in ends {
+        let faces = around.of(v).iter().copied();
+        let fan: Vec<u32> = faces
+            .filter(|&f| topology.piece[f as usize] == own as u32)
+            .collect();
+        let ways = vec![along(mesh, &fan, v)];
+        wishes.push(Wish {
+            fan,
+            vertex: v,
+            ways,
+        });
+    }
+    cuts.retain(|&f| !free.contains(&piece(f)));
+    wishes
+}
+
+/// Which components have borders.
+fn open_pieces(topology: &Topology) -> Vec<bool> {
+    let mut open = vec![false; topology.piece_faces.len()];
+    let border = (0..topology.boundary.len()).filter(|h| topology.boundary[*h]);
+    border.for_each(|h| open[topology.piece[h / 3] as usize] = true);
+    open
+}
+
+/// A short way from a vertex along the faces of a fan.
+fn along(mesh: &Mesh, fan: &[u32], vertex: u32) -> DVec3 {
+    let p = mesh.positions[vertex as usize];
+    let centre = |f: &u32| mesh.corners(*f).iter().sum::<DVec3>() / 3.0 - p;
+    let way: DVec3 = fan.iter().map(centre).sum();
+    way.normalize_or_zero() * short(mesh, fan, p)
+}
+
+/// The corners of a fan's faces at a vertex, as the draft has them.
+fn corners(found: &Inspection, fan: &[u32], vertex: u32) -> Vec<(u32, usize)> {
+    let corner = |&f: &u32| {
+        let face = found.mesh.faces[f as usize];
+        let k = face.iter().position(|w| *w == vertex).unwrap_or(0);
+        // Turning over swaps the corners 1 and 2.
+        let turned = found.topology.turned[f as usize];
+        (f, if turned && k > 0 { 3 - k } else { k })
+    };
+    fan.iter().map(corner).collect()
+}
+
 /// Faces that get a copy of their vertex, a hair away from it.
 struct Copy {
     /// Corners of the draft's faces.
@@ -168,12 +239,20 @@ struct Copy {
     shift: DVec3,
 }
 
-/// The copies that make surfaces which meet in a vertex two: the largest fan keeps the vertex. Open fans stay as they are, since what
-/// fills the gap between them may join them.
-fn copies(found: &Inspection) -> Vec<Copy> {
+/// A fan that is to get a copy of its vertex.
+struct Wish {
+    fan: Vec<u32>,
+    vertex: u32,
+    /// By how much the vertex may move; what is tried first comes first.
+    ways: Vec<DVec3>,
+}
+
+/// The copies that make surfaces which meet in a vertex two: the fan with the most faces of the input keeps the vertex, of those the
+/// largest. Open fans stay as they are, since what fills the gap between them may join them.
+fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<Wish> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let around = VertexFaces::new(mesh);
-    let mut copies = Vec::new();
+    let mut wishes = Vec::new();
     for v in 0..mesh.positions.len() as u32 {
         if around.of(v).len() < 6 {
             continue;
@@ -182,28 +261,77 @@ fn copies(found: &Inspection) -> Vec<Copy> {
         if all.len() < 2 {
             continue;
         }
-        // The largest first; of equals the one with the smallest face.
-        all.sort_by_key(|fan| std::cmp::Reverse(fan.len()));
+        // Of equals the one with the smallest face comes first.
+        let old = |fan: &[u32]| fan.iter().filter(|f| is_old(**f)).count();
+        all.sort_by_key(|fan| std::cmp::Reverse((old(fan), fan.len())));
         let closed = |fan: &Vec<u32>| is_closed(mesh, topology, fan, v);
         let spared = all.iter().position(|fan| !closed(fan)).unwrap_or(0);
         for (i, fan) in all.iter().enumerate() {
             if i == spared || !closed(fan) {
                 continue;
             }
-            let corners = fan.iter().map(|&f| {
-                let face = mesh.faces[f as usize];
-                let k = face.iter().position(|w| *w == v).unwrap_or(0);
-                // Turning over swaps the corners 1 and 2.
-                let turned = topology.turned[f as usize];
-                (f, if turned && k > 0 { 3 - k } else { k })
-            });
-            copies.push(Copy {
-                corners: corners.collect(),
-                shift: inward(mesh, fan, v),
+            let ways = vec![inward(mesh, fan, v), along(mesh, fan, v)];
+            wishes.push(Wish {
+                fan: fan.clone(),
+                vertex: v,
+                ways,
             });
         }
     }
-    copies
+    wishes
+}
+
+/// The copies that make no more faces cross others than did before; what cannot be had so stays together.
+fn placed(found: &Inspection, wishes: Vec<Wish>) -> Vec<Copy> {
+    if wishes.is_empty() {
+        return Vec::new();
+    }
+    let mesh = &found.mesh;
+    let faces: Vec<u32> = found.topology.faces().collect();
+    let boxes: Vec<Bounds> = (faces.iter())
+        .map(|f| Bounds::of(mesh.corners(*f)))
+        .collect();
+    let tree = BoxTree::new(&boxes);
+    let place = |wish: Wish| {
+        let p = mesh.positions[wish.vertex as usize];
+        let longest = wish.ways.iter().map(|way| way.length()).fold(0.0, f64::max);
+        let mut near = Vec::new();
+        for f in &wish.fan {
+            let reach = Bounds::of(mesh.corners(*f)).widened(longest);
+            tree.for_each(&boxes, &reach, |i| near.push(faces[i as usize]));
+        }
+        near.sort_unstable();
+        near.dedup();
+        near.retain(|f| !wish.fan.contains(f));
+        let part = Part::new(mesh, &[&wish.fan[..], &near].concat(), std::iter::empty());
+        let (count, own) = (wish.fan.len(), part.local(wish.vertex));
+        let (mut positions, mut all) = (part.mesh.positions, part.mesh.faces);
+        let before = intersecting(&positions, &all, count).len();
+        let copy = positions.len() as u32;
+        for v in all[..count].iter_mut().flatten().filter(|v| **v == own) {
+            *v = copy;
+        }
+        positions.push(p);
+        let fits = |way: &&DVec3| {
+            positions[copy as usize] = moved(p, **way);
+            positions[copy as usize] != p && intersecting(&positions, &all, count).len() <= before
+        };
+        let way = wish.ways.iter().find(fits)?;
+        Some(Copy {
+            corners: corners(found, &wish.fan, wish.vertex),
+            shift: *way,
+        })
+    };
+    wishes.into_iter().filter_map(place).collect()
+}
+
+/// A vertex that moves; one in single precision stays so.
+fn moved(p: DVec3, shift: DVec3) -> DVec3 {
+    let is_single = p.as_vec3().as_dvec3() == p;
+    match is_single {
+        true => (p + shift).as_vec3().as_dvec3(),
+        false => p + shift,
+    }
 }
 
 /// Whether a fan goes all the way round its vertex.
@@ -217,14 +345,19 @@ fn is_closed(mesh: &Mesh, topology: &Topology, fan: &[u32], vertex: u32) -> bool
 
 /// A short way from a vertex into the body that a fan bounds.
 fn inward(mesh: &Mesh, fan: &[u32], vertex: u32) -> DVec3 {
-    let part = crate::mesh::Part::new(mesh, fan, std::iter::empty());
+    let part = Part::new(mesh, fan, std::iter::empty());
     let own = part.local(vertex);
     let normal = vertex_normal(&part.mesh, &VertexFaces::new(&part.mesh), own);
-    let p = mesh.positions[vertex as usize];
-    let others = part.mesh.positions.iter().map(|q| q.distance(p));
-    let shortest = others.filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    -normal * short(mesh, fan, mesh.positions[vertex as usize])
+}
+
+/// How far separated vertices move from where they were.
+fn short(mesh: &Mesh, fan: &[u32], p: DVec3) -> f64 {
+    let others = fan.iter().flat_map(|f| mesh.corners(*f));
+    let distances = others.map(|q| q.distance(p)).filter(|d| *d > 0.0);
+    let shortest = distances.fold(f64::INFINITY, f64::min);
     let least = LEAST_APART * f64::from(f32::EPSILON) * p.abs().max_element();
-    -normal * (APART * shortest).max(least)
+    (APART * shortest).max(least)
 }
 
 impl Copy {
@@ -236,14 +369,7 @@ impl Copy {
             let copy = match made.iter().find(|(of, _)| *of == old) {
                 Some((_, copy)) => *copy,
                 None => {
-                    let p = draft.mesh.positions[old as usize];
-                    let moved = p + self.shift;
-                    let is_single = p.as_vec3().as_dvec3() == p;
-                    let moved = if is_single {
-                        moved.as_vec3().as_dvec3()
-                    } else {
-                        moved
-                    };
+                    let moved = moved(draft.mesh.positions[old as usize], self.shift);
                     let copy = draft.copy_vertex(old, moved);
                     made.push((old, copy));
                     copy

@@ -1,0 +1,72 @@
+//! What the report of a repair tells of holes and patches at its end.
+
+use std::collections::HashSet;
+
+use super::draft::Draft;
+use super::{Edge, edges};
+use crate::check::crossing;
+use crate::mend::{FailedReason, FillError, FillReport, HoleOutcome, HoleReport, LeftReason};
+use crate::mesh::Hole;
+use crate::mesh::topology::NONE;
+
+/// Tells of open holes that nothing was told of, such as those that the last cuts made, as ones that are to be closed, and so of
+/// components of two faces; single faces are left. `was_border` says which rims are those of outer borders of the input that are to be
+/// left.
+pub(super) fn open(
+    draft: &Draft,
+    report: &mut FillReport,
+    was_border: &dyn Fn(&Hole) -> bool,
+) -> Result<(), FillError> {
+    let found = draft.inspect()?;
+    let holes = &mut report.holes;
+    let mut known: HashSet<Edge> = HashSet::new();
+    for hole in holes.iter_mut() {
+        let is_made = |hole: &Hole| hole.edges > 3 && !was_border(hole);
+        match hole.outcome {
+            HoleOutcome::Left(LeftReason::SmallComponent) if is_made(&hole.hole) => {
+                let edges = hole.hole.edges;
+                hole.outcome = HoleOutcome::Failed(FailedReason::Crossing(edges));
+            }
+            HoleOutcome::Left(_) | HoleOutcome::Failed(_) => {}
+            _ => continue,
+        }
+        known.extend(edges(&hole.hole.rim));
+    }
+    let mut last = holes.iter().map(|h| h.hole.id).max().unwrap_or(0);
+    for hole in &found.holes {
+        if edges(&hole.rim).any(|e| known.contains(&e)) {
+            continue;
+        }
+        let faces = found.topology.piece_faces[hole.piece as usize];
+        let outcome = match (faces, was_border(hole)) {
+            (1, _) => HoleOutcome::Left(LeftReason::SmallComponent),
+            (2, true) => HoleOutcome::Left(LeftReason::SmallComponent),
+            (_, true) if hole.outer_border => HoleOutcome::Left(LeftReason::OuterBorder),
+            _ => HoleOutcome::Failed(FailedReason::Crossing(hole.edges)),
+        };
+        last += 1;
+        let mut hole = hole.clone();
+        hole.id = last;
+        holes.push(HoleReport {
+            hole,
+            outcome,
+            region: 0,
+        });
+    }
+    Ok(())
+}
+
+/// Tells of each patch how many of its faces cross others.
+pub(super) fn crossing_faces(draft: &Draft, report: &mut FillReport) -> Result<(), FillError> {
+    let found = draft.inspect()?;
+    for region in &mut report.regions {
+        region.intersecting_faces = 0;
+    }
+    for (f, _) in crossing(&found.mesh, &found.topology) {
+        match draft.region[f as usize] {
+            NONE => {}
+            region => report.regions[region as usize].intersecting_faces += 1,
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,333 @@
+//! Holes that nothing closes without crossing others are widened until something does.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use super::clear::Ground;
+use super::draft::Draft;
+use super::edges;
+use super::flat::{push, triangulated};
+use crate::mend::{
+    ClosedBy, FailedReason, FillError, FillReport, HoleOutcome, HoleReport, Inspection,
+    RegionReport,
+};
+use crate::mesh::cut::settled;
+use crate::mesh::topology::NONE;
+use crate::mesh::{DisjointSets, Hole};
+
+/// A hole that is to be closed and what is cut out round it.
+struct Zone {
+    /// The hole's place in the report.
+    told: usize,
+    /// Edges of its rims.
+    edges: Vec<(u32, u32)>,
+    /// Faces to cut out.
+    faces: Vec<u32>,
+}
+
+/// Cuts so many rings of faces out round holes that could not be closed and closes what is left with triangles between the vertices
+/// of its rim, where that crosses nothing; the others stay as they are. No more than `most` faces of the input go. Returns how many
+/// did.
+pub(super) fn widen(
+    draft: &mut Draft,
+    report: &mut FillReport,
+    rings: usize,
+    most: usize,
+) -> Result<usize, FillError> {
+    let zones = zones(draft, report, rings, most)?;
+    if zones.is_empty() {
+        return Ok(0);
+    }
+    let good = Trial::new(draft, &zones)?.good;
+    if good.is_empty() {
+        return Ok(0);
+    }
+    // Once more with these alone, since what was cut out for the others changed the ground.
+    let zones: Vec<Zone> = zones
+        .into_iter()
+        .zip(0..)
+        .filter_map(|(zone, i)| good.contains(&i).then_some(zone))
+        .collect();
+    let trial = Trial::new(draft, &zones)?;
+    if trial.good.len() < zones.len() {
+        return Ok(0);
+    }
+    let before = draft.faults()?;
+    let (mut new, mut told) = (trial.draft, report.clone());
+    for (zone, i) in zones.iter().zip(0..) {
+        let rims = trial.closed.iter().filter(|(of, _, _)| *of == i);
+        tell(&mut new, &mut told, zone.told, rims.map(|(_, h, f)| (h, f)));
+    }
+    if new.faults()? >= before {
+        return Ok(0);
+    }
+    (*draft, *report) = (new, told);
+    Ok(trial.own)
+}
+
+/// What is to be cut out round each hole that was to be filled and is open, the narrowest first, as long as no more than `most` faces
+/// of the input go.
+fn zones(
+    draft: &Draft,
+    report: &FillReport,
+    rings: usize,
+    most: usize,
+) -> Result<Vec<Zone>, FillError> {
+    let mut of_edge: HashMap<(u32, u32), usize> = HashMap::new();
+    for (told, hole) in report.holes.iter().enumerate() {
+        let failed =
+            matches!(&hole.outcome, HoleOutcome::Failed(why) if *why != FailedReason::NotReached);
+        if failed {
+            edges(&hole.hole.rim).for_each(|e| _ = of_edge.insert(e, told));
+        }
+    }
+    if of_edge.is_empty() {
+        return Ok(Vec::new());
+    }
+    let found = draft.inspect()?;
+    let mut taken = vec![false; found.mesh.faces.len()];
+    let mut left = most;
+    let mut zones: Vec<Zone> = Vec::new();
+    for hole in found.holes.iter().rev() {
+        let Some(&told) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) else {
+            continue;
+        };
+        let faces: Vec<u32> = around(&found, hole, rings)
+            .into_iter()
+            .filter(|f| !taken[*f as usize])
+            .collect();
+        let is_old = |f: &&u32| draft.region[**f as usize] == NONE;
+        let own = faces.iter().filter(is_old).count();
+        if own > left {
+            continue;
+        }
+        left -= own;
+        faces.iter().for_each(|f| taken[*f as usize] = true);
+        let edges = edges(&hole.rim);
+        match zones.iter_mut().find(|z| z.told == told) {
+            Some(zone) => {
+                zone.faces.extend(faces);
+                zone.edges.extend(edges);
+            }
+            None => zones.push(Zone {
+                told,
+                edges: edges.collect(),
+                faces,
+            }),
+        }
+    }
+    Ok(zones)
+}
+
+/// The faces of a hole's component within so many rings of its rim.
+fn around(found: &Inspection, hole: &Hole, rings: usize) -> BTreeSet<u32> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let mut near: HashSet<u32> = hole.rim.iter().copied().collect();
+    let own: Vec<u32> = topology
+        .faces()
+        .filter(|f| topology.piece[*f as usize] == hole.piece)
+        .collect();
+    let mut faces = BTreeSet::new();
+    for _ in 0..rings {
+        let touches = |f: &&u32| mesh.faces[**f as usize].iter().any(|v| near.contains(v));
+        let ring: Vec<u32> = own.iter().filter(touches).copied().collect();
+        near.extend(ring.iter().flat_map(|f| mesh.faces[*f as usize]));
+        faces.extend(ring);
+    }
+    faces
+}
+
+/// What comes of cutting zones out.
+struct Trial {
+    draft: Draft,
+    /// Zones all of whose rims can be closed.
+    good: HashSet<usize>,
+    /// The rims that can be closed: their zone, themselves, and the faces.
+    closed: Vec<(usize, Hole, Vec<[u32; 3]>)>,
+    /// Faces of the input that go.
+    own: usize,
+}
+
+impl Trial {
+    fn new(draft: &Draft, zones: &[Zone]) -> Result<Self, FillError> {
+        let mut zone_of = vec![NONE; draft.mesh.faces.len()];
+        for (zone, i) in zones.iter().zip(0..) {
+            zone.faces.iter().for_each(|f| zone_of[*f as usize] = i);
+        }
+        let mut sets = DisjointSets::new(zones.len());
+        let (removed, of_edge) = {
+            let found = draft.inspect()?;
+            let marks: Vec<bool> = zone_of.iter().map(|z| *z != NONE).collect();
+            let mut removed = settled(&found.mesh, &found.topology, &marks, true);
+            draft.spare(&mut removed);
+            let of_edge = zone_edges(&found, zones, &removed, &mut zone_of, &mut sets);
+            (removed, of_edge)
+        };
+        let gone = removed.iter().zip(&draft.region);
+        let own = gone.filter(|(r, region)| **r && **region == NONE).count();
+        let mut left = draft.clone();
+        left.remove(&removed);
+        let (mut closed, mut bad) = (Vec::new(), HashSet::new());
+        {
+            let found = left.inspect()?;
+            let mut ground = Ground::new(&found);
+            for hole in &found.holes {
+                let own: BTreeSet<u32> = edges(&hole.rim)
+                    .filter_map(|e| of_edge.get(&e).copied())
+                    .collect();
+                let Some(&first) = own.first() else { continue };
+                own.iter().for_each(|z| _ = sets.join(first, *z));
+                match ground.close(&hole.rim) {
+                    Some(faces) => closed.push((first as usize, hole.clone(), faces)),
+                    None => _ = bad.insert(first),
+                }
+            }
+        }
+        let bad: HashSet<u32> = bad.into_iter().map(|z| sets.find(z)).collect();
+        let good = (0..zones.len())
+            .filter(|z| !bad.contains(&sets.find(*z as u32)))
+            .collect();
+        Ok(Self {
+            draft: left,
+            good,
+            closed,
+            own,
+        })
+    }
+}
+
+/// The zone of each edge of a rim and of a face that goes. Faces that go beside those of a zone are of that zone too.
+fn zone_edges(
+    found: &Inspection,
+    zones: &[Zone],
+    removed: &[bool],
+    zone_of: &mut [u32],
+    sets: &mut DisjointSets,
+) -> HashMap<(u32, u32), u32> {
+    let mut of_edge: HashMap<(u32, u32), u32> = HashMap::new();
+    for (zone, i) in zones.iter().zip(0..) {
+        zone.edges.iter().for_each(|e| _ = of_edge.insert(*e, i));
+    }
+    let mut rest: Vec<usize> = (0..removed.len()).filter(|f| removed[*f]).collect();
+    loop {
+        let before = rest.len();
+        rest.retain(|&f| {
+            let face = found.mesh.faces[f];
+            if zone_of[f] == NONE {
+                let beside = edges(&face).find_map(|e| of_edge.get(&e));
+                zone_of[f] = beside.copied().unwrap_or(NONE);
+            }
+            let zone = zone_of[f];
+            if zone == NONE {
+                return true;
+            }
+            for e in edges(&face) {
+                let other = *of_edge.entry(e).or_insert(zone);
+                sets.join(other, zone);
+            }
+            false
+        });
+        if rest.len() == before {
+            return of_edge;
+        }
+    }
+}
+
+/// Adds the faces that close a zone and tells of them.
+fn tell<'a>(
+    draft: &mut Draft,
+    report: &mut FillReport,
+    told: usize,
+    rims: impl Iterator<Item = (&'a Hole, &'a Vec<[u32; 3]>)>,
+) {
+    let region = report.regions.len();
+    let mut holes = vec![report.holes[told].hole.id];
+    let outcome = match &report.holes[told].outcome {
+        HoleOutcome::Failed(FailedReason::Crossing(n)) => triangulated(*n),
+        HoleOutcome::Failed(FailedReason::NoTriangulation { after, .. }) => {
+            HoleOutcome::Triangulated(after.clone())
+        }
+        other => other.clone(),
+    };
+    report.holes[told].outcome = outcome.clone();
+    report.holes[told].region = region + 1;
+    let mut diameter = report.holes[told].hole.diameter;
+    let mut components = 0;
+    for (i, (rim, faces)) in rims.enumerate() {
+        faces.iter().for_each(|f| push(draft, region as u32, *f));
+        components += 1;
+        diameter = rim.diameter.max(diameter);
+        if i > 0 {
+            let mut hole = rim.clone();
+            hole.id = report.holes.iter().map(|h| h.hole.id).max().unwrap_or(0) + 1;
+            holes.push(hole.id);
+            report.holes.push(HoleReport {
+                hole,
+                outcome: outcome.clone(),
+                region: region + 1,
+            });
+        }
+    }
+    report.regions.push(RegionReport {
+        id: region + 1,
+        holes,
+        diameter,
+        closed_by: Some(ClosedBy::RimTriangles),
+        components,
+        ..RegionReport::default()
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::check::{CheckParams, DefectKind};
+    use crate::mesh::Mesh;
+    use crate::mesh::shapes::icosphere;
+
+    /// The lower half of a ball, and a small ball in the plane of its rim.
+    fn bowl() -> Mesh {
+        let ball = icosphere(3);
+        let middle = |f: &[u32; 3]| f.map(|v| ball.positions[v as usize].z).iter().sum::<f64>();
+        let lower = ball.faces.iter().filter(|f| middle(f) < 0.0);
+        let mut mesh = Mesh::new(ball.positions.clone(), lower.copied().collect());
+        let first = ball.positions.len() as u32;
+        let small = ball.positions.iter().map(|p| 0.2 * *p);
+        mesh.positions
+            .extend(small.map(|p| p + 0.05 * glam::DVec3::Z));
+        mesh.faces
+            .extend(ball.faces.iter().map(|f| f.map(|v| v + first)));
+        mesh
+    }
+
+    #[test]
+    fn a_hole_is_widened_until_something_closes_it() {
+        let mesh = bowl();
+        let found = Inspection::new(&mesh).unwrap();
+        assert_eq!(found.holes.len(), 1);
+        let told = HoleReport {
+            hole: found.holes[0].clone(),
+            outcome: HoleOutcome::Failed(FailedReason::Crossing(7)),
+            region: 0,
+        };
+        let mut report = FillReport {
+            holes: vec![told],
+            ..FillReport::default()
+        };
+        let mut draft = Draft::new(&mesh, found.topology.piece.clone());
+        let mut lost = 0;
+        for rings in 0..3 {
+            lost += widen(&mut draft, &mut report, rings, 10).unwrap();
+        }
+        assert_eq!((lost, &draft.mesh), (0, &mesh), "more than may go");
+        for rings in 0..3 {
+            lost += widen(&mut draft, &mut report, rings, 1000).unwrap();
+        }
+        assert!((20..400).contains(&lost), "{lost}");
+        let after = draft.inspect().unwrap().check(&CheckParams::default());
+        assert!(after.is_closed() && after.count(DefectKind::Crossing) == 0);
+        assert_eq!(report.holes[0].outcome, triangulated(7));
+        assert_eq!(report.holes[0].region, 1);
+        let old = draft.region.iter().filter(|r| **r == NONE).count();
+        assert_eq!(old + lost, mesh.faces.len());
+    }
+}

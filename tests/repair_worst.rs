@@ -1,0 +1,160 @@
+//! `isomend repair` on what cannot be repaired: it is never worse than it was, and the report says where it is not sound.
+
+mod shapes;
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+use isomend::check::{CheckParams, DefectKind, Verdict};
+use isomend::{
+    Carried, Control, FailedReason, HoleOutcome, Mesh, RepairParams, Repaired, inspect, repair,
+};
+use shapes::{cut, joined, moved, polar, sphere, turned};
+
+fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
+    repair(mesh, params, &Carried::default(), &Control::new()).unwrap()
+}
+
+fn verdict(mesh: &Mesh) -> Verdict {
+    inspect(mesh).unwrap().check(&CheckParams::default())
+}
+
+/// No more faces cross than did, no component of the input is gone, and every open hole is told of as one that is left or failed.
+#[track_caller]
+fn assert_not_worse(bad: &Mesh, done: &Repaired) {
+    let (before, after) = (verdict(bad), verdict(&done.mesh));
+    let crossing = |v: &Verdict| v.count(DefectKind::Crossing);
+    assert!(crossing(&after) <= crossing(&before), "{}", after.line());
+    let found = inspect(bad).unwrap();
+    let kept = done.origins.faces.iter();
+    let there: HashSet<u32> = kept
+        .map(|o| found.topology.piece[o.face as usize])
+        .collect();
+    assert_eq!(there.len(), before.components.len(), "components are lost");
+    let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));
+    let told = done.report.fill.holes.iter();
+    let told = told.filter(|h| is_open(&h.outcome)).count();
+    assert!(told >= after.holes, "{told} of {} are told", after.holes);
+    let crossing_patches = done.report.fill.regions.iter();
+    assert!(
+        crossing_patches
+            .map(|r| r.intersecting_faces)
+            .all(|n| n == 0)
+    );
+}
+
+/// Shells that lie in each other, whose caps cross the inner ones whatever is done.
+fn shells() -> Mesh {
+    let shell = cut(&turned(sphere(6)), |p| p.z > 0.1);
+    let mut all = shell.clone();
+    for i in 1..4 {
+        let by = DVec3::new(0.07, 0.02, 0.25) * f64::from(i);
+        all = joined(&all, &moved(&shell, 1.0 - 0.18 * f64::from(i), by));
+    }
+    all
+}
+
+#[test]
+fn shells_in_each_other_are_left_open_rather_than_crossed() {
+    let bad = shells();
+    for borders in [false, true] {
+        let mut params = RepairParams::default();
+        params.borders = borders;
+        let done = repaired(&bad, &params);
+        assert_not_worse(&bad, &done);
+        assert_eq!(verdict(&done.mesh).count(DefectKind::Crossing), 0);
+    }
+}
+
+#[test]
+fn a_hole_that_something_sticks_through_stays_open_and_is_told() {
+    let bowl = cut(&turned(sphere(6)), |p| polar(p) < 70.0);
+    let mut needle = turned(sphere(3));
+    for p in &mut needle.positions {
+        *p = DVec3::new(0.05 * p.x, 0.05 * p.y, 0.4 + 1.2 * p.z);
+    }
+    let bad = joined(&bowl, &needle);
+    let done = repaired(&bad, &RepairParams::default());
+    assert_not_worse(&bad, &done);
+    let after = verdict(&done.mesh);
+    assert_eq!((after.holes, after.count(DefectKind::Crossing)), (1, 0));
+    let failed = |o: &HoleOutcome| matches!(o, HoleOutcome::Failed(FailedReason::Crossing(_)));
+    assert!(done.report.fill.holes.iter().any(|h| failed(&h.outcome)));
+}
+
+#[test]
+fn a_face_that_crosses_is_not_lost_if_it_is_all_of_its_component() {
+    let ball = turned(sphere(8));
+    let p = DVec3::new;
+    let needle = Mesh::new(
+        vec![p(0.7, 0.01, 0.02), p(1.5, 0.03, 0.0), p(1.4, 0.2, 0.05)],
+        vec![[0, 1, 2]],
+    );
+    let bad = joined(&ball, &needle);
+    assert_not_worse(&bad, &repaired(&bad, &RepairParams::default()));
+}
+
+#[test]
+fn a_face_that_hangs_on_an_open_sheet_by_one_edge_stays() {
+    let sheet = cut(&turned(sphere(8)), |p| polar(p) < 60.0);
+    let centre = |f: &[u32; 3]| f.map(|v| sheet.positions[v as usize]).iter().sum::<DVec3>() / 3.0;
+    let low = |f: &&[u32; 3]| polar(centre(f)) > 120.0;
+    let face = *sheet.faces.iter().find(low).unwrap();
+    let mut bad = sheet.clone();
+    bad.positions.push(1.3 * centre(&face));
+    bad.faces
+        .push([face[1], face[0], sheet.positions.len() as u32]);
+    let mut params = RepairParams::default();
+    params.holes = false;
+    let done = repaired(&bad, &params);
+    assert_eq!(done.mesh.faces.len(), bad.faces.len());
+    let after = verdict(&done.mesh);
+    assert!(after.is_manifold(), "{}", after.line());
+    assert_eq!(after.components.len(), 2);
+    // On request it goes.
+    params.debris = Some(0.1);
+    assert_eq!(repaired(&bad, &params).mesh, sheet);
+}
+
+/// Numbers that look random, the same each time.
+struct Noise(u64);
+
+impl Noise {
+    /// From -1 to 1.
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.next(), self.next(), self.next())
+    }
+}
+
+#[test]
+fn heaps_of_shells_balls_and_triangles_never_get_worse() {
+    for seed in 1..9 {
+        let mut noise = Noise(seed * 7919);
+        let mut bad = turned(sphere(5));
+        for i in 0..4 {
+            let (at, size) = (noise.vector(), 0.4 + 0.3 * noise.next());
+            let whole = moved(&turned(sphere(4)), size, at);
+            let (side, far) = (noise.vector(), 0.5 * noise.next());
+            let part = cut(&whole, |p| (p - at).dot(side) > far * size);
+            bad = joined(&bad, if i % 2 == 0 { &whole } else { &part });
+        }
+        for _ in 0..5 {
+            let (at, size) = (noise.vector(), 0.2);
+            let corners = (0..3).map(|_| at + size * noise.vector()).collect();
+            bad = joined(&bad, &Mesh::new(corners, vec![[0, 1, 2]]));
+        }
+        for borders in [false, true] {
+            let mut params = RepairParams::default();
+            params.borders = borders;
+            assert_not_worse(&bad, &repaired(&bad, &params));
+        }
+    }
+}
