@@ -14,7 +14,7 @@ const LEAST_ERROR: f64 = 1e-6;
 /// nothing of each other, but what errs less on the rings does so in the hole for the same reasons: on 143 holes of real scans the
 /// error was 0.7 % lower than with 2, and that with 6 differed by 0.1 %.
 const SHARPNESS: i32 = 4;
-/// The weight of a kriged surface before its errors: up to three are kriged, which are much alike.
+/// The weight of a kriged surface before its errors: up to two are kriged, which are much alike.
 const OF_ALIKE: f64 = 0.5;
 
 /// The blend of the energy's minimum with what else the patch may be, `Σ w e⁻⁴ x / Σ w e⁻⁴` with their errors `e` on rings of known

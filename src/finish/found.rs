@@ -129,8 +129,6 @@ pub enum Candidate {
     Willmore,
     /// Kriging over a sphere, from a collar of 0.45 diameters.
     Sphere,
-    /// Kriging over a sphere, from a collar of 0.6 diameters.
-    WideSphere,
     /// Kriging over a plane, from a collar of 0.45 diameters.
     Plane,
     /// The biharmonic fill, where the patch bends little.

@@ -21,8 +21,8 @@ const ALL_PAIRS: usize = 1500;
 /// The rings of the test: known vertices nearer than this part of the diameter, or so many mean edges. The narrow one is about the
 /// rim alone, the other tells more where there is noise; each alone left errors larger by 0.7 to 1.5 % on 143 holes of real scans.
 pub(super) const RINGS_TRIED: [(f64, f64); 2] = [(0.06, 1.01), (0.12, 1.5)];
-/// The widest collar that data are taken from, in diameters.
-pub(super) const WIDEST_COLLAR: f64 = 0.6;
+/// The collar that data are taken from, in diameters.
+pub(super) const COLLAR: f64 = 0.45;
 
 /// A patch and the mesh round it, relative to the middle of the rim and its diameter.
 #[derive(Clone)]
@@ -239,7 +239,7 @@ impl Patch {
 fn reach(edge: f64) -> f64 {
     let [_, widest] = RINGS_TRIED;
     let ring = widest.0.max(widest.1 * edge);
-    WIDEST_COLLAR * (1.0 + 2.0 * ring) + ring
+    COLLAR * (1.0 + 2.0 * ring) + ring
 }
 
 /// A patch and where it lies in the mesh.

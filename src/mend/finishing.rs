@@ -20,7 +20,7 @@ use crate::mesh::{Hole, Mesh, Part, bounds};
 use crate::region::Sphere;
 use crate::stitch::{Patch, count_intersecting, flipped, refined_triangulation};
 
-/// How far round the rims the mesh is looked at, in diagonals of their bounding box. The finish asks for 0.72 of a hole's
+/// How far round the rims the mesh is looked at, in diagonals of their bounding box. The finish asks for 0.68 of a hole's
 /// diameter, along the surface.
 const REACH: f64 = 0.8;
 /// Rims of more edges get no second start: its triangulation takes time with the cube of their number, and what is as large is
