@@ -49,10 +49,11 @@ class Labels {
     this.arrange();
   }
 
+  /** Finds out which holes are seen. */
   look() {
     for (const pane of this.viewer.panes()) {
       const depth = this.viewer.depths(pane);
-      for (const item of this.items) item.seen[pane.side] = this.isSeen(item, depth);
+      for (const item of this.items) item.seen[pane.side] = (!item.hole.side || item.hole.side === pane.side) && this.isSeen(item, depth);
     }
     this.arrange();
     this.settled = true;
