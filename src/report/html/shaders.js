@@ -8,11 +8,11 @@ precision highp sampler2D;
 precision highp usampler2D;
 uniform usampler2D faceTexture, vertexTexture, numberTexture, factTexture;
 uniform int wideBits;
-uniform bool thinned;
+uniform bool numbered;
 ivec2 texel(int i) { return ivec2(i & ((1 << wideBits) - 1), i >> wideBits); }
 int faceNumber() {
   int own = gl_VertexID / 3;
-  return thinned ? int(texelFetch(numberTexture, texel(own), 0).r) : own;
+  return numbered ? int(texelFetch(numberTexture, texel(own), 0).r) : own;
 }
 int vertexNumber() { return int(texelFetch(faceTexture, texel(gl_VertexID), 0).r); }
 vec3 normalOf(uint folded) {

@@ -1,7 +1,7 @@
 // A mesh on the graphics card: its arrays in textures, drawn by chunks of faces.
 
 /** Faces of a chunk: what is drawn or left out together. */
-const CHUNK = 2048;
+const CHUNK = 1024;
 
 /** Unit vectors of an octahedron's surface unfolded, in two times 16 bits. */
 function foldedNormals(normals) {
@@ -75,7 +75,8 @@ class Surface {
       vertices[4 * i + 3] = folded[i];
     }
     this.put("vertex", gl.RGBA32UI, vertices, 4);
-    this.put("face", gl.R32UI, new Uint32Array(faces.buffer, faces.byteOffset, faces.length), 1);
+    if (this.order) this.setOrder(this.order);
+    else this.put("face", gl.R32UI, new Uint32Array(faces.buffer, faces.byteOffset, faces.length), 1);
     this.put("fact", gl.R32UI, facts, 1);
     // Samplers that nothing is read from need a texture all the same.
     this.put("value", gl.R32F, new Float32Array(1), 1);
@@ -124,11 +125,19 @@ class Surface {
     if (end > first) this.write("fact", this.gl.R32UI, this.mesh.facts, 1, first, end);
   }
 
+  /** The faces in another order, in which those that lie together follow each other: corners, and the number of each. */
+  setOrder(order) {
+    this.order = order;
+    this.boxes = chunkBoxes({ positions: this.mesh.positions, faces: order.faces });
+    this.put("face", this.gl.R32UI, order.faces, 1);
+    this.put("number", this.gl.R32UI, order.numbers, 1);
+  }
+
   /** Fewer faces that stand for all while the view moves: corners, and the number of the face that each stands for. */
   setThin(thin) {
     this.thin = thin;
     this.put("thinFace", this.gl.R32UI, thin.faces, 1);
-    this.put("number", this.gl.R32UI, thin.numbers, 1);
+    this.put("thinNumber", this.gl.R32UI, thin.numbers, 1);
   }
 
   /**
@@ -157,11 +166,11 @@ class Surface {
   /** Binds what a program reads. */
   bind({ at }, thinned) {
     const gl = this.gl;
-    const used = { face: thinned ? "thinFace" : "face", vertex: "vertex", number: thinned ? "number" : "fact", fact: "fact", value: "value", colour: "colour", corner: "corner" };
+    const used = { face: thinned ? "thinFace" : "face", vertex: "vertex", number: thinned ? "thinNumber" : this.order ? "number" : "fact", fact: "fact", value: "value", colour: "colour", corner: "corner" };
     Object.entries(used).forEach(([name, from], i) => this.bindOne(at(name + "Texture"), i, this.textures[from]));
     this.bindOne(at("image"), 7, this.textures.image);
     gl.uniform1i(at("wideBits"), this.bits);
-    gl.uniform1i(at("thinned"), thinned);
+    gl.uniform1i(at("numbered"), thinned || Boolean(this.order));
   }
 
   bindOne(place, unit, texture) {
@@ -178,6 +187,7 @@ class Surface {
       this.gl.drawArrays(this.gl.TRIANGLES, 0, this.thin.faces.length);
       return this.thin.numbers.length;
     }
+    if (this.order) ranges = [[0, this.order.numbers.length]];
     let count = 0, from = 0, to = 0;
     const flush = () => {
       if (to > from) this.gl.drawArrays(this.gl.TRIANGLES, 3 * from, 3 * (to - from));

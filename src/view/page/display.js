@@ -95,11 +95,11 @@ class Display {
     const found = await this.app.model.prepare(mesh);
     mesh.topology ??= new Topology(mesh, found);
     mesh.mask ??= new Mask(mesh);
-    for (const surface of [this.app.viewer.surfaces.get(mesh)]) {
-      if (!surface || surface.thin || !found.thin) continue;
-      surface.setThin(found.thin);
-      this.app.viewer.cost = null;
-    }
+    const surface = this.app.viewer.surfaces.get(mesh);
+    if (!surface || surface.order) return;
+    surface.setOrder(found.order);
+    if (found.thin) surface.setThin(found.thin);
+    this.app.viewer.costs = {};
   }
 
   /** The colourings that there are now. */
