@@ -56,7 +56,7 @@ class Surface {
   constructor(gl, mesh) {
     this.mesh = mesh;
     this.boxes = chunkBoxes(mesh);
-    this.colour = { kind: 0, on: 0, span: [0, 1], image: null };
+    this.colour = { kind: 0, on: 0, span: [0, 1], images: [] };
     this.start(gl);
   }
 
@@ -82,9 +82,7 @@ class Surface {
     this.put("value", gl.R32F, new Float32Array(1), 1);
     this.put("colour", gl.RGBA8, new Uint8Array(4), 4);
     this.put("corner", gl.RG32F, new Float32Array(2), 2);
-    this.textures.image = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, this.textures.image);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    this.pictures([]);
     if (this.thin) this.setThin(this.thin);
     if (this.colour.values) this.setColour(this.colour);
   }
@@ -142,25 +140,29 @@ class Surface {
 
   /**
    * Colours by values: `kind` 0 none, 1 diverging, 2 rising, 3 colours, 4 an image; `on` 0 vertices, 1 faces, 2 corners;
-   * `span` are the values at the ends of the scale, or those of 3 and 4 are bytes and places in the image.
+   * `span` are the values at the ends of the scale, or those of 3 and 4 are bytes, and places in `images` of one size.
    */
   setColour(colour) {
     const gl = this.gl;
-    this.colour = { kind: 0, on: 0, span: [0, 1], image: null, skipKept: false, ...colour };
+    this.colour = { kind: 0, on: 0, span: [0, 1], images: [], skipKept: false, ...colour };
     const { kind, values } = this.colour;
     if (kind === 1 || kind === 2) this.put("value", gl.R32F, values, 1);
     if (kind === 3) this.put("colour", gl.RGBA8, values, 4);
     if (kind === 4) this.put("corner", gl.RG32F, values, 2);
-    if (kind === 4) this.picture();
+    if (kind === 4) this.pictures(this.colour.images);
   }
 
-  picture() {
-    const gl = this.gl, { image, wrap } = this.colour, { image: texture } = this.textures;
+  /** Images of one size, one above the other; those of the faces say which. */
+  pictures(images) {
+    const gl = this.gl, [{ width, height } = { width: 1, height: 1 }] = images, kind = gl.TEXTURE_2D_ARRAY;
+    gl.deleteTexture(this.textures.image || null);
+    this.textures.image = gl.createTexture();
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, image);
-    gl.generateMipmap(gl.TEXTURE_2D);
-    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, wrap === "clamp" ? gl.CLAMP_TO_EDGE : gl.REPEAT);
+    gl.bindTexture(kind, this.textures.image);
+    gl.texStorage3D(kind, Math.floor(Math.log2(Math.max(width, height))) + 1, gl.RGBA8, width, height, Math.max(1, images.length));
+    images.forEach((image, i) => gl.texSubImage3D(kind, 0, 0, 0, i, width, height, 1, gl.RGBA, gl.UNSIGNED_BYTE, image));
+    gl.generateMipmap(kind);
+    gl.texParameteri(kind, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
   }
 
   /** Binds what a program reads. */
@@ -168,16 +170,16 @@ class Surface {
     const gl = this.gl;
     const used = { face: thinned ? "thinFace" : "face", vertex: "vertex", number: thinned ? "thinNumber" : this.order ? "number" : "fact", fact: "fact", value: "value", colour: "colour", corner: "corner" };
     Object.entries(used).forEach(([name, from], i) => this.bindOne(at(name + "Texture"), i, this.textures[from]));
-    this.bindOne(at("image"), 7, this.textures.image);
+    this.bindOne(at("images"), 7, this.textures.image, gl.TEXTURE_2D_ARRAY);
     gl.uniform1i(at("wideBits"), this.bits);
     gl.uniform1i(at("numbered"), thinned || Boolean(this.order));
   }
 
-  bindOne(place, unit, texture) {
+  bindOne(place, unit, texture, kind = this.gl.TEXTURE_2D) {
     if (place === null) return;
     const gl = this.gl;
     gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(gl.TEXTURE_2D, texture || null);
+    gl.bindTexture(kind, texture || null);
     gl.uniform1i(place, unit);
   }
 
