@@ -216,11 +216,13 @@ def check_outlines(page, count):
 
 def check_cancel(page):
     """A long fill is cancelled, and the mesh is as it was."""
-    before = page.state()["current"]
+    before = page.state()
+    page.tab("holes")
+    page.fill_in("#set-all", "fill")
     page.tab("mend")
-    page.click_on("[name=kind][value=fair] + span")
-    page.run("isomend.mask()?.change(() => false)")
-    page.fill_in("#fair--voxel", str(page.run("isomend.model.state.scene.radius") / 110))
+    page.click_on("[name=kind][value=fill] + span")
+    page.fill_in("#fill--voxel", str(before["holes"][0]["diameter"] / 120))
+    page.fill_in("#fill--finish", "none")
     page.click_on("#run")
     page.until("isomend.steps.job?.id > 0 || document.querySelector('#mend-trouble').textContent", "the run begins")
     page.expect(page.run("document.querySelector('#mend-trouble').textContent") == "", page.run("document.querySelector('#mend-trouble').textContent"))
@@ -231,9 +233,8 @@ def check_cancel(page):
     page.until("!isomend.steps.job", "the run is cancelled")
     print(f"  cancelled after {time.monotonic() - start:.2f} s")
     page.until("document.querySelector('#message').textContent.startsWith('Cancelled')", "the cancelling is told")
-    page.expect(page.state()["current"] == before and not page.state()["busy"], "a cancelled run leaves a step")
-    page.fill_in("#fair--voxel", "")
-    page.click_on("[name=kind][value=fill] + span")
+    page.expect(page.state()["current"] == before["current"] and not page.state()["busy"], "a cancelled run leaves a step")
+    page.click_on("#defaults")
 
 
 def check_save(page, program, folder, mesh, name):

@@ -131,7 +131,8 @@ class Display {
   async colourSide(name, id, surface, told) {
     if (name === "plain") return surface.setColour({ kind: 0 });
     if (name === "texture") return this.texture(id, surface);
-    const found = await this.app.model.valuesOf(id, name).catch((error) => {
+    const other = this.shown[told ? "before" : "after"], to = name === "distance" && other !== null ? `&to=${other}` : "";
+    const found = await this.app.model.valuesOf(id, name, to).catch((error) => {
       // The mesh beside may have no such values.
       if (told) throw error;
       return null;
