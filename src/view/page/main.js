@@ -50,8 +50,8 @@ class App {
     return this.last = this.next;
   }
 
-  async update() {
-    const state = await this.model.fetchState(), { current } = this.model, fresh = this.seen !== state.current;
+  async update(known = null) {
+    const state = known || await this.model.fetchState(), { current } = this.model, fresh = this.seen !== state.current;
     this.seen = state.current;
     find("#title").textContent = state.file.name;
     document.title = `${state.file.name} – isomend view`;
@@ -250,7 +250,9 @@ async function begin() {
   const app = window.isomend = new App();
   useTheme(() => app.viewer?.refresh());
   const started = performance.now();
-  const { states, current, scene, defaults, file, formats } = await app.model.fetchState();
+  const state = await app.model.fetchState(), { states, current, scene, defaults, file, formats } = state;
+  // The mesh comes while the graphics card gets ready.
+  app.model.mesh(current).catch(() => null);
   app.viewer = new Viewer(find("#view"), { radius: scene.radius, faces: states.find((s) => s.id === current).faces });
   app.viewer.options.show = "after";
   const { viewer } = app;
@@ -281,7 +283,10 @@ async function begin() {
     find("#keys").hidden = !find("#keys").hidden;
     find("#help").setAttribute("aria-expanded", !find("#keys").hidden);
   });
-  await app.refresh();
+  // One picture, once all is there.
+  viewer.waiting = true;
+  await app.update(state);
+  viewer.waiting = false;
   Object.assign(viewer.camera, app.home());
   const { centre } = viewer.sides.after.mesh;
   app.point = new Point({ radius: scene.radius, origin: centre }, (at) => app.labels.pin(at));
