@@ -66,7 +66,16 @@ class Paint {
     dab(at);
     return {
       move: (event, to) => { dab(to); this.ring(to); },
-      end: () => { target.mask.end(); this.ring(null); this.told(); },
+      end: (event, broken) => {
+        // A second finger is for the view: what the first one painted meanwhile goes.
+        if (target.mask.end() && broken) {
+          target.mask.undo();
+          target.mask.undone.pop();
+          this.redraw();
+        }
+        this.ring(null);
+        this.told();
+      },
     };
   }
 
@@ -192,7 +201,7 @@ class Paint {
     const target = this.target();
     if (!target || this.tool === "turn") return false;
     if (this.tool === "component") this.component(at, erases);
-    else if (this.tool === "brush") this.brush(target, at, erases).end();
+    else if (this.tool === "brush") this.brush(target, at, erases).end(null, false);
     else this.keyOutline(at, erases);
     return true;
   }
