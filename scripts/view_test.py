@@ -232,6 +232,15 @@ def check_paint(page):
     page.shot("restored")
 
 
+def check_changes(page):
+    """The mesh that the page made of what changed in each step is the one that the program has."""
+    differs = page.run("""(async () => { const other = new isomend.model.constructor(), id = (await other.fetchState()).current;
+        const [a, b] = await Promise.all([isomend.model.mesh(id), other.mesh(id)]), facts = (m) => m.facts.map((f) => f & 0x3ffff);
+        const same = (x, y) => x.length === y.length && x.every((v, i) => v === y[i]);
+        return ['positions', 'faces'].filter((k) => !same(a[k], b[k])).concat(same(facts(a), facts(b)) ? [] : ['facts']); })()""")
+    page.expect(not differs, f"the page has other {differs} than the program")
+
+
 def check_outlines(page, count):
     """Box, lasso and component add to the mask; each is undone."""
     x, y, width, height = page.view()
@@ -386,6 +395,7 @@ def session(page, program, folder, mesh, name):
         check_files(page, folder)
         check_preview(page)
         check_paint(page)
+        check_changes(page)
         check_keys(page)
         check_cancel(page)
         check_save(page, program, folder, mesh, name)

@@ -53,7 +53,7 @@ class Viewer {
     const side = { mesh, surface: this.surfaces.get(mesh), ranges: ranges || [[0, mesh.faces.length / 3]], rims, kinds, colours, strength };
     this.sides[name] = side;
     this.putRims(side);
-    this.costs = {};
+    if (old?.mesh !== mesh) this.costs = {};
     this.refresh();
   }
 

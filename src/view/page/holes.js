@@ -22,7 +22,9 @@ class Holes {
 
   /** Takes the holes of a state. */
   update(holes, fresh) {
+    const same = !fresh && holes.length === this.list.length;
     this.list = holes;
+    if (same) return;
     if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, this.isBorder(hole) ? "open" : "fill"]));
     if (fresh || !holes.some((hole) => hole.id === this.chosen)) {
       this.chosen = null;

@@ -305,8 +305,8 @@ async function begin() {
   viewer.gl.readPixels(0, 0, 1, 1, viewer.gl.RGBA, viewer.gl.UNSIGNED_BYTE, new Uint8Array(4));
   app.times = { opened: performance.now() - started, first: performance.now() };
   listen((name, told) => app.steps.hear(name, told).catch((error) => app.say(error.message, true)), {
-    lost: () => app.say("The program does not answer: it may have been stopped.", true),
-    back: () => find("#message").classList.contains("trouble") && app.say(""),
+    lost: () => app.steps.lose(),
+    back: () => app.steps.again().catch((error) => app.say(error.message, true)),
   });
   document.documentElement.dataset.state = "ready";
   await app.display.ready(viewer.sides.after.mesh);
