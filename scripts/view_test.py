@@ -130,7 +130,8 @@ def check_defects(page):
     """What is wrong with the mesh is listed, and a click goes there and marks it."""
     page.click_on("#defects summary")
     page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
-    page.expect(page.run("document.querySelectorAll('#defect-list button').length") > 0, "no defects: " + page.run("document.querySelector('#verdict').textContent"))
+    listed = page.run("[...document.querySelectorAll('#defect-list button')].map((b) => b.textContent)")
+    page.expect(any(re.fullmatch(r"border: [\d,]+", text) for text in listed), f"the defects are {listed}")
     before = page.settled()["hash"]
     page.click_on("#defect-list button")
     page.expect(page.settled()["hash"] != before, "a click on a defect shows nothing")
