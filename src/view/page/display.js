@@ -155,7 +155,8 @@ class Display {
     const blobs = await Promise.all(Array.from({ length: count }, async (_, i) => (await fetch(url.replace(/\d+$/, i))).blob()));
     const options = { premultiplyAlpha: "none", colorSpaceConversion: "none" }, first = await Promise.all(blobs.map((blob) => createImageBitmap(blob, options)));
     const [resizeWidth, resizeHeight] = ["width", "height"].map((side) => Math.min(4096, Math.max(...first.map((image) => image[side]))));
-    return Promise.all(first.map((image) => image.width === resizeWidth && image.height === resizeHeight ? image : createImageBitmap(image, { resizeWidth, resizeHeight })));
+    const fits = (image) => image.width === resizeWidth && image.height === resizeHeight;
+    return Promise.all(first.map((image) => fits(image) ? image : createImageBitmap(image, { resizeWidth, resizeHeight })));
   }
 
   async texture(id, surface) {
