@@ -10,17 +10,24 @@ const BULGE = 0.45;
 const APART = 15;
 
 class Labels {
-  constructor(viewer, layer, holes) {
+  constructor(viewer, layer, holes, rims) {
     this.viewer = viewer;
     this.layer = layer;
     this.pinned = null;
+    this.set(holes, rims);
+    viewer.drawn = (part) => part || this.place();
+  }
+
+  /** Takes other holes, with their rims. */
+  set(holes, rims) {
+    this.layer.replaceChildren();
+    if (this.pinned) this.pinned.elements = {};
     this.items = holes.slice(0, MOST_LABELS).map((hole, i) => {
-      const all = viewer.mesh.rims[i] || new Float32Array(), n = all.length / 3, step = Math.max(1, Math.ceil(n / LOOKED_AT));
+      const all = rims[i] || new Float32Array(), n = all.length / 3, step = Math.max(1, Math.ceil(n / LOOKED_AT));
       const rim = [];
       for (let k = 0; k < n; k += step) rim.push([...all.subarray(3 * k, 3 * k + 3)]);
       return { hole, rim, seen: {}, elements: {} };
     });
-    viewer.drawn = () => this.place();
   }
 
   /** An element of a pane, made when it is needed first. */
@@ -42,10 +49,11 @@ class Labels {
     this.arrange();
   }
 
+  /** Finds out which holes are seen. */
   look() {
     for (const pane of this.viewer.panes()) {
       const depth = this.viewer.depths(pane);
-      for (const item of this.items) item.seen[pane.side] = this.isSeen(item, depth);
+      for (const item of this.items) item.seen[pane.side] = (!item.hole.side || item.hole.side === pane.side) && this.isSeen(item, depth);
     }
     this.arrange();
     this.settled = true;
@@ -57,7 +65,8 @@ class Labels {
       const p = viewer.place(point);
       return p.depth > 0 && p.depth - lift <= depth(p);
     };
-    if (!rim.length || !free(hole.centre, Math.max(slack, BULGE * hole.diameter))) return false;
+    const [x, y, z, w] = viewer.section;
+    if (!rim.length || dot([x, y, z], hole.centre) > w || !free(hole.centre, Math.max(slack, BULGE * hole.diameter))) return false;
     return rim.filter((point) => free(point, slack)).length >= SEEN_PART * rim.length;
   }
 
@@ -72,7 +81,8 @@ class Labels {
         taken.push(at);
         shown.add(this.show(this.element(elements, pane.side, "label", hole.id), at));
       }
-      const at = this.pinned && this.viewer.onPage(this.pinned.point, pane);
+      const [x, y, z, w] = this.viewer.section, cut = this.pinned && dot([x, y, z], this.pinned.point) > w;
+      const at = this.pinned && !cut && this.viewer.onPage(this.pinned.point, pane);
       if (at) shown.add(this.show(this.element(this.pinned.elements, pane.side, "pin", ""), at));
     }
     for (const element of this.layer.children) element.hidden = !shown.has(element);

@@ -16,13 +16,15 @@ use crate::mend::{HoleOutcome, HoleReport, RegionReport};
 
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
-const SCRIPTS: [&str; 7] = [
+const SCRIPTS: [&str; 9] = [
     include_str!("geometry.js"),
     include_str!("camera.js"),
     include_str!("shaders.js"),
+    include_str!("surface.js"),
     include_str!("viewer.js"),
     include_str!("labels.js"),
     include_str!("point.js"),
+    include_str!("controls.js"),
     include_str!("page.js"),
 ];
 

@@ -1,0 +1,499 @@
+# /// script
+# requires-python = ">=3.11"
+# dependencies = ["numpy", "websocket-client==1.9.2"]
+# ///
+"""Use the page of `isomend view` in headless Chromium, as a user would.
+
+    cargo build --release && python3 scripts/view_test.py [--isomend PROGRAM] [--keep FOLDER] [--only NAME]
+
+On data/scan.ply and on a textured GLB made here: choose two holes by clicks in the view, fill them, compare, undo, redo, preview,
+paint and restore, cancel a long fill, save, and run the recipe by the command line, which must give the same bytes. Requests with
+a wrong token, a foreign Host or Origin, and paths out of the folder must be refused. A mesh of a million triangles must be seen
+within 3 seconds, and a stroke of the brush be drawn within 100 milliseconds; both are printed. At a width of 400 pixels, by keys
+and by touch it must work too. `--keep` leaves screenshots in a folder. Exits with 1 if anything is wrong. Where there is no
+Chromium it says so, which is a failure with CI=true."""
+
+import argparse
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from browser_test import NAMES, ROOT
+from left_out import left_out
+from view_meshes import bumpy_ball, textured_glb
+from view_page import Page, Server, check_refusals
+
+FIRST_PICTURE, STROKE = 3.0, 0.1
+# A point of the window at the rim of a hole.
+HOLE = """((id) => { const { viewer, holes } = isomend, b = viewer.canvas.getBoundingClientRect(), panes = viewer.panes();
+  const pane = panes[panes.length - 1], mesh = viewer.sides.after.mesh, rim = mesh.rims[mesh.rimIds.indexOf(id)];
+  for (let i = 0; i < rim.length; i += 3) {
+    const at = viewer.onPage(rim.subarray(i, i + 3), pane);
+    if (at && holes.at(viewer.pick(...at)) === id) return [b.x + at[0], b.y + at[1]]; }
+  return [0, 0]; })"""
+
+
+def check_holes(page):
+    """Two holes are chosen by clicks in the view, and filled."""
+    holes = page.state()["holes"]
+    page.fill_in("#set-all", "open")
+    for hole in (holes[0]["id"], holes[1]["id"]):
+        page.run(f"isomend.holes.choose({hole})")
+        page.settled()
+        page.run("isomend.holes.choose(null)")
+        page.click(*page.run(f"{HOLE}({hole})"))
+        page.until(f"isomend.holes.chosen === {hole}", f"a click in the view chooses hole {hole}")
+        page.key("i")
+    for key in "j", "i":
+        for hole in holes[:2]:
+            page.run(f"isomend.holes.choose({hole['id']}, false)")
+            page.key(key)
+        if key == "j":
+            told = page.run("document.querySelector('#holes-text').textContent")
+            page.expect(told.endswith(f"--bridge {holes[0]['id']}+{holes[1]['id']}"), f"a bridge is told as {told}")
+    wanted = f"--holes {holes[0]['id']},{holes[1]['id']}"
+    page.expect(page.run("document.querySelector('#holes-text').textContent") == wanted, f"the holes are not told as {wanted}")
+    page.run("isomend.viewer.fly(isomend.home())")
+    page.settled()
+    page.shot("holes")
+    page.fill_in("#narrower", str(holes[1]["diameter"] * 0.999))
+    few = page.run("document.querySelectorAll('#holes li').length")
+    page.expect(0 < few < len(holes), f"filtered by size there are {few} of {len(holes)} holes")
+    page.fill_in("#narrower", "")
+    page.click_on("#fill-all")
+    page.at_rest()
+    page.reaches(1, "the holes are filled")
+    left = page.state()["holes"]
+    page.expect(len(left) == len(holes) - 2, f"of {len(holes)} holes {len(left)} are left after filling two")
+
+
+def check_compare(page):
+    """Before and after, side by side and by a slider; undo and redo."""
+    seen = {page.settled()["hash"]}
+    for show in ("both", "slider", "before", "after"):
+        page.click_on(f"[name=show][value={show}] + span")
+        now = page.settled()
+        page.expect(now["part"] > 0.02 and now["error"] == 0, f"{show}: {now}")
+        page.expect(now["hash"] not in seen or show == "after", f"{show} looks like what was before")
+        seen.add(now["hash"])
+        page.shot(f"compare_{show}")
+    page.click_on("#undo")
+    page.reaches(0, "the step is undone")
+    page.click_on("#redo")
+    page.reaches(1, "the step is redone")
+
+
+def check_colours(page):
+    """Colours, edges, the section."""
+    seen = {page.settled()["hash"]}
+    def differs(what):
+        now = page.settled()
+        page.expect(now["hash"] not in seen and now["error"] == 0, f"the view is the same with {what}")
+        seen.add(now["hash"])
+        page.shot(what)
+
+    for colour in page.run("[...document.querySelector('#colour').options].map((o) => o.value)")[1:]:
+        page.fill_in("#colour", colour)
+        page.until(f"isomend.viewer.sides.after.surface.colour.kind > 0 || document.querySelector('#message.trouble')", f"{colour} is shown")
+        page.expect(page.run("isomend.viewer.sides.after.surface.colour.kind") > 0, f"no {colour}: " + page.run("document.querySelector('#message').textContent"))
+        differs(f"colour_{colour.split(':')[0]}")
+    page.fill_in("#colour", "plain")
+    page.click_on("[name=wire] + span")
+    differs("edges")
+    page.fill_in("#section", "x")
+    differs("section")
+    page.fill_in("#section", "")
+    page.click_on("[name=wire] + span")
+    page.settled()
+
+
+def check_point(page):
+    """A click tells the point and the ball."""
+    x, y = page.surface()[0]
+    page.run("isomend.point.copied = null")
+    page.click(x, y, modifiers=1)
+    page.until("!!isomend.point.copied", "the ball is copied")
+    ball = page.run("isomend.point.copied")
+    page.expect(re.fullmatch(r"--ball (-?[\d.e-]+,){3}[\d.e-]+", ball), f"the ball is {ball!r}")
+
+
+def check_defects(page):
+    """What is wrong with the mesh is listed, and a click goes there and marks it."""
+    page.click_on("#defects summary")
+    page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
+    listed = page.run("[...document.querySelectorAll('#defect-list button')].map((b) => b.textContent)")
+    page.expect(any(re.fullmatch(r"border: [\d,]+", text) for text in listed), f"the defects are {listed}")
+    before = page.settled()["hash"]
+    page.click_on("#defect-list button")
+    page.expect(page.settled()["hash"] != before, "a click on a defect shows nothing")
+    page.expect(page.run("isomend.viewer.sides.after.mesh.facts.some((f) => f & 1 << 19)"), "no face is marked as a defect")
+    page.shot("defects")
+    page.click_on("#defects summary")
+    page.run("isomend.viewer.fly(isomend.home())")
+    page.settled()
+
+
+def check_files(page, folder):
+    """The picture of the view, and the report of a step."""
+    page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "downloads"))
+    page.click_on("#screenshot")
+    deadline = time.monotonic() + 20
+    while not (made := list((folder / "downloads").glob("*.png"))) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    page.expect(made and made[0].read_bytes()[:4] == b"\x89PNG", "no screenshot is made")
+    report = page.run("fetch('api/report/1').then((r) => r.text())")
+    page.expect("<canvas" in report and "Holes" in report, "a step has no report")
+
+
+def check_preview(page):
+    """One hole with two settings, side by side; the first is taken."""
+    before = page.state()
+    hole = before["holes"][0]["id"]
+    page.tab("holes")
+    page.run(f"isomend.holes.choose({hole})")
+    page.key("i")
+    page.tab("mend")
+    page.click_on("[name=kind][value=fill] + span")
+    page.click_on("#preview")
+    page.at_rest()
+    page.until("isomend.steps.previews.length === 1", "there is a preview")
+    page.fill_in("#fill--finish", "none")
+    page.click_on("#preview")
+    page.until("!isomend.steps.job && isomend.steps.previews.length === 2 && isomend.viewer.options.show === 'both'", "there are two previews")
+    page.settled()
+    page.shot("previews")
+    page.expect(page.state()["current"] == before["current"], "a preview is a step")
+    first = page.run("isomend.steps.previews[0].id")
+    page.click_on("#previews > div:first-child button")
+    page.reaches(first, "the preview is taken")
+    page.expect(not any(s.get("preview") for s in page.state()["states"]), "the other preview stays")
+    page.click_on("#defaults")
+
+
+def check_paint(page):
+    """A painted region is restored, after strokes are undone and a mask is saved and loaded."""
+    current = page.state()["current"]
+    page.tab("paint")
+    page.until("!!isomend.mask()", "the surface is prepared")
+    page.click_on("[name=show][value=after] + span")
+    page.click_on("[name=tool][value=brush] + span")
+    page.settled()
+    points = page.surface()
+    middle = points[len(points) // 2]
+    page.drag([[middle[0] + 3 * i, middle[1]] for i in range(8)])
+    count = page.run("isomend.mask().count")
+    page.expect(count > 5, f"{count} faces are painted")
+    through = page.run("""(() => { const t = isomend.paint.target(), e = isomend.viewer.camera.eye; let n = 0;
+        t.mask.on.forEach((on, f) => { if (on && t.topology.front(f, e) <= 0) n++; }); return n; })()""")
+    page.expect(through == 0, f"{through} faces that look away are painted")
+    page.drag([points[0], [points[0][0] + 5, points[0][1]]])
+    more = page.run("isomend.mask().count")
+    page.key("z", modifiers=2)
+    page.expect(more > count == page.run("isomend.mask().count"), "a stroke is not undone")
+    page.key("y", modifiers=2)
+    page.expect(page.run("isomend.mask().count") == more, "a stroke is not redone")
+    page.key("z", modifiers=2)
+    page.click_on("#grow")
+    grown = page.run("isomend.mask().count")
+    page.fill_in("#grow-by", str(page.run("isomend.paint.radius") / 100))
+    page.click_on("#shrink")
+    shrunk = page.run("isomend.mask().count")
+    page.expect(grown > count and 0 < shrunk < grown, f"{count} faces, grown {grown}, shrunk {shrunk}")
+    page.shot("paint")
+    page.fill_in("#mask-path", "mask.txt")
+    page.click_on("#mask-save")
+    page.until("[...document.querySelectorAll('#message, #paint-trouble')].some((e) => e.textContent.includes('mask'))", "the mask is saved")
+    trouble = page.run("document.querySelector('#paint-trouble').textContent")
+    page.expect(not trouble, f"no mask: {trouble}")
+    page.click_on("#invert")
+    page.expect(page.run("isomend.mask().count") == page.run("isomend.mask().on.length") - shrunk, "the mask is not inverted")
+    page.click_on("#clear")
+    page.expect(page.run("isomend.mask().count") == 0, "the mask is not cleared")
+    page.click_on("#mask-load")
+    page.until(f"isomend.mask().count === {shrunk}", "the mask is loaded")
+    check_outlines(page, shrunk)
+    page.click_on("#to-restore")
+    page.fill_in("#restore--keep-shape", "2")
+    page.click_on("#run")
+    page.until("document.querySelector('#mend-trouble').textContent.includes('from 0 to 1')", "a wrong parameter is told")
+    page.fill_in("#restore--keep-shape", "0.2")
+    page.click_on("#run")
+    page.at_rest()
+    page.until(f"isomend.model.state.current !== {current} || document.querySelector('#mend-trouble').textContent", "the region is restored")
+    page.expect(page.state()["current"] != current, "no restoration: " + page.run("document.querySelector('#mend-trouble').textContent"))
+    page.reaches(page.state()["current"], "the restored mesh is shown")
+    page.shot("restored")
+
+
+def check_changes(page):
+    """The mesh that the page made of what changed in each step is the one that the program has."""
+    differs = page.run("""(async () => { const other = new isomend.model.constructor(), id = (await other.fetchState()).current;
+        const [a, b] = await Promise.all([isomend.model.mesh(id), other.mesh(id)]), facts = (m) => m.facts.map((f) => f & 0x3ffff);
+        const same = (x, y) => x.length === y.length && x.every((v, i) => v === y[i]);
+        return ['positions', 'faces'].filter((k) => !same(a[k], b[k])).concat(same(facts(a), facts(b)) ? [] : ['facts']); })()""")
+    page.expect(not differs, f"the page has other {differs} than the program")
+
+
+def check_outlines(page, count):
+    """Box, lasso and component add to the mask; each is undone."""
+    x, y, width, height = page.view()
+    box = [[x + 0.35 * width, y + 0.35 * height], [x + 0.5 * width, y + 0.5 * height], [x + 0.65 * width, y + 0.65 * height]]
+    lasso = [[x + (0.5 + 0.15 * np.cos(t)) * width, y + (0.5 + 0.15 * np.sin(t)) * height] for t in np.linspace(0, 6, 12)]
+    for tool, points in (("box", box), ("lasso", lasso), ("component", None)):
+        page.click_on(f"[name=tool][value={tool}] + span")
+        page.drag(points) if points else page.click(*page.surface()[0])
+        found = page.run("isomend.mask().count")
+        page.expect(found > count, f"{tool}: {found} faces, no more than {count}")
+        page.shot(f"paint_{tool}")
+        page.click_on("#unstroke")
+        page.expect(page.run("isomend.mask().count") == count, f"{tool} is not undone")
+
+
+def check_cancel(page):
+    """A long fill is cancelled, and the mesh is as it was."""
+    before = page.state()
+    page.tab("holes")
+    page.fill_in("#set-all", "fill")
+    page.tab("mend")
+    page.click_on("[name=kind][value=fill] + span")
+    page.fill_in("#fill--voxel", str(before["holes"][0]["diameter"] / 120))
+    page.fill_in("#fill--finish", "none")
+    page.click_on("#run")
+    page.until("isomend.steps.job?.id > 0 || document.querySelector('#mend-trouble').textContent", "the run begins")
+    page.expect(page.run("document.querySelector('#mend-trouble').textContent") == "", page.run("document.querySelector('#mend-trouble').textContent"))
+    time.sleep(0.4)
+    page.shot("running")
+    start = time.monotonic()
+    page.click_on("#cancel")
+    page.until("!isomend.steps.job", "the run is cancelled")
+    print(f"  cancelled after {time.monotonic() - start:.2f} s")
+    page.until("document.querySelector('#message').textContent.startsWith('Cancelled')", "the cancelling is told")
+    page.expect(page.state()["current"] == before["current"] and not page.state()["busy"], "a cancelled run leaves a step")
+    page.click_on("#defaults")
+
+
+def check_save(page, program, folder, mesh, name):
+    """What is saved has the bytes that the recipe gives."""
+    page.tab("history")
+    page.shot("history")
+    page.tab("save")
+    page.until("document.querySelector('#recipe').textContent.includes('isomend')", "the recipe is told")
+    page.shot("save")
+
+    def save(kind, path, overwrite=False):
+        page.fill_in("#save-kind", kind)
+        page.fill_in("#save-path", path)
+        page.run(f"document.querySelector('#overwrite').checked = {json.dumps(overwrite)}")
+        page.click_on("#save")
+        page.until("document.querySelector('#saved').textContent || document.querySelector('#save-trouble').textContent", f"{path} is saved")
+        return page.run("document.querySelector('#save-trouble').textContent")
+
+    saved = folder / f"saved{mesh.suffix}"
+    for kind, path in (("mesh", saved.name), ("report", "step.html"), ("recipe", "recipe.sh")):
+        trouble = save(kind, path)
+        page.expect(not trouble and (folder / path).stat().st_size > 100, f"{path}: {trouble}")
+    for path in ("../out.ply", "/out.ply"):
+        page.expect(save("mesh", path) and not (folder.parent / "out.ply").exists(), f"{path} is written")
+    page.expect("replace" in save("mesh", saved.name), "a file is written over")
+    page.expect(not save("mesh", saved.name, True), "a file is not written over")
+    wanted = saved.read_bytes()
+    script = (folder / "recipe.sh").read_text()
+    redone = folder / "redo"
+    redone.mkdir()
+    for file in folder.iterdir():
+        if file.is_file() and file.name != saved.name:
+            shutil.copy(file, redone)
+    tools = redone / "bin"
+    tools.mkdir()
+    (tools / "isomend").symlink_to(program)
+    done = subprocess.run(["sh", "./recipe.sh"], cwd=redone, capture_output=True, text=True, env={**os.environ, "PATH": f"{tools}:{os.environ['PATH']}"})
+    page.expect(done.returncode in (0, 3), f"the recipe ends with {done.returncode}: {done.stderr[-500:]}")
+    made = [f for f in redone.iterdir() if f.is_file() and f.suffix == mesh.suffix and f.read_bytes() == wanted]
+    page.expect(made, f"{name}: no file that the recipe makes has the saved bytes; it is\n{script}")
+
+
+def check_keys(page):
+    """Everything by keys: tabs, cross, tools; the focus is seen, and every control has a name."""
+    page.run("document.querySelector('#tab-holes').focus()")
+    page.key("ArrowRight")
+    page.expect(page.run("document.activeElement.id") == "tab-paint", "arrows do not go through the tabs")
+    page.run("document.querySelector('#view').focus()")
+    page.key("b")
+    before = page.run("isomend.mask().count")
+    page.key("Enter")
+    page.expect(page.run("isomend.mask().count") > before, "Enter does not paint at the cross")
+    page.expect(not page.run("document.querySelector('#cross').hidden"), "the cross is not seen")
+    page.key("z", modifiers=2)
+    page.key("o")
+    page.key("Enter")
+    for _ in range(5):
+        page.key("ArrowRight", modifiers=1)
+        page.key("ArrowDown", modifiers=1)
+    page.key("Enter")
+    page.expect(page.run("isomend.mask().count") > before, "a box by keys marks nothing")
+    page.key("z", modifiers=2)
+    nameless = page.run("""[...document.querySelectorAll('button, input, select, canvas, progress, a[href]')].filter((e) =>
+        !(e.ariaLabel || e.textContent.trim() || e.title || e.labels?.length && [...e.labels].some((l) => l.textContent.trim()))).map((e) => e.outerHTML.slice(0, 80))""")
+    page.expect(not nameless, f"without a name: {nameless}")
+    page.key("t")
+
+
+def check_small(page, server):
+    """400 pixels wide, dark, by touch and with reduced motion."""
+    page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}, {"name": "prefers-reduced-motion", "value": "reduce"}])
+    page.call("Emulation.setTouchEmulationEnabled", enabled=True)
+    page.start(server, width=400, height=800)
+    page.settled()
+    wide = page.run("document.documentElement.scrollWidth")
+    page.expect(wide <= 400, f"at 400 pixels the page is {wide} wide")
+    page.expect(page.run("document.documentElement.dataset.theme") == "dark", "the page is not dark")
+    page.run("isomend.viewer.fly({ ...isomend.home(), reach: 0.5 * isomend.viewer.camera.reach })")
+    page.expect(page.run("isomend.viewer.camera.reach / isomend.home().reach < 0.51"), "the camera flies although motion is not wanted")
+    page.run("Object.assign(isomend.viewer.camera, isomend.home()); isomend.viewer.draw()")
+    page.shot("small")
+    before = page.run("JSON.stringify(isomend.viewer.camera.axes)")
+    x, y, width, height = page.view()
+    point = {"x": x + width / 2, "y": y + height / 2}
+    page.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[point])
+    page.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=[{"x": point["x"] + 40, "y": point["y"] + 10}])
+    page.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+    page.expect(page.run("JSON.stringify(isomend.viewer.camera.axes)") != before, "a finger does not turn the view")
+    reach = page.run("isomend.viewer.camera.reach")
+    page.call("Input.dispatchTouchEvent", type="touchStart", touchPoints=[{**point, "id": 1}, {"x": point["x"] + 40, "y": point["y"], "id": 2}])
+    page.call("Input.dispatchTouchEvent", type="touchMove", touchPoints=[{**point, "id": 1}, {"x": point["x"] + 80, "y": point["y"], "id": 2}])
+    page.call("Input.dispatchTouchEvent", type="touchEnd", touchPoints=[])
+    page.expect(page.run("isomend.viewer.camera.reach") < reach, "two fingers do not zoom")
+    for name in ("paint", "mend", "history", "save"):
+        page.tab(name)
+        wide = page.run("document.documentElement.scrollWidth")
+        page.expect(wide <= 400, f"with the tab {name} open the page is {wide} wide")
+        page.shot(f"small_{name}")
+    page.call("Emulation.setTouchEmulationEnabled", enabled=False)
+    page.call("Emulation.setEmulatedMedia", features=[])
+
+
+def session(page, program, folder, mesh, name):
+    """All that a user does with a mesh."""
+    server = Server(program, mesh, folder / "log.txt")
+    try:
+        page.start(server)
+        page.until("!!isomend.mask()", "the surface is prepared")
+        page.shot(f"{name}_open")
+        page.expect(page.settled()["part"] > 0.03, "nothing is drawn")
+        check_point(page)
+        check_holes(page)
+        check_compare(page)
+        check_colours(page)
+        check_defects(page)
+        check_files(page, folder)
+        check_preview(page)
+        check_paint(page)
+        check_changes(page)
+        check_keys(page)
+        check_cancel(page)
+        check_save(page, program, folder, mesh, name)
+        page.tell_troubles()
+        check_refusals(page, server)
+        page.start(server)
+        page.expect(page.state()["current"] > 0, "another page does not show the session")
+        if name == "scan":
+            check_small(page, server)
+    finally:
+        code = server.stop()
+    page.expect(code == 0, f"after Ctrl-C the program ends with {code}")
+
+
+def large(page, program, folder):
+    """A million triangles: the first picture and strokes, with their times."""
+    mesh = folder / "million.ply"
+    faces = bumpy_ball(mesh, 503)
+    server = Server(program, mesh, folder / "log.txt")
+    try:
+        seen = []
+        while len(seen) < 3 and not (seen and min(seen) < FIRST_PICTURE):
+            page.start(server)
+            seen.append(page.run("isomend.times.first") / 1000)
+        print(f"  {faces} triangles: first picture {', '.join(f'{t:.2f}' for t in seen)} s after the page was asked for")
+        page.expect(min(seen) < FIRST_PICTURE, f"the first picture takes {min(seen):.2f} s")
+        page.until("!!isomend.mask() && !!isomend.viewer.sides.after.surface.order", "the surface is prepared")
+        frames = page.run("""(() => { const v = isomend.viewer, gl = v.gl, frame = (fewer) => { const t = performance.now(); v.camera.orbit(0.04, 0.02);
+            v.draw(fewer); gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); return performance.now() - t; };
+            for (let i = 0; i < 3; i++) frame(true); const moving = [1, 2, 3, 4, 5].map(() => frame(true)).sort((a, b) => a - b)[2];
+            return { moving, thin: v.drewThin, coarse: v.coarse, whole: frame(false) }; })()""")
+        what = ("fewer faces" if frames["thin"] else "all faces") + (" at half the resolution" if frames["coarse"] else "")
+        print(f"  moving {frames['moving']:.0f} ms a frame ({what}), at rest {frames['whole']:.0f} ms")
+        page.tab("paint")
+        page.click_on("[name=tool][value=brush] + span")
+        page.settled()
+        x, y, width, height = page.view()
+        page.run("isomend.paint.times = []")
+        for row in range(4):
+            page.drag([[x + width * (0.35 + 0.02 * i), y + height * (0.35 + 0.1 * row)] for i in range(15)])
+        strokes = page.run("isomend.paint.times")
+        drawn = page.run("""(() => { const p = isomend.paint, gl = isomend.viewer.gl, b = isomend.viewer.canvas, times = [];
+            for (let i = 0; i < 15; i++) { const t = performance.now(); p.begin({ button: 0 }, [b.clientWidth * (0.4 + 0.01 * i), b.clientHeight * 0.72]).end({}, false);
+              gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4)); times.push(performance.now() - t); } return times; })()""")
+        page.expect(page.run("isomend.mask().count") > 1000, "the strokes mark next to nothing")
+        print(f"  {len(strokes)} touches of the brush: median {np.median(strokes):.0f} ms, longest {max(strokes):.0f} ms; "
+              f"until drawn median {np.median(drawn):.0f} ms, a quarter within {np.percentile(drawn, 25):.0f} ms")
+        # What else the machine does makes single ones slower.
+        page.expect(np.percentile(drawn, 25) / 1000 < STROKE and np.percentile(strokes, 25) / 1000 < STROKE, "a stroke of the brush takes too long")
+        page.shot("million")
+        page.tell_troubles()
+    finally:
+        server.stop()
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
+    parser.add_argument("--keep", type=Path, help="a folder for screenshots")
+    parser.add_argument("--only", choices=["scan", "textured", "million"])
+    arguments = parser.parse_args()
+    chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
+    if not chromium:
+        left_out("the checks of the page of `isomend view`", "there is no Chromium (on Debian: apt install chromium)")
+        return 0
+    program, failed = arguments.isomend.resolve(), 0
+    if arguments.keep:
+        arguments.keep.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
+        base = Path(temporary)
+        for name in ("scan", "textured", "million"):
+            if arguments.only not in (None, name):
+                continue
+            folder, profile = base / name / "files", base / name / "profile"
+            folder.mkdir(parents=True)
+            profile.mkdir()
+            keep = arguments.keep and arguments.keep / name
+            if keep:
+                keep.mkdir(exist_ok=True)
+            page = Page(chromium, profile, keep)
+            print(f"{name}:")
+            try:
+                if name == "million":
+                    large(page, program, folder)
+                else:
+                    mesh = folder / ("scan.ply" if name == "scan" else "textured.glb")
+                    shutil.copy(ROOT / "data/scan.ply", mesh) if name == "scan" else textured_glb(mesh)
+                    session(page, program, folder, mesh, name)
+            except RuntimeError as error:
+                page.shot("failed")
+                page.expect(False, str(error))
+            finally:
+                page.close()
+            print(f"{name}: {'WRONG' if page.wrong else 'as it should be'}")
+            failed += bool(page.wrong)
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,127 @@
+// Off the main thread: which vertices lie at the same point, the faces round each, the faces by where
+// they lie, and fewer of them for a view that moves.
+"use strict";
+
+/** Faces that are drawn of a large mesh while the view moves, about. */
+const THIN = 90_000;
+
+/** For each vertex the first one at the same point. */
+function welded(positions) {
+  const count = positions.length / 3, whole = new Uint32Array(positions.buffer, positions.byteOffset, positions.length);
+  const size = 2 ** Math.ceil(Math.log2(2 * count + 2)), table = new Int32Array(size).fill(-1), first = new Uint32Array(count);
+  for (let v = 0; v < count; v++) {
+    // Zero has two signs.
+    const bits = (k) => positions[3 * v + k] === 0 ? 0 : whole[3 * v + k];
+    let hash = Math.imul(bits(0), 0x9e3779b1) ^ Math.imul(bits(1), 0x85ebca6b) ^ Math.imul(bits(2), 0xc2b2ae35);
+    hash = Math.imul(hash ^ hash >>> 15, 0x2c1b3c6d);
+    let slot = (hash ^ hash >>> 13) & size - 1;
+    for (;;) {
+      const other = table[slot];
+      if (other < 0) {
+        table[slot] = v;
+        first[v] = v;
+        break;
+      }
+      if ([0, 1, 2].every((k) => positions[3 * other + k] === positions[3 * v + k])) {
+        first[v] = other;
+        break;
+      }
+      slot = slot + 1 & size - 1;
+    }
+  }
+  return first;
+}
+
+/** The faces round each point: those of point v from starts[v] to starts[v + 1]. */
+function round(corners, count) {
+  const starts = new Uint32Array(count + 1);
+  for (let i = 0; i < corners.length; i++) starts[corners[i] + 1]++;
+  for (let v = 0; v < count; v++) starts[v + 1] += starts[v];
+  const next = starts.slice(), list = new Uint32Array(corners.length);
+  for (let i = 0; i < corners.length; i++) list[next[corners[i]]++] = i / 3 | 0;
+  return { starts, list };
+}
+
+/** Ten bits with two zeros after each. */
+function apart(x) {
+  x = (x | x << 16) & 0x030000ff;
+  x = (x | x << 8) & 0x0300f00f;
+  x = (x | x << 4) & 0x030c30c3;
+  return (x | x << 2) & 0x09249249;
+}
+
+/** The smallest and largest coordinates. */
+function bounds(positions) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < positions.length; i += 3) {
+    for (let k = 0; k < 3; k++) {
+      const x = positions[i + k];
+      if (x < low[k]) low[k] = x;
+      if (x > high[k]) high[k] = x;
+    }
+  }
+  return { low, most: Math.max(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1 };
+}
+
+/** The faces along a curve that fills space, so that those that follow each other lie together. */
+function together(positions, faces, { low, most }) {
+  const count = faces.length / 3, scale = 1023.99 / most / 3;
+  let codes = new Uint32Array(count), numbers = Uint32Array.from({ length: count }, (_, i) => i);
+  for (let f = 0; f < count; f++) {
+    const a = 3 * faces[3 * f], b = 3 * faces[3 * f + 1], c = 3 * faces[3 * f + 2];
+    const at = (k) => apart((positions[a + k] + positions[b + k] + positions[c + k] - 3 * low[k]) * scale | 0);
+    codes[f] = at(0) | at(1) << 1 | at(2) << 2;
+  }
+  for (let shift = 0; shift < 30; shift += 10) {
+    const next = new Uint32Array(1025), sorted = new Uint32Array(count), moved = new Uint32Array(count);
+    for (let i = 0; i < count; i++) next[(codes[i] >>> shift & 1023) + 1]++;
+    for (let i = 0; i < 1024; i++) next[i + 1] += next[i];
+    for (let i = 0; i < count; i++) {
+      const to = next[codes[i] >>> shift & 1023]++;
+      sorted[to] = codes[i];
+      moved[to] = numbers[i];
+    }
+    [codes, numbers] = [sorted, moved];
+  }
+  const ordered = new Uint32Array(faces.length);
+  for (let i = 0; i < count; i++) for (let k = 0; k < 3; k++) ordered[3 * i + k] = faces[3 * numbers[i] + k];
+  return { faces: ordered, numbers };
+}
+
+/** Faces between the cells of a grid, on one vertex of each; null where that is not much less. */
+function thinned(positions, faces, { low, most }) {
+  const count = faces.length / 3;
+  if (count < 2 * THIN) return null;
+  for (let cells = 240; cells > 40; cells *= 0.75) {
+    const thin = atCells(positions, faces, low, most / cells, Math.ceil(cells) + 1);
+    if (thin.numbers.length < 1.5 * THIN) return thin;
+  }
+  return null;
+}
+
+function atCells(positions, faces, low, size, wide) {
+  const stands = new Int32Array(wide ** 3).fill(-1), of = new Uint32Array(positions.length / 3);
+  for (let v = 0; v < of.length; v++) {
+    let cell = 0;
+    for (let k = 0; k < 3; k++) cell = cell * wide + Math.min(wide - 1, (positions[3 * v + k] - low[k]) / size | 0);
+    if (stands[cell] < 0) stands[cell] = v;
+    of[v] = stands[cell];
+  }
+  const corners = [], numbers = [];
+  for (let i = 0; i < faces.length; i += 3) {
+    const a = of[faces[i]], b = of[faces[i + 1]], c = of[faces[i + 2]];
+    if (a === b || b === c || c === a) continue;
+    corners.push(a, b, c);
+    numbers.push(i / 3);
+  }
+  return { faces: Uint32Array.from(corners), numbers: Uint32Array.from(numbers) };
+}
+
+onmessage = ({ data: { positions, faces } }) => {
+  const weld = welded(positions);
+  const corners = Uint32Array.from(faces, (v) => weld[v]);
+  const { starts, list } = round(corners, weld.length);
+  const size = bounds(positions), thin = thinned(positions, faces, size), order = together(positions, faces, size);
+  const given = [corners, starts, list, order.faces, order.numbers, ...thin ? [thin.faces, thin.numbers] : []];
+  postMessage({ corners, starts, list, thin, order }, given.map((array) => array.buffer));
+};
