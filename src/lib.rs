@@ -91,6 +91,9 @@ pub mod job;
 pub mod report;
 #[cfg(feature = "study")]
 pub mod study;
+#[cfg(feature = "view")]
+#[doc(hidden)]
+pub mod view;
 
 // The engine's rooms, open to the project's own tests and benchmarks. They may change in any release.
 #[doc(hidden)]
