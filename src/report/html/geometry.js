@@ -67,64 +67,68 @@ async function unpack(text, header) {
     new: [header.kept, header.kept + header.new],
     gone: [header.kept + header.new, count],
   };
-  return { ...header, positions, normals, curvatures, distances, faces, regions, rims, parts };
+  const mesh = { ...header, positions, normals, curvatures, distances, faces, regions, rims, parts };
+  return { ...mesh, facts: factsOf(mesh) };
 }
 
-const CORNER_BYTES = 24;
+/** What a face is, in one number: its region, where it is from (0 of both meshes, 1 new, 2 gone or of an earlier step), marks. */
+const ORIGIN = 16, MASKED = 1 << 18, MARKED = 1 << 19;
 
-/** For each corner of each face: position, normal, region, curvature and distance. */
-function cornerBuffer(mesh) {
-  const buffer = new ArrayBuffer(mesh.faces.length * CORNER_BYTES);
-  const floats = new Float32Array(buffer), shorts = new Int16Array(buffer), bytes = new Int8Array(buffer);
-  for (let i = 0; i < mesh.faces.length; i++) {
-    const v = mesh.faces[i];
-    for (let k = 0; k < 3; k++) {
-      floats[6 * i + k] = mesh.positions[3 * v + k];
-      shorts[12 * i + 6 + k] = mesh.normals[3 * v + k] * 32767;
-    }
-    const face = (i / 3 | 0) - mesh.kept;
-    shorts[12 * i + 9] = face >= 0 && face < mesh.new ? mesh.regions[face] : 0;
-    bytes[24 * i + 20] = mesh.curvatures[v];
-    bytes[24 * i + 21] = mesh.distances[v];
+/** The faces' facts of a mesh whose new faces lie together. */
+function factsOf({ faces, kept, regions, parts }) {
+  const facts = new Uint32Array(faces.length / 3);
+  facts.fill(1 << ORIGIN, ...parts.new);
+  facts.fill(2 << ORIGIN, ...parts.gone);
+  for (let i = 0; i < parts.new[1] - kept; i++) facts[kept + i] |= regions[i];
+  return facts;
+}
+
+/** Unit normals of the vertices, the faces' weighted by their areas. */
+function vertexNormals(positions, faces) {
+  const normals = new Float32Array(positions.length);
+  for (let i = 0; i < faces.length; i += 3) {
+    const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];
+    const ex = positions[b] - positions[a], ey = positions[b + 1] - positions[a + 1], ez = positions[b + 2] - positions[a + 2];
+    const gx = positions[c] - positions[a], gy = positions[c + 1] - positions[a + 1], gz = positions[c + 2] - positions[a + 2];
+    const x = ey * gz - ez * gy, y = ez * gx - ex * gz, z = ex * gy - ey * gx;
+    normals[a] += x; normals[a + 1] += y; normals[a + 2] += z;
+    normals[b] += x; normals[b + 1] += y; normals[b + 2] += z;
+    normals[c] += x; normals[c + 1] += y; normals[c + 2] += z;
   }
-  return buffer;
+  return normals;
 }
 
-/** The sides of a rim: both ends, and whether its hole is still open. */
-function rimBuffer(rims, open) {
-  const values = [], starts = [0];
+/** The sides of rims: both ends, and the number of the colour. */
+function rimBuffer(rims, kinds) {
+  const starts = [0];
+  for (const rim of rims) starts.push(starts[starts.length - 1] + rim.length / 3);
+  const values = new Float32Array(7 * starts[rims.length]);
   rims.forEach((rim, r) => {
     const n = rim.length / 3;
     for (let i = 0; i < n; i++) {
-      const j = (i + 1) % n;
-      values.push(rim[3 * i], rim[3 * i + 1], rim[3 * i + 2], rim[3 * j], rim[3 * j + 1], rim[3 * j + 2], open[r] ? 1 : 0);
+      const j = (i + 1) % n, at = 7 * (starts[r] + i);
+      values.set(rim.subarray(3 * i, 3 * i + 3), at);
+      values.set(rim.subarray(3 * j, 3 * j + 3), at + 3);
+      values[at + 6] = kinds[r];
     }
-    starts.push(values.length / 7);
   });
-  return { values: new Float32Array(values), starts };
+  return { values, starts };
 }
 
-/** The nearest face of some parts that a ray meets: its number and how far along. */
-function meet(mesh, parts, origin, direction) {
-  const p = mesh.positions;
-  let best = null;
-  for (const [first, end] of parts) {
-    for (let f = first; f < end; f++) {
-      const a = 3 * mesh.faces[3 * f], b = 3 * mesh.faces[3 * f + 1], c = 3 * mesh.faces[3 * f + 2];
-      const e = [p[b] - p[a], p[b + 1] - p[a + 1], p[b + 2] - p[a + 2]];
-      const g = [p[c] - p[a], p[c + 1] - p[a + 1], p[c + 2] - p[a + 2]];
-      const h = cross(direction, g), area = dot(e, h);
-      if (area === 0) continue;
-      const s = [origin[0] - p[a], origin[1] - p[a + 1], origin[2] - p[a + 2]];
-      const u = dot(s, h) / area;
-      if (u < 0 || u > 1) continue;
-      const q = cross(s, e), v = dot(direction, q) / area;
-      if (v < 0 || u + v > 1) continue;
-      const t = dot(g, q) / area;
-      if (t > 0 && (!best || t < best.t)) best = { face: f, t };
-    }
-  }
-  return best;
+/** The corners of a face. */
+function cornersOf({ positions, faces }, face) {
+  return [0, 1, 2].map((k) => {
+    const v = 3 * faces[3 * face + k];
+    return [positions[v], positions[v + 1], positions[v + 2]];
+  });
+}
+
+/** How far along a ray the plane of a face is met, within the face's own depth. */
+function alongRay(mesh, face, origin, direction) {
+  const [a, b, c] = cornersOf(mesh, face), n = cross(minus(b, a), minus(c, a));
+  const ends = [a, b, c].map((p) => dot(minus(p, origin), direction)), slope = dot(n, direction);
+  const t = slope ? dot(n, minus(a, origin)) / slope : ends[0];
+  return Math.min(Math.max(t, Math.min(...ends)), Math.max(...ends));
 }
 
 /** Sum of the normals of a region's patch times their areas, and the sum of the areas. */

@@ -10,17 +10,24 @@ const BULGE = 0.45;
 const APART = 15;
 
 class Labels {
-  constructor(viewer, layer, holes) {
+  constructor(viewer, layer, holes, rims) {
     this.viewer = viewer;
     this.layer = layer;
     this.pinned = null;
+    this.set(holes, rims);
+    viewer.drawn = (part) => part || this.place();
+  }
+
+  /** Takes other holes, with their rims. */
+  set(holes, rims) {
+    this.layer.replaceChildren();
+    if (this.pinned) this.pinned.elements = {};
     this.items = holes.slice(0, MOST_LABELS).map((hole, i) => {
-      const all = viewer.mesh.rims[i] || new Float32Array(), n = all.length / 3, step = Math.max(1, Math.ceil(n / LOOKED_AT));
+      const all = rims[i] || new Float32Array(), n = all.length / 3, step = Math.max(1, Math.ceil(n / LOOKED_AT));
       const rim = [];
       for (let k = 0; k < n; k += step) rim.push([...all.subarray(3 * k, 3 * k + 3)]);
       return { hole, rim, seen: {}, elements: {} };
     });
-    viewer.drawn = () => this.place();
   }
 
   /** An element of a pane, made when it is needed first. */
@@ -42,10 +49,11 @@ class Labels {
     this.arrange();
   }
 
+  /** Finds out which holes are seen. */
   look() {
     for (const pane of this.viewer.panes()) {
       const depth = this.viewer.depths(pane);
-      for (const item of this.items) item.seen[pane.side] = this.isSeen(item, depth);
+      for (const item of this.items) item.seen[pane.side] = (!item.hole.side || item.hole.side === pane.side) && this.isSeen(item, depth);
     }
     this.arrange();
     this.settled = true;

@@ -17,13 +17,19 @@ use crate::mend::{HoleOutcome, HoleReport, RegionReport};
 const TEMPLATE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 /// The scripts of the viewer, which the local page has too.
-pub(crate) const VIEWER: [&str; 6] = [
+pub(crate) const VIEWER: [&str; 8] = [
     include_str!("geometry.js"),
     include_str!("camera.js"),
     include_str!("shaders.js"),
+    include_str!("surface.js"),
     include_str!("viewer.js"),
     include_str!("labels.js"),
     include_str!("point.js"),
+<<<<<<< HEAD
+=======
+    include_str!("controls.js"),
+    include_str!("page.js"),
+>>>>>>> page
 ];
 const SCRIPT: &str = include_str!("page.js");
 

@@ -1,7 +1,5 @@
 // Ties the view to the lists, the tools and the keys.
 
-const find = (query) => document.querySelector(query);
-const all = (query) => [...document.querySelectorAll(query)];
 const data = JSON.parse(find("#data").textContent);
 const message = find("#message");
 const holes = new Map(data.holes.map((hole, index) => [hole.id, { ...hole, index }]));
@@ -12,10 +10,14 @@ function say(text, trouble = false) {
   message.classList.toggle("trouble", trouble);
 }
 
-/** Four digits that count. */
-const digits = (x) => x === 0 ? "0" : Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(2) : x.toPrecision(3);
-
 // Tools.
+
+/** What the colours mean, and the values that they show, as parts of the largest. */
+const SCALES = {
+  curvature: { name: "sum of the principal curvatures, 1/length", kind: 1, values: "curvatures" },
+  distance: { name: "distance of what is new or gone from the other mesh", kind: 2, values: "distances", skipKept: true },
+};
+
 
 function option(name, value) {
   const inputs = all(`[name="${name}"]`);
@@ -23,7 +25,7 @@ function option(name, value) {
   if (!viewer) return;
   viewer.options[name] = value;
   showSides();
-  showScale();
+  if (name === "colour") showColour();
   viewer.refresh();
 }
 
@@ -35,32 +37,17 @@ function showSides() {
   find("#right").hidden = show !== "both";
 }
 
-function showScale() {
-  const { curvature, distance } = data.scene, colour = viewer.options.colour;
-  find("#scale").hidden = colour === "plain";
-  if (colour === "curvature") {
-    find("#scale-name").textContent = "sum of the principal curvatures, 1/length";
-    find("#scale-low").textContent = "−" + digits(curvature);
-    find("#scale-high").textContent = digits(curvature);
-    find("#scale-bar").style.background = "linear-gradient(90deg,#0a3380,#428fd6 25%,#ededeb 50%,#e66b52 75%,#80081a)";
-  } else if (colour === "distance") {
-    find("#scale-name").textContent = "distance of what is new or gone from the other mesh";
-    find("#scale-low").textContent = "0";
-    find("#scale-high").textContent = digits(distance);
-    find("#scale-bar").style.background = "linear-gradient(90deg,#332b6b,#29758f 33%,#6bba66 67%,#f7e640)";
-  }
+function showColour() {
+  const scale = SCALES[viewer.options.colour], { surface } = viewer.sides.after;
+  find("#scale").hidden = !scale;
+  if (!scale) return surface.setColour({ kind: 0 });
+  const most = data.scene[viewer.options.colour], two = scale.kind === 1;
+  const values = Float32Array.from(viewer.mesh[scale.values], (x) => x / 127);
+  surface.setColour({ ...scale, values, on: 0, span: [two ? -1 : 0, 1] });
+  showScale(scale.name, two ? "−" + digits(most) : "0", digits(most), scale.kind);
 }
 
 // Holes.
-
-/** The direction from which a hole is seen best. */
-function directionTo(hole) {
-  const patch = facing(viewer.mesh, hole.region);
-  if (hole.region && patch.area > 0 && Math.hypot(...patch.sum) > 0.3 * patch.area) return patch.sum;
-  const rim = rimFacing(viewer.mesh.rims[hole.index] || []);
-  if (Math.hypot(...rim) > 0.05 * hole.diameter ** 2) return rim;
-  return Math.hypot(...hole.centre) > 0 ? hole.centre : viewer.camera.axes[2];
-}
 
 function choose(id, scroll = true) {
   const hole = holes.get(id);
@@ -84,7 +71,7 @@ function choose(id, scroll = true) {
   say(`${button.querySelector(".name").textContent}: ${button.querySelector(".outcome").textContent}, ${button.querySelector(".size").textContent}`);
   viewer.fly({
     centre: hole.centre,
-    axes: frame(directionTo(hole), data.scene.up),
+    axes: frame(directionTo(hole, viewer.mesh.rims[hole.index], viewer.mesh), data.scene.up),
     reach: Math.max(0.85 * hole.diameter, 1e-4 * data.scene.radius),
   });
   try {
@@ -124,78 +111,17 @@ function holeAt({ aim, region, point }) {
   return best?.id ?? null;
 }
 
-// Pointers: one turns or shifts, two zoom and shift.
-
-function usePointers(canvas) {
-  const down = new Map();
-  let moved = 0;
-  const at = (event) => {
-    const box = canvas.getBoundingClientRect();
-    return [event.clientX - box.left, event.clientY - box.top];
-  };
-  canvas.addEventListener("pointerdown", (event) => {
-    canvas.setPointerCapture(event.pointerId);
-    if (!down.size) moved = 0;
-    down.set(event.pointerId, at(event));
-    viewer.flight = null;
-  });
-  canvas.addEventListener("pointermove", (event) => {
-    const before = down.get(event.pointerId);
-    if (!before) return;
-    const now = at(event), dx = now[0] - before[0], dy = now[1] - before[1];
-    const half = viewer.aim(...now).half;
-    moved += Math.hypot(dx, dy);
-    if (down.size === 2) {
-      const [, other] = [...down].find(([id]) => id !== event.pointerId);
-      const span = (p) => Math.max(Math.hypot(p[0] - other[0], p[1] - other[1]), 1);
-      viewer.camera.zoom(span(before) / span(now));
-      viewer.camera.shift(dx / 2 / half, dy / 2 / half);
-    } else if (event.shiftKey || event.buttons & 6) {
-      viewer.camera.shift(dx / half, dy / half);
-    } else {
-      viewer.camera.orbit(dx / half * 1.6, dy / half * 1.6);
-    }
-    down.set(event.pointerId, now);
-    viewer.refresh();
-  });
-  const up = (event) => {
-    const was = down.delete(event.pointerId);
-    if (!was || down.size || moved > 4 || event.type !== "pointerup" || event.button !== 0) return;
-    const met = viewer.pick(...at(event));
-    if (met.point) point.choose(met.point, event.altKey || event.ctrlKey || event.metaKey);
-    const id = holeAt(met);
-    if (id !== null && id !== current) choose(id);
-  };
-  canvas.addEventListener("pointerup", up);
-  canvas.addEventListener("pointercancel", up);
-  canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  canvas.addEventListener("dblclick", (event) => {
-    const { point } = viewer.pick(...at(event));
-    if (point) viewer.fly({ ...viewer.camera, centre: point, axes: viewer.camera.axes, reach: viewer.camera.reach });
-  });
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    viewer.flight = null;
-    const aim = viewer.aim(...at(event)), lines = event.deltaMode === 1 ? 18 : 1;
-    viewer.camera.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, event.deltaY * lines * 0.0016))), aim.x, aim.y);
-    viewer.refresh();
-  }, { passive: false });
+/** A click tells the point, and chooses the hole there. */
+function clicked(event, at) {
+  const met = viewer.pick(...at);
+  if (met.point) point.choose(met.point, event.altKey || event.ctrlKey || event.metaKey);
+  const id = holeAt(met);
+  if (id !== null && id !== current) choose(id);
 }
 
 // Keys.
 
-function useKeys(canvas) {
-  const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
-  canvas.addEventListener("keydown", (event) => {
-    const arrow = arrows[event.key];
-    if (!arrow && !"+=-".includes(event.key)) return;
-    event.preventDefault();
-    viewer.flight = null;
-    if (!arrow) viewer.camera.zoom(event.key === "-" ? 1.15 : 1 / 1.15);
-    else if (event.shiftKey) viewer.camera.shift(0.1 * arrow[0], 0.1 * arrow[1]);
-    else viewer.camera.orbit(0.12 * arrow[0], 0.12 * arrow[1]);
-    viewer.refresh();
-  });
+function useKeys() {
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=text]")) return;
     const options = viewer.options, colours = data.single ? ["plain", "curvature"] : ["plain", "curvature", "distance"];
@@ -215,22 +141,8 @@ function useKeys(canvas) {
   });
 }
 
-// Dark and light.
-
-function useTheme() {
-  const button = find("#theme"), dark = matchMedia("(prefers-color-scheme: dark)");
-  const set = (theme) => {
-    document.documentElement.dataset.theme = theme;
-    button.textContent = theme === "dark" ? "Light" : "Dark";
-    viewer?.refresh();
-  };
-  set(dark.matches ? "dark" : "light");
-  dark.addEventListener("change", () => set(dark.matches ? "dark" : "light"));
-  button.addEventListener("click", () => set(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
-}
-
 async function begin() {
-  useTheme();
+  useTheme(() => viewer?.refresh());
   all("[data-hole]").forEach((item) => item.addEventListener("click", (event) => {
     event.preventDefault();
     choose(Number(item.dataset.hole), false);
@@ -238,8 +150,12 @@ async function begin() {
   }));
   if (typeof DecompressionStream === "undefined") throw new Error("this browser cannot unpack the meshes; a newer one can");
   const mesh = await unpack(find("#geometry").textContent, data.scene);
-  viewer = new Viewer(find("#view"), mesh, data.holes.map((hole) => hole.open));
-  labels = new Labels(viewer, find("#labels"), data.holes);
+  viewer = new Viewer(find("#view"), { radius: mesh.radius, faces: mesh.faces.length / 3 });
+  viewer.mesh = mesh;
+  const open = data.holes.map((hole) => hole.open ? 1 : 0), { rims } = mesh;
+  viewer.setSide("before", { mesh, ranges: [mesh.parts.kept, mesh.parts.gone], rims, kinds: open, colours: ["bad"] });
+  viewer.setSide("after", { mesh, ranges: [mesh.parts.kept, mesh.parts.new], rims, kinds: open, strength: 0.55 });
+  labels = new Labels(viewer, find("#labels"), data.holes, rims);
   point = new Point(data.scene, (at) => labels.pin(at));
   window.isomend = { viewer, choose, labels, point };
   for (const input of all(".tools input")) {
@@ -248,8 +164,9 @@ async function begin() {
   }
   option("show", data.single ? (mesh.palette.length ? "after" : "before") : innerWidth < 700 ? "after" : "both");
   find("#reset").addEventListener("click", reset);
-  usePointers(viewer.canvas);
-  useKeys(viewer.canvas);
+  usePointers(viewer, { click: clicked });
+  useArrows(viewer);
+  useKeys();
   Object.assign(viewer.camera, home());
   say("");
   const linked = /^#hole-(\d+)$/.exec(location.hash);

@@ -1,42 +1,77 @@
 // What the graphics card runs.
 
-const SURFACE_VERTEX = `#version 300 es
+// The arrays of a mesh lie in textures, of a width that is a power of two: what a corner needs is fetched by the number of its face.
+const FETCH = `#version 300 es
 precision highp float;
-in vec3 position;
-in vec3 normal;
-in float region;
-in vec2 values;
+precision highp int;
+precision highp sampler2D;
+precision highp usampler2D;
+uniform usampler2D faceTexture, vertexTexture, numberTexture, factTexture;
+uniform int wideBits;
+uniform bool thinned;
+ivec2 texel(int i) { return ivec2(i & ((1 << wideBits) - 1), i >> wideBits); }
+int faceNumber() {
+  int own = gl_VertexID / 3;
+  return thinned ? int(texelFetch(numberTexture, texel(own), 0).r) : own;
+}
+int vertexNumber() { return int(texelFetch(faceTexture, texel(gl_VertexID), 0).r); }
+vec3 normalOf(uint folded) {
+  vec2 p = vec2(float(folded & 65535u), float(folded >> 16)) / 32767.5 - 1.;
+  vec3 n = vec3(p, 1. - abs(p.x) - abs(p.y));
+  float fold = max(-n.z, 0.);
+  n.x += n.x < 0. ? fold : -fold;
+  n.y += n.y < 0. ? fold : -fold;
+  return normalize(n);
+}`;
+
+const SURFACE_VERTEX = FETCH + `
+uniform sampler2D valueTexture, colourTexture, cornerTexture;
 uniform mat4 matrix;
 uniform vec3 eye;
+uniform int colouring, valuesOn;
+uniform vec2 span;
 out vec3 seen;
 out vec3 bent;
 out vec3 corner;
-out vec2 shown;
-flat out float piece;
+out vec4 shown;
+out vec3 place;
+flat out uint fact;
 void main() {
-  int k = gl_VertexID % 3;
+  int k = gl_VertexID % 3, face = faceNumber(), vertex = vertexNumber();
+  uvec4 v = texelFetch(vertexTexture, texel(vertex), 0);
+  vec3 position = uintBitsToFloat(v.xyz);
   corner = vec3(k == 0, k == 1, k == 2);
+  place = position;
   seen = position - eye;
-  bent = normal;
-  shown = values;
-  piece = region;
+  bent = normalOf(v.w);
+  fact = texelFetch(factTexture, texel(face), 0).r;
+  int on = valuesOn == 0 ? vertex : valuesOn == 1 ? face : 3 * face + k;
+  shown = vec4(0.);
+  if (colouring == 1 || colouring == 2) shown.x = (texelFetch(valueTexture, texel(on), 0).r - span.x) / (span.y - span.x);
+  if (colouring == 3) shown = texelFetch(colourTexture, texel(on), 0);
+  if (colouring == 4) shown.xy = texelFetch(cornerTexture, texel(3 * face + k), 0).rg;
   gl_Position = matrix * vec4(position, 1.0);
 }`;
 
 const SURFACE_FRAGMENT = `#version 300 es
 precision highp float;
+precision highp int;
 in vec3 seen;
 in vec3 bent;
 in vec3 corner;
-in vec2 shown;
-flat in float piece;
+in vec4 shown;
+in vec3 place;
+flat in uint fact;
 uniform vec3 right, up, towards;
-uniform vec3 base, patch_, chosen, inside, edge;
+uniform vec3 base, patch_, chosen, inside, edge, mask, fault;
 uniform int colouring;
-uniform bool isNew, isKept, marks, faceted;
+uniform bool marks, faceted, skipKept;
 uniform int colours;
 uniform vec3 palette[16];
-uniform float wire, selected;
+uniform float wire, earlier;
+uniform int selected;
+uniform vec4 section;
+uniform sampler2D image;
 out vec4 colour;
 
 vec3 diverging(float x) {
@@ -52,16 +87,24 @@ vec3 rising(float x) {
 }
 
 void main() {
+  if (dot(section.xyz, place) > section.w) discard;
   vec3 facet = normalize(cross(dFdx(seen), dFdy(seen)));
   bool back = !gl_FrontFacing;
   vec3 n = faceted ? facet : normalize(bent);
   if (faceted ? dot(n, seen) > 0. : back) n = -n;
+  int region = int(fact & 65535u), origin = int(fact >> 16 & 3u);
   vec3 ground = base;
-  if (isNew && marks) ground = piece == selected ? chosen : patch_;
-  if (isNew && marks && colours > 0) ground = palette[clamp(int(piece + .5) - 1, 0, 15)];
-  if (colouring == 1) ground = diverging(shown.x);
-  if (colouring == 2 && !isKept) ground = rising(shown.y);
+  if (origin == 2) ground = mix(base, patch_, earlier);
+  if (origin == 1 && marks) ground = region == selected ? chosen : patch_;
+  if (origin == 1 && marks && colours > 0) ground = palette[clamp(region - 1, 0, 15)];
+  bool valued = colouring != 0 && !(isnan(shown.x) || isinf(shown.x));
+  if (colouring == 1 && valued) ground = diverging(2. * clamp(shown.x, 0., 1.) - 1.);
+  if (colouring == 2 && valued && !(skipKept && origin == 0)) ground = rising(clamp(shown.x, 0., 1.));
+  if (colouring == 3) ground = shown.rgb;
+  if (colouring == 4 && valued) ground = texture(image, shown.xy).rgb;
   if (back && colouring == 0) ground = inside;
+  if ((fact & 0x80000u) != 0u) ground = mix(ground, fault, .8);
+  if ((fact & 0x40000u) != 0u) ground = mix(ground, mask, .62);
   vec3 eyeward = -normalize(seen);
   float head = max(dot(n, eyeward), 0.);
   float key = max(dot(n, normalize(towards + .7 * up - .55 * right)), 0.);
@@ -83,11 +126,12 @@ const RIM_VERTEX = `#version 300 es
 precision highp float;
 in vec3 from;
 in vec3 to;
-in float open;
+in float kind;
 uniform mat4 matrix;
 uniform vec2 size;
 uniform float width, lift;
-out float isOpen;
+out float isKind;
+out vec3 place;
 void main() {
   vec4 a = matrix * vec4(from, 1.0), b = matrix * vec4(to, 1.0);
   vec2 along = (b.xy / b.w - a.xy / a.w) * size;
@@ -99,39 +143,45 @@ void main() {
   vec2 away = side * vec2(-along.y, along.x) + (far ? .5 : -.5) * along;
   p.xy += away * width / size * p.w;
   p.z -= lift * p.w;
-  isOpen = open;
+  isKind = kind;
+  place = far ? to : from;
   gl_Position = p;
 }`;
 
 const RIM_FRAGMENT = `#version 300 es
 precision highp float;
-in float isOpen;
-uniform vec3 done, left;
-uniform float strength;
+in float isKind;
+in vec3 place;
+uniform vec3 kinds[5];
+uniform float strength, slack;
+uniform vec4 section;
 out vec4 colour;
 void main() {
-  colour = vec4(isOpen > .5 ? left : done, strength);
+  if (dot(section.xyz, place) > section.w + slack) discard;
+  colour = vec4(kinds[int(isKind + .5)], strength);
 }`;
 
-// Depth alone, in the bytes of a colour: the distance along the view as a part of `far`.
+// The number of the face that is seen, plus one.
 
-const DEPTH_VERTEX = `#version 300 es
-precision highp float;
-in vec3 position;
+const NUMBER_VERTEX = FETCH + `
 uniform mat4 matrix;
-out float depth;
+out vec3 place;
+flat out uint number;
 void main() {
-  gl_Position = matrix * vec4(position, 1.0);
-  depth = gl_Position.w;
+  uvec4 v = texelFetch(vertexTexture, texel(vertexNumber()), 0);
+  place = uintBitsToFloat(v.xyz);
+  number = uint(faceNumber()) + 1u;
+  gl_Position = matrix * vec4(place, 1.0);
 }`;
 
-const DEPTH_FRAGMENT = `#version 300 es
+const NUMBER_FRAGMENT = `#version 300 es
 precision highp float;
-in float depth;
-uniform float far;
-out vec4 colour;
+precision highp int;
+in vec3 place;
+flat in uint number;
+uniform vec4 section;
+out uvec4 seenNumber;
 void main() {
-  float d = clamp(depth / far, 0., .999999) * 255.;
-  vec3 bytes = vec3(floor(d), floor(fract(d) * 255.), floor(fract(fract(d) * 255.) * 255.));
-  colour = vec4(bytes / 255., 1.);
+  if (dot(section.xyz, place) > section.w) discard;
+  seenNumber = uvec4(number, 0u, 0u, 0u);
 }`;

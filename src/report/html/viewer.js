@@ -1,14 +1,24 @@
-// Draws the meshes.
+// Draws meshes, in one pane or two.
+
+/** From so many faces on the picture has no smooth edges: faces are about as small as the pixels. */
+const LARGE = 400_000;
+/** A picture that takes longer, in milliseconds, is drawn of fewer faces while the view moves, where there are such. */
+const FLUID = 45;
+/** No section: nothing lies on the far side of it. */
+const WHOLE = [0, 0, 0, 1];
 
 class Viewer {
-  constructor(canvas, mesh, open) {
+  constructor(canvas, { radius, faces = 0 }) {
     this.canvas = canvas;
-    this.mesh = mesh;
-    this.camera = new Camera(mesh.radius);
+    this.camera = new Camera(radius);
     this.options = { show: "both", colour: "plain", wire: false, flat: false, rims: true };
     this.selected = { region: 0, rim: -1 };
+    this.section = WHOLE;
+    this.split = 0.5;
     this.frames = 0;
-    this.open = open;
+    this.sides = {};
+    this.surfaces = new Map();
+    this.smooth = faces < LARGE;
     this.start();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => { this.start(); this.refresh(); });
@@ -16,39 +26,54 @@ class Viewer {
   }
 
   start() {
-    const gl = this.canvas.getContext("webgl2", { antialias: true, alpha: false });
+    const gl = this.canvas.getContext("webgl2", { antialias: this.smooth, alpha: false, preserveDrawingBuffer: true });
     if (!gl) throw new Error("this browser has no WebGL 2");
     this.gl = gl;
+    gl.getExtension("EXT_color_buffer_float");
     this.surface = this.program(SURFACE_VERTEX, SURFACE_FRAGMENT);
+    this.number = this.program(NUMBER_VERTEX, NUMBER_FRAGMENT);
     this.rim = this.program(RIM_VERTEX, RIM_FRAGMENT);
-    this.depth = this.program(DEPTH_VERTEX, DEPTH_FRAGMENT, gl.getAttribLocation(this.surface.program, "position"));
-    this.depthTarget = null;
-    this.corners = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
-    gl.bufferData(gl.ARRAY_BUFFER, cornerBuffer(this.mesh), gl.STATIC_DRAW);
-    const rims = rimBuffer(this.mesh.rims, this.open);
-    this.starts = rims.starts;
-    this.rims = gl.createBuffer();
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.rims);
-    gl.bufferData(gl.ARRAY_BUFFER, rims.values, gl.STATIC_DRAW);
-    this.surfaceArray = gl.createVertexArray();
-    gl.bindVertexArray(this.surfaceArray);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.corners);
-    const attribute = (name, size, type, normalised, at) => {
-      const place = gl.getAttribLocation(this.surface.program, name);
-      if (place < 0) return;
-      gl.enableVertexAttribArray(place);
-      gl.vertexAttribPointer(place, size, type, normalised, CORNER_BYTES, at);
-    };
-    attribute("position", 3, gl.FLOAT, false, 0);
-    attribute("normal", 3, gl.SHORT, true, 12);
-    attribute("region", 1, gl.UNSIGNED_SHORT, false, 18);
-    attribute("values", 2, gl.BYTE, true, 20);
+    this.hidden = null;
+    this.nothing = gl.createVertexArray();
     this.rimArray = gl.createVertexArray();
-    gl.bindVertexArray(null);
+    for (const surface of this.surfaces.values()) surface.start(gl);
+    for (const side of Object.values(this.sides)) this.putRims(side);
   }
 
-  program(vertex, fragment, position = -1) {
+  /**
+   * Shows a mesh on a side: all of it, or ranges of its faces; with rims, for each the place of its colour in `kinds`. Those that
+   * share the mesh share what is on the card.
+   */
+  setSide(name, { mesh, ranges, rims = [], kinds = [], colours = ["rim", "bad"], strength = 0.9 }) {
+    const old = this.sides[name];
+    if (old) this.gl.deleteBuffer(old.rimBuffer);
+    if (!this.surfaces.has(mesh)) this.surfaces.set(mesh, new Surface(this.gl, mesh));
+    const side = { mesh, surface: this.surfaces.get(mesh), ranges: ranges || [[0, mesh.faces.length / 3]], rims, kinds, colours, strength };
+    this.sides[name] = side;
+    this.putRims(side);
+    this.cost = null;
+    this.refresh();
+  }
+
+  /** Frees what the card has of meshes that are on no side and not in a list. */
+  keep(meshes = []) {
+    const used = new Set([...meshes, ...Object.values(this.sides).map((side) => side.mesh)]);
+    for (const [mesh, surface] of this.surfaces) {
+      if (used.has(mesh)) continue;
+      surface.free();
+      this.surfaces.delete(mesh);
+    }
+  }
+
+  putRims(side) {
+    const gl = this.gl, { values, starts } = rimBuffer(side.rims, side.kinds);
+    side.starts = starts;
+    side.rimBuffer = gl.createBuffer();
+    gl.bindBuffer(gl.ARRAY_BUFFER, side.rimBuffer);
+    gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+  }
+
+  program(vertex, fragment) {
     const gl = this.gl, program = gl.createProgram();
     for (const [type, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
       const shader = gl.createShader(type);
@@ -59,7 +84,6 @@ class Viewer {
       }
       gl.attachShader(program, shader);
     }
-    if (position >= 0) gl.bindAttribLocation(program, position, "position");
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS) && !gl.isContextLost()) {
       throw new Error("the shaders do not go together: " + gl.getProgramInfoLog(program));
@@ -72,7 +96,15 @@ class Viewer {
   refresh() {
     if (this.waiting) return;
     this.waiting = true;
-    requestAnimationFrame(() => { this.waiting = false; this.draw(); });
+    requestAnimationFrame(() => { this.waiting = false; this.draw(this.isMoving); });
+  }
+
+  /** Says that the view moves: fewer faces are drawn until it has rested, where all would take too long. */
+  moving() {
+    this.isMoving = true;
+    clearTimeout(this.rest);
+    this.rest = setTimeout(() => { this.isMoving = false; if (this.drewThin) this.refresh(); }, 160);
+    this.refresh();
   }
 
   colours() {
@@ -82,153 +114,119 @@ class Viewer {
       const digits = text.length === 3 ? [...text].map((d) => d + d).join("") : text;
       return [0, 2, 4].map((i) => parseInt(digits.slice(i, i + 2), 16) / 255);
     };
-    return Object.fromEntries(["sky", "base", "patch", "chosen", "inside", "edge", "rim", "bad", "mark"].map((n) => [n, colour(n)]));
+    const names = ["sky", "base", "patch", "chosen", "inside", "edge", "rim", "bad", "mark", "mask", "fault", "soft", "second", "fair", "good"];
+    return Object.fromEntries(names.map((n) => [n, colour(n)]));
   }
 
-  /** The sides that are shown, each with its part of the canvas in pixels: left, width. */
+  /** The sides that are shown, each with its part of the canvas in pixels, and the part `under` it that its picture is made for. */
   panes() {
-    const width = this.canvas.width, half = Math.floor(width / 2);
-    if (this.options.show !== "both") return [{ side: this.options.show, left: 0, width }];
-    return [{ side: "before", left: 0, width: half }, { side: "after", left: half, width: width - half }];
+    const { width } = this.canvas, half = Math.floor(width / 2), { show } = this.options;
+    const pane = (side, left, right, under = [left, right]) => ({ side, left, width: right - left, under: { left: under[0], width: under[1] - under[0] } });
+    if (show === "both") return [pane("before", 0, half), pane("after", half, width)];
+    if (show !== "slider") return [pane(show, 0, width)];
+    const at = Math.round(this.split * width);
+    return [pane("before", 0, at, [0, width]), pane("after", at, width, [0, width])];
   }
 
-  draw() {
+  /** Draws all, or where only a part of the canvas has changed that: left, top, width and height in pixels of the page. */
+  draw(fewer = false, part = null) {
     const gl = this.gl, canvas = this.canvas;
     if (gl.isContextLost()) return;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     const size = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
-    const colours = this.colours();
-    gl.disable(gl.SCISSOR_TEST);
-    gl.depthMask(true);
-    gl.clearColor(...colours.sky, 1);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const colours = this.colours(), start = performance.now();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.enable(gl.SCISSOR_TEST);
     gl.enable(gl.DEPTH_TEST);
+    gl.depthMask(true);
+    gl.clearColor(...colours.sky, 1);
+    this.drewThin = false;
+    const bounds = part ? [part[0] * ratio, size[1] - (part[1] + part[3]) * ratio, part[2] * ratio, part[3] * ratio] : [0, 0, ...size];
     for (const pane of this.panes()) {
-      gl.viewport(pane.left, 0, pane.width, canvas.height);
-      gl.scissor(pane.left, 0, pane.width, canvas.height);
-      const matrix = this.camera.matrix(pane.width / canvas.height);
-      this.drawSurface(pane.side, matrix, colours);
-      if (this.options.rims && this.mesh.rims.length) this.drawRims(matrix, pane.width, canvas.height, ratio, colours, pane.side);
+      const side = this.sides[pane.side], { under } = pane;
+      const left = Math.max(pane.left, Math.floor(bounds[0])), right = Math.min(pane.left + pane.width, Math.ceil(bounds[0] + bounds[2]));
+      const bottom = Math.max(0, Math.floor(bounds[1])), top = Math.min(size[1], Math.ceil(bounds[1] + bounds[3]));
+      if (right <= left || top <= bottom) continue;
+      gl.viewport(under.left, 0, under.width, canvas.height);
+      gl.scissor(left, bottom, right - left, top - bottom);
+      gl.depthMask(true);
+      gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+      if (!side) continue;
+      const matrix = this.camera.matrix(under.width / canvas.height);
+      const within = [[left, under.left, under.width], [bottom, 0, size[1]], [right, under.left, under.width], [top, 0, size[1]]].map(([x, from, wide]) => 2 * (x - from) / wide - 1);
+      this.drawSurface(side, matrix, colours, fewer, within);
+      if (this.options.rims && side.rims.length) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
     }
+    if (!part) this.measure(start);
     this.frames++;
-    this.drawn?.();
+    this.drawn?.(part);
   }
 
-  /** How far away the surface of a pane is: a function of a place as `place` gives it. Drawn small, and read back. */
-  depths(pane) {
-    const gl = this.gl, { program, at } = this.depth, scale = Math.min(1, 480 / Math.max(pane.width, this.canvas.height));
-    const width = Math.max(1, Math.round(pane.width * scale)), height = Math.max(1, Math.round(this.canvas.height * scale));
-    if (gl.isContextLost()) return () => -Infinity;
-    if (this.depthTarget?.width !== width || this.depthTarget?.height !== height) this.depthTarget = this.target(width, height);
-    const far = Math.hypot(...this.camera.eye) + 2 * this.mesh.radius;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.depthTarget.frame);
-    gl.viewport(0, 0, width, height);
-    gl.disable(gl.SCISSOR_TEST);
-    gl.disable(gl.BLEND);
-    gl.enable(gl.DEPTH_TEST);
-    gl.depthMask(true);
-    gl.clearColor(1, 1, 1, 1);
-    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+  /** Waits for the first whole picture, to know what one costs. */
+  measure(start) {
+    if (this.drewThin || this.cost !== null || !Object.values(this.sides).some((side) => side.surface.thin)) return;
+    this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
+    this.cost = performance.now() - start;
+  }
+
+  drawSurface({ mesh, surface, ranges }, matrix, colours, fewer, within) {
+    const gl = this.gl, { program, at } = this.surface, { options } = this, { colour } = surface;
+    const thinned = fewer && Boolean(surface.thin) && !(this.cost !== null && this.cost < FLUID);
+    this.drewThin ||= thinned;
     gl.useProgram(program);
-    gl.bindVertexArray(this.surfaceArray);
-    gl.uniformMatrix4fv(at("matrix"), false, this.camera.matrix(pane.width / this.canvas.height));
-    gl.uniform1f(at("far"), far);
-    for (const part of this.partsOf(pane.side)) {
-      const [first, end] = this.mesh.parts[part];
-      if (end > first) gl.drawArrays(gl.TRIANGLES, 3 * first, 3 * (end - first));
-    }
-    const bytes = new Uint8Array(4 * width * height), half = Math.min(width, height) / 2;
-    gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    return ({ x, y }) => {
-      const column = Math.floor(width / 2 + x * half), row = Math.floor(height / 2 + y * half);
-      let most = -Infinity;
-      for (let i = Math.max(0, column - 1); i <= Math.min(width - 1, column + 1); i++) {
-        for (let j = Math.max(0, row - 1); j <= Math.min(height - 1, row + 1); j++) {
-          const k = 4 * (j * width + i);
-          const part = (bytes[k] + bytes[k + 1] / 255 + bytes[k + 2] / 65025) / 255;
-          most = Math.max(most, bytes[k] === 255 ? Infinity : part * far);
-        }
-      }
-      return most;
-    };
-  }
-
-  /** A picture that is not shown. */
-  target(width, height) {
-    const gl = this.gl, old = this.depthTarget, frame = gl.createFramebuffer();
-    const colour = gl.createRenderbuffer(), depth = gl.createRenderbuffer();
-    if (old) [old.colour, old.depth].forEach((buffer) => gl.deleteRenderbuffer(buffer));
-    if (old) gl.deleteFramebuffer(old.frame);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
-    for (const [buffer, format, place] of [[colour, gl.RGBA8, gl.COLOR_ATTACHMENT0], [depth, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]]) {
-      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
-      gl.renderbufferStorage(gl.RENDERBUFFER, format, width, height);
-      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
-    }
-    return { frame, colour, depth, width, height };
-  }
-
-  drawSurface(side, matrix, colours) {
-    const gl = this.gl, { program, at } = this.surface, { options, mesh } = this;
-    gl.useProgram(program);
-    gl.bindVertexArray(this.surfaceArray);
+    gl.bindVertexArray(this.nothing);
     gl.disable(gl.BLEND);
     gl.depthMask(true);
+    surface.bind(this.surface, thinned);
     gl.uniformMatrix4fv(at("matrix"), false, matrix);
     gl.uniform3fv(at("eye"), this.camera.eye);
     ["right", "up", "towards"].forEach((name, i) => gl.uniform3fv(at(name), this.camera.axes[i]));
-    for (const name of ["base", "chosen", "inside", "edge"]) gl.uniform3fv(at(name), colours[name]);
+    for (const name of ["base", "chosen", "inside", "edge", "mask", "fault"]) gl.uniform3fv(at(name), colours[name]);
     gl.uniform3fv(at("patch_"), colours.patch);
-    gl.uniform1i(at("colouring"), ["plain", "curvature", "distance"].indexOf(options.colour));
+    gl.uniform4fv(at("section"), this.section);
+    gl.uniform1i(at("colouring"), colour.kind === 3 && thinned && colour.on === 2 ? 0 : colour.kind);
+    gl.uniform1i(at("valuesOn"), colour.on);
+    gl.uniform2fv(at("span"), colour.span);
+    gl.uniform1i(at("skipKept"), Boolean(colour.skipKept));
     gl.uniform1i(at("marks"), mesh.marks);
-    gl.uniform1i(at("colours"), mesh.palette.length);
-    if (mesh.palette.length) gl.uniform3fv(at("palette"), mesh.palette.flat());
+    const palette = mesh.palette || [];
+    gl.uniform1i(at("colours"), palette.length);
+    if (palette.length) gl.uniform3fv(at("palette"), palette.flat());
+    gl.uniform1f(at("earlier"), mesh.earlier || 0);
     gl.uniform1i(at("faceted"), options.flat);
-    gl.uniform1f(at("wire"), options.wire ? 0.5 : 0);
-    gl.uniform1f(at("selected"), this.selected.region || -1);
-    for (const part of this.partsOf(side)) {
-      const [first, end] = mesh.parts[part];
-      if (end === first) continue;
-      gl.uniform1i(at("isNew"), part === "new");
-      gl.uniform1i(at("isKept"), part === "kept");
-      gl.drawArrays(gl.TRIANGLES, 3 * first, 3 * (end - first));
-    }
+    gl.uniform1f(at("wire"), options.wire && !thinned ? 0.5 : 0);
+    gl.uniform1i(at("selected"), this.selected.region || -1);
+    surface.draw(matrix, ranges, thinned, within);
   }
 
-  partsOf(side) {
-    return ["kept", side === "before" ? "gone" : "new"];
-  }
-
-  drawRims(matrix, width, height, ratio, colours, side) {
+  drawRims(side, matrix, width, height, ratio, colours) {
     const gl = this.gl, { program, at } = this.rim;
     gl.useProgram(program);
     gl.bindVertexArray(this.rimArray);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.rims);
+    gl.bindBuffer(gl.ARRAY_BUFFER, side.rimBuffer);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     gl.depthMask(false);
     gl.uniformMatrix4fv(at("matrix"), false, matrix);
     gl.uniform2f(at("size"), width, height);
     gl.uniform1f(at("lift"), 2e-4);
-    gl.uniform3fv(at("done"), side === "before" ? colours.bad : colours.rim);
-    gl.uniform3fv(at("left"), colours.bad);
-    const all = [0, this.starts[this.starts.length - 1]];
-    this.strokes(all, 2.2 * ratio, side === "before" ? 0.9 : 0.55, 0.12);
+    gl.uniform4fv(at("section"), this.section);
+    gl.uniform1f(at("slack"), 1e-4 * this.camera.radius);
+    const kinds = (names) => gl.uniform3fv(at("kinds"), Array.from({ length: 5 }, (_, i) => colours[names[i % names.length]]).flat());
+    kinds(side.colours);
+    this.strokes(side.starts.length > 1 ? [0, side.starts[side.starts.length - 1]] : [0, 0], 2.2 * ratio, side.strength, 0.12);
     const chosen = this.selected.rim;
-    if (chosen < 0) return;
-    gl.uniform3fv(at("done"), colours.mark);
-    gl.uniform3fv(at("left"), colours.mark);
-    this.strokes([this.starts[chosen], this.starts[chosen + 1]], 4.5 * ratio, 1, 0.3);
+    if (chosen < 0 || chosen + 1 >= side.starts.length) return;
+    kinds(["mark"]);
+    this.strokes([side.starts[chosen], side.starts[chosen + 1]], 4.5 * ratio, 1, 0.3);
   }
 
   /** Draws sides of rims, and faintly where they are hidden. */
   strokes([first, end], width, strength, hidden) {
     const gl = this.gl, { program, at } = this.rim;
     if (end === first) return;
-    [["from", 3, 0], ["to", 3, 12], ["open", 1, 24]].forEach(([name, size, offset]) => {
+    [["from", 3, 0], ["to", 3, 12], ["kind", 1, 24]].forEach(([name, size, offset]) => {
       const place = gl.getAttribLocation(program, name);
       gl.enableVertexAttribArray(place);
       gl.vertexAttribPointer(place, size, gl.FLOAT, false, 28, 28 * first + offset);
@@ -247,19 +245,93 @@ class Viewer {
   aim(x, y) {
     const ratio = this.canvas.width / this.canvas.clientWidth, height = this.canvas.height;
     const panes = this.panes();
-    const pane = panes.find((p) => x * ratio < p.left + p.width) || panes[panes.length - 1];
-    const half = Math.min(pane.width, height) / 2;
-    return { side: pane.side, x: (x * ratio - pane.left - pane.width / 2) / half, y: (height / 2 - y * ratio) / half, half: half / ratio };
+    const pane = panes.find((p) => x * ratio < p.left + p.width) || panes[panes.length - 1], { under } = pane;
+    const half = Math.min(under.width, height) / 2;
+    return { side: pane.side, x: (x * ratio - under.left - under.width / 2) / half, y: (height / 2 - y * ratio) / half, half: half / ratio };
   }
 
   /** The face under a point of the canvas, its region, and where it is met. */
   pick(x, y) {
-    const aim = this.aim(x, y), eye = this.camera.eye, ray = this.camera.ray(aim.x, aim.y);
-    const hit = meet(this.mesh, this.partsOf(aim.side).map((p) => this.mesh.parts[p]), eye, ray);
-    if (!hit) return { aim };
-    const own = hit.face - this.mesh.kept;
-    const region = own >= 0 && own < this.mesh.new ? this.mesh.regions[own] : 0;
-    return { aim, region, point: plus(eye, times(ray, hit.t)) };
+    const aim = this.aim(x, y), pane = this.panes().find((p) => p.side === aim.side), side = this.sides[aim.side];
+    if (!side || this.gl.isContextLost()) return { aim };
+    const { left, width } = pane.under, height = this.canvas.height, ratio = this.canvas.width / this.canvas.clientWidth;
+    const column = Math.floor(x * ratio - left), row = Math.floor(height - y * ratio);
+    if (column < 0 || row < 0 || column >= width || row >= height) return { aim };
+    const [number] = this.numbers(pane, 1, [column, row, 1, 1]);
+    if (!number) return { aim };
+    const eye = this.camera.eye, ray = this.camera.ray(aim.x, aim.y), { mesh } = side;
+    const fact = mesh.facts[number - 1], region = (fact >> ORIGIN & 3) === 1 ? fact & 65535 : 0;
+    return { aim, face: number - 1, region, point: plus(eye, times(ray, alongRay(mesh, number - 1, eye, ray))) };
+  }
+
+  /** How far away the surface of a pane is: a function of a place as `place` gives it. Drawn small, and read back. */
+  depths(pane, most = 480) {
+    const side = this.sides[pane.side], scale = Math.min(1, most / Math.max(pane.under.width, this.canvas.height));
+    if (!side || this.gl.isContextLost()) return () => -Infinity;
+    const width = Math.max(1, Math.round(pane.under.width * scale)), height = Math.max(1, Math.round(this.canvas.height * scale));
+    const numbers = this.numbers(pane, scale, [0, 0, width, height], Boolean(side.surface.thin) && most <= 480), half = Math.min(width, height) / 2;
+    const { camera } = this, eye = camera.eye, known = new Map();
+    const depth = (i, j) => {
+      const at = j * width + i, number = numbers[at];
+      if (!number) return Infinity;
+      if (!known.has(at)) {
+        const ray = camera.ray((i + 0.5 - width / 2) / half, (j + 0.5 - height / 2) / half);
+        known.set(at, -dot(ray, camera.axes[2]) * alongRay(side.mesh, number - 1, eye, ray));
+      }
+      return known.get(at);
+    };
+    return ({ x, y }) => {
+      const column = Math.floor(width / 2 + x * half), row = Math.floor(height / 2 + y * half);
+      let most = -Infinity;
+      for (let i = Math.max(0, column - 1); i <= Math.min(width - 1, column + 1); i++) {
+        for (let j = Math.max(0, row - 1); j <= Math.min(height - 1, row + 1); j++) most = Math.max(most, depth(i, j));
+      }
+      return most;
+    };
+  }
+
+  /** The numbers of the faces that are seen in a part of a pane that is drawn at a scale, plus one; 0 where there is none. */
+  numbers(pane, scale, [left, bottom, width, height], thinned = false) {
+    const gl = this.gl, side = this.sides[pane.side], { under } = pane;
+    const whole = [Math.max(1, Math.round(under.width * scale)), Math.max(1, Math.round(this.canvas.height * scale))];
+    if (this.hidden?.width !== whole[0] || this.hidden?.height !== whole[1]) this.hidden = this.target(...whole);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.hidden.frame);
+    gl.viewport(0, 0, ...whole);
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(left, bottom, width, height);
+    gl.disable(gl.BLEND);
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthMask(true);
+    gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
+    gl.clearBufferfv(gl.DEPTH, 0, [1]);
+    const matrix = this.camera.matrix(under.width / this.canvas.height), { program, at } = this.number;
+    gl.useProgram(program);
+    gl.bindVertexArray(this.nothing);
+    side.surface.bind(this.number, thinned);
+    gl.uniformMatrix4fv(at("matrix"), false, matrix);
+    gl.uniform4fv(at("section"), this.section);
+    const part = [2 * left / whole[0] - 1, 2 * bottom / whole[1] - 1, 2 * (left + width) / whole[0] - 1, 2 * (bottom + height) / whole[1] - 1];
+    side.surface.draw(matrix, side.ranges, thinned, part);
+    const four = new Uint32Array(4 * width * height), numbers = new Uint32Array(width * height);
+    gl.readPixels(left, bottom, width, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, four);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    for (let i = 0; i < numbers.length; i++) numbers[i] = four[4 * i];
+    return numbers;
+  }
+
+  /** A picture of numbers that is not shown. */
+  target(width, height) {
+    const gl = this.gl, old = this.hidden, frame = gl.createFramebuffer();
+    const colour = gl.createRenderbuffer(), depth = gl.createRenderbuffer();
+    if (old) [old.colour, old.depth].forEach((buffer) => gl.deleteRenderbuffer(buffer));
+    if (old) gl.deleteFramebuffer(old.frame);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, frame);
+    for (const [buffer, format, place] of [[colour, gl.R32UI, gl.COLOR_ATTACHMENT0], [depth, gl.DEPTH_COMPONENT24, gl.DEPTH_ATTACHMENT]]) {
+      gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
+      gl.renderbufferStorage(gl.RENDERBUFFER, format, width, height);
+      gl.framebufferRenderbuffer(gl.FRAMEBUFFER, place, gl.RENDERBUFFER, buffer);
+    }
+    return { frame, colour, depth, width, height };
   }
 
   /** Where a point of the scene is seen, in the units of `aim`, and its distance from the eye. */
@@ -272,9 +344,10 @@ class Viewer {
   /** Where a point of the scene is on the page, from the canvas's corner; null outside of the pane. */
   onPage(point, pane) {
     const p = this.place(point), ratio = this.canvas.width / this.canvas.clientWidth || 1, height = this.canvas.height;
-    const half = Math.min(pane.width, height) / 2, x = pane.width / 2 + p.x * half, y = height / 2 - p.y * half;
-    if (!(p.depth > 0 && x >= 0 && x <= pane.width && y >= 0 && y <= height)) return null;
-    return [(pane.left + x) / ratio, y / ratio];
+    const { under } = pane, half = Math.min(under.width, height) / 2;
+    const x = under.left + under.width / 2 + p.x * half, y = height / 2 - p.y * half;
+    if (!(p.depth > 0 && x >= pane.left && x <= pane.left + pane.width && y >= 0 && y <= height)) return null;
+    return [x / ratio, y / ratio];
   }
 
   /** Moves the camera to a place in a short time. */
@@ -284,6 +357,7 @@ class Viewer {
     const start = performance.now(), length = still ? 0 : 450, flight = this.flight = {};
     const step = () => {
       if (this.flight !== flight) return;
+      this.moving();
       const t = length ? Math.min(1, (performance.now() - start) / length) : 1, s = t * t * (3 - 2 * t);
       camera.centre = plus(times(from.centre, 1 - s), times(goal.centre, s));
       camera.reach = from.reach ** (1 - s) * goal.reach ** s;

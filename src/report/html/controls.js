@@ -1,0 +1,124 @@
+// What every page with a view has: elements, pointers, arrow keys, dark and light, the scale of colours.
+
+const find = (query) => document.querySelector(query);
+const all = (query) => [...document.querySelectorAll(query)];
+
+/** Four digits that count. */
+const digits = (x) => x === 0 ? "0" : Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(2) : x.toPrecision(3);
+
+const GRADIENTS = {
+  1: "linear-gradient(90deg,#0a3380,#428fd6 25%,#ededeb 50%,#e66b52 75%,#80081a)",
+  2: "linear-gradient(90deg,#332b6b,#29758f 33%,#6bba66 67%,#f7e640)",
+};
+
+/** Says what the colours mean: diverging (1) or rising (2). */
+function showScale(name, low, high, kind) {
+  find("#scale").hidden = false;
+  find("#scale-name").textContent = name;
+  find("#scale-low").textContent = low;
+  find("#scale-high").textContent = high;
+  find("#scale-bar").style.background = GRADIENTS[kind];
+}
+
+/** The direction from which a hole is seen best. */
+function directionTo(hole, rim = [], mesh = null) {
+  const patch = mesh && hole.region ? facing(mesh, hole.region) : { area: 0 };
+  if (patch.area > 0 && Math.hypot(...patch.sum) > 0.3 * patch.area) return patch.sum;
+  const towards = rimFacing(rim);
+  if (Math.hypot(...towards) > 0.05 * hole.diameter ** 2) return towards;
+  return Math.hypot(...hole.centre) > 0 ? hole.centre : [0, -1, 0.3];
+}
+
+/**
+ * Turns, shifts and zooms by pointers. `click` is called with the event and where it was; `begin` may take a pointer for another
+ * use and then returns what to do with its moves and its end.
+ */
+function usePointers(viewer, { click, begin = () => null }) {
+  const { canvas } = viewer;
+  const down = new Map();
+  let moved = 0, taken = null;
+  const at = (event) => {
+    const box = canvas.getBoundingClientRect();
+    return [event.clientX - box.left, event.clientY - box.top];
+  };
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    if (!down.size) moved = 0;
+    down.set(event.pointerId, at(event));
+    viewer.flight = null;
+    if (down.size === 1) taken = begin(event, at(event));
+    else if (taken) { taken.end(event, true); taken = null; }
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const before = down.get(event.pointerId);
+    if (!before) return;
+    if (taken) return taken.move(event, at(event));
+    const now = at(event), dx = now[0] - before[0], dy = now[1] - before[1];
+    const half = viewer.aim(...now).half;
+    moved += Math.hypot(dx, dy);
+    if (down.size === 2) {
+      const [, other] = [...down].find(([id]) => id !== event.pointerId);
+      const span = (p) => Math.max(Math.hypot(p[0] - other[0], p[1] - other[1]), 1);
+      viewer.camera.zoom(span(before) / span(now));
+      viewer.camera.shift(dx / 2 / half, dy / 2 / half);
+    } else if (event.shiftKey || event.buttons & 6) {
+      viewer.camera.shift(dx / half, dy / half);
+    } else {
+      viewer.camera.orbit(dx / half * 1.6, dy / half * 1.6);
+    }
+    down.set(event.pointerId, now);
+    viewer.moving();
+  });
+  const up = (event) => {
+    const was = down.delete(event.pointerId);
+    if (was && taken) {
+      taken.end(event, event.type !== "pointerup");
+      taken = null;
+      return;
+    }
+    if (!was || down.size || moved > 4 || event.type !== "pointerup" || event.button !== 0) return;
+    click(event, at(event));
+  };
+  canvas.addEventListener("pointerup", up);
+  canvas.addEventListener("pointercancel", up);
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  canvas.addEventListener("dblclick", (event) => {
+    const { point } = viewer.pick(...at(event));
+    if (point) viewer.fly({ ...viewer.camera, centre: point, axes: viewer.camera.axes, reach: viewer.camera.reach });
+  });
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    viewer.flight = null;
+    const aim = viewer.aim(...at(event)), lines = event.deltaMode === 1 ? 18 : 1;
+    viewer.camera.zoom(Math.exp(Math.max(-0.5, Math.min(0.5, event.deltaY * lines * 0.0016))), aim.x, aim.y);
+    viewer.moving();
+  }, { passive: false });
+}
+
+/** Turns, shifts and zooms by arrows, plus and minus. */
+function useArrows(viewer) {
+  const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+  viewer.canvas.addEventListener("keydown", (event) => {
+    const arrow = arrows[event.key];
+    if (!arrow && !"+=-".includes(event.key)) return;
+    event.preventDefault();
+    viewer.flight = null;
+    if (!arrow) viewer.camera.zoom(event.key === "-" ? 1.15 : 1 / 1.15);
+    else if (event.shiftKey) viewer.camera.shift(0.1 * arrow[0], 0.1 * arrow[1]);
+    else viewer.camera.orbit(0.12 * arrow[0], 0.12 * arrow[1]);
+    viewer.moving();
+  });
+}
+
+/** Dark or light, as the system says until the button does. */
+function useTheme(changed) {
+  const button = find("#theme"), dark = matchMedia("(prefers-color-scheme: dark)");
+  const set = (theme) => {
+    document.documentElement.dataset.theme = theme;
+    button.textContent = theme === "dark" ? "Light" : "Dark";
+    changed();
+  };
+  set(dark.matches ? "dark" : "light");
+  dark.addEventListener("change", () => set(dark.matches ? "dark" : "light"));
+  button.addEventListener("click", () => set(document.documentElement.dataset.theme === "dark" ? "light" : "dark"));
+}

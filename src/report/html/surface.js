@@ -1,0 +1,203 @@
+// A mesh on the graphics card: its arrays in textures, drawn by chunks of faces.
+
+/** Faces of a chunk: what is drawn or left out together. */
+const CHUNK = 2048;
+
+/** Unit vectors of an octahedron's surface unfolded, in two times 16 bits. */
+function foldedNormals(normals) {
+  const folded = new Uint32Array(normals.length / 3);
+  for (let i = 0; i < folded.length; i++) {
+    const x = normals[3 * i], y = normals[3 * i + 1], z = normals[3 * i + 2];
+    const size = Math.abs(x) + Math.abs(y) + Math.abs(z) || 1;
+    let u = x / size, v = y / size;
+    if (z < 0) [u, v] = [(1 - Math.abs(v)) * (u < 0 ? -1 : 1), (1 - Math.abs(u)) * (v < 0 ? -1 : 1)];
+    folded[i] = Math.round((u + 1) * 32767.5) | Math.round((v + 1) * 32767.5) << 16;
+  }
+  return folded;
+}
+
+/** The boxes round chunks of faces: six numbers each, low then high. */
+function chunkBoxes({ positions, faces }) {
+  const boxes = new Float32Array(6 * Math.ceil(faces.length / 3 / CHUNK));
+  for (let c = 0; c < boxes.length / 6; c++) {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    const end = Math.min(faces.length, 3 * CHUNK * (c + 1));
+    for (let i = 3 * CHUNK * c; i < end; i++) {
+      const v = 3 * faces[i];
+      for (let k = 0; k < 3; k++) {
+        const x = positions[v + k];
+        if (x < low[k]) low[k] = x;
+        if (x > high[k]) high[k] = x;
+      }
+    }
+    boxes.set([...low, ...high], 6 * c);
+  }
+  return boxes;
+}
+
+/** What a box covers of the screen, from -1 to 1: left, bottom, right, top; null where it lies outside. */
+function covered(boxes, c, m) {
+  let left = Infinity, bottom = Infinity, right = -Infinity, top = -Infinity, before = false;
+  for (let k = 0; k < 8; k++) {
+    const x = boxes[6 * c + (k & 1 ? 3 : 0)], y = boxes[6 * c + (k & 2 ? 4 : 1)], z = boxes[6 * c + (k & 4 ? 5 : 2)];
+    const w = m[3] * x + m[7] * y + m[11] * z + m[15];
+    if (w <= 1e-6) { before = true; continue; }
+    const u = (m[0] * x + m[4] * y + m[8] * z + m[12]) / w, v = (m[1] * x + m[5] * y + m[9] * z + m[13]) / w;
+    left = Math.min(left, u);
+    right = Math.max(right, u);
+    bottom = Math.min(bottom, v);
+    top = Math.max(top, v);
+  }
+  if (before) return right < left ? null : [-1, -1, 1, 1];
+  return [left, bottom, right, top];
+}
+
+class Surface {
+  constructor(gl, mesh) {
+    this.mesh = mesh;
+    this.boxes = chunkBoxes(mesh);
+    this.colour = { kind: 0, on: 0, span: [0, 1], image: null };
+    this.start(gl);
+  }
+
+  /** Brings everything to the card, once more where it was lost. */
+  start(gl) {
+    this.gl = gl;
+    this.textures = {};
+    this.bits = Math.min(12, Math.log2(gl.getParameter(gl.MAX_TEXTURE_SIZE)) | 0);
+    const { positions, normals, faces, facts } = this.mesh, count = positions.length / 3;
+    const vertices = new Uint32Array(4 * count), whole = new Uint32Array(positions.buffer, positions.byteOffset, positions.length);
+    const folded = foldedNormals(normals);
+    for (let i = 0; i < count; i++) {
+      vertices[4 * i] = whole[3 * i];
+      vertices[4 * i + 1] = whole[3 * i + 1];
+      vertices[4 * i + 2] = whole[3 * i + 2];
+      vertices[4 * i + 3] = folded[i];
+    }
+    this.put("vertex", gl.RGBA32UI, vertices, 4);
+    this.put("face", gl.R32UI, new Uint32Array(faces.buffer, faces.byteOffset, faces.length), 1);
+    this.put("fact", gl.R32UI, facts, 1);
+    // Samplers that nothing is read from need a texture all the same.
+    this.put("value", gl.R32F, new Float32Array(1), 1);
+    this.put("colour", gl.RGBA8, new Uint8Array(4), 4);
+    this.put("corner", gl.RG32F, new Float32Array(2), 2);
+    this.textures.image = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, this.textures.image);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    if (this.thin) this.setThin(this.thin);
+    if (this.colour.values) this.setColour(this.colour);
+  }
+
+  /** Puts an array into a texture of its own; rows that are not full are filled up. */
+  put(name, format, values, parts) {
+    const gl = this.gl, width = 1 << this.bits, texels = values.length / parts, height = Math.max(1, Math.ceil(texels / width));
+    const limit = gl.getParameter(gl.MAX_TEXTURE_SIZE);
+    if (height > limit) throw new Error(`the mesh has more than the ${Math.floor(width * limit / 3)} faces that this graphics card takes`);
+    gl.deleteTexture(this.textures[name] || null);
+    const texture = this.textures[name] = gl.createTexture();
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+    this.write(name, format, values, parts, 0, texels);
+  }
+
+  /** Writes the texels from `first` to `end` of an array, by whole rows and parts of rows. */
+  write(name, format, values, parts, first, end) {
+    const gl = this.gl, width = 1 << this.bits;
+    const kinds = {
+      [gl.RGBA32UI]: [gl.RGBA_INTEGER, gl.UNSIGNED_INT], [gl.R32UI]: [gl.RED_INTEGER, gl.UNSIGNED_INT],
+      [gl.R32F]: [gl.RED, gl.FLOAT], [gl.RG32F]: [gl.RG, gl.FLOAT], [gl.RGBA8]: [gl.RGBA, gl.UNSIGNED_BYTE],
+    };
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, this.textures[name]);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    while (first < end) {
+      const column = first % width, row = first / width | 0, rows = column ? 0 : (end - first) / width | 0;
+      const wide = rows ? width : Math.min(width - column, end - first), texels = wide * (rows || 1);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, column, row, wide, rows || 1, ...kinds[format], values.subarray(parts * first, parts * (first + texels)));
+      first += texels;
+    }
+  }
+
+  /** Says that the facts of some faces have changed. */
+  changed(first = 0, end = this.mesh.facts.length) {
+    if (end > first) this.write("fact", this.gl.R32UI, this.mesh.facts, 1, first, end);
+  }
+
+  /** Fewer faces that stand for all while the view moves: corners, and the number of the face that each stands for. */
+  setThin(thin) {
+    this.thin = thin;
+    this.put("thinFace", this.gl.R32UI, thin.faces, 1);
+    this.put("number", this.gl.R32UI, thin.numbers, 1);
+  }
+
+  /**
+   * Colours by values: `kind` 0 none, 1 diverging, 2 rising, 3 colours, 4 an image; `on` 0 vertices, 1 faces, 2 corners;
+   * `span` are the values at the ends of the scale, or those of 3 and 4 are bytes and places in the image.
+   */
+  setColour(colour) {
+    const gl = this.gl;
+    this.colour = { kind: 0, on: 0, span: [0, 1], image: null, skipKept: false, ...colour };
+    const { kind, values } = this.colour;
+    if (kind === 1 || kind === 2) this.put("value", gl.R32F, values, 1);
+    if (kind === 3) this.put("colour", gl.RGBA8, values, 4);
+    if (kind === 4) this.put("corner", gl.RG32F, values, 2);
+    if (kind === 4) this.picture();
+  }
+
+  picture() {
+    const gl = this.gl, { image, wrap } = this.colour, { image: texture } = this.textures;
+    gl.activeTexture(gl.TEXTURE0);
+    gl.bindTexture(gl.TEXTURE_2D, texture);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, image);
+    gl.generateMipmap(gl.TEXTURE_2D);
+    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, wrap === "clamp" ? gl.CLAMP_TO_EDGE : gl.REPEAT);
+  }
+
+  /** Binds what a program reads. */
+  bind({ at }, thinned) {
+    const gl = this.gl;
+    const used = { face: thinned ? "thinFace" : "face", vertex: "vertex", number: thinned ? "number" : "fact", fact: "fact", value: "value", colour: "colour", corner: "corner" };
+    Object.entries(used).forEach(([name, from], i) => this.bindOne(at(name + "Texture"), i, this.textures[from]));
+    this.bindOne(at("image"), 7, this.textures.image);
+    gl.uniform1i(at("wideBits"), this.bits);
+    gl.uniform1i(at("thinned"), thinned);
+  }
+
+  bindOne(place, unit, texture) {
+    if (place === null) return;
+    const gl = this.gl;
+    gl.activeTexture(gl.TEXTURE0 + unit);
+    gl.bindTexture(gl.TEXTURE_2D, texture || null);
+    gl.uniform1i(place, unit);
+  }
+
+  /** Draws those of some ranges of faces whose chunks touch a part of the screen; how many. */
+  draw(matrix, ranges, thinned, part = [-1, -1, 1, 1]) {
+    if (thinned) {
+      this.gl.drawArrays(this.gl.TRIANGLES, 0, this.thin.faces.length);
+      return this.thin.numbers.length;
+    }
+    let count = 0, from = 0, to = 0;
+    const flush = () => {
+      if (to > from) this.gl.drawArrays(this.gl.TRIANGLES, 3 * from, 3 * (to - from));
+      count += to - from;
+    };
+    for (const [first, end] of ranges) {
+      for (let c = first / CHUNK | 0; c * CHUNK < end; c++) {
+        const box = covered(this.boxes, c, matrix);
+        if (!box || box[0] > part[2] || box[2] < part[0] || box[1] > part[3] || box[3] < part[1]) continue;
+        const f = Math.max(first, c * CHUNK), e = Math.min(end, (c + 1) * CHUNK);
+        if (f !== to) { flush(); from = f; }
+        to = e;
+      }
+    }
+    flush();
+    return count;
+  }
+
+  free() {
+    for (const texture of Object.values(this.textures)) this.gl.deleteTexture(texture);
+    this.textures = {};
+  }
+}

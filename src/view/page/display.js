@@ -1,0 +1,189 @@
+// What is shown: two sides, colours, a section, a picture of it.
+
+/** Holes from rims: what a number needs to be placed. */
+function rimHoles({ rims, rimIds }, side) {
+  return rims.map((rim, i) => {
+    const n = rim.length / 3, low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity], sum = [0, 0, 0];
+    for (let k = 0; k < rim.length; k++) {
+      low[k % 3] = Math.min(low[k % 3], rim[k]);
+      high[k % 3] = Math.max(high[k % 3], rim[k]);
+      sum[k % 3] += rim[k] / n;
+    }
+    return { id: rimIds[i], side, centre: sum, diameter: n ? Math.hypot(...minus(high, low)) : 0, rim };
+  });
+}
+
+class Display {
+  constructor(app) {
+    this.app = app;
+    this.colour = "plain";
+    this.shown = { before: null, after: null };
+    this.place = 0;
+    for (const input of all("#look .tools fieldset input")) {
+      input.addEventListener("change", () => this.option(input.name, input.type === "radio" ? input.value : input.checked));
+    }
+    find("#colour").addEventListener("change", () => this.setColour(find("#colour").value));
+    for (const query of ["#section", "#cut", "#flip"]) find(query).addEventListener("input", () => this.cut());
+    find("#split").addEventListener("input", () => {
+      app.viewer.split = Number(find("#split").value);
+      app.viewer.moving();
+    });
+    find("#screenshot").addEventListener("click", () => this.screenshot());
+  }
+
+  /** Switches an option of the view. */
+  option(name, value) {
+    for (const input of all(`#look .tools [name="${name}"]`)) input.checked = input.type === "radio" ? input.value === value : value;
+    this.app.viewer.options[name] = value;
+    this.showSides();
+    this.app.viewer.refresh();
+  }
+
+  showSides() {
+    const { show } = this.app.viewer.options, two = show === "both" || show === "slider";
+    find(".stage").classList.toggle("both", show === "both");
+    find("#left").hidden = this.shown.before === null || show === "after";
+    find("#right").hidden = this.shown.before === null || show === "before";
+    find("#right").classList.toggle("edge", show !== "both");
+    find("#left").textContent = this.shown.names?.[0] || "Before";
+    find("#right").textContent = this.shown.names?.[1] || "After";
+    find("#split").hidden = show !== "slider";
+    find("#split").value = this.app.viewer.split;
+    return two;
+  }
+
+  /** Shows a state, and beside it another one to compare with; names for both sides. */
+  async states(after, before, names = null) {
+    const { model, viewer } = this.app, wanted = this.wanted = {};
+    const [mesh, old] = await Promise.all([model.mesh(after), before === null ? null : model.mesh(before)]);
+    if (this.wanted !== wanted) return;
+    this.shown = { after, before, names };
+    this.side("after", mesh);
+    if (old) this.side("before", old);
+    else if (viewer.sides.before) delete viewer.sides.before;
+    find("fieldset.change").hidden = !old;
+    if (!old && viewer.options.show !== "after") this.option("show", "after");
+    viewer.keep();
+    model.forget([after, before]);
+    this.label();
+    this.showSides();
+    await this.setColour(this.colour);
+    this.ready(mesh);
+    if (old) this.ready(old);
+  }
+
+  side(name, mesh) {
+    const { kinds, colours } = name === "after" ? this.app.holes.rimKinds(mesh) : { kinds: mesh.rims.map(() => 0), colours: ["bad"] };
+    this.app.viewer.setSide(name, { mesh, rims: mesh.rims, kinds, colours });
+  }
+
+  /** The rims once more, when what is to be done with their holes has changed. */
+  rims() {
+    const mesh = this.app.viewer.sides.after?.mesh;
+    if (mesh) this.side("after", mesh);
+  }
+
+  label() {
+    const { before, after } = this.app.viewer.sides, items = [];
+    for (const [name, side] of [["after", after], ["before", before]]) if (side) items.push(...rimHoles(side.mesh, name));
+    items.sort((a, b) => b.diameter - a.diameter);
+    this.app.labels.set(items, items.map((item) => item.rim));
+  }
+
+  /** Lets the worker prepare a mesh: painting, and fewer faces for a view that moves. */
+  async ready(mesh) {
+    const found = await this.app.model.prepare(mesh);
+    mesh.topology ??= new Topology(mesh, found);
+    mesh.mask ??= new Mask(mesh);
+    for (const surface of [this.app.viewer.surfaces.get(mesh)]) {
+      if (!surface || surface.thin || !found.thin) continue;
+      surface.setThin(found.thin);
+      this.app.viewer.cost = null;
+    }
+  }
+
+  /** The colourings that there are now. */
+  offer() {
+    const { state } = this.app.model, select = find("#colour"), had = this.colour;
+    const list = [["plain", "Surface"], ["curvature", "Curvature"]];
+    if (this.app.model.current?.parent !== null && this.app.model.current) list.push(["distance", "Distance"]);
+    if (state.texture) list.push(["texture", "Texture"]);
+    for (const { name } of state.attributes || []) list.push(["attribute:" + name, name]);
+    select.replaceChildren(...list.map(([value, text]) => new Option(text, value)));
+    this.colour = select.value = list.some(([value]) => value === had) ? had : "plain";
+  }
+
+  /** Colours both sides. */
+  async setColour(name) {
+    this.colour = find("#colour").value = name;
+    find("#scale").hidden = true;
+    const { viewer } = this.app;
+    try {
+      await Promise.all(Object.entries(viewer.sides).map(([side, { surface }]) => this.colourSide(name, this.shown[side], surface, side === "after")));
+    } catch (error) {
+      this.app.say(error.message, true);
+      for (const { surface } of Object.values(viewer.sides)) surface.setColour({ kind: 0 });
+      this.colour = find("#colour").value = "plain";
+    }
+    viewer.refresh();
+  }
+
+  async colourSide(name, id, surface, told) {
+    if (name === "plain") return surface.setColour({ kind: 0 });
+    if (name === "texture") return this.texture(id, surface);
+    const { header, arrays } = await this.app.model.valuesOf(id, name), values = arrays.values || arrays.colours;
+    const on = { vertex: 0, face: 1, corner: 2 }[header.on || "vertex"];
+    if (values instanceof Uint8Array) return surface.setColour({ kind: 3, values, on });
+    const kind = name === "curvature" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;
+    const span = kind === 1 ? [-most, most] : [header.low, header.high > header.low ? header.high : header.low + 1];
+    surface.setColour({ kind, values, on, span });
+    if (!told) return;
+    const words = { curvature: "sum of the principal curvatures", distance: "distance from the mesh before the step" }[name] || name.replace("attribute:", "");
+    showScale(words + (header.unit ? ", " + header.unit : ""), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind);
+  }
+
+  async texture(id, surface) {
+    const { texture } = this.app.model.state;
+    this.image ??= createImageBitmap(await (await fetch(texture.url)).blob(), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
+    const { arrays } = await askArrays(`uv/${id}`);
+    surface.setColour({ kind: 4, values: arrays.uv || Object.values(arrays)[0], on: 2, image: await this.image, wrap: texture.wrap });
+  }
+
+  /** Sets the section as the tools say. */
+  cut() {
+    const { viewer } = this.app, axis = find("#section").value, sign = find("#flip").checked ? -1 : 1;
+    for (const query of ["#cut-at", "#cut-side"]) find(query).hidden = !axis;
+    const normal = axis === "view" ? (this.axis ??= viewer.camera.axes[2]) : [axis === "x" ? 1 : 0, axis === "y" ? 1 : 0, axis === "z" ? 1 : 0];
+    if (axis !== "view") this.axis = null;
+    const { centre } = this.app.home(), at = dot(normal, centre) + Number(find("#cut").value) * viewer.camera.radius;
+    viewer.section = axis ? [...times(normal, sign), sign * at] : WHOLE;
+    viewer.moving();
+  }
+
+  /** A picture of the view with the numbers, to be kept by the browser. */
+  screenshot() {
+    const { viewer } = this.app, { canvas } = viewer, copy = document.createElement("canvas");
+    viewer.draw();
+    [copy.width, copy.height] = [canvas.width, canvas.height];
+    const to = copy.getContext("2d"), ratio = canvas.width / canvas.clientWidth, style = getComputedStyle(canvas);
+    to.drawImage(canvas, 0, 0);
+    to.font = `bold ${13 * ratio}px system-ui, sans-serif`;
+    to.textAlign = "center";
+    to.textBaseline = "middle";
+    for (const label of all("#labels .label:not([hidden])")) {
+      const x = parseFloat(label.style.left) * ratio, y = parseFloat(label.style.top) * ratio, wide = to.measureText(label.textContent).width + 8 * ratio;
+      to.fillStyle = style.getPropertyValue("--sky");
+      to.fillRect(x - wide / 2, y - 9 * ratio, wide, 18 * ratio);
+      to.fillStyle = style.getPropertyValue("--mark");
+      to.fillText(label.textContent, x, y);
+    }
+    copy.toBlob((blob) => {
+      const link = document.createElement("a");
+      link.href = URL.createObjectURL(blob);
+      link.download = (this.app.model.state.file.name.replace(/\.[^.]*$/, "") || "view") + ".png";
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+      this.app.say(`The picture is saved by the browser as ${link.download}.`);
+    });
+  }
+}

@@ -1,0 +1,76 @@
+// What goes over the wire: JSON, arrays in binary, events.
+
+/** An answer that is an error, in the server's words. */
+class Refused extends Error {
+  constructor(status, text) {
+    let words = text;
+    try {
+      const { error, where } = JSON.parse(text);
+      words = where ? `${error} (${where})` : error;
+    } catch { /* Not JSON: the text itself. */ }
+    super(words || `the program answered with ${status}`);
+    this.status = status;
+  }
+}
+
+/** An answer of the program; what is sent goes as JSON. */
+async function ask(path, sent) {
+  const options = sent === undefined ? {} : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(sent) };
+  let answer;
+  try {
+    answer = await fetch("api/" + path, options);
+  } catch {
+    throw new Error("the program does not answer: it may have been stopped");
+  }
+  if (!answer.ok) throw new Refused(answer.status, await answer.text());
+  return answer;
+}
+
+async function askJson(path, sent) {
+  const text = await (await ask(path, sent)).text();
+  return text ? JSON.parse(text) : {};
+}
+
+const ARRAYS = { f32: Float32Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8Array };
+
+/** The header and the arrays of an answer in binary: the header's length, the header as JSON, then each array at a multiple of 4. */
+function opened(buffer) {
+  const length = new DataView(buffer).getUint32(0, true);
+  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, length)));
+  const round = (x) => Math.ceil(x / 4) * 4;
+  let at = round(4 + length);
+  const arrays = {};
+  for (const { name, type, components = 1, count } of header.arrays) {
+    const array = new ARRAYS[type](buffer, at, count * components);
+    arrays[name] = array;
+    at = round(at + array.byteLength);
+  }
+  return { header, arrays };
+}
+
+async function askArrays(path) {
+  return opened(await (await ask(path)).arrayBuffer());
+}
+
+/** Calls back with what the program tells of its own accord; `lost` when it no longer does, `back` when it does again. */
+function listen(called, { lost, back }) {
+  const source = new EventSource("api/events");
+  for (const name of ["progress", "done", "failed", "cancelled", "state"]) {
+    source.addEventListener(name, (event) => called(name, JSON.parse(event.data || "{}")));
+  }
+  source.onerror = lost;
+  source.onopen = back;
+  return source;
+}
+
+/** Numbers as ranges [first, end), from a byte for each that says whether it is one of them. */
+function runsOf(bytes) {
+  const runs = [];
+  for (let i = bytes.indexOf(1); i >= 0; i = bytes.indexOf(1, i)) {
+    let end = i + 1;
+    while (bytes[end] === 1) end++;
+    runs.push([i, end]);
+    i = end;
+  }
+  return runs;
+}

@@ -1,0 +1,231 @@
+// Painting: brush, box, lasso and whole components, by pointer or by keys.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+/** Whether a point lies inside a polygon. */
+function isInside(polygon, x, y) {
+  let inside = false;
+  for (let i = 0, j = polygon.length - 1; i < polygon.length; j = i++) {
+    const [a, b] = [polygon[i], polygon[j]];
+    if (a[1] > y !== b[1] > y && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0]) inside = !inside;
+  }
+  return inside;
+}
+
+const corners = ([a, b], [c, d]) => [[a, b], [c, b], [c, d], [a, d]];
+
+class Paint {
+  /** `target` gives the mesh that is painted, with its mask and topology, or null; `told` hears of changes and of troubles. */
+  constructor(viewer, overlay, target, told) {
+    Object.assign(this, { viewer, overlay, target, told });
+    this.tool = "turn";
+    this.erases = false;
+    this.radius = viewer.camera.radius / 20;
+    this.facing = true;
+    this.times = [];
+    this.started = null;
+  }
+
+  get side() {
+    return this.viewer.sides[this.pane().side];
+  }
+
+  pane() {
+    const panes = this.viewer.panes();
+    return panes.find((pane) => pane.side === "after") || panes[0];
+  }
+
+  /** Takes a pointer for the tool in hand. */
+  begin(event, at) {
+    const aside = event.button !== 0 || event.shiftKey && event.pointerType === "mouse" && this.tool !== "brush";
+    if (this.tool === "turn" || aside || event.altKey) return null;
+    const target = this.target();
+    if (!target) {
+      this.told("The surface is still being prepared for painting.", true);
+      return null;
+    }
+    const erases = this.erases || event.shiftKey || event.ctrlKey || event.metaKey;
+    if (this.tool === "component") {
+      this.component(at, erases);
+      return { move() {}, end() {} };
+    }
+    return this.tool === "brush" ? this.brush(target, at, erases) : this.outline(at, erases);
+  }
+
+  /** A stroke of the brush. */
+  brush(target, at, erases) {
+    target.mask.begin();
+    let last = null;
+    const dab = (to) => {
+      const start = performance.now(), met = this.met(to);
+      if (!met) { last = null; return; }
+      this.dab(target, met, last || met.point, erases);
+      last = met.point;
+      this.times.push(performance.now() - start);
+    };
+    dab(at);
+    return {
+      move: (event, to) => { dab(to); this.ring(to); },
+      end: () => { target.mask.end(); this.ring(null); this.told(); },
+    };
+  }
+
+  /** What is under a point, where that is the mesh that is painted. */
+  met(at) {
+    const met = this.viewer.pick(...at);
+    return met.point && this.viewer.sides[met.aim.side].mesh === this.target()?.mesh ? met : null;
+  }
+
+  /** Marks what lies round a point and the way to it from the last one, and draws that again. */
+  dab({ mask, topology }, { face, point }, last, erases) {
+    const { eye } = this.viewer.camera, sign = Math.sign(topology.front(face, eye)) || 1, [x, y, z, w] = this.viewer.section;
+    const seen = (f) => !this.facing || topology.front(f, eye) * sign > 0;
+    const kept = (f) => dot([x, y, z], topology.middle(f)) <= w;
+    const faces = topology.along(face, point, last, this.radius, (f) => seen(f) && kept(f));
+    const changed = mask.set(faces, erases ? 0 : 1);
+    if (!changed) return;
+    this.side.surface.changed(...changed);
+    this.drawRound(topology, faces);
+  }
+
+  /** Draws the part of the view again in which some faces are seen. */
+  drawRound(topology, faces) {
+    const { viewer } = this, pane = this.pane(), step = Math.max(1, faces.length / 4000 | 0);
+    let [left, top, right, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
+    for (let i = 0; i < faces.length; i += step) {
+      const at = viewer.onPage(topology.middle(faces[i]), pane);
+      if (!at) continue;
+      left = Math.min(left, at[0]);
+      right = Math.max(right, at[0]);
+      top = Math.min(top, at[1]);
+      bottom = Math.max(bottom, at[1]);
+    }
+    if (right < left) return;
+    const { mesh } = topology, a = 3 * mesh.faces[3 * faces[0]], b = 3 * mesh.faces[3 * faces[0] + 1];
+    const edge = Math.hypot(...[0, 1, 2].map((k) => mesh.positions[a + k] - mesh.positions[b + k]));
+    const p = viewer.place(topology.middle(faces[0])), half = viewer.aim(0, 0).half, room = 6 + Math.min(120, 2 * edge / p.unit * half);
+    const panes = viewer.options.show === "both" || viewer.options.show === "slider";
+    if (panes || viewer.drewThin) return viewer.refresh();
+    viewer.draw(false, [left - room, top - room, right - left + 2 * room, bottom - top + 2 * room]);
+  }
+
+  /** Marks the component under a point. */
+  component(at, erases) {
+    const target = this.target(), met = this.met(at);
+    if (!target || !met) return this.told("There is no surface under the pointer.", true);
+    this.apply(() => target.mask.set(target.topology.spread([met.face], () => true), erases ? 0 : 1));
+  }
+
+  /** A change that counts as one stroke, with all of the view drawn again. */
+  apply(change) {
+    const { mask } = this.target();
+    mask.begin();
+    change();
+    mask.end();
+    this.redraw();
+  }
+
+  redraw() {
+    this.side?.surface.changed();
+    this.viewer.refresh();
+    this.told();
+  }
+
+  /** A box or a lasso that is drawn with a pointer. */
+  outline(at, erases) {
+    const isBox = this.tool === "box";
+    let points = [at];
+    const shape = () => isBox ? corners(points[0], points[points.length - 1]) : points;
+    return {
+      move: (event, to) => {
+        points.push(to);
+        this.show(shape());
+      },
+      end: (event, broken) => {
+        this.show(null);
+        if (!broken && points.length > 1) this.within(shape(), erases);
+      },
+    };
+  }
+
+  /** Marks the faces whose middles are seen within a polygon of the page. */
+  within(polygon, erases) {
+    const { viewer } = this, target = this.target(), pane = this.pane(), { topology, mask } = target, { eye } = viewer.camera;
+    const depth = this.facing ? viewer.depths(pane, Infinity) : null, slack = 0.004 * viewer.camera.reach;
+    const box = [0, 1].map((k) => [Math.min(...polygon.map((p) => p[k])), Math.max(...polygon.map((p) => p[k]))]);
+    const [x, y, z, w] = viewer.section, faces = [];
+    for (let f = 0; f < mask.on.length; f++) {
+      const middle = topology.middle(f), at = viewer.onPage(middle, pane);
+      if (!at || at[0] < box[0][0] || at[0] > box[0][1] || at[1] < box[1][0] || at[1] > box[1][1]) continue;
+      if (dot([x, y, z], middle) > w || !isInside(polygon, ...at)) continue;
+      if (depth) {
+        const p = viewer.place(middle);
+        if (p.depth - slack > depth(p)) continue;
+      }
+      faces.push(f);
+    }
+    if (!faces.length) return this.told("No face is seen in there.", true);
+    this.apply(() => mask.set(faces, erases ? 0 : 1));
+  }
+
+  /** Marks also what is near, or no more what is near to the rest; a length along the edges. */
+  grow(length, shrinks) {
+    const { mask, topology } = this.target(), { corners: points } = topology, at = (f, k) => points[3 * f + k];
+    if (!mask.count) return this.told("Nothing is marked yet.", true);
+    const isIn = (f) => mask.on[f] === 1, near = topology.distances(topology.edge(isIn), length);
+    const faces = [];
+    if (shrinks) {
+      for (let f = 0; f < mask.on.length; f++) if (mask.on[f] && [0, 1, 2].some((k) => near.has(at(f, k)))) faces.push(f);
+    } else {
+      const own = new Set();
+      for (let f = 0; f < mask.on.length; f++) if (mask.on[f]) for (let k = 0; k < 3; k++) own.add(at(f, k));
+      for (let f = 0; f < mask.on.length; f++) {
+        if (!mask.on[f] && [0, 1, 2].every((k) => near.has(at(f, k)) || own.has(at(f, k)))) faces.push(f);
+      }
+    }
+    this.apply(() => mask.set(faces, shrinks ? 0 : 1));
+  }
+
+  /** Uses the tool by keys, at the cross: a box takes two corners, a lasso points until the last is the one before. */
+  key(at, erases) {
+    const target = this.target();
+    if (!target || this.tool === "turn") return false;
+    if (this.tool === "component") this.component(at, erases);
+    else if (this.tool === "brush") this.brush(target, at, erases).end();
+    else this.keyOutline(at, erases);
+    return true;
+  }
+
+  keyOutline(at, erases) {
+    const points = this.started ||= [], last = points[points.length - 1];
+    const closes = this.tool === "box" ? points.length === 1 : last && Math.hypot(last[0] - at[0], last[1] - at[1]) < 3;
+    if (!closes || this.tool === "box") points.push(at);
+    const shape = this.tool === "box" ? corners(points[0], at) : points;
+    this.show(shape);
+    if (!closes) return this.told(this.tool === "box" ? "One corner is set; move the cross and press Enter for the other." : "A point is set; Enter twice at one place closes the lasso.");
+    this.cancel();
+    this.within(shape, erases);
+  }
+
+  /** Leaves an outline that was begun by keys. */
+  cancel() {
+    this.started = null;
+    this.show(null);
+  }
+
+  /** Draws an outline over the view. */
+  show(points) {
+    let shape = this.overlay.querySelector("polygon");
+    if (!shape) this.overlay.append(shape = document.createElementNS(SVG, "polygon"));
+    shape.setAttribute("points", points ? points.map((p) => p.map((x) => x.toFixed(1)).join(",")).join(" ") : "");
+  }
+
+  /** Draws the brush as large as it is on the surface at a point of the page. */
+  ring(at) {
+    let ring = this.overlay.querySelector("circle");
+    if (!ring) this.overlay.append(ring = document.createElementNS(SVG, "circle"));
+    const { viewer } = this, shown = at && this.tool === "brush";
+    ring.setAttribute("r", shown ? Math.max(1, this.radius / (viewer.camera.distance * Math.tan(HALF_FIELD)) * viewer.aim(...at).half) : 0);
+    if (shown) [["cx", at[0]], ["cy", at[1]]].forEach(([name, x]) => ring.setAttribute(name, x.toFixed(1)));
+  }
+}

@@ -1,0 +1,256 @@
+// Runs, their progress, previews, and the history.
+
+class Steps {
+  constructor(app) {
+    this.app = app;
+    this.forms = {};
+    this.job = null;
+    this.previews = [];
+    this.regions = new Map();
+    for (const input of all("[name=kind]")) input.addEventListener("change", () => this.show(input.value));
+    find("#run").addEventListener("click", () => this.run(this.kind));
+    find("#preview").addEventListener("click", () => this.run(this.kind, { preview: true, only: this.kind === "fill" ? app.holes.chosen : null }));
+    find("#defaults").addEventListener("click", () => { this.forms[this.kind].reset(); this.describe(); });
+    find("#fields").addEventListener("submit", (event) => { event.preventDefault(); this.run(this.kind); });
+    find("#fields").addEventListener("input", () => this.describe());
+    find("#cancel").addEventListener("click", () => this.cancel());
+    find("#undo").addEventListener("click", () => this.move("undo"));
+    find("#redo").addEventListener("click", () => this.move("redo"));
+    find("#against").addEventListener("change", () => this.compare(Number(find("#against").value)));
+  }
+
+  get kind() {
+    return find("[name=kind]:checked").value;
+  }
+
+  /** The forms, with the defaults that the program tells. */
+  start(defaults) {
+    for (const kind of Object.keys(FIELDS)) {
+      const box = document.createElement("div");
+      box.id = "fields-" + kind;
+      find("#fields").append(box);
+      this.forms[kind] = new Form(box, kind, defaults[kind] || {});
+    }
+    // Enter in a field runs; the button itself is not shown.
+    find("#fields").append(Object.assign(document.createElement("button"), { className: "hidden", tabIndex: -1, textContent: "Run" }));
+    this.show("fill");
+  }
+
+  /** Shows a command's form. */
+  show(kind) {
+    find(`[name=kind][value=${kind}]`).checked = true;
+    for (const box of all("#fields > div")) box.hidden = box.id !== "fields-" + kind;
+    find("#mend-trouble").textContent = "";
+    this.describe();
+  }
+
+  /** Says what would be run, and on what. */
+  describe() {
+    if (!this.forms.fill) return;
+    const { kind } = this, { holes } = this.app, marked = this.app.mask()?.count || 0;
+    const on = {
+      fill: "The holes as chosen in the list; the preview is of the chosen hole alone, or of all.",
+      restore: marked ? `The ${marked} marked faces.` : "Mark a region first, in the tab Paint.",
+      fair: marked ? `The ${marked} marked faces.` : "The whole surface: nothing is marked.",
+      repair: "The whole mesh.",
+    };
+    const which = kind === "fill" ? [holes.text()] : marked && kind !== "repair" ? ["--faces mask.txt"] : [];
+    find("#mend-on").textContent = on[kind];
+    find("#mend-text").textContent = ["isomend", kind, ...which, ...this.forms[kind].typed()].join(" ");
+    find("#to-restore").disabled = find("#to-fair").disabled = !marked;
+  }
+
+  /** Starts a step, or a preview that is no step yet. */
+  async run(kind, { preview = false, only = null } = {}) {
+    const place = this.app.tab === "mend" ? "#mend-trouble" : this.app.tab === "paint" ? "#paint-trouble" : "#holes-trouble";
+    await this.app.attempt(place, async () => {
+      if (this.job) throw new Error("a run is on its way: wait for it or cancel it");
+      const params = this.forms[kind].read();
+      if (kind === "fill") Object.assign(params, this.app.holes.params(only));
+      const mask = kind === "restore" || kind === "fair" ? this.app.mask() : null;
+      if (kind === "restore" && !mask?.count) throw new Error("nothing is marked: paint the region that is to be restored in the tab Paint");
+      const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : []), ...this.forms[kind].typed()].join(" ");
+      this.begin(kind, preview, label);
+      try {
+        const { job } = await askJson("step", { kind, params, mask: mask?.count ? mask.runs() : null, preview });
+        if (this.job) this.job.id = job;
+      } catch (error) {
+        this.end();
+        throw error;
+      }
+    });
+  }
+
+  begin(kind, preview, label) {
+    this.job = { id: null, kind, preview, label, place: this.app.tab };
+    this.regions.clear();
+    find("#job").hidden = false;
+    find("#job-name").textContent = (preview ? "Preview of " : "") + kind;
+    find("#job-line").textContent = "…";
+    find("#job-bar").removeAttribute("value");
+    find("#job-regions").replaceChildren();
+    find("#cancel").disabled = false;
+    this.buttons();
+  }
+
+  end() {
+    this.job = null;
+    find("#job").hidden = true;
+    this.buttons();
+  }
+
+  buttons() {
+    for (const query of ["#run", "#preview", "#fill-all", "#to-restore", "#to-fair"]) find(query).disabled = Boolean(this.job);
+    find("#fill-chosen").disabled = Boolean(this.job) || this.app.holes.chosen === null;
+    const { undo, redo } = this.app.model.state;
+    find("#undo").disabled = Boolean(this.job) || !undo;
+    find("#redo").disabled = Boolean(this.job) || !redo;
+    if (!this.job) this.describe();
+  }
+
+  /** Cancels the run. */
+  async cancel() {
+    if (!this.job) return;
+    find("#cancel").disabled = true;
+    find("#job-line").textContent = "cancelling…";
+    await this.app.attempt("#message", () => askJson("cancel", { job: this.job?.id }));
+  }
+
+  /** What the program tells. */
+  async hear(name, told) {
+    if (name === "progress") return this.progress(told);
+    if (name === "state") return this.app.refresh();
+    const job = this.job;
+    this.end();
+    if (name === "failed") {
+      const words = told.error || "the run failed";
+      this.app.say(words, true);
+      if (job) find(`#${job.place === "mend" ? "mend" : job.place === "paint" ? "paint" : "holes"}-trouble`).textContent = words;
+    }
+    if (name === "cancelled") this.app.say("Cancelled: the mesh is as it was.");
+    if (name === "done" && job?.preview) return this.previewed(told.state, job.label);
+    await this.app.refresh();
+    if (name === "done") this.app.say(this.app.model.find(told.state)?.summary || "Done.");
+  }
+
+  /** Shows how far a run is, by regions. */
+  progress({ region, regions, stage, share, line }) {
+    if (!this.job) this.begin("run", false, "");
+    if (region) this.regions.set(region, { stage, share: share ?? 0 });
+    find("#job-line").textContent = line || [region && regions ? `region ${region} of ${regions}` : "", stage].filter(Boolean).join(", ");
+    const parts = [...this.regions.values()], total = regions ? parts.reduce((sum, p) => sum + (p.share || 0), 0) / regions : share;
+    if (Number.isFinite(total)) find("#job-bar").value = Math.min(1, total);
+    const rows = [...this.regions].slice(-12).map(([number, part]) => {
+      const item = document.createElement("li"), bar = document.createElement("progress");
+      bar.max = 1;
+      if (Number.isFinite(part.share)) bar.value = part.share;
+      bar.setAttribute("aria-label", `Region ${number}`);
+      item.append(bar, `region ${number}${part.stage ? ", " + part.stage : ""}`);
+      return item;
+    });
+    find("#job-regions").replaceChildren(...rows);
+  }
+
+  /** Undo, redo. */
+  async move(way) {
+    if (find("#" + way).disabled) return;
+    await this.app.attempt("#message", async () => {
+      await askJson(way, {});
+      await this.app.refresh();
+      this.app.say(`${way === "undo" ? "Undone" : "Redone"}: now ${this.app.model.current.label}.`);
+    });
+  }
+
+  /** Takes a preview to the others. */
+  async previewed(id, label) {
+    await this.app.model.fetchState();
+    this.previews.push({ id, label });
+    await this.showPreviews();
+  }
+
+  /** The previews that the program still has; the last two side by side. */
+  async showPreviews() {
+    const { model, display, viewer } = this.app, box = find("#previews");
+    this.previews = this.previews.filter((p) => model.find(p.id));
+    box.hidden = !this.previews.length;
+    box.replaceChildren(...this.previews.map((p, i) => this.previewRow(p, i)));
+    if (!this.previews.length) return;
+    const [a, b] = this.previews.slice(-2), n = this.previews.length;
+    if (b) await display.states(b.id, a.id, [`Preview ${n - 1}`, `Preview ${n}`]);
+    else await display.states(a.id, model.state.current, ["Now", "Preview 1"]);
+    if (viewer.options.show !== "slider") display.option("show", viewer.canvas.clientWidth < 600 ? "after" : "both");
+    this.app.say(b ? "The last two previews, side by side." : "A preview: take it, drop it, or make another one with other parameters beside it.");
+  }
+
+  previewRow({ id, label }, i) {
+    const row = document.createElement("div"), text = document.createElement("code");
+    const button = (words, act) => {
+      const made = Object.assign(document.createElement("button"), { type: "button", textContent: words });
+      made.setAttribute("aria-label", `${words} preview ${i + 1}`);
+      made.addEventListener("click", () => this.app.attempt("#message", act));
+      return made;
+    };
+    text.textContent = `${i + 1}: ${label}`;
+    const drop = async () => {
+      await askJson("discard", { id });
+      this.previews = this.previews.filter((p) => p.id !== id);
+      await this.app.refresh();
+    };
+    const take = async () => {
+      await askJson("adopt", { id });
+      for (const other of this.previews) if (other.id !== id) await askJson("discard", { id: other.id }).catch(() => null);
+      this.previews = [];
+      await this.app.refresh();
+    };
+    const report = Object.assign(document.createElement("a"), { href: `api/report/${id}`, target: "_blank", rel: "noopener", textContent: "report" });
+    row.append(text, button("Take", take), button("Drop", drop), report);
+    return row;
+  }
+
+  /** The history's list. */
+  list() {
+    const { state } = this.app.model, line = state.states.filter((s) => !s.preview);
+    find("#history").replaceChildren(...line.map((s) => this.historyRow(s, s.id === state.current)));
+    const select = find("#against"), had = Number(select.value);
+    select.replaceChildren(...line.filter((s) => s.id !== state.current).map((s) => new Option(s.label, s.id)));
+    select.disabled = !select.options.length;
+    const parent = this.app.model.current.parent, wanted = line.some((s) => s.id === had) && this.against ? had : parent;
+    if (wanted !== null && wanted !== undefined) select.value = wanted;
+    this.summary();
+  }
+
+  historyRow(s, isCurrent) {
+    const item = document.createElement("li"), button = document.createElement("button"), small = document.createElement("small");
+    button.type = "button";
+    button.textContent = s.label;
+    if (isCurrent) button.setAttribute("aria-current", "step");
+    button.addEventListener("click", () => this.app.attempt("#history-trouble", async () => {
+      if (!isCurrent) await askJson("goto", { id: s.id });
+      await this.app.refresh();
+    }));
+    small.textContent = [`${s.faces.toLocaleString("en")} faces`, s.seconds ? `${digits(s.seconds)} s` : "", s.summary].filter(Boolean).join(" · ");
+    item.append(button, small);
+    if (s.parent !== null) item.append(Object.assign(document.createElement("a"), { href: `api/report/${s.id}`, target: "_blank", rel: "noopener", textContent: "report" }));
+    return item;
+  }
+
+  /** What became of the holes of the step that led here. */
+  summary() {
+    const { report } = this.app.model.current, holes = report?.holes || [], list = document.createElement("ul");
+    for (const hole of holes.slice(0, 300)) {
+      const outcome = typeof hole.outcome === "string" ? hole.outcome : hole.outcome ? Object.keys(hole.outcome)[0] : hole.state || "";
+      const item = document.createElement("li");
+      item.textContent = `hole ${hole.id}: ${outcome}${hole.reason ? `, ${hole.reason}` : ""}`;
+      item.className = outcome;
+      list.append(item);
+    }
+    const notes = (report?.notes || []).map((note) => Object.assign(document.createElement("p"), { className: "hint", textContent: note }));
+    find("#summary").replaceChildren(list, ...notes);
+  }
+
+  /** Compares with another state. */
+  async compare(id) {
+    this.against = true;
+    await this.app.attempt("#history-trouble", () => this.app.display.states(this.app.model.state.current, id, [this.app.model.find(id).label, this.app.model.current.label]));
+  }
+}

@@ -1,0 +1,141 @@
+// Going over the surface from face to face.
+
+class Topology {
+  /** Of a mesh and what the worker found: its corners' points, and the faces round each point. */
+  constructor(mesh, { corners, starts, list }) {
+    Object.assign(this, { mesh, corners, starts, list });
+    this.visited = new Uint32Array(mesh.faces.length / 3);
+    this.visit = 0;
+  }
+
+  /** Calls with the faces that share an edge with a face. */
+  beside(face, called) {
+    const { corners, starts, list } = this;
+    for (let k = 0; k < 3; k++) {
+      const a = corners[3 * face + k], b = corners[3 * face + (k + 1) % 3];
+      for (let i = starts[a]; i < starts[a + 1]; i++) {
+        const other = list[i], c = 3 * other;
+        if (other !== face && (corners[c] === b || corners[c + 1] === b || corners[c + 2] === b)) called(other);
+      }
+    }
+  }
+
+  /** The faces that are reached from some without leaving those that are wanted. */
+  spread(seeds, wanted) {
+    const stamp = ++this.visit, { visited } = this, reached = [];
+    for (const face of seeds) {
+      if (visited[face] === stamp) continue;
+      visited[face] = stamp;
+      reached.push(face);
+    }
+    const look = (other) => {
+      if (visited[other] === stamp) return;
+      visited[other] = stamp;
+      if (wanted(other)) reached.push(other);
+    };
+    for (let i = 0; i < reached.length; i++) this.beside(reached[i], look);
+    return reached;
+  }
+
+  /** The middle of a face. */
+  middle(face) {
+    const { positions: p, faces } = this.mesh, a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
+    return [(p[a] + p[b] + p[c]) / 3, (p[a + 1] + p[b + 1] + p[c + 1]) / 3, (p[a + 2] + p[b + 2] + p[c + 2]) / 3];
+  }
+
+  /** Positive where the eye sees the front of a face, times lengths. */
+  front(face, eye) {
+    const { positions: p, faces } = this.mesh, a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
+    const ex = p[b] - p[a], ey = p[b + 1] - p[a + 1], ez = p[b + 2] - p[a + 2];
+    const gx = p[c] - p[a], gy = p[c + 1] - p[a + 1], gz = p[c + 2] - p[a + 2];
+    return (ey * gz - ez * gy) * (eye[0] - p[a]) + (ez * gx - ex * gz) * (eye[1] - p[a + 1]) + (ex * gy - ey * gx) * (eye[2] - p[a + 2]);
+  }
+
+  /** The faces whose middles are no farther than a radius from the way between two points, reached over the surface from one. */
+  along(face, from, to, radius, wanted) {
+    const way = minus(to, from), length = dot(way, way) || 1;
+    return this.spread([face], (other) => {
+      const d = minus(this.middle(other), from), t = Math.min(1, Math.max(0, dot(d, way) / length));
+      const off = minus(d, times(way, t));
+      return dot(off, off) <= radius * radius && wanted(other);
+    });
+  }
+
+  /** How far the points are from some along the edges of the mesh, as far as a length: a map. */
+  distances(sources, length) {
+    const { mesh: { positions: p }, corners, starts, list } = this, far = new Map(), heap = new Heap();
+    for (const v of sources) {
+      far.set(v, 0);
+      heap.push(0, v);
+    }
+    const reach = (v, d) => {
+      if (d <= length && d < (far.get(v) ?? Infinity)) {
+        far.set(v, d);
+        heap.push(d, v);
+      }
+    };
+    while (heap.size) {
+      const [d, v] = heap.pop();
+      if (d > far.get(v)) continue;
+      for (let i = starts[v]; i < starts[v + 1]; i++) {
+        for (let k = 0; k < 3; k++) {
+          const w = corners[3 * list[i] + k];
+          if (w !== v) reach(w, d + Math.hypot(p[3 * w] - p[3 * v], p[3 * w + 1] - p[3 * v + 1], p[3 * w + 2] - p[3 * v + 2]));
+        }
+      }
+    }
+    return far;
+  }
+
+  /** The points that faces of one kind and faces of the other kind share. */
+  edge(isIn) {
+    const { corners } = this, sides = new Uint8Array(this.starts.length), points = [];
+    for (let i = 0; i < corners.length; i++) sides[corners[i]] |= isIn(i / 3 | 0) ? 1 : 2;
+    for (let v = 0; v < sides.length; v++) if (sides[v] === 3) points.push(v);
+    return points;
+  }
+}
+
+/** The smallest first. */
+class Heap {
+  constructor() {
+    this.keys = [];
+    this.values = [];
+  }
+
+  get size() {
+    return this.keys.length;
+  }
+
+  push(key, value) {
+    const { keys, values } = this;
+    let i = keys.length;
+    for (keys.push(key), values.push(value); i > 0;) {
+      const up = i - 1 >> 1;
+      if (keys[up] <= key) break;
+      keys[i] = keys[up];
+      values[i] = values[up];
+      i = up;
+    }
+    keys[i] = key;
+    values[i] = value;
+  }
+
+  pop() {
+    const { keys, values } = this, top = [keys[0], values[0]], key = keys.pop(), value = values.pop(), n = keys.length;
+    if (!n) return top;
+    let i = 0;
+    for (;;) {
+      let down = 2 * i + 1;
+      if (down >= n) break;
+      if (down + 1 < n && keys[down + 1] < keys[down]) down++;
+      if (keys[down] >= key) break;
+      keys[i] = keys[down];
+      values[i] = values[down];
+      i = down;
+    }
+    keys[i] = key;
+    values[i] = value;
+    return top;
+  }
+}

@@ -1,0 +1,87 @@
+// Off the main thread: which vertices lie at the same point, the faces round each, and fewer faces for a view that moves.
+"use strict";
+
+/** Faces that are drawn of a large mesh while the view moves, about. */
+const THIN = 90_000;
+
+/** For each vertex the first one at the same point. */
+function welded(positions) {
+  const count = positions.length / 3, whole = new Uint32Array(positions.buffer, positions.byteOffset, positions.length);
+  const size = 2 ** Math.ceil(Math.log2(2 * count + 2)), table = new Int32Array(size).fill(-1), first = new Uint32Array(count);
+  for (let v = 0; v < count; v++) {
+    // Zero has two signs.
+    const x = positions[3 * v] === 0 ? 0 : whole[3 * v], y = positions[3 * v + 1] === 0 ? 0 : whole[3 * v + 1], z = positions[3 * v + 2] === 0 ? 0 : whole[3 * v + 2];
+    let hash = Math.imul(x, 0x9e3779b1) ^ Math.imul(y, 0x85ebca6b) ^ Math.imul(z, 0xc2b2ae35);
+    hash = Math.imul(hash ^ hash >>> 15, 0x2c1b3c6d);
+    let slot = (hash ^ hash >>> 13) & size - 1;
+    for (;;) {
+      const other = table[slot];
+      if (other < 0) {
+        table[slot] = v;
+        first[v] = v;
+        break;
+      }
+      const same = positions[3 * other] === positions[3 * v] && positions[3 * other + 1] === positions[3 * v + 1] && positions[3 * other + 2] === positions[3 * v + 2];
+      if (same) {
+        first[v] = other;
+        break;
+      }
+      slot = slot + 1 & size - 1;
+    }
+  }
+  return first;
+}
+
+/** The faces round each point: those of point v from starts[v] to starts[v + 1]. */
+function round(corners, count) {
+  const starts = new Uint32Array(count + 1);
+  for (let i = 0; i < corners.length; i++) starts[corners[i] + 1]++;
+  for (let v = 0; v < count; v++) starts[v + 1] += starts[v];
+  const next = starts.slice(), list = new Uint32Array(corners.length);
+  for (let i = 0; i < corners.length; i++) list[next[corners[i]]++] = i / 3 | 0;
+  return { starts, list };
+}
+
+/** Faces between the cells of a grid, on one vertex of each; null where that is not much less. */
+function thinned(positions, faces) {
+  const count = faces.length / 3;
+  if (count < 2 * THIN) return null;
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < positions.length; i++) {
+    if (positions[i] < low[i % 3]) low[i % 3] = positions[i];
+    if (positions[i] > high[i % 3]) high[i % 3] = positions[i];
+  }
+  const most = Math.max(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1;
+  for (let cells = 240; cells > 40; cells *= 0.75) {
+    const thin = atCells(positions, faces, low, most / cells, Math.ceil(cells) + 1);
+    if (thin.numbers.length < 1.5 * THIN) return thin;
+  }
+  return null;
+}
+
+function atCells(positions, faces, low, size, wide) {
+  const stands = new Int32Array(wide ** 3).fill(-1), of = new Uint32Array(positions.length / 3);
+  for (let v = 0; v < of.length; v++) {
+    let cell = 0;
+    for (let k = 0; k < 3; k++) cell = cell * wide + Math.min(wide - 1, (positions[3 * v + k] - low[k]) / size | 0);
+    if (stands[cell] < 0) stands[cell] = v;
+    of[v] = stands[cell];
+  }
+  const corners = [], numbers = [];
+  for (let i = 0; i < faces.length; i += 3) {
+    const a = of[faces[i]], b = of[faces[i + 1]], c = of[faces[i + 2]];
+    if (a === b || b === c || c === a) continue;
+    corners.push(a, b, c);
+    numbers.push(i / 3);
+  }
+  return { faces: Uint32Array.from(corners), numbers: Uint32Array.from(numbers) };
+}
+
+onmessage = ({ data: { positions, faces } }) => {
+  const weld = welded(positions);
+  const corners = Uint32Array.from(faces, (v) => weld[v]);
+  const { starts, list } = round(corners, weld.length);
+  const thin = thinned(positions, faces), given = [corners.buffer, starts.buffer, list.buffer];
+  if (thin) given.push(thin.faces.buffer, thin.numbers.buffer);
+  postMessage({ corners, starts, list, thin }, given);
+};
