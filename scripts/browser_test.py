@@ -55,7 +55,7 @@ DRAWN = """(() => {
 class Browser:
     """Chromium with one page, spoken to by its debugging protocol."""
 
-    def __init__(self, program, folder):
+    def __init__(self, program, folder, offline=True):
         command = [program, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-gl=angle",
                    "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--no-first-run",
                    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-pings",
@@ -76,7 +76,8 @@ class Browser:
         self.count, self.troubles, self.requests = 0, [], []
         for domain in ("Page", "Runtime", "Log", "Network"):
             self.call(f"{domain}.enable")
-        self.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=0, uploadThroughput=0)
+        if offline:
+            self.call("Network.emulateNetworkConditions", offline=True, latency=0, downloadThroughput=0, uploadThroughput=0)
 
     def call(self, method, **parameters):
         self.count += 1
@@ -116,7 +117,7 @@ class Browser:
 
     def open(self, page, width=1280, height=900):
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
-        self.call("Page.navigate", url=page.as_uri())
+        self.call("Page.navigate", url=page if isinstance(page, str) else page.as_uri())
         self.until("document.readyState === 'complete' && !!document.documentElement.dataset.state", "the page is ready")
 
     def click(self, x, y, modifiers=0):

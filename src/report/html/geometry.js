@@ -71,8 +71,8 @@ async function unpack(text, header) {
   return { ...mesh, facts: factsOf(mesh) };
 }
 
-/** What a face is, in one number: its region, where it is from (0 of both meshes, 1 new, 2 gone or of an earlier step), marks. */
-const ORIGIN = 16, MASKED = 1 << 18, MARKED = 1 << 19;
+/** What a face is, in one number: its region, where it is from (0 of both meshes, 1 new, 2 gone or of an earlier step), marks, and its image. */
+const ORIGIN = 16, MASKED = 1 << 18, MARKED = 1 << 19, IMAGE = 20;
 
 /** The faces' facts of a mesh whose new faces lie together. */
 function factsOf({ faces, kept, regions, parts }) {

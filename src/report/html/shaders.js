@@ -8,11 +8,11 @@ precision highp sampler2D;
 precision highp usampler2D;
 uniform usampler2D faceTexture, vertexTexture, numberTexture, factTexture;
 uniform int wideBits;
-uniform bool thinned;
+uniform bool numbered;
 ivec2 texel(int i) { return ivec2(i & ((1 << wideBits) - 1), i >> wideBits); }
 int faceNumber() {
   int own = gl_VertexID / 3;
-  return thinned ? int(texelFetch(numberTexture, texel(own), 0).r) : own;
+  return numbered ? int(texelFetch(numberTexture, texel(own), 0).r) : own;
 }
 int vertexNumber() { return int(texelFetch(faceTexture, texel(gl_VertexID), 0).r); }
 vec3 normalOf(uint folded) {
@@ -71,7 +71,7 @@ uniform vec3 palette[16];
 uniform float wire, earlier;
 uniform int selected;
 uniform vec4 section;
-uniform sampler2D image;
+uniform highp sampler2DArray images;
 out vec4 colour;
 
 vec3 diverging(float x) {
@@ -101,7 +101,8 @@ void main() {
   if (colouring == 1 && valued) ground = diverging(2. * clamp(shown.x, 0., 1.) - 1.);
   if (colouring == 2 && valued && !(skipKept && origin == 0)) ground = rising(clamp(shown.x, 0., 1.));
   if (colouring == 3) ground = shown.rgb;
-  if (colouring == 4 && valued) ground = texture(image, shown.xy).rgb;
+  int layer = int(fact >> 20 & 255u);
+  if (colouring == 4 && valued && layer < 255) ground = texture(images, vec3(shown.xy, float(layer))).rgb;
   if (back && colouring == 0) ground = inside;
   if ((fact & 0x80000u) != 0u) ground = mix(ground, fault, .8);
   if ((fact & 0x40000u) != 0u) ground = mix(ground, mask, .62);

@@ -1,7 +1,7 @@
 // A mesh on the graphics card: its arrays in textures, drawn by chunks of faces.
 
 /** Faces of a chunk: what is drawn or left out together. */
-const CHUNK = 2048;
+const CHUNK = 1024;
 
 /** Unit vectors of an octahedron's surface unfolded, in two times 16 bits. */
 function foldedNormals(normals) {
@@ -56,7 +56,7 @@ class Surface {
   constructor(gl, mesh) {
     this.mesh = mesh;
     this.boxes = chunkBoxes(mesh);
-    this.colour = { kind: 0, on: 0, span: [0, 1], image: null };
+    this.colour = { kind: 0, on: 0, span: [0, 1], images: [] };
     this.start(gl);
   }
 
@@ -75,15 +75,14 @@ class Surface {
       vertices[4 * i + 3] = folded[i];
     }
     this.put("vertex", gl.RGBA32UI, vertices, 4);
-    this.put("face", gl.R32UI, new Uint32Array(faces.buffer, faces.byteOffset, faces.length), 1);
+    if (this.order) this.setOrder(this.order);
+    else this.put("face", gl.R32UI, new Uint32Array(faces.buffer, faces.byteOffset, faces.length), 1);
     this.put("fact", gl.R32UI, facts, 1);
     // Samplers that nothing is read from need a texture all the same.
     this.put("value", gl.R32F, new Float32Array(1), 1);
     this.put("colour", gl.RGBA8, new Uint8Array(4), 4);
     this.put("corner", gl.RG32F, new Float32Array(2), 2);
-    this.textures.image = gl.createTexture();
-    gl.bindTexture(gl.TEXTURE_2D, this.textures.image);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    this.pictures([]);
     if (this.thin) this.setThin(this.thin);
     if (this.colour.values) this.setColour(this.colour);
   }
@@ -124,51 +123,63 @@ class Surface {
     if (end > first) this.write("fact", this.gl.R32UI, this.mesh.facts, 1, first, end);
   }
 
+  /** The faces in another order, in which those that lie together follow each other: corners, and the number of each. */
+  setOrder(order) {
+    this.order = order;
+    this.boxes = chunkBoxes({ positions: this.mesh.positions, faces: order.faces });
+    this.put("face", this.gl.R32UI, order.faces, 1);
+    this.put("number", this.gl.R32UI, order.numbers, 1);
+  }
+
   /** Fewer faces that stand for all while the view moves: corners, and the number of the face that each stands for. */
   setThin(thin) {
     this.thin = thin;
     this.put("thinFace", this.gl.R32UI, thin.faces, 1);
-    this.put("number", this.gl.R32UI, thin.numbers, 1);
+    this.put("thinNumber", this.gl.R32UI, thin.numbers, 1);
   }
 
   /**
    * Colours by values: `kind` 0 none, 1 diverging, 2 rising, 3 colours, 4 an image; `on` 0 vertices, 1 faces, 2 corners;
-   * `span` are the values at the ends of the scale, or those of 3 and 4 are bytes and places in the image.
+   * `span` are the values at the ends of the scale, or those of 3 and 4 are bytes, and places in `images` of one size.
    */
   setColour(colour) {
     const gl = this.gl;
-    this.colour = { kind: 0, on: 0, span: [0, 1], image: null, skipKept: false, ...colour };
+    this.colour = { kind: 0, on: 0, span: [0, 1], images: [], skipKept: false, ...colour };
     const { kind, values } = this.colour;
     if (kind === 1 || kind === 2) this.put("value", gl.R32F, values, 1);
     if (kind === 3) this.put("colour", gl.RGBA8, values, 4);
     if (kind === 4) this.put("corner", gl.RG32F, values, 2);
-    if (kind === 4) this.picture();
+    if (kind === 4) this.pictures(this.colour.images);
   }
 
-  picture() {
-    const gl = this.gl, { image, wrap } = this.colour, { image: texture } = this.textures;
+  /** Images of one size, one above the other; those of the faces say which. */
+  pictures(images) {
+    const gl = this.gl, [{ width, height } = { width: 1, height: 1 }] = images, kind = gl.TEXTURE_2D_ARRAY;
+    gl.deleteTexture(this.textures.image || null);
+    this.textures.image = gl.createTexture();
     gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, texture);
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA, gl.RGBA, gl.UNSIGNED_BYTE, image);
-    gl.generateMipmap(gl.TEXTURE_2D);
-    for (const side of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, side, wrap === "clamp" ? gl.CLAMP_TO_EDGE : gl.REPEAT);
+    gl.bindTexture(kind, this.textures.image);
+    gl.texStorage3D(kind, Math.floor(Math.log2(Math.max(width, height))) + 1, gl.RGBA8, width, height, Math.max(1, images.length));
+    images.forEach((image, i) => gl.texSubImage3D(kind, 0, 0, 0, i, width, height, 1, gl.RGBA, gl.UNSIGNED_BYTE, image));
+    gl.generateMipmap(kind);
+    gl.texParameteri(kind, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR);
   }
 
   /** Binds what a program reads. */
   bind({ at }, thinned) {
     const gl = this.gl;
-    const used = { face: thinned ? "thinFace" : "face", vertex: "vertex", number: thinned ? "number" : "fact", fact: "fact", value: "value", colour: "colour", corner: "corner" };
+    const used = { face: thinned ? "thinFace" : "face", vertex: "vertex", number: thinned ? "thinNumber" : this.order ? "number" : "fact", fact: "fact", value: "value", colour: "colour", corner: "corner" };
     Object.entries(used).forEach(([name, from], i) => this.bindOne(at(name + "Texture"), i, this.textures[from]));
-    this.bindOne(at("image"), 7, this.textures.image);
+    this.bindOne(at("images"), 7, this.textures.image, gl.TEXTURE_2D_ARRAY);
     gl.uniform1i(at("wideBits"), this.bits);
-    gl.uniform1i(at("thinned"), thinned);
+    gl.uniform1i(at("numbered"), thinned || Boolean(this.order));
   }
 
-  bindOne(place, unit, texture) {
+  bindOne(place, unit, texture, kind = this.gl.TEXTURE_2D) {
     if (place === null) return;
     const gl = this.gl;
     gl.activeTexture(gl.TEXTURE0 + unit);
-    gl.bindTexture(gl.TEXTURE_2D, texture || null);
+    gl.bindTexture(kind, texture || null);
     gl.uniform1i(place, unit);
   }
 
@@ -178,6 +189,7 @@ class Surface {
       this.gl.drawArrays(this.gl.TRIANGLES, 0, this.thin.faces.length);
       return this.thin.numbers.length;
     }
+    if (this.order) ranges = [[0, this.order.numbers.length]];
     let count = 0, from = 0, to = 0;
     const flush = () => {
       if (to > from) this.gl.drawArrays(this.gl.TRIANGLES, 3 * from, 3 * (to - from));

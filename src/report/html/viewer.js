@@ -2,7 +2,7 @@
 
 /** From so many faces on the picture has no smooth edges: faces are about as small as the pixels. */
 const LARGE = 400_000;
-/** A picture that takes longer, in milliseconds, is drawn of fewer faces while the view moves, where there are such. */
+/** A picture that takes longer, in milliseconds, is drawn of fewer faces while the view moves, or else of fewer pixels. */
 const FLUID = 45;
 /** No section: nothing lies on the far side of it. */
 const WHOLE = [0, 0, 0, 1];
@@ -16,6 +16,8 @@ class Viewer {
     this.section = WHOLE;
     this.split = 0.5;
     this.frames = 0;
+    // Milliseconds that a picture takes: of all faces, and of fewer.
+    this.costs = {};
     this.sides = {};
     this.surfaces = new Map();
     this.smooth = faces < LARGE;
@@ -51,7 +53,7 @@ class Viewer {
     const side = { mesh, surface: this.surfaces.get(mesh), ranges: ranges || [[0, mesh.faces.length / 3]], rims, kinds, colours, strength };
     this.sides[name] = side;
     this.putRims(side);
-    this.cost = null;
+    this.costs = {};
     this.refresh();
   }
 
@@ -103,7 +105,7 @@ class Viewer {
   moving() {
     this.isMoving = true;
     clearTimeout(this.rest);
-    this.rest = setTimeout(() => { this.isMoving = false; if (this.drewThin) this.refresh(); }, 160);
+    this.rest = setTimeout(() => { this.isMoving = false; if (this.drewThin || this.coarse) this.refresh(); }, 160);
     this.refresh();
   }
 
@@ -132,7 +134,8 @@ class Viewer {
   draw(fewer = false, part = null) {
     const gl = this.gl, canvas = this.canvas;
     if (gl.isContextLost()) return;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2);
+    this.coarse = fewer && (this.costs.thin ?? this.costs.whole) > FLUID;
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.coarse ? 0.5 : 1);
     const size = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     const colours = this.colours(), start = performance.now();
@@ -158,21 +161,22 @@ class Viewer {
       this.drawSurface(side, matrix, colours, fewer, within);
       if (this.options.rims && side.rims.length) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
     }
-    if (!part) this.measure(start);
+    if (!part) this.measure(start, fewer);
     this.frames++;
     this.drawn?.(part);
   }
 
-  /** Waits for the first whole picture, to know what one costs. */
-  measure(start) {
-    if (this.drewThin || this.cost !== null || !Object.values(this.sides).some((side) => side.surface.thin)) return;
+  /** Waits for the first picture of all faces and the first of fewer, to know what they cost. */
+  measure(start, fewer) {
+    const kind = this.drewThin ? "thin" : "whole";
+    if (this.costs[kind] !== undefined || this.coarse || kind === "thin" && !fewer) return;
     this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
-    this.cost = performance.now() - start;
+    this.costs[kind] = performance.now() - start;
   }
 
   drawSurface({ mesh, surface, ranges }, matrix, colours, fewer, within) {
     const gl = this.gl, { program, at } = this.surface, { options } = this, { colour } = surface;
-    const thinned = fewer && Boolean(surface.thin) && !(this.cost !== null && this.cost < FLUID);
+    const thinned = fewer && Boolean(surface.thin) && !(this.costs.whole < FLUID);
     this.drewThin ||= thinned;
     gl.useProgram(program);
     gl.bindVertexArray(this.nothing);

@@ -95,11 +95,11 @@ class Display {
     const found = await this.app.model.prepare(mesh);
     mesh.topology ??= new Topology(mesh, found);
     mesh.mask ??= new Mask(mesh);
-    for (const surface of [this.app.viewer.surfaces.get(mesh)]) {
-      if (!surface || surface.thin || !found.thin) continue;
-      surface.setThin(found.thin);
-      this.app.viewer.cost = null;
-    }
+    const surface = this.app.viewer.surfaces.get(mesh);
+    if (!surface || surface.order) return;
+    surface.setOrder(found.order);
+    if (found.thin) surface.setThin(found.thin);
+    this.app.viewer.costs = {};
   }
 
   /** The colourings that there are now. */
@@ -142,11 +142,21 @@ class Display {
     showScale(words + (header.unit ? ", " + header.unit : ""), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind);
   }
 
+  /** The images of the textures, all of the size of the largest. */
+  async images({ url, count = 1 }) {
+    const blobs = await Promise.all(Array.from({ length: count }, async (_, i) => (await fetch(url.replace(/\d+$/, i))).blob()));
+    const options = { premultiplyAlpha: "none", colorSpaceConversion: "none" }, first = await Promise.all(blobs.map((blob) => createImageBitmap(blob, options)));
+    const [resizeWidth, resizeHeight] = ["width", "height"].map((side) => Math.min(4096, Math.max(...first.map((image) => image[side]))));
+    return Promise.all(first.map((image) => image.width === resizeWidth && image.height === resizeHeight ? image : createImageBitmap(image, { resizeWidth, resizeHeight })));
+  }
+
   async texture(id, surface) {
-    const { texture } = this.app.model.state;
-    this.image ??= createImageBitmap(await (await fetch(texture.url)).blob(), { premultiplyAlpha: "none", colorSpaceConversion: "none" });
-    const { arrays } = await askArrays(`uv/${id}`);
-    surface.setColour({ kind: 4, values: arrays.uv || Object.values(arrays)[0], on: 2, image: await this.image, wrap: texture.wrap });
+    const { facts } = surface.mesh, images = await (this.textures ??= this.images(this.app.model.state.texture));
+    const { header, arrays: { uv, texture } } = await askArrays(`uv/${id}`);
+    const values = header.v_up ? uv.map((x, i) => i % 2 ? 1 - x : x) : uv;
+    for (let f = 0; f < facts.length; f++) facts[f] = facts[f] & ~(255 << IMAGE) | texture[f] << IMAGE;
+    surface.changed();
+    surface.setColour({ kind: 4, values, on: 2, images });
   }
 
   /** Sets the section as the tools say. */

@@ -185,7 +185,7 @@ class Holes {
     try {
       const found = await askJson(`check/${id}`);
       verdict.textContent = found.sound ? "It is sound: closed, manifold, oriented and free of crossings." : (found.reasons || []).join("; ") + ".";
-      const kinds = Object.entries(found.defects || {}).filter(([, d]) => d.count);
+      const marks = found.marks || {}, kinds = Object.entries(found.defects || {}).filter(([, d]) => d.count).map(([kind, d]) => [kind, { ...d, ...marks[kind] }]);
       find("#defect-list").replaceChildren(...kinds.map(([kind, defect]) => this.defect(kind, defect, viewer.sides.after.mesh)));
     } catch (error) {
       verdict.textContent = error.message;

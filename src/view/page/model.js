@@ -21,17 +21,26 @@ function gathered(values, parts, ranges, extra) {
 /** The faces' facts of a state from where they are from and their regions. */
 function stateFacts(origin, region, count) {
   const facts = new Uint32Array(count);
-  for (let i = 0; i < count; i++) facts[i] = (origin ? origin[i] << ORIGIN : 0) | (region ? region[i] : 0);
+  for (let i = 0; i < count; i++) facts[i] = origin[i] << ORIGIN | region[i];
   return facts;
 }
 
-/** Runs of a value and its length, spread out. */
+/** A value for each face, from the runs of faces that have the same: the first face and the value of each. */
 function spread(runs, count) {
-  if (!runs || runs.length === count) return runs;
-  const all = new runs.constructor(count);
-  let at = 0;
-  for (let i = 0; i < runs.length; i += 2) all.fill(runs[i + 1], at, at += runs[i]);
+  const all = new Uint32Array(count);
+  for (let i = 0; i < runs.length; i += 2) all.fill(runs[i + 1], runs[i], runs[i + 2] ?? count);
   return all;
+}
+
+/** Faces with the new numbers of their vertices, of which ranges are kept, in order. */
+function renumbered(faces, ranges) {
+  if (ranges.length <= 2 && !ranges[0]) return faces;
+  const shift = new Int32Array(ranges[ranges.length - 1] || 0);
+  for (let i = 0, at = 0; i < ranges.length; i += 2) {
+    shift.fill(ranges[i] - at, ranges[i], ranges[i + 1]);
+    at += ranges[i + 1] - ranges[i];
+  }
+  return faces.map((v) => v - shift[v]);
 }
 
 class Model {
@@ -66,17 +75,18 @@ class Model {
   }
 
   async fetchMesh(id) {
-    const parent = this.find(id)?.parent, from = this.meshes.has(parent) ? await this.meshes.get(parent) : null;
-    const { header, arrays } = await askArrays(`mesh/${id}` + (from ? `?from=${parent}` : ""));
-    let { positions, faces } = arrays;
-    if (header.from !== null && header.from !== undefined && arrays.kept_faces) {
-      positions = gathered(from.positions, 3, arrays.kept_vertices, positions);
-      faces = gathered(from.faces, 3, arrays.kept_faces, faces);
+    const near = [this.find(id)?.parent, ...this.state.states.filter((s) => s.parent === id).map((s) => s.id)].find((other) => this.meshes.has(other));
+    const old = near === undefined ? null : await this.meshes.get(near).catch(() => null);
+    const { header, arrays } = await askArrays(`mesh/${id}` + (old ? `?from=${near}` : ""));
+    let { positions, faces, origin, region } = arrays;
+    if (Number.isInteger(header.from)) {
+      const { kept_vertices: vertices, kept_faces: kept } = arrays;
+      positions = gathered(old.positions, 3, vertices, positions);
+      faces = gathered(renumbered(gathered(old.faces, 3, kept, new Uint32Array()), vertices), 3, [0, kept.reduce((n, x, i) => n + (i % 2 ? x : -x), 0)], faces);
+      [origin, region] = [spread(arrays.origin_runs, faces.length / 3), spread(arrays.region_runs, faces.length / 3)];
     }
-    const count = faces.length / 3, origin = spread(arrays.origin, count), region = spread(arrays.region, count);
-    const facts = stateFacts(origin, region, count), fresh = Boolean(origin?.includes(1) || origin?.includes(2));
-    const normals = vertexNormals(positions, faces);
-    return { id, positions, faces, facts, normals, marks: fresh, earlier: 0.35, centre: header.centre };
+    const facts = stateFacts(origin, region, faces.length / 3), fresh = origin.includes(1) || origin.includes(2);
+    return { id, positions, faces, facts, normals: vertexNormals(positions, faces), marks: fresh, earlier: 0.35, centre: header.centre };
   }
 
   async fetchRims(id) {

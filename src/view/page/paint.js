@@ -105,7 +105,7 @@ class Paint {
     const edge = Math.hypot(...[0, 1, 2].map((k) => mesh.positions[a + k] - mesh.positions[b + k]));
     const p = viewer.place(topology.middle(faces[0])), half = viewer.aim(0, 0).half, room = 6 + Math.min(120, 2 * edge / p.unit * half);
     const panes = viewer.options.show === "both" || viewer.options.show === "slider";
-    if (panes || viewer.drewThin) return viewer.refresh();
+    if (panes || viewer.drewThin || viewer.coarse) return viewer.refresh();
     viewer.draw(false, [left - room, top - room, right - left + 2 * room, bottom - top + 2 * room]);
   }
 

@@ -133,19 +133,20 @@ class Steps {
     if (name === "done") this.app.say(this.app.model.find(told.state)?.summary || "Done.");
   }
 
-  /** Shows how far a run is, by regions. */
-  progress({ region, regions, stage, share, line }) {
+  /** Shows how far a run is: the regions that are done, and those that are worked on. */
+  progress({ region, regions, hole, stage, share, line }) {
     if (!this.job) this.begin("run", false, "");
-    if (region) this.regions.set(region, { stage, share: share ?? 0 });
-    find("#job-line").textContent = line || [region && regions ? `region ${region} of ${regions}` : "", stage].filter(Boolean).join(", ");
-    const parts = [...this.regions.values()], total = regions ? parts.reduce((sum, p) => sum + (p.share || 0), 0) / regions : share;
+    if (hole && stage === "ended") this.regions.delete(hole);
+    else if (hole) this.regions.set(hole, share ?? this.regions.get(hole));
+    find("#job-line").textContent = [regions ? `${region ?? 0} of ${regions} ${regions === 1 ? "region" : "regions"} done` : "", line || ""].filter(Boolean).join("; ");
+    const begun = [...this.regions.values()].reduce((sum, part) => sum + (part || 0), 0), total = regions ? ((region ?? 0) + begun) / regions : share;
     if (Number.isFinite(total)) find("#job-bar").value = Math.min(1, total);
     const rows = [...this.regions].slice(-12).map(([number, part]) => {
       const item = document.createElement("li"), bar = document.createElement("progress");
       bar.max = 1;
-      if (Number.isFinite(part.share)) bar.value = part.share;
-      bar.setAttribute("aria-label", `Region ${number}`);
-      item.append(bar, `region ${number}${part.stage ? ", " + part.stage : ""}`);
+      if (Number.isFinite(part)) bar.value = part;
+      bar.setAttribute("aria-label", `Region of hole ${number}`);
+      item.append(bar, `hole ${number}`);
       return item;
     });
     find("#job-regions").replaceChildren(...rows);

@@ -1,4 +1,5 @@
-// Off the main thread: which vertices lie at the same point, the faces round each, and fewer faces for a view that moves.
+// Off the main thread: which vertices lie at the same point, the faces round each, the faces by where
+// they lie, and fewer of them for a view that moves.
 "use strict";
 
 /** Faces that are drawn of a large mesh while the view moves, about. */
@@ -42,16 +43,56 @@ function round(corners, count) {
   return { starts, list };
 }
 
+/** Ten bits with two zeros after each. */
+function apart(x) {
+  x = (x | x << 16) & 0x030000ff;
+  x = (x | x << 8) & 0x0300f00f;
+  x = (x | x << 4) & 0x030c30c3;
+  return (x | x << 2) & 0x09249249;
+}
+
+/** The smallest and largest coordinates. */
+function bounds(positions) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < positions.length; i += 3) {
+    for (let k = 0; k < 3; k++) {
+      const x = positions[i + k];
+      if (x < low[k]) low[k] = x;
+      if (x > high[k]) high[k] = x;
+    }
+  }
+  return { low, most: Math.max(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1 };
+}
+
+/** The faces along a curve that fills space, so that those that follow each other lie together. */
+function together(positions, faces, { low, most }) {
+  const count = faces.length / 3, scale = 1023.99 / most / 3;
+  let codes = new Uint32Array(count), numbers = Uint32Array.from({ length: count }, (_, i) => i);
+  for (let f = 0; f < count; f++) {
+    const a = 3 * faces[3 * f], b = 3 * faces[3 * f + 1], c = 3 * faces[3 * f + 2];
+    const at = (k) => apart((positions[a + k] + positions[b + k] + positions[c + k] - 3 * low[k]) * scale | 0);
+    codes[f] = at(0) | at(1) << 1 | at(2) << 2;
+  }
+  for (let shift = 0; shift < 30; shift += 10) {
+    const next = new Uint32Array(1025), sorted = new Uint32Array(count), moved = new Uint32Array(count);
+    for (let i = 0; i < count; i++) next[(codes[i] >>> shift & 1023) + 1]++;
+    for (let i = 0; i < 1024; i++) next[i + 1] += next[i];
+    for (let i = 0; i < count; i++) {
+      const to = next[codes[i] >>> shift & 1023]++;
+      sorted[to] = codes[i];
+      moved[to] = numbers[i];
+    }
+    [codes, numbers] = [sorted, moved];
+  }
+  const ordered = new Uint32Array(faces.length);
+  for (let i = 0; i < count; i++) for (let k = 0; k < 3; k++) ordered[3 * i + k] = faces[3 * numbers[i] + k];
+  return { faces: ordered, numbers };
+}
+
 /** Faces between the cells of a grid, on one vertex of each; null where that is not much less. */
-function thinned(positions, faces) {
+function thinned(positions, faces, { low, most }) {
   const count = faces.length / 3;
   if (count < 2 * THIN) return null;
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (let i = 0; i < positions.length; i++) {
-    if (positions[i] < low[i % 3]) low[i % 3] = positions[i];
-    if (positions[i] > high[i % 3]) high[i % 3] = positions[i];
-  }
-  const most = Math.max(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1;
   for (let cells = 240; cells > 40; cells *= 0.75) {
     const thin = atCells(positions, faces, low, most / cells, Math.ceil(cells) + 1);
     if (thin.numbers.length < 1.5 * THIN) return thin;
@@ -81,7 +122,7 @@ onmessage = ({ data: { positions, faces } }) => {
   const weld = welded(positions);
   const corners = Uint32Array.from(faces, (v) => weld[v]);
   const { starts, list } = round(corners, weld.length);
-  const thin = thinned(positions, faces), given = [corners.buffer, starts.buffer, list.buffer];
-  if (thin) given.push(thin.faces.buffer, thin.numbers.buffer);
-  postMessage({ corners, starts, list, thin }, given);
+  const size = bounds(positions), thin = thinned(positions, faces, size), order = together(positions, faces, size);
+  const given = [corners, starts, list, order.faces, order.numbers, ...thin ? [thin.faces, thin.numbers] : []];
+  postMessage({ corners, starts, list, thin, order }, given.map((array) => array.buffer));
 };

@@ -1,0 +1,82 @@
+"""Meshes that the tests of the page make: a large ball with holes, and a textured one as GLB."""
+
+import io
+import json
+import struct
+
+import numpy as np
+
+
+def ball(rings, bumps, holes):
+    """A bumpy ball of about four times the square of `rings` triangles: vertices, faces, angles; with balls cut out."""
+    across = 2 * rings
+    down, round_ = np.linspace(0, np.pi, rings + 1)[1:-1], np.arange(across) * 2 * np.pi / across
+    a, b = (x.ravel() for x in np.meshgrid(down, round_, indexing="ij"))
+    r = 50 + bumps * np.sin(9 * a) * np.sin(7 * b) * np.sin(a) ** 2
+    vertices = np.concatenate([np.stack([r * np.sin(a) * np.cos(b), r * np.sin(a) * np.sin(b), r * np.cos(a)], -1), [[0, 0, 50], [0, 0, -50]]])
+    at = np.arange((rings - 2) * across).reshape(rings - 2, across)
+    side = np.roll(at, -1, 1)
+    quads = np.stack([at, at + across, side, side, at + across, side + across], -1).reshape(-1, 3)
+    turn = np.arange(across)
+    after, last, pole = np.roll(turn, -1), (rings - 2) * across, len(vertices) - 2
+    caps = [np.stack([np.full(across, pole), turn, after], -1), np.stack([np.full(across, pole + 1), last + after, last + turn], -1)]
+    faces = np.concatenate([quads, *caps])
+    middles = vertices[faces].mean(1)
+    for centre, radius in holes:
+        faces = faces[np.linalg.norm(middles - centre, axis=1) > radius]
+        middles = vertices[faces].mean(1)
+    used = np.unique(faces)
+    number = np.zeros(len(vertices), int)
+    number[used] = np.arange(len(used))
+    return vertices[used], number[faces]
+
+
+def bumpy_ball(path, rings):
+    """A ball with three holes as a binary PLY; how many faces it has."""
+    vertices, faces = ball(rings, 3, (((0, -50, 5), 6), ((35, -30, 15), 4), ((0, 40, 30), 3)))
+    rows = np.zeros(len(faces), [("n", "u1"), ("v", "<u4", 3)])
+    rows["n"], rows["v"] = 3, faces
+    header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\nproperty float y\nproperty float z\n"
+              f"element face {len(faces)}\nproperty list uchar uint vertex_indices\nend_header\n")
+    path.write_bytes(header.encode() + vertices.astype("<f4").tobytes() + rows.tobytes())
+    return len(faces)
+
+
+def textured_glb(path):
+    """A ball with two holes and a chequered texture, with seams where its coordinates jump."""
+    from PIL import Image
+
+    vertices, faces = ball(40, 1.5, (((0, -50, 5), 14), ((30, -36, -12), 9)))
+    u = np.arctan2(vertices[:, 1], vertices[:, 0]) / (2 * np.pi) % 1
+    v = np.arccos(np.clip(vertices[:, 2] / np.linalg.norm(vertices, axis=1), -1, 1)) / np.pi
+    corners = u[faces]
+    crossing = corners.max(1) - corners.min(1) > 0.5
+    # Corners of faces over the seam that are left of it get vertices of their own, one turn further.
+    extra = np.unique(faces[crossing][corners[crossing] < 0.5])
+    number = {int(old): len(vertices) + i for i, old in enumerate(extra)}
+    faces = faces.copy()
+    for face in np.flatnonzero(crossing):
+        faces[face] = [number[int(x)] if u[x] < 0.5 else x for x in faces[face]]
+    vertices, u, v = np.concatenate([vertices, vertices[extra]]), np.concatenate([u, u[extra] + 1]), np.concatenate([v, v[extra]])
+    pixels = (np.indices((256, 256)).sum(0) // 32 % 2)[..., None] * np.array([90, 60, 20]) + np.array([140, 150, 120])
+    picture = io.BytesIO()
+    Image.fromarray(pixels.astype("u1")).save(picture, "PNG")
+    parts = [vertices.astype("<f4").tobytes(), np.stack([u, v], -1).astype("<f4").tobytes(), faces.astype("<u4").tobytes(), picture.getvalue()]
+    views, blob = [], b""
+    for part in parts:
+        views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(part)})
+        blob += part + b"\0" * (-len(part) % 4)
+    low, high = vertices.astype("<f4").min(0).tolist(), vertices.astype("<f4").max(0).tolist()
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0}], "images": [{"bufferView": 3, "mimeType": "image/png"}],
+        "buffers": [{"byteLength": len(blob)}], "bufferViews": views,
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": len(vertices), "type": "VEC3", "min": low, "max": high},
+                      {"bufferView": 1, "componentType": 5126, "count": len(vertices), "type": "VEC2"},
+                      {"bufferView": 2, "componentType": 5125, "count": faces.size, "type": "SCALAR"}],
+    }
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    path.write_bytes(struct.pack("<4sIIII", b"glTF", 2, 28 + len(text) + len(blob), len(text), 0x4E4F534A) + text + struct.pack("<II", len(blob), 0x4E4942) + blob)
