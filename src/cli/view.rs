@@ -26,7 +26,8 @@ Examples:
 /// The program itself serves the page, to this machine only: no network is needed. The address holds a secret, without which
 /// nothing is answered. Steps are the commands of this program; the page tells the command lines that do the same.
 ///
-/// Ctrl-C ends it. Steps that were not saved are kept in a file beside the mesh, which --resume opens.
+/// Ctrl-C ends it. Steps that were not saved are kept in a hidden file in the folder of --root, beside the mesh: --resume makes
+/// them again.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct ViewArgs {
@@ -49,6 +50,11 @@ pub struct ViewArgs {
     /// The folder below which the page may write files [default: that of the mesh].
     #[arg(long, value_name = "DIR")]
     root: Option<PathBuf>,
+
+    /// Go on with the steps of an earlier session that were not saved: they are made again. Another file
+    /// than the usual one can be named after an equals sign.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    resume: Option<Option<PathBuf>>,
 
     /// Format of the input: obj, ply, stl, gltf, glb, vtk or vtp.
     ///
@@ -76,6 +82,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<End> {
         root: args.root.clone(),
         threads: args.run.threads.unwrap_or(0),
         words: Box::new(CommandLine),
+        resume: args.resume.clone(),
     };
     if !args.listen.is_loopback() {
         console.warn(
@@ -85,7 +92,21 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<End> {
     }
     let mut failed = None;
     serve(settings, |address| {
-        interrupt::is_the_end(move || {});
+        if let Some(file) = &address.earlier {
+            console.note(&format!(
+                "steps of an earlier session were not saved: {} keeps them, and --resume makes them again",
+                file.display()
+            ));
+        }
+        let unsaved = address.unsaved;
+        interrupt::is_the_end(move || {
+            if let Some(file) = unsaved() {
+                console.say(&format!(
+                    "steps that were not saved are kept in {}: --resume makes them again",
+                    file.display()
+                ));
+            }
+        });
         failed = console::print_out(&format!("{}\n", address.page)).err();
         console.say("Ctrl-C ends it");
         if !args.no_browser && args.listen.is_loopback() {

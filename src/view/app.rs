@@ -12,8 +12,12 @@ use super::gate::Gate;
 use super::make::Order;
 use super::session::Session;
 use super::state::State;
+use super::store::{KeptStep, Store};
 use super::words::Words;
 use crate::mend::Control;
+
+/// What is being done when the steps of an earlier session are made again.
+const AGAIN: &str = "resume";
 
 /// The server's state.
 pub struct App {
@@ -33,6 +37,8 @@ pub struct App {
     pub centre: DVec3,
     /// The session.
     pub session: Mutex<Session>,
+    /// Where steps that are not saved are kept.
+    pub store: Store,
     /// What pages are told.
     pub events: Events,
     /// The threads that work is done on.
@@ -47,8 +53,18 @@ impl App {
         self.session.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Tells pages that something has changed.
+    /// Keeps the steps that are not saved, and tells pages that something has changed.
     pub fn changed(&self) {
+        let (current, is_kept) = {
+            let session = self.session();
+            // Steps that are made again are in the file until all of them are.
+            let is_again = session.busy.as_ref().is_some_and(|b| b.kind == AGAIN);
+            let current = session.is_unsaved().then(|| session.current().clone());
+            (current, is_again)
+        };
+        if !is_kept {
+            self.store.keep(current.as_deref());
+        }
         self.events.tell("state", &json!({}));
     }
 
@@ -69,42 +85,78 @@ impl App {
     /// # Errors
     /// When there is no thread for it.
     pub fn begin(self: &Arc<Self>, order: Order, preview: bool) -> std::io::Result<Option<u64>> {
-        let (job, cancel, parent) = {
-            let mut session = self.session();
-            let parent = session.current().clone();
-            match session.begin(order.work.name()) {
-                Some((job, cancel)) => (job, cancel, parent),
-                None => return Ok(None),
+        let kind = order.work.name();
+        self.start(kind, move |app, control| {
+            let parent = app.session().current().clone();
+            let state = app.make(order, &parent, control)?;
+            Ok(Some((state, preview)))
+        })
+    }
+
+    /// Makes the steps of an earlier session again; `own` says whether they were kept where this session keeps its own.
+    ///
+    /// # Errors
+    /// When there is no thread for it.
+    pub fn resume(self: &Arc<Self>, steps: Vec<KeptStep>, own: bool) -> std::io::Result<()> {
+        self.start(AGAIN, move |app, control| {
+            for step in steps {
+                let parent = app.session().current().clone();
+                let faces = parent.loaded.mesh.faces.len();
+                let order = Order::new(step.work, step.mask, faces, app.words.as_ref());
+                let order = order.map_err(|wrong| wrong.error)?;
+                let state = app.make(order, &parent, control)?;
+                app.session().add(state, false);
+                app.changed();
             }
+            if own {
+                app.store.own();
+            }
+            Ok(None)
+        })?;
+        Ok(())
+    }
+
+    /// Makes a step.
+    fn make(&self, order: Order, parent: &Arc<State>, control: &Control) -> Result<State, String> {
+        let made = self.run(|| order.make(&self.input, parent, control))?;
+        made.map_err(|error| told(&error))
+    }
+
+    /// Does a job on a thread of its own, and takes the mesh that it makes, where it is none that is only looked at.
+    fn start(
+        self: &Arc<Self>,
+        kind: &'static str,
+        job: impl FnOnce(&Self, &Control) -> Result<Option<(State, bool)>, String> + Send + 'static,
+    ) -> std::io::Result<Option<u64>> {
+        let Some((number, cancel)) = self.session().begin(kind) else {
+            return Ok(None);
         };
+        self.changed();
         let app = self.clone();
         let work = move || {
-            let teller = Teller::new(&app.events, job);
+            let teller = Teller::new(&app.events, number);
             let tell = |step: &crate::mend::Step| teller.step(step);
             let control = Control::new().cancel(&cancel).progress(&tell);
-            let made = app.run(|| order.make(&app.input, &parent, &control));
-            let made = made.and_then(|made| made.map_err(|error| told(&error)));
-            app.finish(job, made, preview, cancel.is_cancelled());
+            let made = job(&app, &control);
+            app.finish(number, made, cancel.is_cancelled());
         };
-        let started = std::thread::Builder::new()
-            .name("step".to_owned())
-            .spawn(work);
-        if let Err(error) = started {
+        let thread = std::thread::Builder::new().name(kind.to_owned());
+        if let Err(error) = thread.spawn(work) {
             self.session().busy = None;
             return Err(error);
         }
-        self.changed();
-        Ok(Some(job))
+        Ok(Some(number))
     }
 
-    /// Takes what a step made, unless it was cancelled.
-    fn finish(&self, job: u64, made: Result<State, String>, preview: bool, cancelled: bool) {
+    /// Takes what a job made, unless it was cancelled.
+    fn finish(&self, job: u64, made: Result<Option<(State, bool)>, String>, cancelled: bool) {
         let mut session = self.session();
         session.busy = None;
         let told = match made {
             _ if cancelled => ("cancelled", json!({ "job": job })),
             Ok(state) => {
-                let id = session.add(state, preview);
+                let added = state.map(|(state, preview)| session.add(state, preview));
+                let id = added.unwrap_or_else(|| session.current().id);
                 ("done", json!({ "job": job, "state": id }))
             }
             Err(error) => ("failed", json!({ "job": job, "error": error })),

@@ -19,9 +19,11 @@ mod save;
 mod server;
 mod session;
 mod state;
+mod store;
 mod texture;
 mod token;
 mod words;
 
-pub use server::{Address, Settings, serve};
+pub use server::{Address, Settings, ViewError, serve};
+pub use store::ResumeError;
 pub use words::{Command, Words};

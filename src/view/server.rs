@@ -13,6 +13,7 @@ use super::gate::Gate;
 use super::make::format_between;
 use super::session::Session;
 use super::state::State;
+use super::store::{Mark, ResumeError, Store};
 use super::token::Token;
 use super::words::Words;
 use crate::io::Format;
@@ -37,6 +38,8 @@ pub struct Settings {
     pub threads: usize,
     /// The words of the command line.
     pub words: Box<dyn Words>,
+    /// Whether to go on with the steps of an earlier session, and where they are if not in the usual file.
+    pub resume: Option<Option<PathBuf>>,
 }
 
 /// Why there is no page.
@@ -46,6 +49,9 @@ pub enum ViewError {
     /// The mesh cannot be had.
     #[error(transparent)]
     Job(#[from] JobError),
+    /// An earlier session cannot be gone on with.
+    #[error(transparent)]
+    Resume(#[from] ResumeError),
     /// The folder to write to cannot be used.
     #[error("the folder {} cannot be used: {cause}", path.display())]
     Root {
@@ -76,13 +82,17 @@ pub struct Address {
     pub at: SocketAddr,
     /// The address of the page, which holds the secret.
     pub page: String,
+    /// The file of an earlier session whose steps were not saved, where it is not gone on with.
+    pub earlier: Option<PathBuf>,
+    /// The file that keeps steps that are not saved now, if there are any.
+    pub unsaved: Box<dyn Fn() -> Option<PathBuf> + Send + Sync>,
 }
 
 /// Serves the page until the process ends. `ready` is called once the server listens.
 ///
 /// # Errors
 /// [`ViewError`].
-pub fn serve(settings: Settings, ready: impl FnOnce(&Address)) -> Result<(), ViewError> {
+pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), ViewError> {
     let mut source = Source::from(settings.input.clone());
     source.format = settings.from;
     let pool = rayon::ThreadPoolBuilder::new()
@@ -90,6 +100,15 @@ pub fn serve(settings: Settings, ready: impl FnOnce(&Address)) -> Result<(), Vie
         .build()?;
     let first = pool.install(|| State::first(&source, source.read()?))?;
     let root = root(&settings)?;
+    let content = std::fs::read(&settings.input)?;
+    let store = Store::new(&root, &settings.input, Mark::of(&content));
+    let steps = settings
+        .resume
+        .as_ref()
+        .map(|file| store.read(file.as_deref()));
+    let steps = steps.transpose()?;
+    let earlier = store.path().to_path_buf();
+    let earlier = (steps.is_none() && earlier.exists()).then_some(earlier);
     let [low, high] = first.loaded.mesh.bounds();
     let wanted = SocketAddr::new(settings.listen, settings.port);
     let runtime = tokio::runtime::Builder::new_multi_thread()
@@ -105,18 +124,32 @@ pub fn serve(settings: Settings, ready: impl FnOnce(&Address)) -> Result<(), Vie
         let page = page_address(at, &token);
         let app = Arc::new(App {
             gate: Gate::new(token, at),
-            bytes: std::fs::metadata(&settings.input).map_or(0, |about| about.len()),
+            bytes: content.len() as u64,
             input: settings.input,
             format_between: format_between(first.loaded.format),
             from: settings.from,
             root,
             centre: 0.5 * (low + high),
             session: Mutex::new(Session::new(first)),
+            store,
             events: Events::default(),
             pool,
             words: settings.words,
         });
-        ready(&Address { at, page });
+        if let Some(steps) = steps {
+            app.resume(steps, matches!(settings.resume, Some(None)))?;
+        }
+        let kept = app.clone();
+        let unsaved = move || {
+            let is_unsaved = kept.session().is_unsaved() && kept.store.error().is_none();
+            is_unsaved.then(|| kept.store.path().to_path_buf())
+        };
+        ready(Address {
+            at,
+            page,
+            earlier,
+            unsaved: Box::new(unsaved),
+        });
         axum::serve(listener, router(app)).await?;
         Ok(())
     })

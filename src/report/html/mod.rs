@@ -15,7 +15,8 @@ use super::view::Scene;
 use crate::mend::{HoleOutcome, HoleReport, RegionReport};
 
 const TEMPLATE: &str = include_str!("page.html");
-const STYLE: &str = include_str!("page.css");
+/// Its looks, which the local page begins with.
+pub(crate) const STYLE: &str = include_str!("page.css");
 /// The scripts of the viewer, which the local page has too.
 pub(crate) const VIEWER: [&str; 8] = [
     include_str!("geometry.js"),
@@ -25,11 +26,7 @@ pub(crate) const VIEWER: [&str; 8] = [
     include_str!("viewer.js"),
     include_str!("labels.js"),
     include_str!("point.js"),
-<<<<<<< HEAD
-=======
     include_str!("controls.js"),
-    include_str!("page.js"),
->>>>>>> page
 ];
 const SCRIPT: &str = include_str!("page.js");
 

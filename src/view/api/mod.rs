@@ -26,7 +26,7 @@ use super::gate::gate;
 /// All that is served.
 pub fn router(app: Arc<App>) -> Router {
     Router::new()
-        .route("/{token}/", get(|| file("index.html".to_owned())))
+        .route("/{token}/", get(|| file(String::new())))
         .route(
             "/{token}/{file}",
             get(|Path((_, name)): Path<(String, String)>| file(name)),

@@ -1,5 +1,6 @@
 //! What there is, and what happens.
 
+use std::collections::HashMap;
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::UNIX_EPOCH;
@@ -57,7 +58,8 @@ fn told(app: &App) -> Value {
         "undo": undo,
         "redo": redo,
         "unsaved": unsaved,
-        "holes": current.inspected["holes"],
+        "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
+        "holes": hole_rows(&current),
         "defects": current.inspected["defects"],
         "open_chains": current.inspected["open_chains"],
         "pieces": current.inspected["pieces"],
@@ -110,6 +112,22 @@ fn state_row(state: &MeshState, preview: bool) -> Value {
         "report": step.map(|s| &s.document),
         "preview": preview,
     })
+}
+
+/// The holes, with what the last step said of those that it left.
+fn hole_rows(state: &MeshState) -> Value {
+    let mut holes = state.inspected["holes"].clone();
+    let told = state.step.as_ref().map(|step| &step.document["holes"]);
+    let place = |hole: &Value| (hole["centre"].to_string(), hole["edges"].as_u64());
+    let told = told.and_then(Value::as_array).into_iter().flatten();
+    let told: HashMap<_, _> = told.map(|hole| (place(hole), hole)).collect();
+    for hole in holes.as_array_mut().into_iter().flatten() {
+        if let Some(before) = told.get(&place(hole)) {
+            hole["outcome"] = before["outcome"].clone();
+            hole["reason"] = before["reason"].clone();
+        }
+    }
+    holes
 }
 
 fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
