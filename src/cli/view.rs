@@ -110,7 +110,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<End> {
         failed = console::print_out(&format!("{}\n", address.page)).err();
         console.say("Ctrl-C ends it");
         if !args.no_browser && args.listen.is_loopback() {
-            open(&address.page, console);
+            open(&address.once, console);
         }
     })?;
     failed.map_or(Ok(End::Done), Err)

@@ -10,7 +10,7 @@ use serde_json::json;
 use super::events::{Events, Teller};
 use super::gate::Gate;
 use super::make::Order;
-use super::session::Session;
+use super::session::{Busy, Session};
 use super::state::State;
 use super::store::{KeptStep, Store};
 use super::words::Words;
@@ -55,15 +55,13 @@ impl App {
 
     /// Keeps the steps that are not saved, and tells pages that something has changed.
     pub fn changed(&self) {
-        let (current, is_kept) = {
-            let session = self.session();
-            // Steps that are made again are in the file until all of them are.
-            let is_again = session.busy.as_ref().is_some_and(|b| b.kind == AGAIN);
-            let current = session.is_unsaved().then(|| session.current().clone());
-            (current, is_again)
-        };
-        if !is_kept {
-            self.store.keep(current.as_deref());
+        // Steps that are made again are in the file until all of them are.
+        let is_again = |b: &Busy| b.kind == AGAIN;
+        if !self.session().busy.as_ref().is_some_and(is_again) {
+            self.store.keep(|| {
+                let session = self.session();
+                session.is_unsaved().then(|| session.current().clone())
+            });
         }
         self.events.tell("state", &json!({}));
     }

@@ -1,7 +1,7 @@
 //! Who is let in: those who know the token, from the address that the server has, with requests that only its own page makes.
 
 use std::net::{IpAddr, SocketAddr};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use axum::extract::{Request, State};
 use axum::http::header::{
@@ -10,7 +10,7 @@ use axum::http::header::{
 };
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode};
 use axum::middleware::Next;
-use axum::response::{IntoResponse, Response};
+use axum::response::{IntoResponse, Redirect, Response};
 
 use super::app::App;
 use super::token::Token;
@@ -24,6 +24,8 @@ const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 /// What a request must show.
 pub struct Gate {
     token: Token,
+    /// A secret that leads to the page once: programs that open a browser show it to all users of the machine.
+    ticket: Mutex<Option<Token>>,
     /// The names that the server may be addressed by, with the port.
     hosts: Vec<String>,
     /// The port, where any address of the machine will do.
@@ -32,7 +34,7 @@ pub struct Gate {
 
 impl Gate {
     /// The gate of a server at an address.
-    pub fn new(token: Token, at: SocketAddr) -> Self {
+    pub fn new(token: Token, ticket: Token, at: SocketAddr) -> Self {
         let port = at.port();
         let mut hosts = vec![at.to_string()];
         if at.ip().is_loopback() || at.ip().is_unspecified() {
@@ -40,6 +42,7 @@ impl Gate {
         }
         Self {
             token,
+            ticket: Mutex::new(Some(ticket)),
             hosts,
             any_address: at.ip().is_unspecified().then_some(port),
         }
@@ -65,6 +68,24 @@ impl Gate {
         let first = path.strip_prefix('/').and_then(|p| p.split('/').next());
         // Asked first, so that all who do not know it are told the same in the same time.
         let knows = self.token.is(first.unwrap_or(""));
+        knows && self.is_from_home(request)
+    }
+
+    /// Where a request with the ticket is led, which is worth nothing then.
+    fn led_on(&self, request: &Request) -> Option<String> {
+        let name = request.uri().path().strip_prefix('/')?;
+        let mut ticket = self.ticket.lock().unwrap_or_else(PoisonError::into_inner);
+        let knows = ticket.as_ref().is_some_and(|t| t.is(name));
+        if !knows || request.method() != Method::GET || !self.is_from_home(request) {
+            return None;
+        }
+        *ticket = None;
+        Some(format!("/{}/", self.token.text()))
+    }
+
+    /// Whether a request is one that the page makes, or that opens it.
+    fn is_from_home(&self, request: &Request) -> bool {
+        let path = request.uri().path();
         let authority = request.uri().authority().map(|a| a.as_str());
         let headers = request.headers();
         let host = single(headers, &HOST);
@@ -90,7 +111,7 @@ impl Gate {
             }
             _ => false,
         };
-        knows && at_home && from_home && asked_well
+        at_home && from_home && asked_well
     }
 }
 
@@ -103,9 +124,12 @@ fn single<'h>(headers: &'h HeaderMap, name: &HeaderName) -> Option<&'h str> {
 
 /// Lets requests through, or refuses them without a hint why.
 pub async fn gate(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    let mut response = match app.gate.lets_in(&request) {
-        true => next.run(request).await,
-        false => StatusCode::FORBIDDEN.into_response(),
+    let mut response = if app.gate.lets_in(&request) {
+        next.run(request).await
+    } else if let Some(page) = app.gate.led_on(&request) {
+        Redirect::to(&page).into_response()
+    } else {
+        StatusCode::FORBIDDEN.into_response()
     };
     let headers = response.headers_mut();
     let fixed = HeaderValue::from_static;
@@ -125,8 +149,31 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_ticket_leads_to_the_page_once() {
+        let [token, ticket] = [(); 2].map(|()| Token::new().unwrap());
+        let path = format!("/{}", ticket.text());
+        let page = format!("/{}/", token.text());
+        let gate = Gate::new(token, ticket, "127.0.0.1:8080".parse().unwrap());
+        let asked = |method: &str, host: &str| {
+            let request = Request::builder()
+                .method(method)
+                .uri(&path)
+                .header(HOST, host);
+            request.body(axum::body::Body::empty()).unwrap()
+        };
+        assert_eq!(gate.led_on(&asked("GET", "evil.example:8080")), None);
+        assert_eq!(gate.led_on(&asked("POST", "127.0.0.1:8080")), None);
+        assert!(!gate.lets_in(&asked("GET", "127.0.0.1:8080")));
+        assert_eq!(gate.led_on(&asked("GET", "127.0.0.1:8080")), Some(page));
+        assert_eq!(gate.led_on(&asked("GET", "127.0.0.1:8080")), None);
+    }
+
+    #[test]
     fn only_the_own_address_is_known() {
-        let gate = |at: &str| Gate::new(Token::new().unwrap(), at.parse().unwrap());
+        let gate = |at: &str| {
+            let [token, ticket] = [(); 2].map(|()| Token::new().unwrap());
+            Gate::new(token, ticket, at.parse().unwrap())
+        };
         let local = gate("127.0.0.1:8080");
         assert!(local.knows_host("127.0.0.1:8080") && local.knows_host("LocalHost:8080"));
         for foreign in [

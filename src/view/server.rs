@@ -82,6 +82,8 @@ pub struct Address {
     pub at: SocketAddr,
     /// The address of the page, which holds the secret.
     pub page: String,
+    /// An address that leads to the page once.
+    pub once: String,
     /// The file of an earlier session whose steps were not saved, where it is not gone on with.
     pub earlier: Option<PathBuf>,
     /// The file that keeps steps that are not saved now, if there are any.
@@ -120,10 +122,10 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         let listener = tokio::net::TcpListener::bind(wanted).await;
         let listener = listener.map_err(|cause| ViewError::Listen { at: wanted, cause })?;
         let at = listener.local_addr()?;
-        let token = Token::new()?;
-        let page = page_address(at, &token);
+        let [token, ticket] = [Token::new()?, Token::new()?];
+        let [page, once] = [format!("{}/", address(at, &token)), address(at, &ticket)];
         let app = Arc::new(App {
-            gate: Gate::new(token, at),
+            gate: Gate::new(token, ticket, at),
             bytes: content.len() as u64,
             input: settings.input,
             format_between: format_between(first.loaded.format),
@@ -147,6 +149,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         ready(Address {
             at,
             page,
+            once,
             earlier,
             unsaved: Box::new(unsaved),
         });
@@ -174,13 +177,13 @@ fn root(settings: &Settings) -> Result<PathBuf, ViewError> {
     }
 }
 
-/// The address of the page for a browser on this machine.
-fn page_address(at: SocketAddr, token: &Token) -> String {
+/// The address that a secret stands in, for a browser on this machine.
+fn address(at: SocketAddr, token: &Token) -> String {
     let host = match at.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => "127.0.0.1".to_owned(),
         IpAddr::V6(ip) if ip.is_unspecified() => "[::1]".to_owned(),
         IpAddr::V4(ip) => ip.to_string(),
         IpAddr::V6(ip) => format!("[{ip}]"),
     };
-    format!("http://{host}:{}/{}/", at.port(), token.text())
+    format!("http://{host}:{}/{}", at.port(), token.text())
 }

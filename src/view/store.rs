@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use flate2::Crc;
 use serde::{Deserialize, Serialize};
@@ -153,10 +153,12 @@ impl Store {
         self.now().own = true;
     }
 
-    /// Keeps the steps to a mesh; none where all are saved. The file of another session is moved aside.
-    pub fn keep(&self, state: Option<&State>) {
+    /// Keeps the steps to the mesh that `state` tells; none where all are saved. The file of another session is moved aside.
+    pub fn keep(&self, state: impl FnOnce() -> Option<Arc<State>>) {
+        // Before the state is asked for, so that the last to write has the last state.
         let mut now = self.now();
-        now.error = match state {
+        let state = state();
+        now.error = match state.as_deref() {
             Some(state) => self.write(&now, state).err().map(|e| e.to_string()),
             None if now.own => fs::remove_file(&self.path).err().map(|e| e.to_string()),
             None => None,

@@ -212,3 +212,32 @@ impl Drop for Served<'_> {
         let _ = self.child.wait();
     }
 }
+
+/// The faces of the current mesh in a ball, as ranges.
+pub fn in_ball(served: &Served, centre: [f32; 3], radius: f32) -> Value {
+    let current = served.state()["current"].as_u64().unwrap();
+    let (header, array) = served.arrays(&format!("api/mesh/{current}"));
+    let float = |b: &[u8]| f32::from_le_bytes(b.try_into().unwrap());
+    let positions: Vec<f32> = array("positions").chunks(4).map(float).collect();
+    let index = |b: &[u8]| u32::from_le_bytes(b.try_into().unwrap()) as usize;
+    let faces: Vec<usize> = array("faces").chunks(4).map(index).collect();
+    let origin: Vec<f32> = (0..3)
+        .map(|k| header["centre"][k].as_f64().unwrap() as f32)
+        .collect();
+    let mut runs: Vec<[usize; 2]> = Vec::new();
+    for (f, corners) in faces.chunks(3).enumerate() {
+        let distance = |v: &usize| {
+            let d = (0..3).map(|k| positions[3 * v + k] + origin[k] - centre[k]);
+            d.map(|x| x * x).sum::<f32>().sqrt()
+        };
+        if !corners.iter().all(|v| distance(v) < radius) {
+            continue;
+        }
+        match runs.last_mut() {
+            Some(last) if last[1] == f => last[1] += 1,
+            _ => runs.push([f, f + 1]),
+        }
+    }
+    assert!(!runs.is_empty());
+    json!(runs)
+}
