@@ -41,8 +41,10 @@ pub struct App {
     pub store: Store,
     /// What pages are told.
     pub events: Events,
-    /// The threads that work is done on.
+    /// The threads that steps are made on.
     pub pool: rayon::ThreadPool,
+    /// The threads that requests are answered on which take long: those of a step would keep them waiting.
+    pub aside: rayon::ThreadPool,
     /// The words of the command line.
     pub words: Box<dyn Words>,
 }
@@ -64,18 +66,6 @@ impl App {
             });
         }
         self.events.tell("state", &json!({}));
-    }
-
-    /// Runs something long on the threads for work; what panics in it is an error.
-    ///
-    /// # Errors
-    /// That it panicked.
-    pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> Result<R, String> {
-        let run = || catch_unwind(AssertUnwindSafe(work));
-        let done = self.pool.install(run);
-        done.map_err(|_| {
-            "an internal error; please report it with the file that it was made with".to_owned()
-        })
     }
 
     /// Begins a step on a thread of its own and returns the number of its job; none where another is being made.
@@ -116,7 +106,8 @@ impl App {
 
     /// Makes a step.
     fn make(&self, order: Order, parent: &Arc<State>, control: &Control) -> Result<State, String> {
-        let made = self.run(|| order.make(&self.input, parent, control))?;
+        let make = || order.make(&self.input, parent, control);
+        let made = unless_panicked(|| self.pool.install(make))?;
         made.map_err(|error| told(&error))
     }
 
@@ -163,6 +154,16 @@ impl App {
         self.events.tell(told.0, &told.1);
         self.changed();
     }
+}
+
+/// Runs something; what panics in it is an error.
+///
+/// # Errors
+/// That it panicked.
+pub fn unless_panicked<R>(work: impl FnOnce() -> R) -> Result<R, String> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|_| {
+        "an internal error; please report it with the file that it was made with".to_owned()
+    })
 }
 
 /// An error with what caused it.

@@ -97,9 +97,8 @@ pub struct Address {
 pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), ViewError> {
     let mut source = Source::from(settings.input.clone());
     source.format = settings.from;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(settings.threads)
-        .build()?;
+    let threads = || rayon::ThreadPoolBuilder::new().num_threads(settings.threads);
+    let (pool, aside) = (threads().build()?, threads().build()?);
     let first = pool.install(|| State::first(&source, source.read()?))?;
     let root = root(&settings)?;
     let content = std::fs::read(&settings.input)?;
@@ -136,6 +135,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
             store,
             events: Events::default(),
             pool,
+            aside,
             words: settings.words,
         });
         if let Some(steps) = steps {

@@ -1,7 +1,7 @@
 //! A mesh of the session: as it was read, or as a step made it.
 
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use serde_json::Value;
 
@@ -9,6 +9,7 @@ use super::delta::Delta;
 use super::runs::Runs;
 use super::texture::Textures;
 use super::words::Command;
+use crate::check::CheckParams;
 use crate::io::Loaded;
 use crate::job::{Drawings, JobError, Mended, Source, Work, inspect};
 use crate::mend::FillReport;
@@ -37,6 +38,8 @@ pub struct State {
     /// What of the parent is kept, where that is known.
     pub delta: Option<Delta>,
     textures: OnceLock<Textures>,
+    /// What was looked for last, and what was found.
+    pub checked: Mutex<Option<(CheckParams, Value)>>,
 }
 
 /// Where a face is from.
@@ -91,6 +94,7 @@ impl State {
             region: vec![0; faces],
             delta: None,
             textures: OnceLock::new(),
+            checked: Mutex::default(),
         })
     }
 
@@ -143,6 +147,7 @@ impl State {
             region,
             delta,
             textures: OnceLock::new(),
+            checked: Mutex::default(),
         })
     }
 

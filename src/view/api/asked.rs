@@ -10,7 +10,7 @@ use axum::response::{IntoResponse, Response};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
-use super::super::app::App;
+use super::super::app::{App, unless_panicked};
 
 /// Most bytes of a request with marks of faces.
 pub const MARKS: usize = 64 << 20;
@@ -108,7 +108,7 @@ pub async fn read<T: DeserializeOwned>(body: Body, most: usize) -> Result<T, Ref
         .map_err(|error| Refused::new(StatusCode::BAD_REQUEST, error.to_string()))
 }
 
-/// Does something long on the threads for work.
+/// Does something that takes a moment, away from the threads that listen.
 ///
 /// # Errors
 /// Its own, and that it panicked.
@@ -117,7 +117,18 @@ pub async fn work<R: Send + 'static>(
     work: impl FnOnce(&App) -> Result<R, Refused> + Send + 'static,
 ) -> Result<R, Refused> {
     let app = app.clone();
-    let done = tokio::task::spawn_blocking(move || app.run(|| work(&app))).await;
+    let done = tokio::task::spawn_blocking(move || unless_panicked(|| work(&app))).await;
     done.map_err(|error| Refused::failed(error.to_string()))?
         .map_err(Refused::failed)?
+}
+
+/// Does something that takes long, on several threads.
+///
+/// # Errors
+/// As [`work`].
+pub async fn long_work<R: Send + 'static>(
+    app: &Arc<App>,
+    long: impl FnOnce(&App) -> Result<R, Refused> + Send + 'static,
+) -> Result<R, Refused> {
+    work(app, |app| app.aside.install(|| long(app))).await
 }

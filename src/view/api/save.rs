@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use super::super::app::{App, told};
 use super::super::files::{Denied, to_read, to_write};
 use super::super::runs::Runs;
-use super::asked::{Answer, MARKS, Refused, SMALL, json_answer, read, work};
+use super::asked::{Answer, MARKS, Refused, SMALL, json_answer, long_work, read, work};
 use super::mesh::state_of;
 use crate::io::Format;
 use crate::job::{parse_face_numbers, write_text};
@@ -95,7 +95,7 @@ impl What {
 /// `POST api/save`.
 pub async fn save(State(app): State<Arc<App>>, body: Body) -> Answer {
     let wanted: Wanted = read(body, MARKS).await?;
-    let value = work(&app, move |app| app.saved(&wanted)).await?;
+    let value = long_work(&app, move |app| app.saved(&wanted)).await?;
     Ok(json_answer(&value))
 }
 
@@ -249,7 +249,7 @@ pub async fn load_mask(State(app): State<Arc<App>>, body: Body) -> Answer {
 
 /// `GET api/report/ID`.
 pub async fn report(State(app): State<Arc<App>>, InPath((_, id)): InPath<(String, u32)>) -> Answer {
-    let page = work(&app, move |app| {
+    let page = long_work(&app, move |app| {
         let state = state_of(app, id)?;
         let failed = |error: std::io::Error| Refused::failed(error.to_string());
         let folder = tempfile::tempdir().map_err(failed)?;

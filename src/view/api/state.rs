@@ -36,13 +36,14 @@ pub async fn state(State(app): State<Arc<App>>) -> Answer {
 fn told(app: &App) -> Value {
     let session = app.session();
     let current = session.current().clone();
-    let line = session.line().map(|state| (state, false));
-    let beside = session.previews().map(|state| (state, true));
-    let states: Vec<Value> = line.chain(beside).map(|(s, p)| state_row(s, p)).collect();
+    let line = session.line().map(|state| (state.clone(), false));
+    let beside = session.previews().map(|state| (state.clone(), true));
+    let states: Vec<(Arc<MeshState>, bool)> = line.chain(beside).collect();
     let [undo, redo] = session.ways();
     let busy = session.busy.as_ref().map(busy_row);
     let unsaved = session.is_unsaved();
     drop(session);
+    let states: Vec<Value> = states.iter().map(|(s, p)| state_row(s, *p)).collect();
     let images = current.textures().count();
     let texture = (images > 0).then(|| json!({ "url": "api/texture/0", "count": images }));
     json!({

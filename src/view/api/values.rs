@@ -1,6 +1,6 @@
 //! Values of vertices and faces, textures, and what is wrong.
 
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError};
 
 use axum::extract::{Path, Query, State};
 use axum::http::header::CONTENT_TYPE;
@@ -12,7 +12,7 @@ use super::super::app::{App, told};
 use super::super::container::Container;
 use super::super::state::State as MeshState;
 use super::super::texture::{goes_up, uv};
-use super::asked::{Answer, Refused, bytes_answer, json_answer, work};
+use super::asked::{Answer, Refused, bytes_answer, json_answer, long_work, work};
 use super::mesh::state_of;
 use crate::check::CheckParams;
 use crate::job::{Drawings, check as check_mesh};
@@ -93,7 +93,7 @@ pub async fn values(
     Path((_, id)): Path<(String, u32)>,
     Query(Asked { name, to }): Query<Asked>,
 ) -> Answer {
-    let bytes = work(&app, move |app| {
+    let bytes = long_work(&app, move |app| {
         let state = state_of(app, id)?;
         let mesh = &state.loaded.mesh;
         let values = match &name[..] {
@@ -228,8 +228,15 @@ pub async fn check(
     Query(params): Query<Looked>,
 ) -> Answer {
     let value = work(&app, move |app| {
-        let state = state_of(app, id)?;
-        Ok(checked(app, &state, &params.params()?)?)
+        let (state, params) = (state_of(app, id)?, params.params()?);
+        // Outside of the threads for work, which may take up another request while they wait.
+        let mut known = state.checked.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, value)) = known.as_ref().filter(|(p, _)| *p == params) {
+            return Ok(value.clone());
+        }
+        let value = app.aside.install(|| checked(app, &state, &params))?;
+        *known = Some((params, value.clone()));
+        Ok(value)
     });
     Ok(json_answer(&value.await?))
 }
