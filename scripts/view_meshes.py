@@ -1,8 +1,8 @@
 """Meshes that the tests of the page make: a large ball with holes, and a textured one as GLB."""
 
-import io
 import json
 import struct
+import zlib
 
 import numpy as np
 
@@ -42,11 +42,17 @@ def bumpy_ball(path, rings):
     return len(faces)
 
 
-def textured_glb(path):
-    """A ball with two holes and a chequered texture, with seams where its coordinates jump."""
-    from PIL import Image
+def png(pixels):
+    """A picture of 8-bit RGB as PNG."""
+    height, width, _ = pixels.shape
+    rows = np.concatenate([np.zeros((height, 1), "u1"), pixels.reshape(height, -1)], 1)
+    chunks = ((b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)), (b"IDAT", zlib.compress(rows.tobytes())), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data)) for kind, data in chunks)
 
-    vertices, faces = ball(40, 1.5, (((0, -50, 5), 14), ((30, -36, -12), 9)))
+
+def textured_glb(path):
+    """A ball with four holes and a chequered texture, with seams where its coordinates jump."""
+    vertices, faces = ball(40, 1.5, (((0, -50, 5), 14), ((30, -36, -22), 11), ((-30, -36, 12), 8), ((30, -36, 25), 7)))
     u = np.arctan2(vertices[:, 1], vertices[:, 0]) / (2 * np.pi) % 1
     v = np.arccos(np.clip(vertices[:, 2] / np.linalg.norm(vertices, axis=1), -1, 1)) / np.pi
     corners = u[faces]
@@ -59,9 +65,7 @@ def textured_glb(path):
         faces[face] = [number[int(x)] if u[x] < 0.5 else x for x in faces[face]]
     vertices, u, v = np.concatenate([vertices, vertices[extra]]), np.concatenate([u, u[extra] + 1]), np.concatenate([v, v[extra]])
     pixels = (np.indices((256, 256)).sum(0) // 32 % 2)[..., None] * np.array([90, 60, 20]) + np.array([140, 150, 120])
-    picture = io.BytesIO()
-    Image.fromarray(pixels.astype("u1")).save(picture, "PNG")
-    parts = [vertices.astype("<f4").tobytes(), np.stack([u, v], -1).astype("<f4").tobytes(), faces.astype("<u4").tobytes(), picture.getvalue()]
+    parts = [vertices.astype("<f4").tobytes(), np.stack([u, v], -1).astype("<f4").tobytes(), faces.astype("<u4").tobytes(), png(pixels.astype("u1"))]
     views, blob = [], b""
     for part in parts:
         views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": len(part)})

@@ -65,7 +65,8 @@ class Labels {
       const p = viewer.place(point);
       return p.depth > 0 && p.depth - lift <= depth(p);
     };
-    if (!rim.length || !free(hole.centre, Math.max(slack, BULGE * hole.diameter))) return false;
+    const [x, y, z, w] = viewer.section;
+    if (!rim.length || dot([x, y, z], hole.centre) > w || !free(hole.centre, Math.max(slack, BULGE * hole.diameter))) return false;
     return rim.filter((point) => free(point, slack)).length >= SEEN_PART * rim.length;
   }
 

@@ -1,7 +1,9 @@
 // A mesh on the graphics card: its arrays in textures, drawn by chunks of faces.
 
 /** Faces of a chunk: what is drawn or left out together. */
-const CHUNK = 1024;
+const CHUNK = 256;
+/** Chunks of a group: those of one that lies wholly inside or outside of what is drawn need no look each. */
+const GROUP = 16;
 
 /** Unit vectors of an octahedron's surface unfolded, in two times 16 bits. */
 function foldedNormals(normals) {
@@ -35,6 +37,19 @@ function chunkBoxes({ positions, faces }) {
   return boxes;
 }
 
+/** The boxes round groups of boxes. */
+function groupBoxes(boxes) {
+  const groups = new Float32Array(6 * Math.ceil(boxes.length / 6 / GROUP));
+  for (let g = 0; g < groups.length / 6; g++) {
+    for (let k = 0; k < 6; k++) {
+      let x = boxes[6 * GROUP * g + k];
+      for (let c = GROUP * g; c < Math.min(boxes.length / 6, GROUP * (g + 1)); c++) x = k < 3 ? Math.min(x, boxes[6 * c + k]) : Math.max(x, boxes[6 * c + k]);
+      groups[6 * g + k] = x;
+    }
+  }
+  return groups;
+}
+
 /** What a box covers of the screen, from -1 to 1: left, bottom, right, top; null where it lies outside. */
 function covered(boxes, c, m) {
   let left = Infinity, bottom = Infinity, right = -Infinity, top = -Infinity, before = false;
@@ -55,7 +70,7 @@ function covered(boxes, c, m) {
 class Surface {
   constructor(gl, mesh) {
     this.mesh = mesh;
-    this.boxes = chunkBoxes(mesh);
+    this.chunk(mesh.faces);
     this.colour = { kind: 0, on: 0, span: [0, 1], images: [] };
     this.start(gl);
   }
@@ -123,10 +138,16 @@ class Surface {
     if (end > first) this.write("fact", this.gl.R32UI, this.mesh.facts, 1, first, end);
   }
 
+  /** The boxes of the chunks of faces, as they are drawn. */
+  chunk(faces) {
+    this.boxes = chunkBoxes({ positions: this.mesh.positions, faces });
+    this.groups = groupBoxes(this.boxes);
+  }
+
   /** The faces in another order, in which those that lie together follow each other: corners, and the number of each. */
   setOrder(order) {
     this.order = order;
-    this.boxes = chunkBoxes({ positions: this.mesh.positions, faces: order.faces });
+    this.chunk(order.faces);
     this.put("face", this.gl.R32UI, order.faces, 1);
     this.put("number", this.gl.R32UI, order.numbers, 1);
   }
@@ -195,13 +216,21 @@ class Surface {
       if (to > from) this.gl.drawArrays(this.gl.TRIANGLES, 3 * from, 3 * (to - from));
       count += to - from;
     };
+    const take = (first, end) => {
+      if (first !== to) { flush(); from = first; }
+      to = end;
+    };
+    const outside = (box) => !box || box[0] > part[2] || box[2] < part[0] || box[1] > part[3] || box[3] < part[1];
+    const inside = (box) => box[0] >= part[0] && box[2] <= part[2] && box[1] >= part[1] && box[3] <= part[3];
+    const size = CHUNK * GROUP;
     for (const [first, end] of ranges) {
-      for (let c = first / CHUNK | 0; c * CHUNK < end; c++) {
-        const box = covered(this.boxes, c, matrix);
-        if (!box || box[0] > part[2] || box[2] < part[0] || box[1] > part[3] || box[3] < part[1]) continue;
-        const f = Math.max(first, c * CHUNK), e = Math.min(end, (c + 1) * CHUNK);
-        if (f !== to) { flush(); from = f; }
-        to = e;
+      for (let g = first / size | 0; g * size < end; g++) {
+        const group = covered(this.groups, g, matrix), from = Math.max(first, g * size), to = Math.min(end, (g + 1) * size);
+        if (outside(group)) continue;
+        if (inside(group)) { take(from, to); continue; }
+        for (let c = from / CHUNK | 0; c * CHUNK < to; c++) {
+          if (!outside(covered(this.boxes, c, matrix))) take(Math.max(from, c * CHUNK), Math.min(to, (c + 1) * CHUNK));
+        }
       }
     }
     flush();

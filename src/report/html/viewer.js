@@ -220,8 +220,8 @@ class Viewer {
     const kinds = (names) => gl.uniform3fv(at("kinds"), Array.from({ length: 5 }, (_, i) => colours[names[i % names.length]]).flat());
     kinds(side.colours);
     this.strokes(side.starts.length > 1 ? [0, side.starts[side.starts.length - 1]] : [0, 0], 2.2 * ratio, side.strength, 0.12);
-    const chosen = this.selected.rim;
-    if (chosen < 0 || chosen + 1 >= side.starts.length) return;
+    const { rim: chosen, mesh } = this.selected;
+    if (chosen < 0 || mesh && mesh !== side.mesh || chosen + 1 >= side.starts.length) return;
     kinds(["mark"]);
     this.strokes([side.starts[chosen], side.starts[chosen + 1]], 4.5 * ratio, 1, 0.3);
   }

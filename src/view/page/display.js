@@ -131,7 +131,14 @@ class Display {
   async colourSide(name, id, surface, told) {
     if (name === "plain") return surface.setColour({ kind: 0 });
     if (name === "texture") return this.texture(id, surface);
-    const { header, arrays } = await this.app.model.valuesOf(id, name), values = arrays.values || arrays.colours;
+    const other = this.shown[told ? "before" : "after"], to = name === "distance" && other !== null ? `&to=${other}` : "";
+    const found = await this.app.model.valuesOf(id, name, to).catch((error) => {
+      // The mesh beside may have no such values.
+      if (told) throw error;
+      return null;
+    });
+    if (!found) return surface.setColour({ kind: 0 });
+    const { header, arrays } = found, values = arrays.values || arrays.colours;
     const on = { vertex: 0, face: 1, corner: 2 }[header.on || "vertex"];
     if (values instanceof Uint8Array) return surface.setColour({ kind: 3, values, on });
     const kind = name === "curvature" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;

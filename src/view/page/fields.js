@@ -55,8 +55,8 @@ const valueAt = (params, path) => path.reduce((at, name) => at?.[name], params);
 function shownValue(kind, value) {
   if (kind === "flag") return Boolean(value);
   if (kind === "not") return value === false;
-  if (kind === "voxel") return value?.length ?? "";
-  if (kind === "strength" || kind === "time") return value?.[kind] ?? "";
+  if (kind === "voxel") return typeof value === "object" ? value?.length ?? "" : "";
+  if (kind === "strength" || kind === "time") return typeof value === "object" ? value?.[kind] ?? "" : "";
   return value ?? "";
 }
 
@@ -105,7 +105,8 @@ class Form {
     return params;
   }
 
-  readNumber({ input, kind, flag, low = 0, high = Infinity }, holder, last) {
+  readNumber({ input, kind, flag, path, low = 0, high = Infinity }, holder, last) {
+    const usual = valueAt(this.defaults, path) ?? null;
     const text = input.value.trim().replace(",", "."), value = Number(text), positive = ["voxel", "strength", "time"].includes(kind);
     const right = !text || text === "auto" || Number.isFinite(value) && value >= low && value <= high && !(positive && value <= 0) && (kind !== "whole" || Number.isInteger(value));
     input.setAttribute("aria-invalid", !right);
@@ -117,7 +118,7 @@ class Form {
     const empty = !text || text === "auto";
     if (kind === "voxel") holder[last] = empty ? "auto" : { length: value };
     else if (positive) { if (!empty) holder[last] = { [kind]: value }; }
-    else holder[last] = empty ? valueAt(this.defaults, [...this.items.find((i) => i.input === input).path]) ?? null : value;
+    else holder[last] = empty ? usual : value;
   }
 
   /** Everything as it was. */

@@ -24,7 +24,10 @@ class Holes {
   update(holes, fresh) {
     this.list = holes;
     if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, this.isBorder(hole) ? "open" : "fill"]));
-    if (fresh || !holes.some((hole) => hole.id === this.chosen)) this.chosen = null;
+    if (fresh || !holes.some((hole) => hole.id === this.chosen)) {
+      this.chosen = null;
+      this.app.viewer.selected = { region: 0, rim: -1 };
+    }
     if (fresh) find("#defects").open = false;
     this.filter();
   }
@@ -79,6 +82,13 @@ class Holes {
   set(id, doing) {
     this.doings.set(id, doing);
     this.changed();
+    if (id === this.chosen) this.tell(this.list.find((hole) => hole.id === id));
+  }
+
+  /** Says what a hole is, and what is to be done with it. */
+  tell({ id, diameter, height }) {
+    const doing = this.doings.get(id);
+    this.app.say(`Hole ${id}: ${digits(diameter)} across, ${digits(height)} high, to ${DOINGS[doing] || "be in " + doing}`);
   }
 
   /** Puts a hole into the last bridge, or the first one. */
@@ -144,11 +154,11 @@ class Holes {
       if (pressed) button.scrollIntoView({ block: "nearest" });
     }
     const rim = hole && mesh ? mesh.rimIds.indexOf(id) : -1;
-    viewer.selected = { region: 0, rim };
+    viewer.selected = { region: 0, rim, mesh };
     this.changed();
     viewer.refresh();
     if (!hole) return;
-    this.app.say(`Hole ${id}: ${digits(hole.diameter)} across, ${digits(hole.height)} high, to ${DOINGS[this.doings.get(id)] || "be in " + this.doings.get(id)}`);
+    this.tell(hole);
     if (!flies || rim < 0) return;
     const centre = hole.centre.map((x, k) => x - mesh.centre[k]), { up } = this.app.model.state.scene;
     viewer.fly({ centre, axes: frame(directionTo({ centre, diameter: hole.diameter }, mesh.rims[rim]), up), reach: Math.max(0.85 * hole.diameter, 1e-4 * viewer.camera.radius) });

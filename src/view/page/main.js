@@ -41,9 +41,17 @@ class App {
     return { centre: minus(centre, origin), axes: frame(towards, up), reach: 1.08 * radius };
   }
 
-  /** Fetches what there is now and shows it. */
-  async refresh() {
-    const state = await this.model.fetchState(), { current } = this.model, fresh = this.seen !== state.current;
+  /** Fetches what there is now and shows it; once for all that ask meanwhile. */
+  refresh() {
+    this.next ??= (this.last ?? Promise.resolve()).catch(() => null).then(() => {
+      this.next = null;
+      return this.update();
+    });
+    return this.last = this.next;
+  }
+
+  async update(known = null) {
+    const state = known || await this.model.fetchState(), { current } = this.model, fresh = this.seen !== state.current;
     this.seen = state.current;
     find("#title").textContent = state.file.name;
     document.title = `${state.file.name} – isomend view`;
@@ -53,10 +61,7 @@ class App {
     this.display.offer();
     this.steps.list();
     this.steps.buttons();
-    if (state.busy && !this.steps.job) {
-      this.steps.begin(state.busy.kind, false, "");
-      this.steps.job.id = state.busy.job;
-    }
+    if (state.busy) this.steps.join(state.busy);
     if (this.tab === "save") this.save.recipe();
     this.steps.previews = this.steps.previews.filter((p) => this.model.find(p.id));
     if (this.steps.previews.length) return this.steps.showPreviews();
@@ -73,7 +78,7 @@ class App {
     find("#unstroke").disabled = !mask?.done.length;
     find("#restroke").disabled = !mask?.undone.length;
     if (words !== undefined) find("#paint-trouble").textContent = trouble ? words : "";
-    if (words) this.say(words, trouble);
+    if (words !== undefined) this.say(words, trouble);
     this.steps.describe();
   }
 
@@ -123,7 +128,7 @@ function useTabs(app) {
   for (const tab of all("[role=tab]")) {
     tab.addEventListener("click", () => app.open(tab.id.slice(4)));
     tab.addEventListener("keydown", (event) => {
-      const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key], at = names.indexOf(app.tab);
+      const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key], at = names.indexOf(tab.id.slice(4));
       const to = by ? names[(at + by + names.length) % names.length] : { Home: names[0], End: names[names.length - 1] }[event.key];
       if (!to) return;
       event.preventDefault();
@@ -245,7 +250,9 @@ async function begin() {
   const app = window.isomend = new App();
   useTheme(() => app.viewer?.refresh());
   const started = performance.now();
-  const { states, current, scene, defaults, file, formats } = await app.model.fetchState();
+  const state = await app.model.fetchState(), { states, current, scene, defaults, file, formats } = state;
+  // The mesh comes while the graphics card gets ready.
+  app.model.mesh(current).catch(() => null);
   app.viewer = new Viewer(find("#view"), { radius: scene.radius, faces: states.find((s) => s.id === current).faces });
   app.viewer.options.show = "after";
   const { viewer } = app;
@@ -276,7 +283,10 @@ async function begin() {
     find("#keys").hidden = !find("#keys").hidden;
     find("#help").setAttribute("aria-expanded", !find("#keys").hidden);
   });
-  await app.refresh();
+  // One picture, once all is there.
+  viewer.waiting = true;
+  await app.update(state);
+  viewer.waiting = false;
   Object.assign(viewer.camera, app.home());
   const { centre } = viewer.sides.after.mesh;
   app.point = new Point({ radius: scene.radius, origin: centre }, (at) => app.labels.pin(at));

@@ -97,10 +97,10 @@ class Model {
   }
 
   /** Values to colour a state by, with their header. */
-  async valuesOf(id, name) {
-    const key = id + "/" + name;
+  async valuesOf(id, name, more = "") {
+    const key = `${id}?name=${encodeURIComponent(name)}${more}`;
     if (!this.values.has(key)) {
-      const got = askArrays(`values/${id}?name=${encodeURIComponent(name)}`);
+      const got = askArrays("values/" + key);
       got.catch(() => this.values.delete(key));
       this.values.set(key, got);
       for (const old of [...this.values.keys()].slice(0, -6)) this.values.delete(old);

@@ -72,8 +72,9 @@ class Paint {
 
   /** What is under a point, where that is the mesh that is painted. */
   met(at) {
-    const met = this.viewer.pick(...at);
-    return met.point && this.viewer.sides[met.aim.side].mesh === this.target()?.mesh ? met : null;
+    const met = this.viewer.pick(...at), own = this.viewer.sides[met.aim.side]?.mesh === this.target()?.mesh;
+    if (met.point && !own) this.told("This is the mesh before: paint on the other one.", true);
+    return met.point && own ? met : null;
   }
 
   /** Marks what lies round a point and the way to it from the last one, and draws that again. */

@@ -6,6 +6,7 @@ class Steps {
     this.forms = {};
     this.job = null;
     this.previews = [];
+    this.ended = new Set();
     this.regions = new Map();
     for (const input of all("[name=kind]")) input.addEventListener("change", () => this.show(input.value));
     find("#run").addEventListener("click", () => this.run(this.kind));
@@ -73,7 +74,7 @@ class Steps {
       this.begin(kind, preview, label);
       try {
         const { job } = await askJson("step", { kind, params, mask: mask?.count ? mask.runs() : null, preview });
-        if (this.job) this.job.id = job;
+        if (this.job && !this.ended.has(job)) this.job.id = job;
       } catch (error) {
         this.end();
         throw error;
@@ -91,6 +92,13 @@ class Steps {
     find("#job-regions").replaceChildren();
     find("#cancel").disabled = false;
     this.buttons();
+  }
+
+  /** Shows a run that was on its way when the page was opened. */
+  join({ job, kind }) {
+    if (this.job || this.ended.has(job)) return;
+    this.begin(kind, false, "");
+    this.job.id = job;
   }
 
   end() {
@@ -120,7 +128,8 @@ class Steps {
   async hear(name, told) {
     if (name === "progress") return this.progress(told);
     if (name === "state") return this.app.refresh();
-    const job = this.job;
+    const { job } = this;
+    this.ended.add(told.job);
     this.end();
     if (name === "failed") {
       const words = told.error || "the run failed";

@@ -1,0 +1,110 @@
+"""The program that serves a page, and a browser with what a user does on that page: for view_test.py."""
+
+import json
+import re
+import signal
+import subprocess
+
+from browser_test import Browser
+
+
+class Server:
+    """The program, serving a mesh."""
+
+    def __init__(self, program, mesh, log):
+        self.log = open(log, "w")
+        self.process = subprocess.Popen([program, "view", mesh, "--no-browser"], stdout=subprocess.PIPE, stderr=self.log, text=True)
+        line = self.process.stdout.readline()
+        found = re.search(r"http://\S+", line)
+        if not found:
+            raise SystemExit(f"`isomend view` prints no address but {line!r}")
+        self.address = found.group()
+
+    def stop(self):
+        """Ends the program by Ctrl-C; its exit code."""
+        self.process.send_signal(signal.SIGINT)
+        code = self.process.wait(60)
+        self.log.close()
+        return code
+
+
+class Page(Browser):
+    """The page, with what a user does on it."""
+
+    def __init__(self, program, folder, keep):
+        super().__init__(program, folder, offline=False)
+        self.wrong, self.keep = [], keep
+
+    def note(self, message):
+        """What is refused on purpose, and values that only one of two meshes has, are no trouble."""
+        entry = message.get("params", {}).get("entry", {})
+        if message.get("method") == "Log.entryAdded" and re.search(r"/api/(save|values/\d+|mask/load)\b", entry.get("url", "")):
+            return
+        super().note(message)
+
+    def expect(self, right, what):
+        if not right:
+            self.wrong.append(what)
+            print("    WRONG:", what)
+
+    def shot(self, name):
+        if self.keep:
+            self.screenshot(self.keep / f"view_{name}.png")
+
+    def start(self, server, **size):
+        self.troubles.clear()
+        self.open(server.address, **size)
+        if self.run("document.documentElement.dataset.state") != "ready":
+            raise RuntimeError(self.run("document.querySelector('#message').textContent"))
+
+    def key(self, key, modifiers=0, code=None):
+        named = {"Enter": 13, "Escape": 27, "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Tab": 9}
+        text = {"text": key} if len(key) == 1 and modifiers & 6 == 0 else {"text": "\r"} if key == "Enter" else {}
+        number = named.get(key, ord(key.upper()[0]))
+        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, code=code or key, windowsVirtualKeyCode=number, modifiers=modifiers, **text)
+        self.call("Input.dispatchKeyEvent", type="keyUp", key=key, code=code or key, windowsVirtualKeyCode=number, modifiers=modifiers)
+
+    def drag(self, points, modifiers=0):
+        """Drags the left button over points of the window."""
+        x, y = points[0]
+        self.call("Input.dispatchMouseEvent", type="mousePressed", x=x, y=y, button="left", buttons=1, clickCount=1, modifiers=modifiers)
+        for x, y in points[1:]:
+            self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y, button="left", buttons=1, modifiers=modifiers)
+        self.call("Input.dispatchMouseEvent", type="mouseReleased", x=x, y=y, button="left", clickCount=1, modifiers=modifiers)
+
+    def fill_in(self, query, value):
+        self.run(f"""(() => {{ const e = document.querySelector({json.dumps(query)}); e.value = {json.dumps(value)};
+            e.dispatchEvent(new Event("input", {{ bubbles: true }})); e.dispatchEvent(new Event("change", {{ bubbles: true }})); }})()""")
+
+    def tab(self, name):
+        self.click_on(f"#tab-{name}")
+        self.until(f"!document.querySelector('#pane-{name}').hidden", f"the tab {name} is open")
+
+    def state(self):
+        return self.run("isomend.model.fetchState()")
+
+    def at_rest(self):
+        """Waits until a run has ended, and what it made is shown."""
+        self.until("!isomend.steps.job && isomend.display.shown.after !== null", "the run has ended")
+        self.settled()
+
+    def reaches(self, state, what):
+        self.until(f"isomend.model.state.current === {state} && isomend.display.shown.after === {state} && !!isomend.mask()", what)
+
+    def view(self):
+        """The view's box in the window."""
+        return self.run("(() => { const b = document.querySelector('#view').getBoundingClientRect(); return [b.x, b.y, b.width, b.height]; })()")
+
+    def surface(self, spread=0.25):
+        """Points of the window over the surface, not over a hole."""
+        return self.run(f"""(() => {{ const v = isomend.viewer, b = v.canvas.getBoundingClientRect(), points = [];
+            for (let y = 0.5 - {spread}; y <= 0.5 + {spread}; y += 0.05) for (let x = 0.5 - {spread}; x <= 0.5 + {spread}; x += 0.05) {{
+              const hit = v.pick(b.width * x, b.height * y); if (!hit.point) continue;
+              if (isomend.paint.target().topology.front(hit.face, v.camera.eye) > 0) points.push([b.x + b.width * x, b.y + b.height * y]); }}
+            return points; }})()""")
+
+    def tell_troubles(self):
+        for trouble in self.troubles:
+            self.expect(False, f"console: {trouble}")
+        outside = [url for url in self.requests if not url.startswith(("http://127.0.0.1", "data:", "about:", "blob:"))]
+        self.expect(not outside, f"the page asks for {outside[:3]}")
