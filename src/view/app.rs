@@ -8,7 +8,6 @@ use glam::DVec3;
 use serde_json::json;
 
 use super::events::{Events, Teller};
-use super::gate::Gate;
 use super::make::Order;
 use super::session::{Busy, Session};
 use super::state::State;
@@ -21,8 +20,6 @@ const AGAIN: &str = "resume";
 
 /// The server's state.
 pub struct App {
-    /// Who is let in.
-    pub gate: Gate,
     /// The file that was opened.
     pub input: PathBuf,
     /// Bytes of it.

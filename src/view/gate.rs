@@ -12,7 +12,6 @@ use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Redirect, Response};
 
-use super::app::App;
 use super::token::Token;
 
 /// What the page may load: its own files and nothing else.
@@ -123,10 +122,10 @@ fn single<'h>(headers: &'h HeaderMap, name: &HeaderName) -> Option<&'h str> {
 }
 
 /// Lets requests through, or refuses them without a hint why.
-pub async fn gate(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
-    let mut response = if app.gate.lets_in(&request) {
+pub async fn keep(State(gate): State<Arc<Gate>>, request: Request, next: Next) -> Response {
+    let mut response = if gate.lets_in(&request) {
         next.run(request).await
-    } else if let Some(page) = app.gate.led_on(&request) {
+    } else if let Some(page) = gate.led_on(&request) {
         Redirect::to(&page).into_response()
     } else {
         StatusCode::FORBIDDEN.into_response()

@@ -123,8 +123,8 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         let at = listener.local_addr()?;
         let [token, ticket] = [Token::new()?, Token::new()?];
         let [page, once] = [format!("{}/", address(at, &token)), address(at, &ticket)];
+        let gate = Arc::new(Gate::new(token, ticket, at));
         let app = Arc::new(App {
-            gate: Gate::new(token, ticket, at),
             bytes: content.len() as u64,
             input: settings.input,
             format_between: format_between(first.loaded.format),
@@ -153,7 +153,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
             earlier,
             unsaved: Box::new(unsaved),
         });
-        axum::serve(listener, router(app)).await?;
+        axum::serve(listener, router(app, gate)).await?;
         Ok(())
     })
 }

@@ -21,10 +21,10 @@ use axum::routing::{get, post};
 
 use super::app::App;
 use super::assets;
-use super::gate::gate;
+use super::gate::{Gate, keep};
 
 /// All that is served.
-pub fn router(app: Arc<App>) -> Router {
+pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
     Router::new()
         .route("/{token}/", get(|| file(String::new())))
         .route(
@@ -51,7 +51,7 @@ pub fn router(app: Arc<App>) -> Router {
         .route("/{token}/api/uv/{id}", get(values::uvs))
         .route("/{token}/api/texture/{number}", get(values::texture))
         .fallback(|| async { StatusCode::NOT_FOUND })
-        .layer(from_fn_with_state(app.clone(), gate))
+        .layer(from_fn_with_state(gate, keep))
         .with_state(app)
 }
 
