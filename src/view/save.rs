@@ -83,19 +83,21 @@ impl App {
     /// # Errors
     /// When it cannot be written.
     pub fn save_report(&self, state: &State, path: &Path) -> Result<Saved, JobError> {
-        let mut drawings = Drawings::default();
-        drawings.page = Some(path.to_path_buf());
-        let source = self.source_of(state);
+        let drawn = |command_line: String| Drawings {
+            page: Some(path.to_path_buf()),
+            command_line,
+            ..Drawings::default()
+        };
         match &state.step {
             Some(step) => {
-                drawings.command_line = format!("isomend {}", step.command.words().join(" "));
+                let drawings = drawn(format!("isomend {}", step.command.words().join(" ")));
                 let mut output = Output::new(self.between(state.depth), Some(self.format_between))?;
                 output.handed_over = true;
                 step.mended.clone().drawn(drawings).to(output).write()?;
             }
             None => {
-                drawings.command_line = format!("isomend inspect {}", self.input.display());
-                inspect(&source, &state.loaded, None, &drawings)?;
+                let drawings = drawn(format!("isomend inspect {}", self.input.display()));
+                inspect(&self.source_of(state), &state.loaded, None, &drawings)?;
             }
         }
         Ok(Saved {
@@ -114,6 +116,14 @@ impl App {
         (folder, stem): (&Path, &str),
         (output, ascii): (&Path, bool),
     ) -> Result<Recipe, String> {
+        if [&self.input, output]
+            .iter()
+            .any(|path| path.to_str().is_none())
+        {
+            return Err(
+                "the names of the files are no text, so no script can hold them".to_owned(),
+            );
+        }
         let format = Format::from_extension(output);
         let format = format.ok_or("the extension of the saved file tells no format")?;
         let last = match self.is_last(state, format) {

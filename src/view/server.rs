@@ -143,8 +143,9 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         }
         let kept = app.clone();
         let unsaved = move || {
-            let is_unsaved = kept.session().is_unsaved() && kept.store.error().is_none();
-            is_unsaved.then(|| kept.store.path().to_path_buf())
+            let is_unsaved = kept.session().is_unsaved();
+            let is_kept = kept.store.error().is_none();
+            (is_unsaved && is_kept).then(|| kept.store.path().to_path_buf())
         };
         ready(Address {
             at,

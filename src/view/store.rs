@@ -98,6 +98,8 @@ pub struct Store {
 struct Now {
     /// Whether the file on disk is this session's.
     own: bool,
+    /// The mesh whose steps it has.
+    kept: Option<u32>,
     /// Why it could not be written last.
     error: Option<String>,
 }
@@ -158,12 +160,17 @@ impl Store {
         // Before the state is asked for, so that the last to write has the last state.
         let mut now = self.now();
         let state = state();
+        let id = state.as_ref().map(|s| s.id);
+        if now.own && id.is_some() && id == now.kept {
+            return;
+        }
         now.error = match state.as_deref() {
             Some(state) => self.write(&now, state).err().map(|e| e.to_string()),
             None if now.own => fs::remove_file(&self.path).err().map(|e| e.to_string()),
             None => None,
         };
         now.own = state.is_some() && now.error.is_none();
+        now.kept = id;
     }
 
     fn write(&self, now: &Now, state: &State) -> std::io::Result<()> {
