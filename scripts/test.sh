@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # All tests: those of cargo, the commands of the pages, then in a venv made here those of the Python package, the cross-check of
-# written files by trimesh and MeshLab, and the report in a headless Chromium where there is one. With CI=true a check that cannot run is a failure; else it
-# is left out, which is said.
+# written files by trimesh and MeshLab, and the report and the page of `isomend view` in a headless Chromium
+# where there is one. With CI=true a check that cannot run is a failure; else it is left out, which is said.
 # Needs Rust, a C compiler and Python 3.11 or newer.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -38,4 +38,5 @@ ISOMEND=$PWD/target/release/isomend "$python" -m pytest -q python/tests
 "$python" scripts/crosscheck_volumes.py
 "$python" scripts/crosscheck_check.py
 "$python" scripts/browser_test.py
+"$python" scripts/view_test.py
 "$python" scripts/crosscheck_libigl.py

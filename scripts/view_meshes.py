@@ -51,7 +51,7 @@ def png(pixels):
 
 
 def textured_glb(path):
-    """A ball with four holes and a chequered texture, with seams where its coordinates jump."""
+    """A ball with four holes and a striped texture, with seams where its coordinates jump."""
     vertices, faces = ball(40, 1.5, (((0, -50, 5), 14), ((30, -36, -22), 11), ((-30, -36, 12), 8), ((30, -36, 25), 7)))
     u = np.arctan2(vertices[:, 1], vertices[:, 0]) / (2 * np.pi) % 1
     v = np.arccos(np.clip(vertices[:, 2] / np.linalg.norm(vertices, axis=1), -1, 1)) / np.pi

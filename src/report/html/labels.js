@@ -81,7 +81,8 @@ class Labels {
         taken.push(at);
         shown.add(this.show(this.element(elements, pane.side, "label", hole.id), at));
       }
-      const at = this.pinned && this.viewer.onPage(this.pinned.point, pane);
+      const [x, y, z, w] = this.viewer.section, cut = this.pinned && dot([x, y, z], this.pinned.point) > w;
+      const at = this.pinned && !cut && this.viewer.onPage(this.pinned.point, pane);
       if (at) shown.add(this.show(this.element(this.pinned.elements, pane.side, "pin", ""), at));
     }
     for (const element of this.layer.children) element.hidden = !shown.has(element);

@@ -35,10 +35,20 @@ class App {
     return this.mesh()?.mask || null;
   }
 
-  /** Where one looks from first. */
+  /** Where one looks from first: so near that the mesh just fits. */
   home() {
-    const { centre, radius, up, towards } = this.model.state.scene, origin = this.viewer.sides.after?.mesh.centre || centre;
-    return { centre: minus(centre, origin), axes: frame(towards, up), reach: 1.08 * radius };
+    const { centre, radius, up, towards } = this.model.state.scene, mesh = this.viewer.sides.after?.mesh;
+    const axes = frame(towards, up), { clientWidth, clientHeight: high } = this.viewer.canvas, wide = clientWidth * (this.viewer.options.show === "both" ? 0.5 : 1);
+    if (!mesh) return { centre: [0, 0, 0], axes, reach: 1.08 * radius };
+    const from = minus(centre, mesh.centre), least = Math.min(wide, high), { positions } = mesh, stride = 3 * Math.max(1, Math.ceil(positions.length / 150_000));
+    let reach = 1e-3 * radius;
+    for (let i = 0; i < positions.length; i += stride) {
+      const d = [positions[i] - from[0], positions[i + 1] - from[1], positions[i + 2] - from[2]];
+      // What is nearer to the eye is seen larger.
+      const nearer = Math.max(0, dot(d, axes[2])) * Math.tan(HALF_FIELD);
+      reach = Math.max(reach, Math.abs(dot(d, axes[0])) * least / wide + nearer, Math.abs(dot(d, axes[1])) * least / high + nearer);
+    }
+    return { centre: from, axes, reach: 1.06 * reach };
   }
 
   /** Fetches what there is now and shows it; once for all that ask meanwhile. */

@@ -176,7 +176,7 @@ class Paint {
     const isIn = (f) => mask.on[f] === 1, near = topology.distances(topology.edge(isIn), length);
     const faces = [];
     if (shrinks) {
-      for (let f = 0; f < mask.on.length; f++) if (mask.on[f] && [0, 1, 2].some((k) => near.has(at(f, k)))) faces.push(f);
+      for (let f = 0; f < mask.on.length; f++) if (mask.on[f] && [0, 1, 2].some((k) => near.get(at(f, k)) < length)) faces.push(f);
     } else {
       const own = new Set();
       for (let f = 0; f < mask.on.length; f++) if (mask.on[f]) for (let k = 0; k < 3; k++) own.add(at(f, k));
