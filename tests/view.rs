@@ -11,7 +11,7 @@ use std::net::TcpStream;
 use desk::Desk;
 use isomend::io::read_path;
 use serde_json::{Value, json};
-use served::Served;
+use served::{Answer, Served};
 
 /// A fill that takes a second or more.
 fn long_fill() -> Value {
@@ -53,26 +53,36 @@ fn the_page_is_served_with_a_strict_policy() {
     assert_eq!(served.get("api/mesh/-1").status, 400);
 }
 
+/// Refused without a hint.
+#[track_caller]
+fn refused(answer: Answer, what: &str) {
+    assert_eq!(answer.status, 403, "{what}");
+    assert!(answer.body.is_empty(), "{what}");
+}
+
 #[test]
-fn who_does_not_know_the_token_or_comes_from_elsewhere_is_refused() {
+fn who_does_not_know_the_token_is_refused() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);
     let (host, token) = (served.host(), served.token.clone());
-    let path = format!("/{token}/api/state");
-    let get = |path: &str, headers: &[(&str, &str)]| served.ask("GET", path, headers, b"");
-    assert_eq!(get(&path, &[("Host", &host)]).status, 200);
-    let refused = |answer: served::Answer, what: &str| {
-        assert_eq!(answer.status, 403, "{what}");
-        assert!(answer.body.is_empty(), "{what}");
-    };
+    let get = |path: &str| served.ask("GET", path, &[("Host", &host)], b"");
+    assert_eq!(get(&format!("/{token}/api/state")).status, 200);
     let other = if token.starts_with('A') { "B" } else { "A" };
     let wrong = format!("/{other}{}/api/state", &token[1..]);
     let short = format!("/{}/api/state", &token[..42]);
     let encoded = format!("/%{:02x}{}/api/state", token.as_bytes()[0], &token[1..]);
     for path in ["/", "/api/state", "//api/state", &wrong, &short, &encoded] {
-        refused(get(path, &[("Host", &host)]), path);
+        refused(get(path), path);
     }
-    let port = served.port;
+}
+
+#[test]
+fn who_comes_from_elsewhere_is_refused() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let (host, port) = (served.host(), served.port);
+    let path = format!("/{}/api/state", served.token);
+    let get = |path: &str, headers: &[(&str, &str)]| served.ask("GET", path, headers, b"");
     for name in [
         "evil.example".to_owned(),
         format!("evil.example:{port}"),
@@ -105,7 +115,14 @@ fn who_does_not_know_the_token_or_comes_from_elsewhere_is_refused() {
             site,
         );
     }
-    let undo = format!("/{token}/api/undo");
+}
+
+#[test]
+fn forms_of_other_pages_are_refused() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let host = served.host();
+    let [path, undo] = ["state", "undo"].map(|name| format!("/{}/api/{name}", served.token));
     let json = ("Content-Type", "application/json");
     let post = |headers: &[(&str, &str)]| served.ask("POST", &undo, headers, b"{}");
     refused(post(&[("Host", &host)]), "no type");
@@ -194,6 +211,12 @@ fn only_files_below_the_root_are_touched() {
     let answer = save("sub/new.glb", false);
     assert_eq!(answer.status, 200, "{}", answer.json());
     assert!(read_path(&top.join("root/sub/new.glb"), None).is_ok());
+}
+
+#[test]
+fn files_have_the_names_of_their_kinds() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
     for (kind, path) in [
         ("report", "a.ply"),
         ("recipe", "a.html"),
@@ -206,8 +229,6 @@ fn only_files_below_the_root_are_touched() {
         );
         assert_eq!(answer.status, 422, "{kind} {path}");
     }
-    drop(served);
-    let served = Served::new(&desk, &["ball.ply"]);
     let wanted = json!({ "kind": "mesh", "path": "ball.ply", "overwrite": true });
     assert_eq!(served.post("api/save", &wanted).status, 409);
 }
@@ -271,6 +292,14 @@ fn what_makes_no_sense_is_refused_and_breaks_nothing() {
         assert_eq!(answer.status, 422, "{kind} {params}");
         assert_eq!(answer.json()["where"], "params", "{kind} {params}");
     }
+    assert!(served.lives());
+    served.step(&fill(2));
+}
+
+#[test]
+fn large_bodies_and_missing_things_are_refused() {
+    let desk = Desk::new();
+    let mut served = Served::new(&desk, &["ball.ply"]);
     let head = format!(
         "POST /{}/api/step HTTP/1.1\r\nHost: {}\r\nContent-Type: application/json\r\nContent-Length: 99999999999\r\n\r\n{{",
         served.token,

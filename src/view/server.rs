@@ -141,12 +141,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         if let Some(steps) = steps {
             app.resume(steps, matches!(settings.resume, Some(None)))?;
         }
-        let kept = app.clone();
-        let unsaved = move || {
-            let is_unsaved = kept.session().is_unsaved();
-            let is_kept = kept.store.error().is_none();
-            (is_unsaved && is_kept).then(|| kept.store.path().to_path_buf())
-        };
+        let unsaved = unsaved(app.clone());
         ready(Address {
             at,
             page,
@@ -157,6 +152,15 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         axum::serve(listener, router(app, gate)).await?;
         Ok(())
     })
+}
+
+/// Tells the file that keeps steps that are not saved, if there are any.
+fn unsaved(app: Arc<App>) -> impl Fn() -> Option<PathBuf> + Send + Sync {
+    move || {
+        let is_unsaved = app.session().is_unsaved();
+        let is_kept = app.store.error().is_none();
+        (is_unsaved && is_kept).then(|| app.store.path().to_path_buf())
+    }
 }
 
 /// The folder below which files are written.
