@@ -1,9 +1,11 @@
 """The program that serves a page, and a browser with what a user does on that page: for view_test.py."""
 
+import http.client
 import json
 import re
 import signal
 import subprocess
+from urllib.parse import urlsplit
 
 from browser_test import Browser
 
@@ -108,3 +110,26 @@ class Page(Browser):
             self.expect(False, f"console: {trouble}")
         outside = [url for url in self.requests if not url.startswith(("http://127.0.0.1", "data:", "about:", "blob:"))]
         self.expect(not outside, f"the page asks for {outside[:3]}")
+
+
+def check_refusals(page, server):
+    """What does not come from the page is refused."""
+    parts = urlsplit(server.address)
+    token = parts.path.strip("/")
+    json_type = {"Content-Type": "application/json"}
+    save = json.dumps({"path": "../stolen.ply", "overwrite": True, "kind": "mesh"})
+    cases = [
+        ("no token", "GET", "/api/state", {}, None),
+        ("a wrong token", "GET", f"/{token[:-1]}{'A' if token[-1] != 'A' else 'B'}/api/state", {}, None),
+        ("a foreign Host", "GET", f"/{token}/api/state", {"Host": "example.com"}, None),
+        ("a foreign Origin", "POST", f"/{token}/api/undo", {"Origin": "http://example.com", **json_type}, "{}"),
+        ("a path outside", "POST", f"/{token}/api/save", json_type, save),
+        ("a way up in the address", "GET", f"/{token}/../../etc/passwd", {}, None),
+    ]
+    for what, method, path, headers, body in cases:
+        connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
+        connection.request(method, path, body, headers)
+        answer = connection.getresponse()
+        text = answer.read()
+        page.expect(400 <= answer.status < 500 and b"root:" not in text, f"{what} is answered with {answer.status}")
+        connection.close()

@@ -14,7 +14,6 @@ and by touch it must work too. `--keep` leaves screenshots in a folder. Exits wi
 Chromium it says so, which is a failure with CI=true."""
 
 import argparse
-import http.client
 import json
 import os
 import re
@@ -24,14 +23,13 @@ import sys
 import tempfile
 import time
 from pathlib import Path
-from urllib.parse import urlsplit
 
 import numpy as np
 
 from browser_test import NAMES, ROOT
 from left_out import left_out
 from view_meshes import bumpy_ball, textured_glb
-from view_page import Page, Server
+from view_page import Page, Server, check_refusals
 
 FIRST_PICTURE, STROKE = 3.0, 0.1
 # A point of the window at the rim of a hole.
@@ -54,6 +52,13 @@ def check_holes(page):
         page.click(*page.run(f"{HOLE}({hole})"))
         page.until(f"isomend.holes.chosen === {hole}", f"a click in the view chooses hole {hole}")
         page.key("i")
+    for key in "j", "i":
+        for hole in holes[:2]:
+            page.run(f"isomend.holes.choose({hole['id']}, false)")
+            page.key(key)
+        if key == "j":
+            told = page.run("document.querySelector('#holes-text').textContent")
+            page.expect(told.endswith(f"--bridge {holes[0]['id']}+{holes[1]['id']}"), f"a bridge is told as {told}")
     wanted = f"--holes {holes[0]['id']},{holes[1]['id']}"
     page.expect(page.run("document.querySelector('#holes-text').textContent") == wanted, f"the holes are not told as {wanted}")
     page.run("isomend.viewer.fly(isomend.home())")
@@ -119,6 +124,34 @@ def check_point(page):
     page.until("!!isomend.point.copied", "the ball is copied")
     ball = page.run("isomend.point.copied")
     page.expect(re.fullmatch(r"--ball (-?[\d.e-]+,){3}[\d.e-]+", ball), f"the ball is {ball!r}")
+
+
+def check_defects(page):
+    """What is wrong with the mesh is listed, and a click goes there and marks it."""
+    page.click_on("#defects summary")
+    page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
+    listed = page.run("[...document.querySelectorAll('#defect-list button')].map((b) => b.textContent)")
+    page.expect(any(re.fullmatch(r"border: [\d,]+", text) for text in listed), f"the defects are {listed}")
+    before = page.settled()["hash"]
+    page.click_on("#defect-list button")
+    page.expect(page.settled()["hash"] != before, "a click on a defect shows nothing")
+    page.expect(page.run("isomend.viewer.sides.after.mesh.facts.some((f) => f & 1 << 19)"), "no face is marked as a defect")
+    page.shot("defects")
+    page.click_on("#defects summary")
+    page.run("isomend.viewer.fly(isomend.home())")
+    page.settled()
+
+
+def check_files(page, folder):
+    """The picture of the view, and the report of a step."""
+    page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "downloads"))
+    page.click_on("#screenshot")
+    deadline = time.monotonic() + 20
+    while not (made := list((folder / "downloads").glob("*.png"))) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    page.expect(made and made[0].read_bytes()[:4] == b"\x89PNG", "no screenshot is made")
+    report = page.run("fetch('api/report/1').then((r) => r.text())")
+    page.expect("<canvas" in report and "Holes" in report, "a step has no report")
 
 
 def check_preview(page):
@@ -200,6 +233,15 @@ def check_paint(page):
     page.shot("restored")
 
 
+def check_changes(page):
+    """The mesh that the page made of what changed in each step is the one that the program has."""
+    differs = page.run("""(async () => { const other = new isomend.model.constructor(), id = (await other.fetchState()).current;
+        const [a, b] = await Promise.all([isomend.model.mesh(id), other.mesh(id)]), facts = (m) => m.facts.map((f) => f & 0x3ffff);
+        const same = (x, y) => x.length === y.length && x.every((v, i) => v === y[i]);
+        return ['positions', 'faces'].filter((k) => !same(a[k], b[k])).concat(same(facts(a), facts(b)) ? [] : ['facts']); })()""")
+    page.expect(not differs, f"the page has other {differs} than the program")
+
+
 def check_outlines(page, count):
     """Box, lasso and component add to the mask; each is undone."""
     x, y, width, height = page.view()
@@ -278,29 +320,6 @@ def check_save(page, program, folder, mesh, name):
     page.expect(made, f"{name}: no file that the recipe makes has the saved bytes; it is\n{script}")
 
 
-def check_refusals(page, server):
-    """What does not come from the page is refused."""
-    parts = urlsplit(server.address)
-    token = parts.path.strip("/")
-    json_type = {"Content-Type": "application/json"}
-    save = json.dumps({"path": "../stolen.ply", "overwrite": True, "kind": "mesh"})
-    cases = [
-        ("no token", "GET", "/api/state", {}, None),
-        ("a wrong token", "GET", f"/{token[:-1]}{'A' if token[-1] != 'A' else 'B'}/api/state", {}, None),
-        ("a foreign Host", "GET", f"/{token}/api/state", {"Host": "example.com"}, None),
-        ("a foreign Origin", "POST", f"/{token}/api/undo", {"Origin": "http://example.com", **json_type}, "{}"),
-        ("a path outside", "POST", f"/{token}/api/save", json_type, save),
-        ("a way up in the address", "GET", f"/{token}/../../etc/passwd", {}, None),
-    ]
-    for what, method, path, headers, body in cases:
-        connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
-        connection.request(method, path, body, headers)
-        answer = connection.getresponse()
-        text = answer.read()
-        page.expect(400 <= answer.status < 500 and b"root:" not in text, f"{what} is answered with {answer.status}")
-        connection.close()
-
-
 def check_keys(page):
     """Everything by keys: tabs, cross, tools; the focus is seen, and every control has a name."""
     page.run("document.querySelector('#tab-holes').focus()")
@@ -373,8 +392,11 @@ def session(page, program, folder, mesh, name):
         check_holes(page)
         check_compare(page)
         check_colours(page)
+        check_defects(page)
+        check_files(page, folder)
         check_preview(page)
         check_paint(page)
+        check_changes(page)
         check_keys(page)
         check_cancel(page)
         check_save(page, program, folder, mesh, name)

@@ -8,7 +8,8 @@ const FLUID = 45;
 const WHOLE = [0, 0, 0, 1];
 
 class Viewer {
-  constructor(canvas, { radius, faces = 0 }) {
+  /** For a mesh of so many faces; `parts` says that parts of the picture will be drawn again by themselves. */
+  constructor(canvas, { radius, faces = 0, parts = false }) {
     this.canvas = canvas;
     this.camera = new Camera(radius);
     this.options = { show: "both", colour: "plain", wire: false, flat: false, rims: true };
@@ -21,6 +22,7 @@ class Viewer {
     this.sides = {};
     this.surfaces = new Map();
     this.smooth = faces < LARGE;
+    this.parts = parts;
     this.start();
     canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
     canvas.addEventListener("webglcontextrestored", () => { this.start(); this.refresh(); });
@@ -28,7 +30,7 @@ class Viewer {
   }
 
   start() {
-    const gl = this.canvas.getContext("webgl2", { antialias: this.smooth, alpha: false, preserveDrawingBuffer: true });
+    const gl = this.canvas.getContext("webgl2", { antialias: this.smooth, alpha: false, preserveDrawingBuffer: this.parts });
     if (!gl) throw new Error("this browser has no WebGL 2");
     this.gl = gl;
     gl.getExtension("EXT_color_buffer_float");
@@ -53,7 +55,7 @@ class Viewer {
     const side = { mesh, surface: this.surfaces.get(mesh), ranges: ranges || [[0, mesh.faces.length / 3]], rims, kinds, colours, strength };
     this.sides[name] = side;
     this.putRims(side);
-    this.costs = {};
+    if (old?.mesh !== mesh) this.costs = {};
     this.refresh();
   }
 

@@ -92,7 +92,8 @@ class Display {
 
   /** Lets the worker prepare a mesh: painting, and fewer faces for a view that moves. */
   async ready(mesh) {
-    const found = await this.app.model.prepare(mesh);
+    const found = await this.app.model.prepare(mesh).catch((error) => this.app.say(error.message, true));
+    if (!found) return;
     mesh.topology ??= new Topology(mesh, found);
     mesh.mask ??= new Mask(mesh);
     const surface = this.app.viewer.surfaces.get(mesh);

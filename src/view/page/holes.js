@@ -22,7 +22,9 @@ class Holes {
 
   /** Takes the holes of a state. */
   update(holes, fresh) {
+    const same = !fresh && holes.length === this.list.length;
     this.list = holes;
+    if (same) return;
     if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, this.isBorder(hole) ? "open" : "fill"]));
     if (fresh || !holes.some((hole) => hole.id === this.chosen)) {
       this.chosen = null;
@@ -107,6 +109,7 @@ class Holes {
       item.dataset.doing = doing.split(" ")[0];
     }
     find("#holes-text").textContent = this.text();
+    find("#copy-holes").hidden = !find("#holes-text").textContent.startsWith("--");
     find("#fill-chosen").disabled = this.chosen === null;
     find("#fill-chosen").textContent = this.chosen === null ? "Fill only this hole" : `Fill only hole ${this.chosen}`;
     this.app.display.rims();
@@ -195,18 +198,19 @@ class Holes {
     try {
       const found = await askJson(`check/${id}`);
       verdict.textContent = found.sound ? "It is sound: closed, manifold, oriented and free of crossings." : (found.reasons || []).join("; ") + ".";
-      const marks = found.marks || {}, kinds = Object.entries(found.defects || {}).filter(([, d]) => d.count).map(([kind, d]) => [kind, { ...d, ...marks[kind] }]);
-      find("#defect-list").replaceChildren(...kinds.map(([kind, defect]) => this.defect(kind, defect, viewer.sides.after.mesh)));
+      const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
+      find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, viewer.sides.after.mesh)));
     } catch (error) {
       verdict.textContent = error.message;
     }
   }
 
-  defect(kind, { count, faces = [], places = [] }, mesh) {
+  defect({ kind, count, faces = [], places = [] }, mesh) {
+    const name = kind.replaceAll("_", " ");
     const item = document.createElement("li"), button = document.createElement("button");
     let next = 0;
     button.type = "button";
-    button.textContent = `${count} ${kind.replaceAll("_", " ")}`;
+    button.textContent = `${name}: ${count.toLocaleString("en")}`;
     button.title = "Mark them, and go to the next one";
     button.addEventListener("click", () => {
       const { viewer } = this.app;
@@ -217,7 +221,7 @@ class Holes {
       const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
       const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
       viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.model.state.scene.up) : viewer.camera.axes, reach });
-      this.app.say(`Face ${face}: ${kind.replaceAll("_", " ")}${places.length ? `, in one of ${places.length} places` : ""}`);
+      this.app.say(`Face ${face}: ${name}${places.length ? `, in one of ${places.length} places` : ""}`);
     });
     item.append(button);
     return item;

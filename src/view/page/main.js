@@ -1,5 +1,8 @@
 // Ties everything together: the tabs, the masks, the keys, the beginning.
 
+/** A number of things, in words. */
+const counted = (n, what) => `${n.toLocaleString("en")} ${what}${n === 1 ? "" : "s"}`;
+
 class App {
   constructor() {
     this.model = new Model();
@@ -65,7 +68,7 @@ class App {
     this.seen = state.current;
     find("#title").textContent = state.file.name;
     document.title = `${state.file.name} – isomend view`;
-    find("#subtitle").textContent = `${current.faces.toLocaleString("en")} faces, ${state.holes.length} ${state.holes.length === 1 ? "hole" : "holes"} · isomend ${state.program.version}`;
+    find("#subtitle").textContent = `${counted(current.faces, "face")}, ${counted(state.holes.length, "hole")} · isomend ${state.program.version}`;
     if (fresh) this.steps.against = false;
     this.holes.update(state.holes, fresh);
     this.display.offer();
@@ -263,7 +266,7 @@ async function begin() {
   const state = await app.model.fetchState(), { states, current, scene, defaults, file, formats } = state;
   // The mesh comes while the graphics card gets ready.
   app.model.mesh(current).catch(() => null);
-  app.viewer = new Viewer(find("#view"), { radius: scene.radius, faces: states.find((s) => s.id === current).faces });
+  app.viewer = new Viewer(find("#view"), { radius: scene.radius, faces: states.find((s) => s.id === current).faces, parts: true });
   app.viewer.options.show = "after";
   const { viewer } = app;
   app.labels = new Labels(viewer, find("#labels"), [], []);
@@ -305,8 +308,8 @@ async function begin() {
   viewer.gl.readPixels(0, 0, 1, 1, viewer.gl.RGBA, viewer.gl.UNSIGNED_BYTE, new Uint8Array(4));
   app.times = { opened: performance.now() - started, first: performance.now() };
   listen((name, told) => app.steps.hear(name, told).catch((error) => app.say(error.message, true)), {
-    lost: () => app.say("The program does not answer: it may have been stopped.", true),
-    back: () => find("#message").classList.contains("trouble") && app.say(""),
+    lost: () => app.steps.lose(),
+    back: () => app.steps.again().catch((error) => app.say(error.message, true)),
   });
   document.documentElement.dataset.state = "ready";
   await app.display.ready(viewer.sides.after.mesh);

@@ -33,14 +33,15 @@ class Mask {
     this.stroke = [];
   }
 
-  /** Ends a stroke: it can be taken back as one. */
+  /** Ends a stroke: it can be taken back as one. Whether it changed anything. */
   end() {
     const { stroke } = this;
     this.stroke = null;
-    if (!stroke?.length) return;
+    if (!stroke?.length) return false;
     this.done.push(Uint32Array.from(stroke));
     this.undone = [];
     if (this.done.length > MOST_STROKES) this.done.shift();
+    return true;
   }
 
   /** Marks what a function tells of each face: one stroke. */

@@ -66,7 +66,16 @@ class Paint {
     dab(at);
     return {
       move: (event, to) => { dab(to); this.ring(to); },
-      end: () => { target.mask.end(); this.ring(null); this.told(); },
+      end: (event, broken) => {
+        // A second finger is for the view: what the first one painted meanwhile goes.
+        if (target.mask.end() && broken) {
+          target.mask.undo();
+          target.mask.undone.pop();
+          this.redraw();
+        }
+        this.ring(null);
+        this.told();
+      },
     };
   }
 
@@ -105,8 +114,7 @@ class Paint {
     const { mesh } = topology, a = 3 * mesh.faces[3 * faces[0]], b = 3 * mesh.faces[3 * faces[0] + 1];
     const edge = Math.hypot(...[0, 1, 2].map((k) => mesh.positions[a + k] - mesh.positions[b + k]));
     const p = viewer.place(topology.middle(faces[0])), half = viewer.aim(0, 0).half, room = 6 + Math.min(120, 2 * edge / p.unit * half);
-    const panes = viewer.options.show === "both" || viewer.options.show === "slider";
-    if (panes || viewer.drewThin || viewer.coarse) return viewer.refresh();
+    if (viewer.drewThin || viewer.coarse) return viewer.refresh();
     viewer.draw(false, [left - room, top - room, right - left + 2 * room, bottom - top + 2 * room]);
   }
 
@@ -192,7 +200,7 @@ class Paint {
     const target = this.target();
     if (!target || this.tool === "turn") return false;
     if (this.tool === "component") this.component(at, erases);
-    else if (this.tool === "brush") this.brush(target, at, erases).end();
+    else if (this.tool === "brush") this.brush(target, at, erases).end(null, false);
     else this.keyOutline(at, erases);
     return true;
   }

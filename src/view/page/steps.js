@@ -121,7 +121,10 @@ class Steps {
     if (!this.job) return;
     find("#cancel").disabled = true;
     find("#job-line").textContent = "cancelling…";
-    await this.app.attempt("#message", () => askJson("cancel", { job: this.job?.id }));
+    await this.app.attempt("#message", async () => {
+      const job = this.job.id ?? (await this.app.model.fetchState()).busy?.job;
+      if (job !== undefined) await askJson("cancel", { job });
+    });
   }
 
   /** What the program tells. */
@@ -169,6 +172,21 @@ class Steps {
       await this.app.refresh();
       this.app.say(`${way === "undo" ? "Undone" : "Redone"}: now ${this.app.model.current.label}.`);
     });
+  }
+
+  /** The program is not heard any more. */
+  lose() {
+    this.lost = true;
+    this.app.say("The program does not answer: it may have been stopped.", true);
+  }
+
+  /** It is heard again: what was told meanwhile is asked for. */
+  async again() {
+    if (!this.lost) return;
+    this.lost = false;
+    this.app.say("");
+    await this.app.refresh();
+    if (this.job && !this.app.model.state.busy) this.end();
   }
 
   /** Takes a preview to the others. */
@@ -220,7 +238,9 @@ class Steps {
   /** The history's list. */
   list() {
     const { state } = this.app.model, line = state.states.filter((s) => !s.preview);
+    const focused = all("#history button").indexOf(document.activeElement);
     find("#history").replaceChildren(...line.map((s) => this.historyRow(s, s.id === state.current)));
+    all("#history button")[focused]?.focus();
     const select = find("#against"), had = Number(select.value);
     select.replaceChildren(...line.filter((s) => s.id !== state.current).map((s) => new Option(s.label, s.id)));
     select.disabled = !select.options.length;

@@ -1,0 +1,81 @@
+# /// script
+# requires-python = ">=3.11"
+# dependencies = ["numpy", "pillow==13.0.0", "websocket-client==1.9.2"]
+# ///
+"""Draw data/view_*.png, the pictures of docs/view.md: the page of data/scan.ply in headless Chromium.
+
+    cargo build --release && python3 scripts/view_picture.py [--isomend PROGRAM]"""
+
+import argparse
+import base64
+import io
+import math
+import shutil
+import tempfile
+from pathlib import Path
+
+from PIL import Image
+
+from browser_test import NAMES, ROOT
+from view_page import Page, Server
+
+
+def save(page, name):
+    """Waits until the numbers are placed, and keeps what is seen."""
+    page.settled()
+    page.until("isomend.labels.settled", "the numbers are placed")
+    seen = Image.open(io.BytesIO(base64.b64decode(page.call("Page.captureScreenshot")["data"]))).convert("RGB")
+    target = ROOT / f"data/view_{name}.png"
+    seen.resize((1040, round(1040 * seen.height / seen.width)), Image.LANCZOS).quantize(256, dither=Image.Dither.NONE).save(target, optimize=True)
+    print(f"{target.name}: {target.stat().st_size / 1000:.0f} kB")
+
+
+def draw(page):
+    page.until("!!isomend.mask()", "the surface is prepared")
+    page.run("isomend.holes.choose(6, false)")
+    page.key("k")
+    page.run("isomend.holes.choose(1, false)")
+    save(page, "holes")
+    page.run("isomend.holes.choose(1)")
+    page.settled()
+    page.tab("mend")
+    for count, energy in enumerate(("willmore", "curvature-variation"), 1):
+        page.fill_in("#fill--energy", energy)
+        page.click_on("#preview")
+        page.until(f"isomend.steps.previews.length === {count} && !isomend.steps.job && isomend.viewer.options.show === 'both'", "the preview is there")
+        page.settled()
+    page.run("scrollTo(0, 0)")
+    save(page, "preview")
+    page.click_on("#previews > div:first-child button")
+    page.until("isomend.model.state.current === isomend.display.shown.after && !isomend.steps.previews.length && !!isomend.mask()", "the preview is taken")
+    page.run("isomend.display.option('show', 'after'); isomend.viewer.fly(isomend.home()); scrollTo(0, 0)")
+    page.tab("paint")
+    page.click_on("[name=tool][value=brush] + span")
+    page.fill_in("#brush", "7")
+    page.settled()
+    x, y, width, height = page.view()
+    page.drag([[x + width * (0.44 + 0.01 * i), y + height * (0.66 + 0.05 * math.sin(i / 2))] for i in range(20)])
+    save(page, "paint")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        folder = Path(folder)
+        mesh, profile = folder / "scan.ply", folder / "profile"
+        shutil.copy(ROOT / "data/scan.ply", mesh)
+        profile.mkdir()
+        server = Server(arguments.isomend.resolve(), mesh, folder / "log.txt")
+        page = Page(next(filter(None, map(shutil.which, NAMES))), profile, None)
+        try:
+            page.start(server, width=1280, height=900)
+            draw(page)
+        finally:
+            page.close()
+            server.stop()
+
+
+if __name__ == "__main__":
+    main()
