@@ -189,7 +189,8 @@ class Surface {
   /** Binds what a program reads. */
   bind({ at }, thinned) {
     const gl = this.gl;
-    const used = { face: thinned ? "thinFace" : "face", vertex: "vertex", number: thinned ? "thinNumber" : this.order ? "number" : "fact", fact: "fact", value: "value", colour: "colour", corner: "corner" };
+    const numbers = thinned ? "thinNumber" : this.order ? "number" : "fact", own = ["vertex", "fact", "value", "colour", "corner"];
+    const used = { face: thinned ? "thinFace" : "face", number: numbers, ...Object.fromEntries(own.map((name) => [name, name])) };
     Object.entries(used).forEach(([name, from], i) => this.bindOne(at(name + "Texture"), i, this.textures[from]));
     this.bindOne(at("images"), 7, this.textures.image, gl.TEXTURE_2D_ARRAY);
     gl.uniform1i(at("wideBits"), this.bits);

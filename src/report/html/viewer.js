@@ -159,7 +159,8 @@ class Viewer {
       gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
       if (!side) continue;
       const matrix = this.camera.matrix(under.width / canvas.height);
-      const within = [[left, under.left, under.width], [bottom, 0, size[1]], [right, under.left, under.width], [top, 0, size[1]]].map(([x, from, wide]) => 2 * (x - from) / wide - 1);
+      const [across, up] = [(x) => 2 * (x - under.left) / under.width - 1, (y) => 2 * y / size[1] - 1];
+      const within = [across(left), up(bottom), across(right), up(top)];
       this.drawSurface(side, matrix, colours, fewer, within);
       if (this.options.rims && side.rims.length) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
     }

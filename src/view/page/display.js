@@ -13,6 +13,21 @@ function rimHoles({ rims, rimIds }, side) {
   });
 }
 
+/** Numbers as they are; of vectors their lengths, with the range of these. */
+function lengths(values, header) {
+  const parts = header.arrays[0].components || 1;
+  if (parts === 1 || values instanceof Uint8Array) return values;
+  const all = new Float32Array(values.length / parts);
+  let [low, high] = [Infinity, 0];
+  for (let i = 0; i < all.length; i++) {
+    all[i] = Math.hypot(...values.subarray(parts * i, parts * (i + 1)));
+    if (all[i] < low) low = all[i];
+    if (all[i] > high) high = all[i];
+  }
+  Object.assign(header, { low: Math.min(low, high), high });
+  return all;
+}
+
 class Display {
   constructor(app) {
     this.app = app;
@@ -139,7 +154,7 @@ class Display {
       return null;
     });
     if (!found) return surface.setColour({ kind: 0 });
-    const { header, arrays } = found, values = arrays.values || arrays.colours;
+    const { header, arrays } = found, values = lengths(arrays.values || arrays.colours, header);
     const on = { vertex: 0, face: 1, corner: 2 }[header.on || "vertex"];
     if (values instanceof Uint8Array) return surface.setColour({ kind: 3, values, on });
     const kind = name === "curvature" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;
@@ -155,7 +170,8 @@ class Display {
     const blobs = await Promise.all(Array.from({ length: count }, async (_, i) => (await fetch(url.replace(/\d+$/, i))).blob()));
     const options = { premultiplyAlpha: "none", colorSpaceConversion: "none" }, first = await Promise.all(blobs.map((blob) => createImageBitmap(blob, options)));
     const [resizeWidth, resizeHeight] = ["width", "height"].map((side) => Math.min(4096, Math.max(...first.map((image) => image[side]))));
-    return Promise.all(first.map((image) => image.width === resizeWidth && image.height === resizeHeight ? image : createImageBitmap(image, { resizeWidth, resizeHeight })));
+    const fits = (image) => image.width === resizeWidth && image.height === resizeHeight;
+    return Promise.all(first.map((image) => fits(image) ? image : createImageBitmap(image, { resizeWidth, resizeHeight })));
   }
 
   async texture(id, surface) {

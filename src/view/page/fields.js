@@ -108,7 +108,8 @@ class Form {
   readNumber({ input, kind, flag, path, low = 0, high = Infinity }, holder, last) {
     const usual = valueAt(this.defaults, path) ?? null;
     const text = input.value.trim().replace(",", "."), value = Number(text), positive = ["voxel", "strength", "time"].includes(kind);
-    const right = !text || text === "auto" || Number.isFinite(value) && value >= low && value <= high && !(positive && value <= 0) && (kind !== "whole" || Number.isInteger(value));
+    const within = Number.isFinite(value) && value >= low && value <= high && !(positive && value <= 0);
+    const right = !text || text === "auto" || within && (kind !== "whole" || Number.isInteger(value));
     input.setAttribute("aria-invalid", !right);
     if (!right) {
       input.focus();

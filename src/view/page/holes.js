@@ -64,7 +64,8 @@ class Holes {
     button.type = "button";
     button.className = "hole";
     button.dataset.hole = hole.id;
-    button.append(part("name", name), part("outcome", hole.outcome || ""), part("size", `${digits(hole.diameter)} across, ${digits(hole.height)} high, ${hole.edges} edges`));
+    const size = `${digits(hole.diameter)} across, ${digits(hole.height)} high, ${hole.edges} edges`;
+    button.append(part("name", name), part("outcome", hole.outcome || ""), part("size", size));
     button.setAttribute("aria-pressed", hole.id === this.chosen);
     button.addEventListener("click", () => this.choose(hole.id));
     select.setAttribute("aria-label", `What to do with ${name.toLowerCase()}`);
@@ -126,7 +127,8 @@ class Holes {
   /** The parts of a fill's parameters that say which holes; an error where that makes no sense. */
   params(only) {
     if (only) return { holes: [only], keep_open: [], flat: this.doings.get(only) === "flat" ? [only] : [], bridge: [] };
-    const ids = (doing) => [...this.doings].filter(([, d]) => d === doing).map(([id]) => id), open = ids("open"), border = new Set(this.list.filter((h) => this.isBorder(h)).map((h) => h.id));
+    const ids = (doing) => [...this.doings].filter(([, d]) => d === doing).map(([id]) => id), open = ids("open");
+    const border = new Set(this.list.filter((h) => this.isBorder(h)).map((h) => h.id));
     const filled = [...this.doings].filter(([, d]) => d !== "open").map(([id]) => id);
     const alone = [...this.bridges()].find(([, group]) => group.length < 2);
     if (alone) throw new Error(`${alone[0]} has one hole only, ${alone[1][0]}: a bridge joins two or more`);
@@ -144,7 +146,8 @@ class Holes {
       return this.list.length ? error.message : "no holes";
     }
     const listed = (flag, ids) => ids.length ? ` ${flag} ${ids.join(",")}` : "";
-    return (params.holes ? `--holes ${params.holes.join(",")}` : "--holes all") + listed("--keep-open", params.keep_open) + listed("--flat", params.flat) + params.bridge.map((g) => ` --bridge ${g.join("+")}`).join("");
+    const { holes, keep_open: open, flat, bridge } = params, bridges = bridge.map((group) => ` --bridge ${group.join("+")}`).join("");
+    return `--holes ${holes ? holes.join(",") : "all"}${listed("--keep-open", open)}${listed("--flat", flat)}${bridges}`;
   }
 
   /** Chooses a hole and goes there. */
@@ -164,7 +167,8 @@ class Holes {
     this.tell(hole);
     if (!flies || rim < 0) return;
     const centre = hole.centre.map((x, k) => x - mesh.centre[k]), { up } = this.app.model.state.scene;
-    viewer.fly({ centre, axes: frame(directionTo({ centre, diameter: hole.diameter }, mesh.rims[rim]), up), reach: Math.max(0.85 * hole.diameter, 1e-4 * viewer.camera.radius) });
+    const towards = directionTo({ centre, diameter: hole.diameter }, mesh.rims[rim]);
+    viewer.fly({ centre, axes: frame(towards, up), reach: Math.max(0.85 * hole.diameter, 1e-4 * viewer.camera.radius) });
   }
 
   step(by) {

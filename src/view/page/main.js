@@ -87,7 +87,8 @@ class App {
   /** What the mask is now. */
   painted(words, trouble) {
     const mask = this.mask(), count = mask?.count || 0;
-    find("#mask-said").textContent = !mask ? "The surface is still being prepared for painting." : count ? `${count.toLocaleString("en")} of ${mask.on.length.toLocaleString("en")} faces are marked.` : "Nothing is marked.";
+    const marked = mask && count ? `${count.toLocaleString("en")} of ${counted(mask.on.length, "face")} are marked.` : "Nothing is marked.";
+    find("#mask-said").textContent = mask ? marked : "The surface is still being prepared for painting.";
     find("#unstroke").disabled = !mask?.done.length;
     find("#restroke").disabled = !mask?.undone.length;
     if (words !== undefined) find("#paint-trouble").textContent = trouble ? words : "";

@@ -211,7 +211,8 @@ class Paint {
     if (!closes || this.tool === "box") points.push(at);
     const shape = this.tool === "box" ? corners(points[0], at) : points;
     this.show(shape);
-    if (!closes) return this.told(this.tool === "box" ? "One corner is set; move the cross and press Enter for the other." : "A point is set; Enter twice at one place closes the lasso.");
+    const next = { box: "One corner is set; move the cross and press Enter for the other.", lasso: "A point is set; Enter twice at one place closes the lasso." };
+    if (!closes) return this.told(next[this.tool]);
     this.cancel();
     this.within(shape, erases);
   }

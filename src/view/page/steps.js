@@ -150,7 +150,8 @@ class Steps {
     if (!this.job) this.begin("run", false, "");
     if (hole && stage === "ended") this.regions.delete(hole);
     else if (hole) this.regions.set(hole, share ?? this.regions.get(hole));
-    find("#job-line").textContent = [regions ? `${region ?? 0} of ${regions} ${regions === 1 ? "region" : "regions"} done` : "", line || ""].filter(Boolean).join("; ");
+    const ended = regions ? `${region ?? 0} of ${counted(regions, "region")} done` : "";
+    find("#job-line").textContent = [ended, line].filter(Boolean).join("; ");
     const begun = [...this.regions.values()].reduce((sum, part) => sum + (part || 0), 0), total = regions ? ((region ?? 0) + begun) / regions : share;
     if (Number.isFinite(total)) find("#job-bar").value = Math.min(1, total);
     const rows = [...this.regions].slice(-12).map(([number, part]) => {
@@ -230,8 +231,7 @@ class Steps {
       this.previews = [];
       await this.app.refresh();
     };
-    const report = Object.assign(document.createElement("a"), { href: `api/report/${id}`, target: "_blank", rel: "noopener", textContent: "report" });
-    row.append(text, button("Take", take), button("Drop", drop), report);
+    row.append(text, button("Take", take), button("Drop", drop), this.report(id));
     return row;
   }
 
@@ -260,8 +260,13 @@ class Steps {
     }));
     small.textContent = [`${s.faces.toLocaleString("en")} faces`, s.seconds ? `${digits(s.seconds)} s` : "", s.summary].filter(Boolean).join(" · ");
     item.append(button, small);
-    if (s.parent !== null) item.append(Object.assign(document.createElement("a"), { href: `api/report/${s.id}`, target: "_blank", rel: "noopener", textContent: "report" }));
+    if (s.parent !== null) item.append(this.report(s.id));
     return item;
+  }
+
+  /** The way to the report of a step, in a tab of its own. */
+  report(id) {
+    return Object.assign(document.createElement("a"), { href: `api/report/${id}`, target: "_blank", rel: "noopener", textContent: "report" });
   }
 
   /** What became of the holes of the step that led here. */
@@ -281,6 +286,7 @@ class Steps {
   /** Compares with another state. */
   async compare(id) {
     this.against = true;
-    await this.app.attempt("#history-trouble", () => this.app.display.states(this.app.model.state.current, id, [this.app.model.find(id).label, this.app.model.current.label]));
+    const { model, display } = this.app;
+    await this.app.attempt("#history-trouble", () => display.states(model.state.current, id, [model.find(id).label, model.current.label]));
   }
 }

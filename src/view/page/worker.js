@@ -11,8 +11,8 @@ function welded(positions) {
   const size = 2 ** Math.ceil(Math.log2(2 * count + 2)), table = new Int32Array(size).fill(-1), first = new Uint32Array(count);
   for (let v = 0; v < count; v++) {
     // Zero has two signs.
-    const x = positions[3 * v] === 0 ? 0 : whole[3 * v], y = positions[3 * v + 1] === 0 ? 0 : whole[3 * v + 1], z = positions[3 * v + 2] === 0 ? 0 : whole[3 * v + 2];
-    let hash = Math.imul(x, 0x9e3779b1) ^ Math.imul(y, 0x85ebca6b) ^ Math.imul(z, 0xc2b2ae35);
+    const bits = (k) => positions[3 * v + k] === 0 ? 0 : whole[3 * v + k];
+    let hash = Math.imul(bits(0), 0x9e3779b1) ^ Math.imul(bits(1), 0x85ebca6b) ^ Math.imul(bits(2), 0xc2b2ae35);
     hash = Math.imul(hash ^ hash >>> 15, 0x2c1b3c6d);
     let slot = (hash ^ hash >>> 13) & size - 1;
     for (;;) {
@@ -22,8 +22,7 @@ function welded(positions) {
         first[v] = v;
         break;
       }
-      const same = positions[3 * other] === positions[3 * v] && positions[3 * other + 1] === positions[3 * v + 1] && positions[3 * other + 2] === positions[3 * v + 2];
-      if (same) {
+      if ([0, 1, 2].every((k) => positions[3 * other + k] === positions[3 * v + k])) {
         first[v] = other;
         break;
       }
