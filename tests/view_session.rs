@@ -127,6 +127,22 @@ fn steps_are_undone_and_done_again() {
 }
 
 #[test]
+fn what_a_repair_did_is_told() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let state = served.step(&json!({ "kind": "repair", "params": { "holes": false } }));
+    assert_eq!(
+        state["states"][1]["command"],
+        json!(["repair", "--keep-holes"])
+    );
+    let summary = state["states"][1]["summary"].as_str().unwrap();
+    assert!(
+        summary.starts_with("watertight and printable: no"),
+        "{summary}"
+    );
+}
+
+#[test]
 fn previews_stand_beside_the_history() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);

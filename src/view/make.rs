@@ -216,9 +216,9 @@ fn summary(done: &JobResult) -> String {
             crate::mesh::length(report.moved_rms)
         ),
         Extent::Repaired(report) => {
-            let lines = crate::report::repair_lines(report).join("; ");
-            let after = report.after.as_ref().map(|v| v.line());
-            [lines, after.unwrap_or_default()].join("; ")
+            let mut lines = crate::report::repair_lines(report);
+            lines.extend(report.after.as_ref().map(|verdict| verdict.line()));
+            lines.join("; ")
         }
         Extent::Holes => fill(),
     }
