@@ -132,6 +132,7 @@ class Holes {
     const filled = [...this.doings].filter(([, d]) => d !== "open").map(([id]) => id);
     const alone = [...this.bridges()].find(([, group]) => group.length < 2);
     if (alone) throw new Error(`${alone[0]} has one hole only, ${alone[1][0]}: a bridge joins two or more`);
+    if (!this.list.length) throw new Error("there are no holes to fill");
     if (!filled.length) throw new Error("every hole is to stay open: choose one to fill");
     const kept = open.filter((id) => !border.has(id)), named = filled.some((id) => border.has(id)) || filled.length <= kept.length;
     return { holes: named ? filled : null, keep_open: named ? [] : kept, flat: ids("flat"), bridge: [...this.bridges().values()] };
@@ -143,7 +144,7 @@ class Holes {
     try {
       params = this.params(only);
     } catch (error) {
-      return this.list.length ? error.message : "no holes";
+      return error.message;
     }
     const listed = (flag, ids) => ids.length ? ` ${flag} ${ids.join(",")}` : "";
     const { holes, keep_open: open, flat, bridge } = params, bridges = bridge.map((group) => ` --bridge ${group.join("+")}`).join("");
