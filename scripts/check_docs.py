@@ -3,7 +3,7 @@
     cargo build --release && python3 scripts/check_docs.py [--isomend PROGRAM] [PAGE...]
 
 Commands run in a folder of their own, one for each page, in the order of the page; those of `isomend study`, which take
-minutes, are only parsed, and what follows a `|` is left out where there is no such program. Output that a page shows behind
+minutes, and of `isomend view`, which ends at Ctrl-C, are only parsed, and what follows a `|` is left out where there is no such program. Output that a page shows behind
 `$ COMMAND` must be what comes. It needs nothing beside Python."""
 
 import argparse
@@ -20,7 +20,9 @@ from tables import PAGES, ROOT, cells, split
 
 MOST_BYTES = 12_000
 HELPERS = ("jq", "man")
-COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", "study", "sdf", "surface", "completions", "man")
+COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", "study", "sdf", "surface", "view", "completions", "man")
+# Of these only the help is printed.
+PARSED = ("isomend study", "isomend view")
 
 
 def blocks(text, language):
@@ -80,7 +82,7 @@ def check_commands(text, program):
             for name in HELPERS:
                 if not shutil.which(name):
                     line = line.split(f" | {name} ")[0]
-            done = run(f"{line} --help" if line.startswith("isomend study") else line, desk, environment)
+            done = run(f"{line} --help" if line.startswith(PARSED) else line, desk, environment)
             # A check that says no ends with 3.
             if done.returncode != 0 and not (line.startswith("isomend check") and done.returncode == 3):
                 wrong.append(f"'{line}' ended with {done.returncode}: {done.stderr.strip()}")

@@ -68,7 +68,7 @@
 //!
 //! # Features
 //! The core without features needs no format and no command line. `io` reads and writes files, `report` draws pages and pictures,
-//! `study` holds the experiments of the paper; `cli`, the default, is all of them and the program.
+//! `study` holds the experiments of the paper, `view` serves the local page; `cli`, the default, is all of them and the program.
 //!
 //! # Source
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
@@ -91,6 +91,9 @@ pub mod job;
 pub mod report;
 #[cfg(feature = "study")]
 pub mod study;
+#[cfg(feature = "view")]
+#[doc(hidden)]
+pub mod view;
 
 // The engine's rooms, open to the project's own tests and benchmarks. They may change in any release.
 #[doc(hidden)]

@@ -77,12 +77,20 @@ impl FairArgs {
             ..FairParams::default()
         }
     }
+
+    /// What is to be done.
+    ///
+    /// # Errors
+    /// When the options do not go together.
+    pub(super) fn work(&self) -> anyhow::Result<Work> {
+        Ok(Work::Fair(self.mask.mask()?, self.params()))
+    }
 }
 
 /// Reads, fairs, writes.
 pub fn run(args: &FairArgs, console: &Console) -> anyhow::Result<End> {
     let task = Task {
-        work: Work::Fair(args.mask.mask()?, args.params()),
+        work: args.work()?,
         common: &args.common,
         strict: false,
     };

@@ -102,29 +102,38 @@ impl FillArgs {
         };
         params
     }
+
+    /// What is to be done.
+    ///
+    /// # Errors
+    /// When the options do not go together.
+    pub(super) fn work(&self) -> anyhow::Result<Work> {
+        self.solve.check()?;
+        let is_whole = matches!(self.surface, Surface::Whole);
+        if is_whole {
+            self.solve.check_whole()?;
+        }
+        if self.repair && is_whole {
+            let what = "--repair stitches patches into the mesh; --surface whole has the level sets alone, so leave one of them out";
+            return Err(Usage(what.to_owned()).into());
+        }
+        Ok(match self.repair {
+            true => {
+                let mut params = RepairParams::default();
+                params.fill = self.params();
+                Work::Repair(params)
+            }
+            false => Work::Fill(self.params()),
+        })
+    }
 }
 
 /// Reads, fills, writes.
 pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
-    args.solve.check()?;
-    if matches!(args.surface, Surface::Whole) {
-        args.solve.check_whole()?;
-    }
+    let work = args.work()?;
     if args.max_diameter.is_some() && matches!(args.holes, Choice::Some(_)) {
         console.note("--max-diameter does nothing here: --holes names the holes that are filled");
     }
-    if args.repair && matches!(args.surface, Surface::Whole) {
-        let what = "--repair stitches patches into the mesh; --surface whole has the level sets alone, so leave one of them out";
-        return Err(Usage(what.to_owned()).into());
-    }
-    let work = match args.repair {
-        true => {
-            let mut params = RepairParams::default();
-            params.fill = args.params();
-            Work::Repair(params)
-        }
-        false => Work::Fill(args.params()),
-    };
     let task = Task {
         work,
         common: &args.common,

@@ -1,5 +1,7 @@
 //! Ctrl-C and the request to terminate: the program ends wherever it is, and what it has half written goes.
 
+use std::sync::OnceLock;
+
 use anyhow::Context;
 
 use super::{console, progress};
@@ -41,9 +43,22 @@ fn wait_for_signals() -> Result<(), ctrlc::Error> {
     ctrlc::set_handler(|| stop(130))
 }
 
+/// What a command says that is ended in no other way.
+static LAST_WORDS: OnceLock<Box<dyn Fn() + Send + Sync>> = OnceLock::new();
+
+/// From now on a signal is the usual end: `say` is called, and the exit code is 0.
+pub fn is_the_end(say: impl Fn() + Send + Sync + 'static) {
+    // A program has one command.
+    let _ = LAST_WORDS.set(Box::new(say));
+}
+
 fn stop(code: i32) -> ! {
     // Kept until the end, so that nothing is finished or begun any more.
     let _abandoned = isomend::io::abandon_unfinished();
+    if let Some(say) = LAST_WORDS.get() {
+        say();
+        std::process::exit(0)
+    }
     progress::clear();
     console::fail("stopped; what was not finished was not written");
     std::process::exit(code)

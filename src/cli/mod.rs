@@ -23,6 +23,8 @@ mod solve;
 mod study;
 mod surface;
 mod tell;
+mod view;
+mod words;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -75,7 +77,7 @@ Exit codes:
   2    wrong usage, or a mistake in a file of options
   3    done in part: the output is written, but a hole that was to be filled is still open, something that an
        experiment states was not met, or `check` says no
-  130  stopped by Ctrl-C, 143 by SIGTERM; the output file is as it was before";
+  130  stopped by Ctrl-C, 143 by SIGTERM; the output file is as it was before. Of `view`, which ends so, 0";
 
 /// Fills holes in triangle meshes by 3D level-set Willmore flow.
 ///
@@ -97,6 +99,7 @@ enum Command {
     Inspect(inspect::InspectArgs),
     Check(check::CheckArgs),
     Compare(compare::CompareArgs),
+    View(view::ViewArgs),
     Study(study::StudyArgs),
     Sdf(sdf::SdfArgs),
     Surface(surface::SurfaceArgs),
@@ -193,6 +196,7 @@ fn run(cli: Cli) -> anyhow::Result<End> {
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
         Command::Check(args) => start(&args.common, |console| check::run(&args, console)),
         Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
+        Command::View(args) => view::run(&args),
         Command::Study(args) => start_run(&args.run, |console| study::run(&args, console)),
         Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),
         Command::Surface(args) => start_run(&args.run, |console| surface::run(&args, console)),

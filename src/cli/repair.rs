@@ -104,17 +104,27 @@ impl StepArgs {
     }
 }
 
+impl RepairArgs {
+    /// What is to be done.
+    ///
+    /// # Errors
+    /// When the options do not go together.
+    pub(super) fn work(&self) -> anyhow::Result<Work> {
+        self.solve.check()?;
+        let mut params = self.steps.params();
+        params.drop_unused = self.drop_unused;
+        params.holes = !self.keep_holes;
+        params.borders = self.close_borders;
+        params.fill = self.solve.params();
+        params.fill.max_diameter = self.max_diameter;
+        Ok(Work::Repair(params))
+    }
+}
+
 /// Reads, repairs, writes.
 pub fn run(args: &RepairArgs, console: &Console) -> anyhow::Result<End> {
-    args.solve.check()?;
-    let mut params = args.steps.params();
-    params.drop_unused = args.drop_unused;
-    params.holes = !args.keep_holes;
-    params.borders = args.close_borders;
-    params.fill = args.solve.params();
-    params.fill.max_diameter = args.max_diameter;
     let task = Task {
-        work: Work::Repair(params),
+        work: args.work()?,
         common: &args.common,
         strict: args.solve.strict,
     };

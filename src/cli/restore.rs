@@ -47,17 +47,29 @@ pub struct RestoreArgs {
     mask: MaskArgs,
 }
 
+impl RestoreArgs {
+    /// What is to be done.
+    ///
+    /// # Errors
+    /// When the options do not go together.
+    pub(super) fn work(&self) -> anyhow::Result<Work> {
+        let Some(mask) = self.mask.mask()? else {
+            bail!(
+                "no region is marked; give --ball, --box, --mask, --faces, --colour or --material"
+            );
+        };
+        self.solve.check()?;
+        let mut params = RestoreParams::default();
+        params.fill = self.solve.params();
+        params.keep_shape = self.keep_shape;
+        Ok(Work::Restore(mask, params))
+    }
+}
+
 /// Reads, cuts, fills, writes.
 pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
-    let Some(mask) = args.mask.mask()? else {
-        bail!("no region is marked; give --ball, --box, --mask, --faces, --colour or --material");
-    };
-    args.solve.check()?;
-    let mut params = RestoreParams::default();
-    params.fill = args.solve.params();
-    params.keep_shape = args.keep_shape;
     let task = Task {
-        work: Work::Restore(mask, params),
+        work: args.work()?,
         common: &args.common,
         strict: args.solve.strict,
     };

@@ -5,8 +5,8 @@ use std::io::Read;
 use std::path::{Component, Path};
 
 use super::{
-    Contents, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes, read_bytes,
-    read_volume_bytes, save, volume_to_bytes,
+    Contents, Format, IoError, Loaded, Precision, Resolve, WriteOptions, model_to_bytes,
+    read_bytes, read_volume_bytes, save, volume_to_bytes,
 };
 use crate::grid::Volume;
 use crate::mesh::{Attributes, Mesh};
@@ -21,12 +21,25 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<Loaded, IoError>
         path: path.to_path_buf(),
         cause,
     })?;
+    read_as(path, &bytes, format, &beside(path))
+}
+
+/// As [`read_path`], from the bytes that the file would hold. What it refers to by name is loaded by `resolve`.
+///
+/// # Errors
+/// As [`read_path`].
+pub fn read_as(
+    path: &Path,
+    bytes: &[u8],
+    format: Option<Format>,
+    resolve: &Resolve<'_>,
+) -> Result<Loaded, IoError> {
     let read = || {
         let told = match format {
             Some(format) => format,
-            None => Format::detect(&bytes, path)?,
+            None => Format::detect(bytes, path)?,
         };
-        let mut loaded = read_bytes(&bytes, told, &|name, most| side_file(path, name, most))?;
+        let mut loaded = read_bytes(bytes, told, resolve)?;
         if format.is_none() && Format::from_extension(path).is_some_and(|named| named != told) {
             let extension = path.extension().unwrap_or_default();
             loaded.notes.push(format!(
@@ -37,6 +50,11 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<Loaded, IoError>
         Ok(loaded)
     };
     read().map_err(|error: IoError| error.in_file(path))
+}
+
+/// Loads what a file refers to by name: from its folder, out of which no name and no link may lead.
+pub fn beside(path: &Path) -> impl Fn(&str, u64) -> Result<Vec<u8>, IoError> + '_ {
+    move |name, most| side_file(path, name, most)
 }
 
 /// Loads at most so many bytes of a file named inside another one, relative to the other's folder, out of which no name and

@@ -37,9 +37,11 @@ mod surface;
 mod text;
 mod vtk;
 
-pub use self::gltf::Document;
+pub use self::gltf::{Document, Image};
 pub use error::{IoError, Place};
-pub use files::{read_path, read_volume_path, write_model, write_path, write_volume_path};
+pub use files::{
+    beside, read_as, read_path, read_volume_path, write_model, write_path, write_volume_path,
+};
 pub use format::Format;
 pub use save::save;
 #[doc(hidden)]

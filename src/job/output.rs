@@ -17,8 +17,8 @@ use crate::mesh::{Attributes, Mesh};
 use crate::stitch::count_crossing;
 
 /// The file that describes the material of patches, beside an OBJ file that has material files.
-const PATCH_LIBRARY: &str = "isomend_patch.mtl";
-const PATCH_MATERIAL: &str = "# The material of patches that the texture of what is round them cannot cover.\n\
+pub(super) const PATCH_LIBRARY: &str = "isomend_patch.mtl";
+pub(super) const PATCH_MATERIAL: &str = "# The material of patches that the texture of what is round them cannot cover.\n\
                               newmtl isomend_patch\nKd 0.8 0.8 0.8\n";
 
 /// Where a mesh goes, in which format.
@@ -32,6 +32,9 @@ pub struct Output {
     pub ascii: bool,
     /// Make its folder where it is not there.
     pub make_folder: bool,
+    /// Write nothing: the bytes of the file go to the caller.
+    #[serde(default)]
+    pub handed_over: bool,
 }
 
 /// What was written.
@@ -59,6 +62,7 @@ impl Output {
                 format,
                 ascii: false,
                 make_folder: false,
+                handed_over: false,
             }),
             None => Err(JobError::NoFormat {
                 path: place.path().unwrap_or(Path::new("")).to_path_buf(),
@@ -138,7 +142,7 @@ impl Output {
         let document = input.document.as_ref();
         let mut saved = self.write_model(done.mesh, &done.attributes, document, input)?;
         saved.notes = [done.notes, saved.notes].concat();
-        if material {
+        if material && !self.handed_over {
             self.write_material()?;
         }
         saved.notes.extend(self.side_files(input));
@@ -206,8 +210,9 @@ impl Output {
                 error,
             },
         })?;
-        let Place::File(path) = &self.place else {
-            return Ok((written.notes, written.bytes));
+        let path = match &self.place {
+            Place::File(path) if !self.handed_over => path,
+            _ => return Ok((written.notes, written.bytes)),
         };
         if let Some(folder) = path.parent().filter(|_| self.make_folder) {
             fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {

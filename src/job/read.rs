@@ -4,15 +4,16 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::output::{PATCH_LIBRARY, PATCH_MATERIAL};
 use super::{JobError, Place};
-use crate::io::{Format, Loaded, no_side_files, read_bytes, read_path};
+use crate::io::{Format, Loaded, beside, no_side_files, read_as, read_bytes, read_path};
 
 /// What is read: a file, or bytes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
     /// Where it comes from.
     pub place: Place,
-    /// The bytes, where it is no file.
+    /// The bytes, where it is no file; of a file that has not been written those that it would hold.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bytes: Vec<u8>,
     /// Its format; told from the content, else from the extension, where none is given.
@@ -39,7 +40,16 @@ impl Source {
                 let path = path.clone();
                 return Err(JobError::IsFolder { path });
             }
-            Place::File(path) => read_path(path, self.format)?,
+            Place::File(path) if self.bytes.is_empty() => read_path(path, self.format)?,
+            Place::File(path) => {
+                let beside = beside(path);
+                // The material of patches is written together with the mesh, unless it is there.
+                let resolve = |name: &str, most| match (beside(name, most), name) {
+                    (Err(_), PATCH_LIBRARY) => Ok(PATCH_MATERIAL.as_bytes().to_vec()),
+                    (found, _) => found,
+                };
+                read_as(path, &self.bytes, self.format, &resolve)?
+            }
             Place::Bytes(name) => {
                 let told = match self.format {
                     Some(format) => Ok(format),

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::draw::{Before, Drawn};
+use super::draw::{Before, Drawings, Drawn};
 use super::made::{Extent, First, Kept, Made, repaired};
 use super::output::Saved;
 use super::{JobError, JobSpec, MaskSpec, Output, Place, Work};
@@ -269,6 +269,13 @@ impl<'s> Mended<'s> {
     #[must_use]
     pub fn to(mut self, output: Output) -> Self {
         self.spec.to_mut().output = Some(output);
+        self
+    }
+
+    /// The same, drawn in these files.
+    #[must_use]
+    pub fn drawn(mut self, drawings: Drawings) -> Self {
+        self.spec.to_mut().drawings = drawings;
         self
     }
 

@@ -174,7 +174,7 @@ impl<'a> Buffers<'a> {
     }
 }
 
-fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
+pub(super) fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
     let (kind, payload) = data.split_once(',')?;
     kind.ends_with(";base64").then_some(())?;
     let config =

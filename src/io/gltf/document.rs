@@ -1,5 +1,6 @@
 //! A glTF file that was read, kept so that it can be written again with more in it.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use serde_json::Value;
@@ -15,6 +16,19 @@ pub struct Document {
     pub(super) buffers: Vec<Option<Arc<Vec<u8>>>>,
     pub(super) blocks: Vec<Block>,
     pub(super) parts: Vec<PlacedPrimitive>,
+}
+
+/// An image of a document.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Image {
+    /// In the file: its bytes.
+    Bytes(Vec<u8>),
+    /// A file, relative to the folder of the document's.
+    File(String),
+}
+
+fn number(value: &Value) -> Option<usize> {
+    value.as_u64().and_then(|n| usize::try_from(n).ok())
 }
 
 impl Document {
@@ -61,6 +75,35 @@ impl Document {
         model.mesh.positions.len() >= vertices
             && model.mesh.faces.len() >= self.kept(model)
             && marks.is_none_or(|kept| kept.len() == faces)
+    }
+
+    /// For the faces of each part the number of the image that gives them their colour.
+    pub fn images_of_faces(&self) -> impl Iterator<Item = (Range<usize>, Option<usize>)> + '_ {
+        let image = |material: usize| {
+            let material = self.json.get("materials")?.get(material)?;
+            let texture = material.pointer("/pbrMetallicRoughness/baseColorTexture/index")?;
+            let texture = self.json.get("textures")?.get(number(texture)?)?;
+            number(texture.get("source")?)
+        };
+        let parts = self.parts.iter();
+        parts.map(move |p| (p.faces.0..p.faces.0 + p.faces.1, p.material.and_then(image)))
+    }
+
+    /// An image.
+    pub fn image(&self, index: usize) -> Option<Image> {
+        let image = self.json.get("images")?.get(index)?;
+        if let Some(uri) = image.get("uri").and_then(Value::as_str) {
+            return match uri.strip_prefix("data:") {
+                Some(data) => super::buffers::decode_data_uri(data).map(Image::Bytes),
+                None => Some(Image::File(super::buffers::percent_decoded(uri))),
+            };
+        }
+        let view = number(image.get("bufferView")?)?;
+        let view = self.json.get("bufferViews")?.get(view)?;
+        let buffer = self.buffers.get(number(view.get("buffer")?)?)?.as_ref()?;
+        let start = view.get("byteOffset").map_or(Some(0), number)?;
+        let end = start.checked_add(number(view.get("byteLength")?)?)?;
+        Some(Image::Bytes(buffer.get(start..end)?.to_vec()))
     }
 
     /// Names of files that the document refers to and that stay outside: images, and buffers that could not be loaded.

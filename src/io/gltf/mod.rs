@@ -10,7 +10,7 @@ mod scene;
 mod values;
 mod write;
 
-pub use document::Document;
+pub use document::{Document, Image};
 
 use gltf_json::Root;
 

@@ -15,8 +15,10 @@ use super::view::Scene;
 use crate::mend::{HoleOutcome, HoleReport, RegionReport};
 
 const TEMPLATE: &str = include_str!("page.html");
-const STYLE: &str = include_str!("page.css");
-const SCRIPTS: [&str; 9] = [
+/// Its looks, which the local page begins with.
+pub(crate) const STYLE: &str = include_str!("page.css");
+/// The scripts of the viewer, which the local page has too.
+pub(crate) const VIEWER: [&str; 8] = [
     include_str!("geometry.js"),
     include_str!("camera.js"),
     include_str!("shaders.js"),
@@ -25,8 +27,8 @@ const SCRIPTS: [&str; 9] = [
     include_str!("labels.js"),
     include_str!("point.js"),
     include_str!("controls.js"),
-    include_str!("page.js"),
 ];
+const SCRIPT: &str = include_str!("page.js");
 
 /// What a page tells. All text is escaped.
 pub struct Page<'a> {
@@ -81,7 +83,7 @@ pub fn page(page: &Page) -> String {
     let words = tables::Words {
         single: page.single,
     };
-    let scripts = SCRIPTS.join("\n");
+    let scripts = [&VIEWER[..], &[SCRIPT]].concat().join("\n");
     filled(TEMPLATE, |name| match name {
         "title" => escaped(page.title),
         "command" => escaped(page.command),

@@ -7,10 +7,30 @@ mod thin;
 
 use glam::{DVec3, Vec3};
 
-use crate::mesh::{Mesh, bounds, welded};
+use crate::mesh::{Mesh, bounds, weld_map, welded};
 use crate::spatial::Bvh;
 use rayon::prelude::*;
 use shading::Shading;
+
+/// Sum of the principal curvatures at each vertex of a mesh, averaged over its neighbourhood; positive on a sphere. Vertices at the
+/// same position have the same.
+pub fn curvature(mesh: &Mesh) -> Vec<f32> {
+    let weld = weld_map(mesh);
+    let (welded, _) = welded(mesh);
+    let values = Shading::new(&welded).curvature;
+    weld.iter().map(|&v| values[v as usize]).collect()
+}
+
+/// The distance of the chosen vertices of a mesh from another one; 0 for the others.
+pub fn distances(mesh: &Mesh, chosen: &[bool], other: &Mesh) -> Vec<f32> {
+    let bvh = Bvh::new(other, 0..other.faces.len() as u32);
+    let points = mesh.positions.par_iter().zip(chosen);
+    let distance = |(p, is_chosen): (&DVec3, &bool)| {
+        let found = is_chosen.then(|| bvh.closest(*p, f64::INFINITY)).flatten();
+        found.map_or(0.0, |c| c.distance as f32)
+    };
+    points.map(distance).collect()
+}
 
 /// A mesh before and after, and what of it is the same.
 pub struct Change<'a> {

@@ -1,0 +1,136 @@
+//! `isomend view`: a page in the browser.
+
+use std::net::{IpAddr, Ipv4Addr};
+use std::path::PathBuf;
+use std::process::{Command as Process, Stdio};
+
+use clap::Args;
+use isomend::io::Format;
+use isomend::view::{Settings, serve};
+
+use super::console::{self, Console};
+use super::input::is_stream;
+use super::words::CommandLine;
+use super::{End, RunArgs, Usage, arguments, interrupt};
+
+const EXAMPLES: &str = "\
+Examples:
+  isomend view scan.ply                     opens the browser
+  isomend view scan.ply --no-browser        only prints the address to open
+  isomend view scan.ply --resume            goes on where it was ended with steps that were not saved
+  ssh -L 8080:127.0.0.1:8080 host isomend view scan.ply --port 8080 --no-browser
+                                            on another machine: the same port on both, and open the address that is printed";
+
+/// Open a page in the browser: see, choose, paint, mend, compare, undo, save.
+///
+/// The program itself serves the page, to this machine only: no network is needed. The address holds a secret, without which
+/// nothing is answered. Steps are the commands of this program; the page tells the command lines that do the same.
+///
+/// Ctrl-C ends it. Steps that were not saved are kept in a hidden file in the folder of --root, beside the mesh: --resume makes
+/// them again.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ViewArgs {
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+
+    /// The port to listen on [default: one that is free].
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    port: u16,
+
+    /// The address to listen on. Others than 127.0.0.1 and ::1 let other machines in, unencrypted.
+    #[arg(long, value_name = "ADDR", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
+    listen: IpAddr,
+
+    /// Do not open the browser.
+    #[arg(long)]
+    no_browser: bool,
+
+    /// The folder below which the page may write files [default: that of the mesh].
+    #[arg(long, value_name = "DIR")]
+    root: Option<PathBuf>,
+
+    /// Go on with the steps of an earlier session that were not saved: they are made again. Another file
+    /// than the usual one can be named after an equals sign.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true)]
+    resume: Option<Option<PathBuf>>,
+
+    /// Format of the input: obj, ply, stl, gltf, glb, vtk or vtp.
+    ///
+    /// By default it is told from the content, else from the extension.
+    #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
+    from: Option<Format>,
+
+    #[command(flatten)]
+    pub(super) run: RunArgs,
+}
+
+/// Serves the page until Ctrl-C.
+pub fn run(args: &ViewArgs) -> anyhow::Result<End> {
+    let console = Console::new(args.run.quiet, args.run.verbose);
+    if is_stream(&args.input) {
+        let what =
+            "view needs a file: standard input cannot be read again by the commands that it tells";
+        return Err(Usage(what.to_owned()).into());
+    }
+    let settings = Settings {
+        input: args.input.clone(),
+        from: args.from,
+        listen: args.listen,
+        port: args.port,
+        root: args.root.clone(),
+        threads: args.run.threads.unwrap_or(0),
+        words: Box::new(CommandLine),
+        resume: args.resume.clone(),
+    };
+    if !args.listen.is_loopback() {
+        console.warn(
+            "other machines can reach the page: its address is a key to the files of the folder, and goes over the network \
+             unencrypted; an ssh tunnel to 127.0.0.1 is safer",
+        );
+    }
+    let mut failed = None;
+    serve(settings, |address| {
+        if let Some(file) = &address.earlier {
+            console.note(&format!(
+                "steps of an earlier session were not saved: {} keeps them, and --resume makes them again",
+                file.display()
+            ));
+        }
+        let unsaved = address.unsaved;
+        interrupt::is_the_end(move || {
+            if let Some(file) = unsaved() {
+                console.say(&format!(
+                    "steps that were not saved are kept in {}: --resume makes them again",
+                    file.display()
+                ));
+            }
+        });
+        failed = console::print_out(&format!("{}\n", address.page)).err();
+        console.say("Ctrl-C ends it");
+        if !args.no_browser && args.listen.is_loopback() {
+            open(&address.once, console);
+        }
+    })?;
+    failed.map_or(Ok(End::Done), Err)
+}
+
+/// Opens an address in the browser that the system prefers.
+fn open(address: &str, console: Console) {
+    let (program, before): (&str, &[&str]) = match std::env::consts::OS {
+        "macos" => ("open", &[]),
+        "windows" => ("rundll32", &["url.dll,FileProtocolHandler"]),
+        _ => ("xdg-open", &[]),
+    };
+    let started = Process::new(program)
+        .args(before)
+        .arg(address)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    if started.is_err() {
+        console.say("no browser could be opened; open the address above in one");
+    }
+}

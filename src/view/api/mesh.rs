@@ -1,0 +1,145 @@
+//! Meshes and rims.
+
+use std::sync::Arc;
+
+use axum::extract::{Path, Query, State};
+use serde::Deserialize;
+use serde_json::json;
+
+use super::super::app::App;
+use super::super::container::Container;
+use super::super::delta::Delta;
+use super::super::runs::Runs;
+use super::super::state::State as MeshState;
+use super::asked::{Answer, Refused, bytes_answer, work};
+
+/// A mesh by its number.
+///
+/// # Errors
+/// When there is none.
+pub fn state_of(app: &App, id: u32) -> Result<Arc<MeshState>, Refused> {
+    let session = app.session();
+    let state = session.state(id).cloned();
+    state.ok_or_else(|| Refused::missing("there is no such mesh"))
+}
+
+#[derive(Deserialize)]
+pub struct From {
+    from: Option<u32>,
+}
+
+/// `GET api/mesh/ID`.
+pub async fn mesh(
+    State(app): State<Arc<App>>,
+    Path((_, id)): Path<(String, u32)>,
+    Query(From { from }): Query<From>,
+) -> Answer {
+    let bytes = work(&app, move |app| {
+        let state = state_of(app, id)?;
+        // One that is gone is no reason to refuse: all of the mesh is sent.
+        let old = from.and_then(|id| state_of(app, id).ok());
+        let kept = old.and_then(|old| Some((kept_of(&old, &state)?, old.id)));
+        Ok(packed(app, &state, kept))
+    });
+    Ok(bytes_answer(bytes.await?))
+}
+
+/// What of one mesh the other begins with, where one is made of the other.
+fn kept_of(old: &MeshState, new: &MeshState) -> Option<Delta> {
+    let parent_of = |state: &MeshState| state.parent.as_ref().map(|p| p.id);
+    if parent_of(new) == Some(old.id) {
+        return new.delta.clone();
+    }
+    let undone = parent_of(old) == Some(new.id);
+    let kept_all = |delta: &&Delta| undone && delta.keeps_all(&new.loaded.mesh);
+    old.delta.as_ref().filter(kept_all).cloned()
+}
+
+fn packed(app: &App, state: &MeshState, kept: Option<(Delta, u32)>) -> Vec<u8> {
+    let mesh = &state.loaded.mesh;
+    let from = kept.as_ref().map(|(_, id)| *id);
+    let header = json!({ "id": state.id, "from": from, "centre": app.centre.to_array() });
+    let container = Container::new(header);
+    let points = |first: usize| {
+        let new = mesh.positions[first..].iter();
+        new.flat_map(|p| (*p - app.centre).as_vec3().to_array())
+    };
+    let faces = |first: usize| mesh.faces[first..].iter().flatten().copied();
+    let origins = || state.origin.iter().map(|o| *o as u8);
+    let Some((delta, _)) = kept else {
+        return container
+            .with("positions", 3, points(0))
+            .with("faces", 3, faces(0))
+            .with("origin", 1, origins())
+            .with("region", 1, state.region.iter().copied())
+            .bytes();
+    };
+    // The first vertices and faces of the mesh are those that are kept of the old one, or all are, where the old one has more.
+    let first = |runs: &Runs, count: usize| runs.count().min(count);
+    let ranges = |runs: &Runs| runs.0.clone().into_iter().flatten();
+    container
+        .with("kept_vertices", 2, ranges(&delta.vertices))
+        .with(
+            "positions",
+            3,
+            points(first(&delta.vertices, mesh.positions.len())),
+        )
+        .with("kept_faces", 2, ranges(&delta.faces))
+        .with("faces", 3, faces(first(&delta.faces, mesh.faces.len())))
+        .with("origin_runs", 2, value_runs(origins().map(u32::from)))
+        .with(
+            "region_runs",
+            2,
+            value_runs(state.region.iter().map(|r| u32::from(*r))),
+        )
+        .bytes()
+}
+
+/// Values as runs: the first place of each and its value.
+fn value_runs(values: impl Iterator<Item = u32>) -> Vec<u32> {
+    let mut runs: Vec<u32> = Vec::new();
+    for (place, value) in (0u32..).zip(values) {
+        if runs.last() != Some(&value) || runs.is_empty() {
+            runs.extend([place, value]);
+        }
+    }
+    runs
+}
+
+/// `GET api/rims/ID`.
+pub async fn rims(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>) -> Answer {
+    let bytes = work(&app, move |app| {
+        let state = state_of(app, id)?;
+        let (mesh, holes) = (&state.loaded.mesh, &state.holes);
+        let vertices = || holes.iter().flat_map(|hole| hole.rim.iter().copied());
+        let mut starts = vec![0];
+        for hole in holes {
+            starts.push(starts[starts.len() - 1] + hole.rim.len() as u32);
+        }
+        let point = |v: u32| {
+            (mesh.positions[v as usize] - app.centre)
+                .as_vec3()
+                .to_array()
+        };
+        let header = json!({ "id": id, "centre": app.centre.to_array() });
+        Ok(Container::new(header)
+            .with("points", 3, vertices().flat_map(point))
+            .with("starts", 1, starts)
+            .with("ids", 1, holes.iter().map(|hole| hole.id as u32))
+            .with("vertices", 1, vertices())
+            .bytes())
+    });
+    Ok(bytes_answer(bytes.await?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::value_runs;
+
+    #[test]
+    fn equal_values_are_one_run() {
+        assert!(value_runs([].into_iter()).is_empty());
+        assert_eq!(value_runs([0, 0, 2, 2, 0].into_iter()), [0, 0, 2, 2, 4, 0]);
+        assert_eq!(value_runs([1, 1].into_iter()), [0, 1]);
+    }
+}

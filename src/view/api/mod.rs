@@ -1,0 +1,64 @@
+//! What the page asks for.
+
+mod asked;
+mod mesh;
+mod save;
+
+mod state;
+mod steps;
+mod values;
+
+use std::sync::Arc;
+
+use axum::Router;
+
+use axum::extract::Path;
+use axum::http::StatusCode;
+use axum::http::header::CONTENT_TYPE;
+use axum::middleware::from_fn_with_state;
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+
+use super::app::App;
+use super::assets;
+use super::gate::{Gate, keep};
+
+/// All that is served.
+pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
+    Router::new()
+        .route("/{token}/", get(|| file(String::new())))
+        .route(
+            "/{token}/{file}",
+            get(|Path((_, name)): Path<(String, String)>| file(name)),
+        )
+        .route("/{token}/api/state", get(state::state))
+        .route("/{token}/api/events", get(state::events))
+        .route("/{token}/api/mesh/{id}", get(mesh::mesh))
+        .route("/{token}/api/rims/{id}", get(mesh::rims))
+        .route("/{token}/api/step", post(steps::step))
+        .route("/{token}/api/cancel", post(steps::cancel))
+        .route("/{token}/api/undo", post(steps::undo))
+        .route("/{token}/api/redo", post(steps::redo))
+        .route("/{token}/api/goto", post(steps::go_to))
+        .route("/{token}/api/adopt", post(steps::adopt))
+        .route("/{token}/api/discard", post(steps::discard))
+        .route("/{token}/api/save", post(save::save))
+        .route("/{token}/api/recipe", get(save::recipe))
+        .route("/{token}/api/report/{id}", get(save::report))
+        .route("/{token}/api/mask/load", post(save::load_mask))
+        .route("/{token}/api/values/{id}", get(values::values))
+        .route("/{token}/api/check/{id}", get(values::check))
+        .route("/{token}/api/uv/{id}", get(values::uvs))
+        .route("/{token}/api/texture/{number}", get(values::texture))
+        .fallback(|| async { StatusCode::NOT_FOUND })
+        .layer(from_fn_with_state(gate, keep))
+        .with_state(app)
+}
+
+/// A file of the page.
+async fn file(name: String) -> Response {
+    match assets::asset(&name) {
+        Some((kind, text)) => ([(CONTENT_TYPE, kind)], text).into_response(),
+        None => StatusCode::NOT_FOUND.into_response(),
+    }
+}

@@ -1,0 +1,266 @@
+//! Files: saved and loaded.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::{Path as InPath, State};
+use axum::http::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE};
+use axum::response::IntoResponse;
+use serde::Deserialize;
+use serde_json::{Value, json};
+
+use super::super::app::{App, told};
+use super::super::files::{Denied, to_read, to_write};
+use super::super::runs::Runs;
+use super::asked::{Answer, MARKS, Refused, SMALL, json_answer, long_work, read, work};
+use super::mesh::state_of;
+use crate::io::Format;
+use crate::job::{parse_face_numbers, write_text};
+
+/// Largest file of face numbers that is read, in bytes.
+const FACE_LIST: u64 = 256 << 20;
+/// What a page of a report may do: run its own script, apart from all else.
+const REPORT_POLICY: &str = "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
+                             img-src data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+impl From<Denied> for Refused {
+    fn from(denied: Denied) -> Self {
+        match denied {
+            Denied::Outside(what) => Self::forbidden(what),
+            Denied::Wrong(what) => Self::wrong(what, "path"),
+            Denied::Taken(what) => Self::conflict(what),
+            Denied::Missing(what) => Self::missing(what),
+        }
+    }
+}
+
+/// What is to be saved.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Wanted {
+    path: String,
+    #[serde(default)]
+    overwrite: bool,
+    kind: What,
+    #[serde(default)]
+    mask: Option<Runs>,
+    /// Text instead of binary, of a mesh.
+    #[serde(default)]
+    ascii: bool,
+    /// The mesh; the current one where none is named.
+    #[serde(default)]
+    id: Option<u32>,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+enum What {
+    Mesh,
+    Report,
+    Recipe,
+    Mask,
+}
+
+impl What {
+    /// Refuses names of other kinds of files.
+    fn check(self, path: &Path) -> Result<(), Refused> {
+        let extension = path
+            .extension()
+            .and_then(|e| e.to_str())
+            .unwrap_or_default();
+        let extension = extension.to_ascii_lowercase();
+        let (fits, needed) = match self {
+            Self::Mesh => (
+                Format::from_extension(path).is_some_and(|f| Format::ALL.contains(&f)),
+                Format::LIST,
+            ),
+            Self::Report => (matches!(&extension[..], "html" | "htm"), ".html"),
+            Self::Recipe => (matches!(&extension[..], "sh" | "toml"), ".sh or .toml"),
+            Self::Mask => (
+                matches!(&extension[..], "faces" | "txt" | "json"),
+                ".faces, .txt or .json",
+            ),
+        };
+        match fits {
+            true => Ok(()),
+            false => Err(Refused::wrong(
+                format!("end the name of the file in {needed}"),
+                "path",
+            )),
+        }
+    }
+}
+
+/// `POST api/save`.
+pub async fn save(State(app): State<Arc<App>>, body: Body) -> Answer {
+    let wanted: Wanted = read(body, MARKS).await?;
+    let value = long_work(&app, move |app| app.saved(&wanted)).await?;
+    Ok(json_answer(&value))
+}
+
+impl App {
+    fn saved(&self, wanted: &Wanted) -> Result<Value, Refused> {
+        let path = to_write(&self.root, &wanted.path, wanted.overwrite)?;
+        wanted.kind.check(&path)?;
+        if self.is_input(&path) {
+            let what =
+                "that is the file that was opened, which the recipe begins with; name another one";
+            return Err(Refused::conflict(what));
+        }
+        let id = wanted.id.unwrap_or_else(|| self.session().current().id);
+        let state = state_of(self, id)?;
+        let failed = |error| Refused::failed(told(&error));
+        let mut notes = Vec::new();
+        match wanted.kind {
+            What::Mesh => {
+                let saved = self
+                    .save_mesh(&state, &path, wanted.ascii)
+                    .map_err(failed)?;
+                notes = saved.notes;
+                self.session().was_saved(id, saved.path, wanted.ascii);
+                self.changed();
+            }
+            What::Report => self.save_report(&state, &path).map(drop).map_err(failed)?,
+            What::Recipe => return self.save_recipe(id, &path, wanted.overwrite),
+            What::Mask => {
+                let mask = wanted.mask.as_ref();
+                let mask = mask.ok_or_else(|| Refused::wrong("no face is marked", "mask"))?;
+                let faces = state.loaded.mesh.faces.len();
+                mask.check(faces)
+                    .map_err(|error| Refused::wrong(error, "mask"))?;
+                let text = match path
+                    .extension()
+                    .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+                {
+                    true => json!(mask.numbers().collect::<Vec<_>>()).to_string(),
+                    false => mask.text(),
+                };
+                write_text(&path, &text).map_err(failed)?;
+            }
+        }
+        let bytes = std::fs::metadata(&path).map_or(0, |about| about.len());
+        Ok(json!({ "path": self.shown(&path), "bytes": bytes, "notes": notes }))
+    }
+
+    /// Whether a path is that of the file that was opened.
+    fn is_input(&self, path: &Path) -> bool {
+        let input = self.input.canonicalize();
+        input.is_ok_and(|input| path.canonicalize().is_ok_and(|path| path == input))
+    }
+
+    /// A path as the page is told it.
+    fn shown(&self, path: &Path) -> String {
+        let path = path.strip_prefix(&self.root).unwrap_or(path);
+        path.display().to_string()
+    }
+
+    /// The commands of a mesh, told as from a file.
+    fn recipe_at(&self, id: u32, path: &Path) -> Result<super::super::recipe::Recipe, Refused> {
+        let state = state_of(self, id)?;
+        let (output, ascii) = self.output_of(id);
+        let folder = path.parent().unwrap_or(&self.root);
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        self.recipe(&state, (folder, &stem), (&output, ascii))
+            .map_err(|error| Refused::wrong(error, "path"))
+    }
+
+    /// The file that a mesh was saved in, or would be, and whether as text.
+    fn output_of(&self, id: u32) -> (PathBuf, bool) {
+        let session = self.session();
+        if let Some((output, ascii)) = session.output(id) {
+            return (output.clone(), *ascii);
+        }
+        let stem = self.input.file_stem().unwrap_or_default().to_string_lossy();
+        let format = session.current().loaded.format;
+        let name = format!("{stem}.mended.{}", format.extension());
+        (self.root.join(name), false)
+    }
+
+    /// Writes both forms of a recipe and the files of its masks beside it.
+    fn save_recipe(&self, id: u32, path: &Path, overwrite: bool) -> Result<Value, Refused> {
+        let recipe = self.recipe_at(id, path)?;
+        let mut files = vec![
+            (path.with_extension("sh"), recipe.shell()),
+            (path.with_extension("toml"), recipe.toml()),
+        ];
+        for (name, text) in recipe.masks() {
+            files.push((path.with_file_name(name), text));
+        }
+        for (file, _) in &files {
+            let name = file
+                .to_str()
+                .ok_or_else(|| Refused::wrong("the name is no text", "path"))?;
+            to_write(&self.root, name, overwrite)?;
+        }
+        let mut bytes = 0;
+        for (file, text) in &files {
+            write_text(file, text).map_err(|error| Refused::failed(told(&error)))?;
+            bytes += text.len();
+        }
+        let names: Vec<String> = files.iter().map(|(file, _)| self.shown(file)).collect();
+        Ok(json!({ "path": self.shown(path), "bytes": bytes, "files": names, "notes": [] }))
+    }
+}
+
+/// `GET api/recipe`.
+pub async fn recipe(State(app): State<Arc<App>>) -> Answer {
+    let value = work(&app, |app| {
+        let id = app.session().current().id;
+        let recipe = app.recipe_at(id, &app.root.join("recipe.sh"))?;
+        let masks: Vec<&str> = recipe.masks().map(|(name, _)| name).collect();
+        Ok(json!({ "shell": recipe.shell(), "toml": recipe.toml(), "masks": masks }))
+    });
+    Ok(json_answer(&value.await?))
+}
+
+#[derive(Deserialize)]
+struct FaceFile {
+    path: String,
+}
+
+/// `POST api/mask/load`.
+pub async fn load_mask(State(app): State<Arc<App>>, body: Body) -> Answer {
+    let FaceFile { path: name } = read(body, SMALL).await?;
+    let value = work(&app, move |app| {
+        let path = to_read(&app.root, &name)?;
+        let wrong = |error: String| Refused::wrong(error, "path");
+        let size = std::fs::metadata(&path).map_or(0, |about| about.len());
+        if size > FACE_LIST {
+            return Err(wrong(format!("{name} is too large for a list of faces")));
+        }
+        let text = std::fs::read_to_string(&path);
+        let text = text.map_err(|error| wrong(format!("{name} cannot be read: {error}")))?;
+        let numbers = parse_face_numbers(&text, &name);
+        let mut numbers = numbers.map_err(|error| wrong(told(&error)))?;
+        numbers.sort_unstable();
+        numbers.dedup();
+        let faces = app.session().current().loaded.mesh.faces.len();
+        if let Some(last) = numbers.last().filter(|last| **last >= faces) {
+            return Err(wrong(format!(
+                "there is no face {last}: the mesh has {faces}, from 0"
+            )));
+        }
+        let runs = Runs::of_sorted(numbers.into_iter().map(|n| n as u32));
+        Ok(json!({ "runs": runs }))
+    });
+    Ok(json_answer(&value.await?))
+}
+
+/// `GET api/report/ID`.
+pub async fn report(State(app): State<Arc<App>>, InPath((_, id)): InPath<(String, u32)>) -> Answer {
+    let page = long_work(&app, move |app| {
+        let state = state_of(app, id)?;
+        let failed = |error: std::io::Error| Refused::failed(error.to_string());
+        let folder = tempfile::tempdir().map_err(failed)?;
+        let path = folder.path().join("report.html");
+        let drawn = app.save_report(&state, &path);
+        drawn.map_err(|error| Refused::failed(told(&error)))?;
+        std::fs::read_to_string(&path).map_err(failed)
+    });
+    let headers = [
+        (CONTENT_TYPE, "text/html; charset=utf-8"),
+        (CONTENT_SECURITY_POLICY, REPORT_POLICY),
+    ];
+    Ok((headers, page.await?).into_response())
+}

@@ -1,0 +1,205 @@
+//! What there is, and what happens.
+
+use std::collections::HashMap;
+use std::convert::Infallible;
+use std::sync::Arc;
+use std::time::UNIX_EPOCH;
+
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::header::CONTENT_TYPE;
+use axum::response::{IntoResponse, Response};
+use futures_util::stream;
+use serde::Serialize;
+use serde_json::{Value, json};
+use tokio::sync::broadcast::error::RecvError;
+
+use super::super::app::App;
+use super::super::events::event;
+use super::super::session::Busy;
+use super::super::state::State as MeshState;
+use super::asked::{Answer, json_answer, work};
+use crate::io::Format;
+use crate::mend::{FairParams, FillParams, RepairParams, RestoreParams};
+use crate::mesh::Attributes;
+use crate::mesh::attributes::{Attribute, Role};
+
+/// Seconds after which a line is sent to a page that is told nothing, so that both sides know of each other.
+const QUIET: u64 = 20;
+
+/// `GET api/state`.
+pub async fn state(State(app): State<Arc<App>>) -> Answer {
+    let value = work(&app, |app| Ok(told(app))).await?;
+    Ok(json_answer(&value))
+}
+
+fn told(app: &App) -> Value {
+    let session = app.session();
+    let current = session.current().clone();
+    let line = session.line().map(|state| (state.clone(), false));
+    let beside = session.previews().map(|state| (state.clone(), true));
+    let states: Vec<(Arc<MeshState>, bool)> = line.chain(beside).collect();
+    let [undo, redo] = session.ways();
+    let busy = session.busy.as_ref().map(busy_row);
+    let unsaved = session.is_unsaved();
+    drop(session);
+    let states: Vec<Value> = states.iter().map(|(s, p)| state_row(s, *p)).collect();
+    let images = current.textures().count();
+    let texture = (images > 0).then(|| json!({ "url": "api/texture/0", "count": images }));
+    json!({
+        "program": { "version": env!("CARGO_PKG_VERSION") },
+        "file": {
+            "name": app.input.file_name().unwrap_or_default().to_string_lossy(),
+            "format": current.loaded.format.extension(),
+            "bytes": app.bytes,
+            "root": app.root.display().to_string(),
+        },
+        "current": current.id,
+        "states": states,
+        "undo": undo,
+        "redo": redo,
+        "unsaved": unsaved,
+        "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
+        "holes": hole_rows(&current),
+        "defects": current.inspected["defects"],
+        "open_chains": current.inspected["open_chains"],
+        "pieces": current.inspected["pieces"],
+        "bounds": current.inspected["bounds"],
+        "notes": current.inspected["notes"],
+        "busy": busy,
+        "formats": Format::ALL.map(format_row),
+        "attributes": attribute_rows(&current.loaded.attributes),
+        "texture": texture,
+        "defaults": {
+            "fill": usual::<FillParams>(),
+            "restore": usual::<RestoreParams>(),
+            "fair": usual::<FairParams>(),
+            "repair": usual::<RepairParams>(),
+        },
+        "scene": scene(app, &current),
+    })
+}
+
+fn usual<P: Default + Serialize>() -> Value {
+    serde_json::to_value(P::default()).unwrap_or_default()
+}
+
+fn format_row(format: Format) -> Value {
+    json!({
+        "extension": format.extension(),
+        "name": format.to_string(),
+        "attributes": format != Format::Stl,
+    })
+}
+
+fn busy_row(busy: &Busy) -> Value {
+    let since = busy.since.duration_since(UNIX_EPOCH).unwrap_or_default();
+    json!({ "job": busy.job, "kind": busy.kind, "since": since.as_secs_f64() })
+}
+
+fn state_row(state: &MeshState, preview: bool) -> Value {
+    let mesh = &state.loaded.mesh;
+    let step = state.step.as_ref();
+    json!({
+        "id": state.id,
+        "parent": state.parent.as_ref().map(|p| p.id),
+        "label": step.map_or_else(|| "as read".to_owned(), |s| s.label()),
+        "command": step.map(|s| s.command.words()).unwrap_or_default(),
+        "seconds": step.map(|s| s.seconds),
+        "summary": step.map(|s| s.summary.as_str()),
+        "complete": step.map(|s| s.complete),
+        "vertices": mesh.positions.len(),
+        "faces": mesh.faces.len(),
+        "report": step.map(|s| &s.document),
+        "preview": preview,
+    })
+}
+
+/// The holes, with what the last step said of those that it left.
+fn hole_rows(state: &MeshState) -> Value {
+    let mut holes = state.inspected["holes"].clone();
+    let told = state.step.as_ref().map(|step| &step.document["holes"]);
+    let place = |hole: &Value| (hole["centre"].to_string(), hole["edges"].as_u64());
+    let told = told.and_then(Value::as_array).into_iter().flatten();
+    let told: HashMap<_, _> = told.map(|hole| (place(hole), hole)).collect();
+    for hole in holes.as_array_mut().into_iter().flatten() {
+        if let Some(before) = told.get(&place(hole)) {
+            hole["outcome"] = before["outcome"].clone();
+            hole["reason"] = before["reason"].clone();
+        }
+    }
+    holes
+}
+
+fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
+    let row = |on: &'static str| {
+        move |a: &Attribute| {
+            let kind = match a.role {
+                Role::Normal => "normal",
+                Role::Colour => "colour",
+                Role::Uv(_) => "uv",
+                Role::Tangent => "tangent",
+                Role::Other => "values",
+            };
+            json!({ "name": a.name, "on": on, "components": a.components, "kind": kind })
+        }
+    };
+    let corner = attributes.corner.iter().map(|c| &c.pool);
+    let vertex = attributes.vertex.iter().map(row("vertex"));
+    let face = attributes.face.iter().map(row("face"));
+    vertex
+        .chain(face)
+        .chain(corner.map(row("corner")))
+        .collect()
+}
+
+/// From where to look: at the largest hole, or from a corner.
+fn scene(app: &App, state: &MeshState) -> Value {
+    let [low, high] = state.loaded.mesh.bounds();
+    let size = high - low;
+    let up = match size.y > size.z {
+        true => glam::DVec3::Y,
+        false => glam::DVec3::Z,
+    };
+    let side = if size.y > size.z {
+        glam::DVec3::Z
+    } else {
+        -glam::DVec3::Y
+    };
+    let inner = state.holes.iter().find(|h| !h.outer_border);
+    let facing = inner.map(|h| h.normal).filter(|n| *n != glam::DVec3::ZERO);
+    let towards = facing.unwrap_or(glam::DVec3::new(0.5, 0.0, 0.0) + side + 0.4 * up);
+    json!({
+        "centre": app.centre.to_array(),
+        "radius": 0.5 * size.length(),
+        "up": up.to_array(),
+        "towards": towards.normalize_or_zero().to_array(),
+    })
+}
+
+/// `GET api/events`: what happens from now on.
+pub async fn events(State(app): State<Arc<App>>) -> Response {
+    let receiver = app.events.listen();
+    let told = stream::unfold((receiver, true), |(mut receiver, is_first)| async move {
+        // At first, so that a page that comes late looks at what is.
+        if is_first {
+            return Some((
+                Ok::<_, Infallible>(event("state", &json!({}))),
+                (receiver, false),
+            ));
+        }
+        let quiet = std::time::Duration::from_secs(QUIET);
+        let text = match tokio::time::timeout(quiet, receiver.recv()).await {
+            Ok(Ok(text)) => text,
+            Ok(Err(RecvError::Lagged(_))) => event("state", &json!({})),
+            Ok(Err(RecvError::Closed)) => return None,
+            Err(_) => ":\n\n".to_owned(),
+        };
+        Some((Ok(text), (receiver, false)))
+    });
+    (
+        [(CONTENT_TYPE, "text/event-stream")],
+        Body::from_stream(told),
+    )
+        .into_response()
+}

@@ -1,0 +1,118 @@
+//! Steps: made, cancelled, undone.
+
+use std::sync::Arc;
+
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::IntoResponse;
+use serde::Deserialize;
+use serde_json::json;
+
+use super::super::app::App;
+use super::super::make::Request;
+use super::super::session::Session;
+use super::asked::{Answer, MARKS, Refused, SMALL, json_answer, read};
+
+const BUSY: &str = "a step is being made; wait for it, or cancel it";
+
+/// `POST api/step`: begins one.
+pub async fn step(State(app): State<Arc<App>>, body: Body) -> Answer {
+    let request: Request = read(body, MARKS).await?;
+    let preview = request.preview;
+    let faces = {
+        let session = app.session();
+        if session.busy.is_some() {
+            return Err(Refused::conflict(BUSY));
+        }
+        session.current().loaded.mesh.faces.len()
+    };
+    let order = request.order(faces, app.words.as_ref());
+    let order = order.map_err(|wrong| Refused::wrong(wrong.error, wrong.place))?;
+    match app.begin(order, preview) {
+        Ok(Some(job)) => {
+            let mut answer = json_answer(&json!({ "job": job }));
+            *answer.status_mut() = StatusCode::ACCEPTED;
+            Ok(answer)
+        }
+        Ok(None) => Err(Refused::conflict(BUSY)),
+        Err(error) => Err(Refused::failed(error.to_string())),
+    }
+}
+
+#[derive(Deserialize)]
+struct OfJob {
+    job: u64,
+}
+
+/// `POST api/cancel`: stops a job as soon as may be.
+pub async fn cancel(State(app): State<Arc<App>>, body: Body) -> Answer {
+    let OfJob { job } = read(body, SMALL).await?;
+    let session = app.session();
+    match session.busy.as_ref().filter(|busy| busy.job == job) {
+        Some(busy) => {
+            busy.cancel.cancel();
+            Ok(StatusCode::ACCEPTED.into_response())
+        }
+        None => Err(Refused::missing("there is no such job, or it has ended")),
+    }
+}
+
+#[derive(Deserialize)]
+struct OfState {
+    id: u32,
+}
+
+/// `POST api/undo`.
+pub async fn undo(State(app): State<Arc<App>>) -> Answer {
+    turn(&app, |s| match s.go(false) {
+        true => Ok(()),
+        false => Err(Refused::conflict("there is nothing to undo")),
+    })
+}
+
+/// `POST api/redo`.
+pub async fn redo(State(app): State<Arc<App>>) -> Answer {
+    turn(&app, |s| match s.go(true) {
+        true => Ok(()),
+        false => Err(Refused::conflict("there is nothing to redo")),
+    })
+}
+
+/// `POST api/goto`.
+pub async fn go_to(State(app): State<Arc<App>>, body: Body) -> Answer {
+    let OfState { id } = read(body, SMALL).await?;
+    turn(&app, |s| match s.go_to(id) {
+        true => Ok(()),
+        false => Err(Refused::missing("the history has no such mesh")),
+    })
+}
+
+/// `POST api/adopt`: a preview becomes the next step.
+pub async fn adopt(State(app): State<Arc<App>>, body: Body) -> Answer {
+    let OfState { id } = read(body, SMALL).await?;
+    turn(&app, |s| s.adopt(id).map_err(Refused::conflict))
+}
+
+/// `POST api/discard`: a preview goes.
+pub async fn discard(State(app): State<Arc<App>>, body: Body) -> Answer {
+    let OfState { id } = read(body, SMALL).await?;
+    turn(&app, |s| match s.discard(id) {
+        true => Ok(()),
+        false => Err(Refused::missing("there is no such preview")),
+    })
+}
+
+/// Changes the session, unless a step is being made, and tells the current mesh.
+fn turn(app: &Arc<App>, change: impl FnOnce(&mut Session) -> Result<(), Refused>) -> Answer {
+    let current = {
+        let mut session = app.session();
+        if session.busy.is_some() {
+            return Err(Refused::conflict(BUSY));
+        }
+        change(&mut session)?;
+        session.current().id
+    };
+    app.changed();
+    Ok(json_answer(&json!({ "current": current })))
+}

@@ -1,0 +1,298 @@
+//! Values of vertices and faces, textures, and what is wrong.
+
+use std::sync::{Arc, PoisonError};
+
+use axum::extract::{Path, Query, State};
+use axum::http::header::CONTENT_TYPE;
+use axum::response::IntoResponse;
+use serde::Deserialize;
+use serde_json::{Map, Value, json};
+
+use super::super::app::{App, told};
+use super::super::container::Container;
+use super::super::state::State as MeshState;
+use super::super::texture::{goes_up, uv};
+use super::asked::{Answer, Refused, bytes_answer, json_answer, long_work, work};
+use super::mesh::state_of;
+use crate::check::CheckParams;
+use crate::job::{Drawings, check as check_mesh};
+use crate::mesh::attributes::{Attribute, Role, SIGMA_NAME};
+use crate::report::view::{curvature, distances};
+
+/// The largest values, this part of all, do not count for the range that is told.
+const OUTLIERS: f64 = 0.03;
+/// Most faces that are told of each kind of defect.
+const MARKED: usize = 10_000;
+
+#[derive(Deserialize)]
+pub struct Asked {
+    name: String,
+    /// The mesh that distances are measured from; the one that this was made of where none is named.
+    to: Option<u32>,
+}
+
+/// Values for the page.
+struct Values {
+    on: &'static str,
+    unit: &'static str,
+    components: usize,
+    values: Vec<f32>,
+    /// Whether they are colours, from 0 to 1.
+    are_colours: bool,
+}
+
+impl Values {
+    fn of_vertices(values: Vec<f32>, unit: &'static str) -> Self {
+        Self {
+            on: "vertex",
+            unit,
+            components: 1,
+            values,
+            are_colours: false,
+        }
+    }
+
+    fn packed(self, id: u32, name: &str) -> Vec<u8> {
+        let [low, high] = range(&self.values);
+        let container = Container::new(json!({
+            "id": id, "name": name, "on": self.on, "unit": self.unit, "low": low, "high": high,
+        }));
+        let byte = |x: &f32| (255.0 * x.clamp(0.0, 1.0)).round() as u8;
+        match self.are_colours {
+            true => {
+                let colours = self.values.chunks_exact(self.components).flat_map(|c| {
+                    let opacity = c.get(3).map_or(255, byte);
+                    [byte(&c[0]), byte(&c[1]), byte(&c[2]), opacity]
+                });
+                container.with("values", 4, colours).bytes()
+            }
+            false => container
+                .with("values", self.components, self.values)
+                .bytes(),
+        }
+    }
+}
+
+/// The range of all values but the few that lie farthest out.
+fn range(values: &[f32]) -> [f32; 2] {
+    let mut sorted: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
+    sorted.sort_unstable_by(f32::total_cmp);
+    let out = (sorted.len() as f64 * OUTLIERS / 2.0) as usize;
+    let at = |i: usize| sorted.get(i).copied().unwrap_or(0.0);
+    let (low, high) = (at(out), at(sorted.len().saturating_sub(1 + out)));
+    match low < high {
+        true => [low, high],
+        // Most are the same.
+        false => [at(0), at(sorted.len().saturating_sub(1))],
+    }
+}
+
+/// `GET api/values/ID?name=…`.
+pub async fn values(
+    State(app): State<Arc<App>>,
+    Path((_, id)): Path<(String, u32)>,
+    Query(Asked { name, to }): Query<Asked>,
+) -> Answer {
+    let bytes = long_work(&app, move |app| {
+        let state = state_of(app, id)?;
+        let mesh = &state.loaded.mesh;
+        let values = match &name[..] {
+            "curvature" => Values::of_vertices(curvature(mesh), "1/length"),
+            "distance" => {
+                let other = match to {
+                    Some(id) => Some(state_of(app, id)?),
+                    None => state.parent.clone(),
+                };
+                Values::of_vertices(distance(&state, other.as_deref()), "length")
+            }
+            "sigma" => Values::of_vertices(sigma(&state), "length"),
+            name => attribute(&state, name)?,
+        };
+        Ok(values.packed(id, &name))
+    });
+    Ok(bytes_answer(bytes.await?))
+}
+
+/// The distance of what is new from another mesh; of all vertices where that is none that this was made of.
+fn distance(state: &MeshState, other: Option<&MeshState>) -> Vec<f32> {
+    let mesh = &state.loaded.mesh;
+    let Some(other) = other else {
+        return vec![0.0; mesh.positions.len()];
+    };
+    let is_parent = state.parent.as_ref().is_some_and(|p| p.id == other.id);
+    let kept = state.delta.as_ref().filter(|_| is_parent);
+    let kept = kept.map_or(0, |delta| delta.vertices.count());
+    let new: Vec<bool> = (0..mesh.positions.len()).map(|v| v >= kept).collect();
+    distances(mesh, &new, &other.loaded.mesh)
+}
+
+/// The expected error of new vertices; 0 for those of the file, not a number where nothing can be said.
+fn sigma(state: &MeshState) -> Vec<f32> {
+    let count = state.loaded.mesh.positions.len();
+    let told = state
+        .loaded
+        .attributes
+        .vertex
+        .iter()
+        .find(|a| a.name == SIGMA_NAME);
+    if let Some(attribute) = told {
+        let value = |v: usize| match attribute.get(v).map(|x| x[0]) {
+            Some(x) if x >= 0.0 => x as f32,
+            _ => f32::NAN,
+        };
+        return (0..count).map(value).collect();
+    }
+    let mut values = vec![0.0; count];
+    if let Some(step) = &state.step {
+        let first = step.mended.kept_size()[0];
+        let new = values.get_mut(first..).unwrap_or_default();
+        for (slot, sigma) in new.iter_mut().zip(step.mended.sigma()) {
+            *slot = sigma.map_or(f32::NAN, |s| s as f32);
+        }
+    }
+    values
+}
+
+/// The values of an attribute of vertices or faces, such as `attribute:quality`.
+fn attribute(state: &MeshState, name: &str) -> Result<Values, Refused> {
+    let missing = || Refused::missing(format!("there are no values {name}"));
+    let name = name.strip_prefix("attribute:").ok_or_else(missing)?;
+    let attributes = &state.loaded.attributes;
+    let named = |list: &[Attribute]| list.iter().find(|a| a.name == name).cloned();
+    let (on, count, found) = match named(&attributes.vertex) {
+        Some(found) => ("vertex", state.loaded.mesh.positions.len(), found),
+        None => {
+            let found = named(&attributes.face).ok_or_else(missing)?;
+            ("face", state.loaded.mesh.faces.len(), found)
+        }
+    };
+    let unit = found.unit();
+    let components = found.components;
+    let mut values = Vec::with_capacity(components * count);
+    for item in 0..count {
+        match found.get(item) {
+            Some(value) => values.extend(value.iter().map(|x| (x / unit) as f32)),
+            None => values.extend(std::iter::repeat_n(f32::NAN, components)),
+        }
+    }
+    Ok(Values {
+        on,
+        unit: "",
+        components,
+        values,
+        are_colours: found.role == Role::Colour && matches!(components, 3 | 4),
+    })
+}
+
+/// `GET api/uv/ID`.
+pub async fn uvs(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>) -> Answer {
+    let bytes = work(&app, move |app| {
+        let state = state_of(app, id)?;
+        let textures = state.textures();
+        if textures.count() == 0 {
+            return Err(Refused::missing("the mesh has no texture"));
+        }
+        let loaded = &state.loaded;
+        let faces = 0..loaded.mesh.faces.len();
+        let corners = faces.flat_map(|face| (0..3).map(move |corner| (face, corner)));
+        let values =
+            corners.flat_map(|(face, corner)| uv(loaded, face, corner).unwrap_or([f32::NAN; 2]));
+        let header =
+            json!({ "id": id, "v_up": goes_up(loaded.format), "textures": textures.count() });
+        Ok(Container::new(header)
+            .with("uv", 2, values)
+            .with("texture", 1, textures.of_face.iter().copied())
+            .bytes())
+    });
+    Ok(bytes_answer(bytes.await?))
+}
+
+/// `GET api/texture/N`.
+pub async fn texture(
+    State(app): State<Arc<App>>,
+    Path((_, number)): Path<(String, usize)>,
+) -> Answer {
+    let (kind, bytes) = work(&app, move |app| {
+        let state = app.session().current().clone();
+        let image = state.textures().image(number, &state.loaded, &app.input);
+        image.ok_or_else(|| Refused::missing("there is no such image, or it cannot be shown"))
+    })
+    .await?;
+    Ok(([(CONTENT_TYPE, kind)], bytes).into_response())
+}
+
+/// `GET api/check/ID`.
+pub async fn check(
+    State(app): State<Arc<App>>,
+    Path((_, id)): Path<(String, u32)>,
+    Query(params): Query<Looked>,
+) -> Answer {
+    let value = work(&app, move |app| {
+        let (state, params) = (state_of(app, id)?, params.params()?);
+        // Outside of the threads for work, which may take up another request while they wait.
+        let mut known = state.checked.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, value)) = known.as_ref().filter(|(p, _)| *p == params) {
+            return Ok(value.clone());
+        }
+        let value = app.aside.install(|| checked(app, &state, &params))?;
+        *known = Some((params, value.clone()));
+        Ok(value)
+    });
+    Ok(json_answer(&value.await?))
+}
+
+#[derive(Deserialize)]
+pub struct Looked {
+    thin: Option<f64>,
+    debris: Option<f64>,
+}
+
+impl Looked {
+    fn params(&self) -> Result<CheckParams, Refused> {
+        let mut params = CheckParams::default();
+        params.thin = self.thin;
+        params.debris = self.debris.unwrap_or(params.debris);
+        if self.thin.is_some_and(|l| !(l.is_finite() && l > 0.0)) {
+            return Err(Refused::wrong("a positive length is needed", "thin"));
+        }
+        match (0.0..=1.0).contains(&params.debris) {
+            true => Ok(params),
+            false => Err(Refused::wrong("a number from 0 to 1 is needed", "debris")),
+        }
+    }
+}
+
+/// The document of `isomend check`, and the faces of each kind of defect.
+fn checked(app: &App, state: &MeshState, params: &CheckParams) -> Result<Value, Refused> {
+    let source = app.source_of(state);
+    let checked = check_mesh(&source, &state.loaded, params, &Drawings::default());
+    let checked = checked.map_err(|error| Refused::failed(told(&error)))?;
+    let mut value = serde_json::to_value(checked.document()).unwrap_or_default();
+    let mut marks = Map::new();
+    for defect in &checked.verdict.defects {
+        let faces = &defect.faces[..defect.faces.len().min(MARKED)];
+        let kind = serde_json::to_value(defect.kind).unwrap_or_default();
+        let name = kind.as_str().unwrap_or_default().to_owned();
+        marks.insert(name, json!({ "all": defect.faces.len(), "faces": faces }));
+    }
+    value["marks"] = Value::Object(marks);
+    Ok(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::range;
+
+    #[test]
+    fn a_range_leaves_out_what_lies_far_out() {
+        let mut values: Vec<f32> = (0..1000).map(|i| i as f32).collect();
+        values.extend([1e9, -1e9, f32::NAN, f32::INFINITY]);
+        let [low, high] = range(&values);
+        assert!((0.0..50.0).contains(&low) && (950.0..1000.0).contains(&high));
+        assert_eq!(range(&[0.0; 9]), [0.0, 0.0]);
+        let mut few = vec![0.0; 1000];
+        few[7] = 2.0;
+        assert_eq!(range(&few), [0.0, 2.0]);
+        assert_eq!(range(&[]), [0.0, 0.0]);
+    }
+}

@@ -1,0 +1,200 @@
+//! The files that the page may name: those below one folder.
+
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+/// Longest path that is looked at, in bytes.
+const LONGEST: usize = 4096;
+
+/// Why a file may not be read or written.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Denied {
+    /// It is none of those.
+    Outside(String),
+    /// It makes no sense.
+    Wrong(String),
+    /// It is there, and was not to be replaced.
+    Taken(String),
+    /// It is not there.
+    Missing(String),
+}
+
+/// A file to write below a folder. Its own folder must be there; no link is followed out of the folder or written through.
+///
+/// # Errors
+/// [`Denied`].
+pub fn to_write(root: &Path, name: &str, overwrite: bool) -> Result<PathBuf, Denied> {
+    let path = inside(root, name)?;
+    match fs::symlink_metadata(&path) {
+        Ok(about) if about.is_dir() => {
+            let what = format!("{name} is a folder; name a file in it");
+            Err(Denied::Wrong(what))
+        }
+        Ok(about) if !about.is_file() => {
+            let what = format!("{name} is a link or a device, not a file");
+            Err(Denied::Outside(what))
+        }
+        Ok(_) if !overwrite => Err(Denied::Taken(format!("{name} is there already"))),
+        _ => Ok(path),
+    }
+}
+
+/// A file to read below a folder.
+///
+/// # Errors
+/// [`Denied`].
+pub fn to_read(root: &Path, name: &str) -> Result<PathBuf, Denied> {
+    let path = inside(root, name)?;
+    match fs::symlink_metadata(&path) {
+        Ok(about) if about.is_file() => Ok(path),
+        Ok(_) => Err(Denied::Outside(format!("{name} is not a file"))),
+        Err(_) => Err(Denied::Missing(format!("there is no file {name}"))),
+    }
+}
+
+/// A path below a folder, whose own folder is there and not elsewhere by a link.
+fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
+    let wrong = |what: &str| Err(Denied::Wrong(what.to_owned()));
+    if name.trim().is_empty() || name.contains('\0') || name.len() > LONGEST {
+        return wrong("the name of a file is needed");
+    }
+    if name.ends_with(['/', std::path::MAIN_SEPARATOR]) {
+        return wrong("that is the name of a folder; name a file in it");
+    }
+    let outside = || {
+        Denied::Outside(format!(
+            "{name} is not below the folder {}; start with another --root",
+            root.display()
+        ))
+    };
+    // A whole path is fine as long as it leads into the folder.
+    let path = Path::new(name);
+    let path = path.strip_prefix(root).unwrap_or(path);
+    let is_plain = |c: Component| matches!(c, Component::Normal(_) | Component::CurDir);
+    if !path.components().all(is_plain) {
+        return Err(outside());
+    }
+    let whole = root.join(path);
+    let (Some(folder), Some(file)) = (whole.parent(), whole.file_name()) else {
+        return wrong("the name of a file is needed");
+    };
+    let folder = folder.canonicalize().map_err(|_| {
+        let folder = folder.display();
+        Denied::Wrong(format!("there is no folder {folder}; make it first"))
+    })?;
+    match folder.starts_with(root) {
+        true => Ok(folder.join(file)),
+        false => Err(outside()),
+    }
+}
+
+/// A path as it is told in a folder: relative to it where both have a common beginning.
+pub fn relative(folder: &Path, path: &Path) -> PathBuf {
+    let whole = |p: &Path| {
+        let parent = p.parent().filter(|p| !p.as_os_str().is_empty());
+        let parent = parent.unwrap_or(Path::new(".")).canonicalize().ok()?;
+        Some(parent.join(p.file_name()?))
+    };
+    let (Ok(folder), Some(path)) = (folder.canonicalize(), whole(path)) else {
+        return path.to_path_buf();
+    };
+    let (from, to): (Vec<_>, Vec<_>) = (folder.components().collect(), path.components().collect());
+    let common = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    if !matches!(
+        to.get(common.saturating_sub(1)),
+        Some(Component::RootDir | Component::Normal(_))
+    ) {
+        // On another disk.
+        return path;
+    }
+    let up = from[common..].iter().map(|_| Component::ParentDir);
+    up.chain(to[common..].iter().copied()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_files_below_the_folder_are_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let top = folder.path().canonicalize().unwrap();
+        let root = top.join("root");
+        fs::create_dir_all(root.join("sub")).unwrap();
+        fs::write(root.join("old.ply"), "old").unwrap();
+        fs::write(top.join("secret.ply"), "secret").unwrap();
+        assert_eq!(to_write(&root, "new.ply", false), Ok(root.join("new.ply")));
+        assert_eq!(
+            to_write(&root, "./sub/new.ply", false),
+            Ok(root.join("sub/new.ply"))
+        );
+        let whole = root.join("sub").join("new.ply");
+        assert_eq!(to_write(&root, whole.to_str().unwrap(), false), Ok(whole));
+        assert!(matches!(
+            to_write(&root, "old.ply", false),
+            Err(Denied::Taken(_))
+        ));
+        assert!(to_write(&root, "old.ply", true).is_ok());
+        let elsewhere = top.join("secret.ply");
+        for name in [
+            "../secret.ply",
+            "sub/../../secret.ply",
+            "sub/../old.ply",
+            elsewhere.to_str().unwrap(),
+            "/etc/passwd",
+        ] {
+            let denied = to_write(&root, name, true);
+            assert!(
+                matches!(denied, Err(Denied::Outside(_))),
+                "{name}: {denied:?}"
+            );
+            assert!(
+                matches!(to_read(&root, name), Err(Denied::Outside(_))),
+                "{name}"
+            );
+        }
+        for name in ["", " ", "sub", "sub/", "none/new.ply", "a\0b"] {
+            let denied = to_write(&root, name, true);
+            assert!(
+                matches!(denied, Err(Denied::Wrong(_))),
+                "{name}: {denied:?}"
+            );
+        }
+        assert!(matches!(to_read(&root, "no.ply"), Err(Denied::Missing(_))));
+        assert_eq!(to_read(&root, "old.ply"), Ok(root.join("old.ply")));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_lead_nowhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let top = folder.path().canonicalize().unwrap();
+        let root = top.join("root");
+        fs::create_dir_all(&root).unwrap();
+        fs::write(top.join("secret.ply"), "secret").unwrap();
+        std::os::unix::fs::symlink(&top, root.join("up")).unwrap();
+        std::os::unix::fs::symlink("../secret.ply", root.join("link.ply")).unwrap();
+        for name in ["up/secret.ply", "up/new.ply", "link.ply"] {
+            let denied = to_write(&root, name, true);
+            assert!(
+                matches!(denied, Err(Denied::Outside(_))),
+                "{name}: {denied:?}"
+            );
+            assert!(
+                matches!(to_read(&root, name), Err(Denied::Outside(_))),
+                "{name}"
+            );
+        }
+    }
+
+    #[test]
+    fn paths_are_told_as_seen_from_a_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let top = folder.path().canonicalize().unwrap();
+        fs::create_dir_all(top.join("a/b")).unwrap();
+        let seen = |from: &str, to: &str| relative(&top.join(from), &top.join(to));
+        assert_eq!(seen("a", "a/x.ply"), Path::new("x.ply"));
+        assert_eq!(seen("a/b", "a/x.ply"), Path::new("../x.ply"));
+        assert_eq!(seen("a", "a/b/x.ply"), Path::new("b/x.ply"));
+    }
+}

@@ -1,0 +1,209 @@
+//! A session as commands that do the same, for a shell and as a table for other programs.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::files::relative;
+use super::runs::Runs;
+use super::state::State;
+use super::words::Command;
+
+/// Exit code of a command that left something open that was to be filled.
+const IN_PART: u8 = 3;
+
+/// The commands of a session.
+pub struct Recipe {
+    lines: Vec<Line>,
+    /// Files between two commands.
+    between: Vec<String>,
+    /// The files of masks, by their names beside the recipe.
+    masks: BTreeMap<String, Runs>,
+}
+
+/// A command with its files, whose paths are relative to the recipe's folder.
+struct Line {
+    command: Command,
+    input: String,
+    output: String,
+    /// Whether its exit code says that something is left open.
+    in_part: bool,
+}
+
+/// Where the files of a recipe are.
+pub struct Places<'a> {
+    /// The folder of the recipe.
+    pub folder: &'a Path,
+    /// The name of the recipe without its extension, with which those of the masks begin.
+    pub stem: &'a str,
+    /// The file that was opened, and the format that it was said to have.
+    pub input: (&'a Path, Option<crate::io::Format>),
+    /// The files between two steps, by the number of steps before.
+    pub between: &'a dyn Fn(usize) -> PathBuf,
+    /// The file that is saved.
+    pub output: &'a Path,
+}
+
+impl Recipe {
+    /// The commands that make a mesh and save it, as text where `ascii` says so. `last` is a command of its own that saves it,
+    /// where the last step cannot.
+    pub fn new(state: &State, last: Option<Command>, ascii: bool, places: &Places) -> Self {
+        let steps = state.steps();
+        let mut commands: Vec<(Command, Option<&Runs>, bool)> = steps
+            .iter()
+            .map(|s| (s.command.clone(), s.mask.as_ref(), !s.complete))
+            .collect();
+        commands.extend(last.map(|command| (command, None, false)));
+        let count = commands.len();
+        let told = |path: &Path| told(&relative(places.folder, path));
+        let mut recipe = Self {
+            lines: Vec::new(),
+            between: Vec::new(),
+            masks: BTreeMap::new(),
+        };
+        let mut input = told(places.input.0);
+        for (number, (mut command, mask, in_part)) in (1..).zip(commands) {
+            if let Some(format) = places.input.1.filter(|_| number == 1) {
+                command.option("from", format.extension());
+            }
+            if let Some(mask) = mask {
+                let name = format!("{}.step{number}.faces", places.stem);
+                command.option("faces", &name);
+                recipe.masks.insert(name, mask.clone());
+            }
+            let output = match number == count {
+                true => told(places.output),
+                false => told(&(places.between)(number)),
+            };
+            if number < count {
+                recipe.between.push(output.clone());
+            } else if ascii {
+                command.flag("ascii");
+            }
+            recipe.lines.push(Line {
+                command,
+                input,
+                output: output.clone(),
+                in_part,
+            });
+            input = output;
+        }
+        recipe
+    }
+
+    /// The files of masks: their names and what is in them.
+    pub fn masks(&self) -> impl Iterator<Item = (&str, String)> {
+        self.masks
+            .iter()
+            .map(|(name, runs)| (name.as_str(), runs.text()))
+    }
+
+    /// The same for a shell.
+    pub fn shell(&self) -> String {
+        let mut text = format!(
+            "#!/bin/sh\n# What was done in `isomend view`, version {}: the same file, to the byte.\nset -e\ncd \"$(dirname \"$0\")\"\n",
+            env!("CARGO_PKG_VERSION")
+        );
+        if !self.between.is_empty() {
+            let files: Vec<String> = self.between.iter().map(|f| quoted(f)).collect();
+            let files = files.join(" ");
+            // In quotes of its own, since it is read again when it is run.
+            text += &format!("trap {} EXIT\n", quoted(&format!("rm -f {files}")));
+        }
+        for line in &self.lines {
+            text += &line.shell();
+            if line.in_part {
+                text += &format!(" || [ $? -eq {IN_PART} ]");
+            }
+            text.push('\n');
+        }
+        text
+    }
+
+    /// The same as a table of steps, whose options are what a file for `--config` holds.
+    pub fn toml(&self) -> String {
+        let mut text = format!(
+            "# What was done in `isomend view`. Options are as in a file for --config; paths are relative to the folder of this file.\n\
+             version = {}\nbetween = [{}]\n",
+            string(env!("CARGO_PKG_VERSION")),
+            listed(self.between.iter().map(String::as_str))
+        );
+        for line in &self.lines {
+            text += &format!(
+                "\n[[step]]\ncommand = {}\ninput = {}\noutput = {}\nin_part = {}\n",
+                string(&line.command.name),
+                string(&line.input),
+                string(&line.output),
+                line.in_part
+            );
+            text += "[step.options]\n";
+            let mut options: BTreeMap<&str, Vec<Option<&str>>> = BTreeMap::new();
+            for (name, value) in &line.command.options {
+                options.entry(name).or_default().push(value.as_deref());
+            }
+            for (name, values) in options {
+                let value = match &values[..] {
+                    [None] => "true".to_owned(),
+                    [Some(value)] => string(value),
+                    values => format!("[{}]", listed(values.iter().copied().flatten())),
+                };
+                text += &format!("{name} = {value}\n");
+            }
+        }
+        text
+    }
+}
+
+impl Line {
+    fn shell(&self) -> String {
+        let mut words = vec!["isomend".to_owned(), self.command.name.clone()];
+        words.extend([self.input.clone(), "-o".to_owned(), self.output.clone()]);
+        words.extend(self.command.arguments());
+        let words: Vec<String> = words.iter().map(|w| quoted(w)).collect();
+        words.join(" ")
+    }
+}
+
+/// A path as a word of a command, which no option can be taken for.
+fn told(path: &Path) -> String {
+    let text = path.to_string_lossy().into_owned();
+    match text.starts_with('-') {
+        true => format!("./{text}"),
+        false => text,
+    }
+}
+
+/// A word quoted for a shell where it has to be.
+pub fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:,=+@%".contains(c);
+    match !word.is_empty() && word.chars().all(plain) {
+        true => word.to_owned(),
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    }
+}
+
+/// A string of TOML: the escapes of JSON are among its own, but for DEL, which has to be escaped there.
+fn string(text: &str) -> String {
+    serde_json::Value::from(text)
+        .to_string()
+        .replace('\u{7f}', "\\u007f")
+}
+
+fn listed<'a>(values: impl Iterator<Item = &'a str>) -> String {
+    let values: Vec<String> = values.map(string).collect();
+    values.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_would_split_them() {
+        assert_eq!(quoted("a/b-c.ply"), "a/b-c.ply");
+        assert_eq!(quoted("my scan.ply"), "'my scan.ply'");
+        assert_eq!(quoted("it's $HOME"), "'it'\\''s $HOME'");
+        assert_eq!(quoted(""), "''");
+        assert_eq!(told(Path::new("-o.ply")), "./-o.ply");
+        assert_eq!(string("a\"b\\\n"), "\"a\\\"b\\\\\\n\"");
+    }
+}

@@ -1,0 +1,150 @@
+//! Writes what the session made.
+
+use std::path::{Path, PathBuf};
+
+use super::app::App;
+use super::recipe::{Places, Recipe};
+use super::state::{State, between};
+use crate::io::Format;
+use crate::job::{Drawings, JobError, JobSpec, Output, Source, Work, inspect};
+use crate::mend::{Control, FillParams};
+
+/// What was written.
+pub struct Saved {
+    /// The file.
+    pub path: PathBuf,
+    /// Remarks.
+    pub notes: Vec<String>,
+}
+
+impl App {
+    /// The files of a mesh: that which the next command would read.
+    pub fn source_of(&self, state: &State) -> Source {
+        let mut source = Source::from(match state.depth {
+            0 => self.input.clone(),
+            depth => self.between(depth),
+        });
+        source.format = self.from.filter(|_| state.depth == 0);
+        source
+    }
+
+    /// The file after so many steps, which is not written but by a recipe.
+    pub fn between(&self, depth: usize) -> PathBuf {
+        between(&self.input, depth, self.format_between.extension())
+    }
+
+    /// Writes a mesh as the last command of its recipe does.
+    ///
+    /// # Errors
+    /// When it cannot be written so.
+    pub fn save_mesh(&self, state: &State, path: &Path, ascii: bool) -> Result<Saved, JobError> {
+        let mut output = Output::new(path, None)?;
+        output.ascii = ascii;
+        output.check()?;
+        let step = state
+            .step
+            .as_ref()
+            .filter(|_| self.is_last(state, output.format));
+        let done = match step {
+            Some(step) => step
+                .mended
+                .clone()
+                .drawn(Drawings::default())
+                .to(output)
+                .write()?,
+            None => {
+                let mut spec = JobSpec::plan(self.source_of(state), copying(state));
+                spec.output = Some(output);
+                let read = spec.with(state.loaded.clone());
+                let mended = read.mend(&Control::new())?.into_owned();
+                mended.write()?
+            }
+        };
+        Ok(Saved {
+            path: path.to_path_buf(),
+            notes: done.notes_written().to_vec(),
+        })
+    }
+
+    /// Whether the command of a mesh's last step writes it in a format: what is made for glTF keeps the numbers of vertices, which
+    /// a command that writes another format does not.
+    fn is_last(&self, state: &State, format: Format) -> bool {
+        let is_gltf = |f: Format| matches!(f, Format::Gltf | Format::Glb);
+        let fills = |work: &Work| matches!(work, Work::Fill(_));
+        let same = !is_gltf(self.format_between) || is_gltf(format);
+        state
+            .step
+            .as_ref()
+            .is_some_and(|step| same || fills(&step.work))
+    }
+
+    /// Draws the page of a step, or of the file as it was read.
+    ///
+    /// # Errors
+    /// When it cannot be written.
+    pub fn save_report(&self, state: &State, path: &Path) -> Result<Saved, JobError> {
+        let drawn = |command_line: String| Drawings {
+            page: Some(path.to_path_buf()),
+            command_line,
+            ..Drawings::default()
+        };
+        match &state.step {
+            Some(step) => {
+                let drawings = drawn(format!("isomend {}", step.command.words().join(" ")));
+                let mut output = Output::new(self.between(state.depth), Some(self.format_between))?;
+                output.handed_over = true;
+                step.mended.clone().drawn(drawings).to(output).write()?;
+            }
+            None => {
+                let drawings = drawn(format!("isomend inspect {}", self.input.display()));
+                inspect(&self.source_of(state), &state.loaded, None, &drawings)?;
+            }
+        }
+        Ok(Saved {
+            path: path.to_path_buf(),
+            notes: Vec::new(),
+        })
+    }
+
+    /// The commands that make a mesh and save it in a file.
+    ///
+    /// # Errors
+    /// When the file has no format, or the command line no words.
+    pub fn recipe(
+        &self,
+        state: &State,
+        (folder, stem): (&Path, &str),
+        (output, ascii): (&Path, bool),
+    ) -> Result<Recipe, String> {
+        if [&self.input, output]
+            .iter()
+            .any(|path| path.to_str().is_none())
+        {
+            return Err(
+                "the names of the files are no text, so no script can hold them".to_owned(),
+            );
+        }
+        let format = Format::from_extension(output);
+        let format = format.ok_or("the extension of the saved file tells no format")?;
+        let last = match self.is_last(state, format) {
+            true => None,
+            false => Some(self.words.command(&copying(state), None)?),
+        };
+        let places = Places {
+            folder,
+            stem,
+            input: (&self.input, self.from),
+            between: &|depth| self.between(depth),
+            output,
+        };
+        Ok(Recipe::new(state, last, ascii, &places))
+    }
+}
+
+/// What changes nothing: all holes stay open.
+fn copying(state: &State) -> Work {
+    let mut params = FillParams::default();
+    let open = state.holes.iter().filter(|hole| !hole.outer_border);
+    params.keep_open = open.map(|hole| hole.id).collect();
+    Work::Fill(params)
+}

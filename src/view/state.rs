@@ -1,0 +1,209 @@
+//! A mesh of the session: as it was read, or as a step made it.
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, OnceLock};
+
+use serde_json::Value;
+
+use super::delta::Delta;
+use super::runs::Runs;
+use super::texture::Textures;
+use super::words::Command;
+use crate::check::CheckParams;
+use crate::io::Loaded;
+use crate::job::{Drawings, JobError, Mended, Source, Work, inspect};
+use crate::mend::FillReport;
+use crate::mesh::Hole;
+
+/// A mesh of the session.
+pub struct State {
+    /// Its number, which no other mesh of the session has or had.
+    pub id: u32,
+    /// The one that it was made of.
+    pub parent: Option<Arc<State>>,
+    /// So many steps were made from the file to it.
+    pub depth: usize,
+    /// What made it; none for the file as it was read.
+    pub step: Option<StepDone>,
+    /// The mesh, with what it carries.
+    pub loaded: Loaded,
+    /// Its holes.
+    pub holes: Vec<Hole>,
+    /// The document of `isomend inspect`.
+    pub inspected: Value,
+    /// For each face from where it is.
+    pub origin: Vec<Origin>,
+    /// For each face the region that made it in this step, from 1; else 0.
+    pub region: Vec<u16>,
+    /// What of the parent is kept, where that is known.
+    pub delta: Option<Delta>,
+    textures: OnceLock<Textures>,
+    /// What was looked for last, and what was found.
+    pub checked: Mutex<Option<(CheckParams, Value)>>,
+}
+
+/// Where a face is from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Origin {
+    /// The file that was opened.
+    File = 0,
+    /// The step that made this mesh.
+    New = 1,
+    /// An earlier step.
+    Earlier = 2,
+}
+
+/// A step that was done.
+pub struct StepDone {
+    /// What was done; the marks of its mask are in `mask`.
+    pub work: Work,
+    /// The faces that were marked.
+    pub mask: Option<Runs>,
+    /// The same as a command.
+    pub command: Command,
+    /// What it made, to be written in any format.
+    pub mended: Mended<'static>,
+    /// The document of the command.
+    pub document: Value,
+    /// What was done, in a line.
+    pub summary: String,
+    /// Whether all that was to be filled is.
+    pub complete: bool,
+    /// How long it took.
+    pub seconds: f64,
+}
+
+impl State {
+    /// The file as it was read.
+    ///
+    /// # Errors
+    /// When the mesh cannot be measured.
+    pub fn first(source: &Source, loaded: Loaded) -> Result<Self, JobError> {
+        let faces = loaded.mesh.faces.len();
+        let (holes, inspected) = looked_at(source, &loaded)?;
+        Ok(Self {
+            id: 0,
+            parent: None,
+            depth: 0,
+            step: None,
+            holes,
+            inspected,
+            loaded,
+            origin: vec![Origin::File; faces],
+            region: vec![0; faces],
+            delta: None,
+            textures: OnceLock::new(),
+            checked: Mutex::default(),
+        })
+    }
+
+    /// What a step made of a state, as it is read from the bytes of `source`.
+    ///
+    /// # Errors
+    /// As [`State::first`].
+    pub fn next(
+        parent: &Arc<State>,
+        step: StepDone,
+        report: &FillReport,
+        source: &Source,
+    ) -> Result<Self, JobError> {
+        let loaded = source.read()?;
+        let (holes, inspected) = looked_at(source, &loaded)?;
+        let [_, first] = step.mended.kept_size();
+        let kept = step.mended.kept();
+        let whole = first == 0;
+        let delta = match whole {
+            true => None,
+            false => Delta::new(&parent.loaded.mesh, &loaded.mesh, kept),
+        };
+        let faces = loaded.mesh.faces.len();
+        let mut origin: Vec<Origin> = match &delta {
+            Some(delta) => delta
+                .faces
+                .numbers()
+                .map(|f| parent.origin[f].aged())
+                .collect(),
+            None => vec![Origin::File; first.min(faces)],
+        };
+        let old = origin.len();
+        origin.resize(faces, Origin::New);
+        let mut region = vec![0; faces];
+        let mut at = old;
+        for (number, made) in (1..).zip(&report.regions) {
+            let end = faces.min(at + made.new_faces);
+            region[at..end].fill(u16::try_from(number).unwrap_or(u16::MAX));
+            at = end;
+        }
+        Ok(Self {
+            id: 0,
+            parent: Some(parent.clone()),
+            depth: parent.depth + 1,
+            step: Some(step),
+            loaded,
+            holes,
+            inspected,
+            origin,
+            region,
+            delta,
+            textures: OnceLock::new(),
+            checked: Mutex::default(),
+        })
+    }
+
+    /// The images on it.
+    pub fn textures(&self) -> &Textures {
+        self.textures.get_or_init(|| Textures::new(&self.loaded))
+    }
+
+    /// The step, and those before it, from the first on.
+    pub fn steps(&self) -> Vec<&StepDone> {
+        let mut steps: Vec<&StepDone> = Vec::new();
+        let mut at = Some(self);
+        while let Some(state) = at {
+            steps.extend(&state.step);
+            at = state.parent.as_deref();
+        }
+        steps.reverse();
+        steps
+    }
+}
+
+impl Origin {
+    /// The same after another step.
+    fn aged(self) -> Self {
+        match self {
+            Self::File => Self::File,
+            Self::New | Self::Earlier => Self::Earlier,
+        }
+    }
+}
+
+/// The holes of a mesh, and all that `isomend inspect` tells of it.
+fn looked_at(source: &Source, loaded: &Loaded) -> Result<(Vec<Hole>, Value), JobError> {
+    let inspected = inspect(source, loaded, None, &Drawings::default())?;
+    let document = serde_json::to_value(inspected.document()).unwrap_or_default();
+    Ok((inspected.found.holes, document))
+}
+
+/// A file that is not written: the mesh between two steps.
+pub fn between(input: &std::path::Path, depth: usize, extension: &str) -> PathBuf {
+    let stem = input.file_stem().unwrap_or_default().to_string_lossy();
+    input.with_file_name(format!("{stem}.isomend-step{depth}.{extension}"))
+}
+
+impl StepDone {
+    /// What was done, in a word or two.
+    pub fn label(&self) -> String {
+        let marked = self.mask.as_ref().map(Runs::count);
+        match (&self.work, marked) {
+            (Work::Fill(params), _) => match &params.holes {
+                Some(holes) if holes.len() == 1 => format!("fill hole {}", holes[0]),
+                Some(holes) => format!("fill {} holes", holes.len()),
+                None => "fill all holes".to_owned(),
+            },
+            (work, Some(faces)) => format!("{} {faces} faces", work.name()),
+            (work, None) => work.name().to_owned(),
+        }
+    }
+}

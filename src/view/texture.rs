@@ -1,0 +1,161 @@
+//! The images on a mesh.
+
+use std::path::Path;
+
+use crate::io::{Format, Image, Loaded, beside};
+use crate::mesh::attributes::{LabelKind, Role};
+
+/// Most images that are served.
+const MOST: usize = 255;
+/// Largest image, in bytes.
+const LARGEST: u64 = 512 << 20;
+/// Marks a face without an image.
+pub const NONE: u8 = u8::MAX;
+
+/// Where an image is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Place {
+    /// In the mesh file, by its number.
+    Inside(usize),
+    /// A file, relative to the folder of the mesh's.
+    File(String),
+}
+
+/// The images of a mesh, and which face has which.
+#[derive(Default)]
+pub struct Textures {
+    images: Vec<Place>,
+    /// For each face the number of its image, or [`NONE`].
+    pub of_face: Vec<u8>,
+}
+
+impl Textures {
+    /// Those of a mesh that was read.
+    pub fn new(loaded: &Loaded) -> Self {
+        let mut textures = Self {
+            images: Vec::new(),
+            of_face: vec![NONE; loaded.mesh.faces.len()],
+        };
+        if let Some(document) = &loaded.document {
+            for (faces, image) in document.images_of_faces() {
+                let number = image.map_or(NONE, |image| textures.number(Place::Inside(image)));
+                if let Some(part) = textures.of_face.get_mut(faces) {
+                    part.fill(number);
+                }
+            }
+        } else if let Some(labels) = loaded.attributes.labels_of(LabelKind::Material) {
+            let materials = &loaded.attributes.materials;
+            let image = |name: &String| {
+                let material = materials.iter().find(|m| m.name == name.trim());
+                material.and_then(|m| m.texture.clone())
+            };
+            let images: Vec<Option<String>> = labels.names.iter().map(image).collect();
+            let numbers: Vec<u8> = (images.into_iter())
+                .map(|i| i.map_or(NONE, |i| textures.number(Place::File(i))))
+                .collect();
+            for (slot, label) in textures.of_face.iter_mut().zip(&labels.of_face) {
+                *slot = numbers.get(*label as usize).copied().unwrap_or(NONE);
+            }
+        } else if let Some(name) = loaded.attributes.textures.first() {
+            let number = textures.number(Place::File(name.clone()));
+            textures.of_face.fill(number);
+        }
+        let has_coordinates = uv(loaded, 0, 0).is_some()
+            || (0..loaded.mesh.faces.len()).any(|face| uv(loaded, face, 0).is_some());
+        match has_coordinates {
+            true => textures,
+            false => Self::default(),
+        }
+    }
+
+    /// The number of an image, which is new or not.
+    fn number(&mut self, place: Place) -> u8 {
+        let known = self.images.iter().position(|p| *p == place);
+        let number = known.unwrap_or_else(|| {
+            self.images.push(place);
+            self.images.len() - 1
+        });
+        if number >= MOST {
+            self.images.truncate(MOST);
+        }
+        u8::try_from(number).unwrap_or(NONE)
+    }
+
+    /// How many images there are.
+    pub fn count(&self) -> usize {
+        self.images.len()
+    }
+
+    /// The bytes of an image and their type; none where it cannot be had or is none that a browser shows.
+    pub fn image(
+        &self,
+        index: usize,
+        loaded: &Loaded,
+        input: &Path,
+    ) -> Option<(&'static str, Vec<u8>)> {
+        let found = match self.images.get(index)? {
+            Place::Inside(image) => loaded.document.as_ref()?.image(*image)?,
+            Place::File(name) => Image::File(name.clone()),
+        };
+        let bytes = match found {
+            Image::Bytes(bytes) => bytes,
+            // From the folder of the mesh only, as when it is read.
+            Image::File(name) => beside(input)(&name, LARGEST).ok()?,
+        };
+        Some((kind(&bytes)?, bytes))
+    }
+}
+
+/// The type of an image, told from its first bytes: of the formats that hold nothing but an image.
+fn kind(bytes: &[u8]) -> Option<&'static str> {
+    let kinds: [(&[u8], &str); 4] = [
+        (b"\x89PNG\r\n\x1a\n", "image/png"),
+        (b"\xff\xd8\xff", "image/jpeg"),
+        (b"GIF8", "image/gif"),
+        (b"BM", "image/bmp"),
+    ];
+    let is_webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
+    let found = kinds.iter().find(|(magic, _)| bytes.starts_with(magic));
+    found
+        .map(|(_, kind)| *kind)
+        .or(is_webp.then_some("image/webp"))
+}
+
+/// The texture coordinates at a corner of a face.
+pub fn uv(loaded: &Loaded, face: usize, corner: usize) -> Option<[f32; 2]> {
+    let attributes = &loaded.attributes;
+    let of_corners = attributes
+        .corner
+        .iter()
+        .find(|c| c.pool.role == Role::Uv(0));
+    let (attribute, value) = match of_corners {
+        Some(corners) => (&corners.pool, corners.get(face, corner)),
+        None => {
+            let attribute = attributes.vertex_role(Role::Uv(0))?;
+            let vertex = loaded.mesh.faces.get(face)?[corner];
+            (attribute, attribute.get(vertex as usize))
+        }
+    };
+    let unit = attribute.unit();
+    let value = value?;
+    Some([value.first()?, value.get(1)?].map(|x| (x / unit) as f32))
+}
+
+/// Whether the second coordinate goes up in the image, as it does in all formats but glTF.
+pub fn goes_up(format: Format) -> bool {
+    !matches!(format, Format::Gltf | Format::Glb)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::kind;
+
+    #[test]
+    fn only_images_are_served() {
+        assert_eq!(kind(b"\x89PNG\r\n\x1a\nrest"), Some("image/png"));
+        assert_eq!(kind(b"RIFF\0\0\0\0WEBPVP8 "), Some("image/webp"));
+        for other in [&b"<svg onload='alert(1)'/>"[..], b"<html>", b""] {
+            assert_eq!(kind(other), None);
+        }
+    }
+}

@@ -1,0 +1,64 @@
+//! A step in the words of the command line.
+
+use crate::job::Work;
+
+/// A command with its options, without its files.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Command {
+    /// Its name.
+    pub name: String,
+    /// Its options: their long names without dashes, and their values.
+    pub options: Vec<(String, Option<String>)>,
+}
+
+impl Command {
+    /// A command without options.
+    pub fn new(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            options: Vec::new(),
+        }
+    }
+
+    /// Adds an option with a value.
+    pub fn option(&mut self, name: &str, value: impl ToString) {
+        let value = Some(value.to_string());
+        self.options.push((name.to_owned(), value));
+    }
+
+    /// Adds an option without a value.
+    pub fn flag(&mut self, name: &str) {
+        self.options.push((name.to_owned(), None));
+    }
+
+    /// The options as arguments. A value that begins with a dash is joined to its name.
+    pub fn arguments(&self) -> Vec<String> {
+        let mut arguments = Vec::new();
+        for (name, value) in &self.options {
+            match value {
+                Some(value) if value.starts_with('-') => {
+                    arguments.push(format!("--{name}={value}"));
+                }
+                Some(value) => arguments.extend([format!("--{name}"), value.clone()]),
+                None => arguments.push(format!("--{name}")),
+            }
+        }
+        arguments
+    }
+
+    /// The name and the options.
+    pub fn words(&self) -> Vec<String> {
+        let mut words = vec![self.name.clone()];
+        words.extend(self.arguments());
+        words
+    }
+}
+
+/// Tells steps as commands. The names of commands and options belong to the command line, which stands behind this.
+pub trait Words: Send + Sync {
+    /// The command that does a work, whose mask is a file of face numbers where one is given.
+    ///
+    /// # Errors
+    /// What of it the command line refuses, or has no words for.
+    fn command(&self, work: &Work, faces: Option<&str>) -> Result<Command, String>;
+}

@@ -1,0 +1,313 @@
+//! `isomend view`: the recipe of a session gives the same bytes, in formats that carry colours, textures and materials.
+
+mod desk;
+mod served;
+mod shapes;
+
+use std::fs;
+
+use desk::{Desk, ball};
+use isomend::io::{Contents, Format, WriteOptions, model_to_bytes};
+use isomend::mesh::attributes::{
+    Attribute, Attributes, CornerAttribute, LabelKind, Labels, Material, Role, Scalar,
+};
+use serde_json::{Value, json};
+use served::{Served, in_ball};
+
+fn fill(hole: usize) -> Value {
+    json!({ "kind": "fill", "params": { "holes": [hole] } })
+}
+
+/// Colours, and a texture where it is wanted.
+fn dressed(mesh: &isomend::Mesh, texture: bool) -> Attributes {
+    let mut colour = Attribute::new("colour", Role::Colour, Scalar::U8, 3);
+    let mut uv = Attribute::new("uv", Role::Uv(0), Scalar::F32, 2);
+    for p in &mesh.positions {
+        colour.push(Some(&[127.0 + 100.0 * p.x, 127.0 - 100.0 * p.y, 9.0]));
+        uv.push(Some(&[0.5 + 0.4 * p.x, 0.5 + 0.4 * p.y]));
+    }
+    if !texture {
+        return Attributes {
+            vertex: vec![colour],
+            ..Attributes::default()
+        };
+    }
+    let mut material = Labels::new(LabelKind::Material);
+    let skin = material.place("skin");
+    material.of_face = vec![skin; mesh.faces.len()];
+    let look = Material {
+        name: "skin".to_owned(),
+        texture: Some("skin.png".to_owned()),
+        ..Material::default()
+    };
+    Attributes {
+        vertex: vec![colour, uv],
+        labels: vec![material],
+        materials: vec![look],
+        ..Attributes::default()
+    }
+}
+
+/// A file of the desk in a format, with what it can carry.
+fn input(desk: &Desk, format: Format) -> String {
+    let mesh = ball();
+    let attributes = dressed(&mesh, format == Format::Glb);
+    let model = Contents {
+        mesh: &mesh,
+        attributes: &attributes,
+        document: None,
+    };
+    let bytes = model_to_bytes(&model, format, &WriteOptions::default())
+        .unwrap()
+        .bytes;
+    let name = format!("my model.{}", format.extension());
+    fs::write(desk.path(&name), bytes).unwrap();
+    fs::write(desk.path("skin.png"), b"\x89PNG\r\n\x1a\n and so on").unwrap();
+    name
+}
+
+/// Runs the recipe's shell form, with the program that is tested before all others.
+#[cfg(unix)]
+fn run_shell(desk: &Desk, script: &str) {
+    let program = assert_cmd::cargo::cargo_bin("isomend");
+    let folder = program.parent().unwrap().display().to_string();
+    let path = format!("{folder}:{}", std::env::var("PATH").unwrap());
+    let done = std::process::Command::new("sh")
+        .arg(desk.path(script))
+        .env("PATH", path)
+        .output()
+        .unwrap();
+    assert!(
+        done.status.success(),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+}
+
+/// Runs the recipe's table: each step's options as a file for `--config`.
+fn run_table(desk: &Desk, name: &str) {
+    let text = fs::read_to_string(desk.path(name)).unwrap();
+    let mut parts = text.split("\n[[step]]\n");
+    let between = parts
+        .next()
+        .unwrap()
+        .lines()
+        .find_map(|l| l.strip_prefix("between = "))
+        .unwrap();
+    for step in parts {
+        let (head, options) = step.split_once("[step.options]\n").unwrap();
+        let value = |key: &str| -> Value {
+            let line = head
+                .lines()
+                .find_map(|l| l.strip_prefix(&format!("{key} = ")));
+            // The strings and flags of the table are JSON's too.
+            serde_json::from_str(line.unwrap()).unwrap()
+        };
+        fs::write(desk.path("options.toml"), options).unwrap();
+        let [command, input, output] = ["command", "input", "output"].map(value);
+        let word = |value: &Value| value.as_str().unwrap().to_owned();
+        let done = desk.run(&[
+            &word(&command),
+            &word(&input),
+            "-o",
+            &word(&output),
+            "--config",
+            "options.toml",
+        ]);
+        desk::assert_code(&done, if value("in_part") == true { 3 } else { 0 });
+    }
+    let between: Vec<String> = serde_json::from_str(between).unwrap();
+    for file in between {
+        fs::remove_file(desk.path(&file)).unwrap();
+    }
+}
+
+/// A file of the desk with materials, whose texture coordinates are in two charts: patches between them have a material of their own.
+fn input_with_materials(desk: &Desk) -> String {
+    let mesh = ball();
+    let mut uv = Attribute::new("uv", Role::Uv(0), Scalar::F32, 2);
+    let mut corners = Vec::new();
+    for face in &mesh.faces {
+        let points = face.map(|v| mesh.positions[v as usize]);
+        let aside = if points[0].x + points[1].x + points[2].x > 0.0 {
+            5.0
+        } else {
+            0.0
+        };
+        corners.push(points.map(|p| {
+            uv.push(Some(&[aside + p.x, p.y]));
+            uv.len() as u32 - 1
+        }));
+    }
+    let mut attributes = dressed(&mesh, true);
+    attributes.vertex.clear();
+    attributes.corner = vec![CornerAttribute { pool: uv, corners }];
+    attributes.libraries = vec!["skin.mtl".to_owned()];
+    let model = Contents {
+        mesh: &mesh,
+        attributes: &attributes,
+        document: None,
+    };
+    let bytes = model_to_bytes(&model, Format::Obj, &WriteOptions::default())
+        .unwrap()
+        .bytes;
+    fs::write(desk.path("dressed.obj"), bytes).unwrap();
+    desk.text("skin.mtl", "newmtl skin\nmap_Kd skin.png\n");
+    fs::write(desk.path("skin.png"), b"\x89PNG\r\n\x1a\n and so on").unwrap();
+    "dressed.obj".to_owned()
+}
+
+/// A session in a format whose steps are saved in others; the recipe must give the same bytes.
+fn assert_recipe(desk: &Desk, name: &str, saved: &[&str]) {
+    let served = Served::new(desk, &[name]);
+    served.step(&json!({ "kind": "fill", "params": { "holes": [2], "keep_open": [1] } }));
+    let mask = in_ball(&served, [0.0, 0.0, -1.0], 0.5);
+    served.step(&json!({ "kind": "restore", "mask": mask, "params": { "keep_shape": 0.25, "fill": { "edge_ratio": 0.8 } } }));
+    served.step(&fill(1));
+    assert_eq!(served.post("api/undo", &json!({})).status, 200);
+    let mask = in_ball(&served, [-1.0, 0.0, 0.0], 0.55);
+    served.step(
+        &json!({ "kind": "fair", "mask": mask, "params": { "extent": { "strength": 0.4 } } }),
+    );
+    for output in saved {
+        served.save("mesh", output);
+        let made = fs::read(desk.path(output)).unwrap();
+        served.save("recipe", &format!("{output}.again.sh"));
+        fs::remove_file(desk.path(output)).unwrap();
+        let before = desk.files();
+        // The recipe makes it, whether it is there or not.
+        let _ = fs::remove_file(desk.path("isomend_patch.mtl"));
+        #[cfg(unix)]
+        {
+            run_shell(desk, &format!("{output}.again.sh"));
+            assert!(
+                fs::read(desk.path(output)).unwrap() == made,
+                "{name} {output} by the shell"
+            );
+            fs::remove_file(desk.path(output)).unwrap();
+            assert_eq!(desk.files(), before, "files that were left");
+        }
+        run_table(desk, &format!("{output}.again.toml"));
+        assert!(
+            fs::read(desk.path(output)).unwrap() == made,
+            "{name} {output} by the table"
+        );
+        let kept = fs::remove_file(desk.path("options.toml"));
+        assert!(kept.is_ok() && desk.files().len() == before.len() + 1);
+    }
+}
+
+#[test]
+fn the_recipe_of_a_ply_session_gives_the_same_bytes() {
+    let desk = Desk::new();
+    let name = input(&desk, Format::Ply);
+    assert_recipe(&desk, &name, &["out.ply", "out.glb", "out.stl", "out.obj"]);
+}
+
+#[test]
+fn the_recipe_of_an_obj_session_gives_the_same_bytes() {
+    let desk = Desk::new();
+    let name = input(&desk, Format::Obj);
+    assert_recipe(&desk, &name, &["out.obj", "out.ply"]);
+}
+
+#[test]
+fn the_recipe_of_an_obj_session_with_materials_gives_the_same_bytes() {
+    let desk = Desk::new();
+    let name = input_with_materials(&desk);
+    assert_recipe(&desk, &name, &["out.obj"]);
+    let saved = fs::read_to_string(desk.path("out.obj")).unwrap();
+    assert!(
+        saved.contains("usemtl isomend_patch"),
+        "a patch between two charts"
+    );
+}
+
+#[test]
+fn the_recipe_of_a_textured_glb_session_gives_the_same_bytes() {
+    let desk = Desk::new();
+    let name = input(&desk, Format::Glb);
+    assert_recipe(&desk, &name, &["out.glb", "out.ply"]);
+}
+
+#[test]
+fn the_recipe_of_an_stl_session_gives_the_same_bytes() {
+    let desk = Desk::new();
+    let name = input(&desk, Format::Stl);
+    assert_recipe(&desk, &name, &["out.stl", "out.vtp"]);
+}
+
+#[test]
+fn textures_and_colours_are_sent() {
+    let desk = Desk::new();
+    let name = input(&desk, Format::Glb);
+    let served = Served::new(&desk, &[&name]);
+    let state = served.state();
+    assert_eq!(state["texture"]["url"], "api/texture/0");
+    let answer = served.get("api/texture/0");
+    assert_eq!(
+        (answer.status, answer.body.starts_with(b"\x89PNG")),
+        (200, true)
+    );
+    let (header, _) = served.arrays("api/uv/0");
+    assert_eq!(
+        (
+            header["v_up"].clone(),
+            header["arrays"][0]["count"].as_u64()
+        ),
+        (
+            json!(false),
+            state["states"][0]["faces"].as_u64().map(|f| 3 * f)
+        )
+    );
+    let colour = state["attributes"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|a| a["kind"] == "colour")
+        .unwrap();
+    let path = format!(
+        "api/values/0?name=attribute:{}",
+        colour["name"].as_str().unwrap()
+    );
+    let (header, _) = served.arrays(&path);
+    assert_eq!(
+        (
+            header["arrays"][0]["type"].clone(),
+            header["arrays"][0]["components"].clone()
+        ),
+        (json!("u8"), json!(4))
+    );
+}
+
+#[test]
+fn values_and_defects_are_sent() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let (header, array) = served.arrays("api/values/0?name=curvature");
+    assert_eq!(header["on"], "vertex");
+    let float = |b: &[u8]| f32::from_le_bytes(b.try_into().unwrap());
+    let values: Vec<f32> = array("values").chunks(4).map(float).collect();
+    let sum: f32 = values.iter().sum();
+    assert!(
+        (sum / values.len() as f32 - 2.0).abs() < 0.2,
+        "of a unit ball"
+    );
+    served.step(&fill(1));
+    let (_, array) = served.arrays("api/values/1?name=distance");
+    let values: Vec<f32> = array("values").chunks(4).map(float).collect();
+    assert!(values.iter().any(|d| *d > 0.05) && values[0] == 0.0);
+    let (header, _) = served.arrays("api/values/1?name=sigma");
+    assert!(header["high"].as_f64().unwrap() > 0.0);
+    let check = served.get("api/check/1").json();
+    assert_eq!(
+        (check["sound"].clone(), check["holes"].clone()),
+        (json!(false), json!(1))
+    );
+    assert!(
+        !check["marks"]["border"]["faces"]
+            .as_array()
+            .unwrap()
+            .is_empty()
+    );
+}

@@ -1,0 +1,271 @@
+//! `isomend view`: a session of steps, and what is saved of it.
+
+mod desk;
+mod served;
+mod shapes;
+
+use std::collections::HashMap;
+use std::fs;
+
+use desk::Desk;
+use isomend::io::{Format, read_path};
+use serde_json::{Value, json};
+use served::{Served, in_ball};
+use shapes::sphere;
+
+fn fill(hole: usize) -> Value {
+    json!({ "kind": "fill", "params": { "holes": [hole] } })
+}
+
+/// The numbers of an array.
+fn numbers(bytes: &[u8]) -> Vec<u32> {
+    let number = |b: &[u8]| u32::from_le_bytes(b.try_into().unwrap());
+    bytes.chunks(4).map(number).collect()
+}
+
+/// What stays of an array by ranges of its values of three numbers, then new ones.
+fn put_together(old: &[u32], kept: &[u32], new: &[u32]) -> Vec<u32> {
+    let ranges = kept.chunks(2);
+    let stays = ranges.flat_map(|r| old[3 * r[0] as usize..3 * r[1] as usize].to_vec());
+    stays.chain(new.iter().copied()).collect()
+}
+
+/// What is sent of a mesh that is made of another one gives the same as all of it.
+#[track_caller]
+fn assert_delta(served: &Served, old: u64, new: u64) {
+    let (_, before) = served.arrays(&format!("api/mesh/{old}"));
+    let (header, after) = served.arrays(&format!("api/mesh/{new}"));
+    assert_eq!(header["from"], Value::Null);
+    let (header, delta) = served.arrays(&format!("api/mesh/{new}?from={old}"));
+    assert_eq!(header["from"], old);
+    let kept = numbers(&delta("kept_vertices"));
+    let positions = put_together(
+        &numbers(&before("positions")),
+        &kept,
+        &numbers(&delta("positions")),
+    );
+    assert!(positions == numbers(&after("positions")));
+    let stays = kept.chunks(2).flat_map(|r| r[0]..r[1]);
+    let number: HashMap<u32, u32> = stays.zip(0..).collect();
+    let old_faces = numbers(&before("faces"));
+    let renumbered: Vec<u32> = old_faces
+        .iter()
+        .map(|v| number.get(v).copied().unwrap_or(u32::MAX))
+        .collect();
+    let faces = put_together(
+        &renumbered,
+        &numbers(&delta("kept_faces")),
+        &numbers(&delta("faces")),
+    );
+    assert!(faces == numbers(&after("faces")));
+    for (array, runs) in [("origin", "origin_runs"), ("region", "region_runs")] {
+        let size = if array == "origin" { 1 } else { 2 };
+        let whole: Vec<u32> = after(array).chunks(size).map(|b| b[0].into()).collect();
+        let runs = numbers(&delta(runs));
+        let value = |face: usize| {
+            let run = runs.chunks(2).take_while(|r| r[0] as usize <= face);
+            run.last().unwrap()[1]
+        };
+        assert!((0..whole.len()).all(|f| whole[f] == value(f)), "{array}");
+    }
+}
+
+#[test]
+fn only_what_has_changed_is_sent() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    served.step(&fill(1));
+    assert_delta(&served, 0, 1);
+    assert_delta(&served, 1, 0);
+    let mask = in_ball(&served, [0.0, 0.0, -1.0], 0.5);
+    served.step(&json!({ "kind": "restore", "mask": mask, "params": { "keep_shape": 0.5 } }));
+    assert_delta(&served, 1, 2);
+    let (header, _) = served.arrays("api/mesh/1?from=2");
+    assert_eq!(header["from"], Value::Null, "what was cut out is sent");
+    let (_, array) = served.arrays("api/mesh/2");
+    let origins = array("origin");
+    assert!(
+        [0, 1, 2].iter().all(|o| origins.contains(o)),
+        "of the file, of the step, of the one before"
+    );
+}
+
+#[test]
+fn steps_are_undone_and_done_again() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let holes = served.state()["holes"].as_array().unwrap().len();
+    let state = served.step(&fill(1));
+    assert_eq!(state["holes"].as_array().unwrap().len(), holes - 1);
+    assert_eq!(
+        state["states"][1]["command"],
+        json!(["fill", "--holes", "1"])
+    );
+    assert_eq!(
+        (&state["undo"], &state["redo"]),
+        (&json!(true), &json!(false))
+    );
+    let post = |name: &str, body: Value| served.post(&format!("api/{name}"), &body);
+    assert_eq!(post("undo", json!({})).json()["current"], 0);
+    assert_eq!(post("undo", json!({})).status, 409);
+    assert_eq!(served.state()["holes"].as_array().unwrap().len(), holes);
+    assert_eq!(post("redo", json!({})).json()["current"], 1);
+    assert_eq!(post("goto", json!({ "id": 0 })).json()["current"], 0);
+    assert_eq!(post("goto", json!({ "id": 5 })).status, 404);
+    let state = served.step(&fill(2));
+    let states = state["states"].as_array().unwrap().iter();
+    let ids: Vec<&Value> = states.map(|s| &s["id"]).collect();
+    assert_eq!(ids, [0, 2]);
+    assert_eq!(served.get("api/mesh/1").status, 404);
+    let mask = in_ball(&served, [0.0, 0.0, -1.0], 0.5);
+    let state =
+        served.step(&json!({ "kind": "restore", "mask": mask, "params": { "keep_shape": 0.5 } }));
+    assert_eq!(
+        state["states"][2]["command"],
+        json!(["restore", "--keep-shape", "0.5"])
+    );
+}
+
+#[test]
+fn what_a_repair_did_is_told() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let state = served.step(&json!({ "kind": "repair", "params": { "holes": false } }));
+    assert_eq!(
+        state["states"][1]["command"],
+        json!(["repair", "--keep-holes"])
+    );
+    let summary = state["states"][1]["summary"].as_str().unwrap();
+    assert!(
+        summary.starts_with("watertight and printable: no"),
+        "{summary}"
+    );
+}
+
+#[test]
+fn previews_stand_beside_the_history() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let preview = |finish: &str| {
+        let step = json!({ "kind": "fill", "params": { "holes": [1], "finish": finish }, "preview": true });
+        assert_eq!(served.post("api/step", &step).status, 202);
+        served.wait(|s| s["busy"].is_null())
+    };
+    preview("auto");
+    let state = preview("none");
+    assert_eq!(
+        (&state["current"], &state["undo"]),
+        (&json!(0), &json!(false))
+    );
+    let shown: Vec<&Value> = state["states"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|s| s["preview"] == true)
+        .collect();
+    assert_eq!(shown.len(), 2);
+    assert_eq!(served.get("api/mesh/1").status, 200);
+    assert_eq!(
+        served.post("api/adopt", &json!({ "id": 2 })).json()["current"],
+        2
+    );
+    assert_eq!(served.post("api/adopt", &json!({ "id": 1 })).status, 409);
+    assert_eq!(served.post("api/discard", &json!({ "id": 1 })).status, 200);
+    assert_eq!(served.get("api/mesh/1").status, 404);
+    for _ in 0..5 {
+        preview("auto");
+    }
+    let all = served.state()["states"].as_array().unwrap().len();
+    assert_eq!(all, 2 + 4);
+}
+
+#[test]
+fn the_file_itself_can_be_saved_in_another_format_and_drawn() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    served.save("mesh", "out.obj");
+    let saved = read_path(&desk.path("out.obj"), None).unwrap();
+    assert_eq!(
+        saved.mesh,
+        read_path(&desk.path("ball.ply"), None).unwrap().mesh
+    );
+    served.save("report", "before.html");
+    served.step(&fill(1));
+    served.save("report", "after.html");
+    let page = fs::read_to_string(desk.path("after.html")).unwrap();
+    assert!(page.contains("isomend fill --holes 1"), "its command line");
+    let answer = served.get("api/report/1");
+    assert!(
+        answer
+            .head
+            .contains("content-security-policy: sandbox allow-scripts"),
+        "{}",
+        answer.head
+    );
+    assert!(
+        answer.body.starts_with(b"<!doctype html>") || answer.body.starts_with(b"<!DOCTYPE html>")
+    );
+    let answer = served.post(
+        "api/save",
+        &json!({ "kind": "mask", "path": "m.faces", "mask": [[0, 2], [5, 6]] }),
+    );
+    assert_eq!(answer.status, 200);
+    assert_eq!(
+        fs::read_to_string(desk.path("m.faces")).unwrap(),
+        "0\n1\n5\n"
+    );
+    let loaded = served.post("api/mask/load", &json!({ "path": "m.faces" }));
+    assert_eq!(loaded.json()["runs"], json!([[0, 2], [5, 6]]));
+    fs::write(desk.path("far.faces"), "0\n999999\n").unwrap();
+    assert_eq!(
+        served
+            .post("api/mask/load", &json!({ "path": "far.faces" }))
+            .status,
+        422
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn unsaved_steps_are_kept_and_made_again() {
+    let desk = Desk::new();
+    let session = ".ball.ply.isomend-session.json".to_owned();
+    let served = Served::new(&desk, &["ball.ply"]);
+    served.step(&fill(1));
+    assert!(desk.files().contains(&session));
+    let mask = in_ball(&served, [0.0, 0.0, -1.0], 0.5);
+    served.step(&json!({ "kind": "restore", "mask": mask }));
+    served.save("mesh", "first.ply");
+    assert!(!desk.files().contains(&session), "all is saved");
+    let mask = in_ball(&served, [-1.0, 0.0, 0.0], 0.5);
+    served.step(&json!({ "kind": "restore", "mask": mask }));
+    let answer = served.post(
+        "api/save",
+        &json!({ "kind": "mesh", "path": "second.ply", "id": 3 }),
+    );
+    assert_eq!(answer.status, 200);
+    served.post("api/undo", &json!({}));
+    served.post("api/redo", &json!({}));
+    let mask = in_ball(&served, [0.0, -1.0, 0.0], 0.5);
+    served.step(&json!({ "kind": "restore", "mask": mask }));
+    let (code, said) = served.signalled("-INT");
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("--resume"), "{said}");
+    let served = Served::new(&desk, &["--resume", "ball.ply"]);
+    let state = served.wait(|s| s["busy"].is_null());
+    assert_eq!(state["current"], 4);
+    served.post("api/undo", &json!({}));
+    let wanted = json!({ "kind": "mesh", "path": "again.ply" });
+    assert_eq!(served.post("api/save", &wanted).status, 200);
+    assert_eq!(
+        fs::read(desk.path("again.ply")).unwrap(),
+        fs::read(desk.path("second.ply")).unwrap()
+    );
+    let (code, _) = served.signalled("-TERM");
+    assert_eq!(code, Some(0));
+    desk.save("ball.ply", &sphere(4), Format::Ply);
+    fs::write(desk.path(&session), b"{").unwrap();
+    let refused = desk.run(&["view", "ball.ply", "--resume", "--no-browser"]);
+    desk::assert_code(&refused, 1);
+    assert!(desk::text(&refused.stderr).contains("is not the file of a session"));
+}
