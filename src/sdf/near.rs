@@ -121,6 +121,22 @@ impl<'a> Faces<'a> {
     }
 }
 
+/// What is closest to `p` by the hierarchy over the faces that meet a box, if it is sure: faces that are not in it lie outside the
+/// box.
+fn within<'a>(
+    bounds: &Bounds,
+    p: DVec3,
+    limit: f64,
+    tree: impl FnOnce() -> &'a Bvh,
+) -> Option<Option<Closest>> {
+    if !bounds.contains(&Bounds::of_ball(p, 0.0)) {
+        return None;
+    }
+    let found = tree().closest(p, limit);
+    let reach = found.map_or(limit, |c| c.distance);
+    bounds.contains(&Bounds::of_ball(p, reach)).then_some(found)
+}
+
 /// Hierarchies over the faces near a place, each built when it is first asked for.
 pub(super) struct Near {
     place: Place,
@@ -149,25 +165,11 @@ impl Near {
             let meets = |f: &u32| Bounds::of(faces.mesh.corners(*f)).meets(&self.place.widest);
             faces.over(faces.list(false).filter(meets).collect())
         };
-        let Place {
-            usual: inner,
-            widest: outer,
-            ..
-        } = &self.place;
-        let trees: [(&Bounds, &OnceLock<Bvh>, &dyn Fn() -> Bvh); 2] =
-            [(inner, &self.usual, &usual), (outer, &self.widest, &widest)];
-        for (bounds, tree, built) in trees {
-            if !bounds.contains(&Bounds::of_ball(p, 0.0)) {
-                continue;
-            }
-            let found = tree.get_or_init(built).closest(p, limit);
-            // Faces that are not in the hierarchy lie outside its box.
-            let reach = found.map_or(limit, |c| c.distance);
-            if bounds.contains(&Bounds::of_ball(p, reach)) {
-                return found;
-            }
-        }
-        faces.all().closest(p, limit)
+        let first = || self.usual.get_or_init(usual);
+        let second = || self.widest.get_or_init(widest);
+        within(&self.place.usual, p, limit, first)
+            .or_else(|| within(&self.place.widest, p, limit, second))
+            .unwrap_or_else(|| faces.all().closest(p, limit))
     }
 
     /// Calls `visit` with every face, small components included, whose box meets the given one.
