@@ -184,13 +184,15 @@ def check(browser, page, keep):
     changes(f"clicking hole {wanted}")
     if keep:
         browser.screenshot(keep / f"{page.stem}_hole.png")
+    known = browser.run("isomend.viewer.mesh.error > 0 && !document.querySelector('#errors').hidden")
+    errors = [("[name=colour][value=error] + span", "expected errors")] if known else []
     for query, what in (("[name=wire] + span", "switching edges on"), ("[name=colour][value=curvature] + span", "curvature"),
-                        ("[name=colour][value=distance] + span", "distance"), ("[name=flat] + span", "flat shading"),
+                        ("[name=colour][value=distance] + span", "distance"), *errors, ("[name=flat] + span", "flat shading"),
                         ("[name=show][value=before] + span", "showing the mesh before"),
                         ("[name=show][value=after] + span", "showing the mesh after"), ("#theme", "the other theme")):
         browser.click_on(query)
         changes(what)
-        if what in ("curvature", "distance"):
+        if what in ("curvature", "distance", "expected errors"):
             browser.run("isomend.viewer.options.rims = false")
             hues = browser.run(DRAWN)["hues"]
             expect(hues >= (1 if what == "curvature" else 3), f"{what} shows {hues} hues")

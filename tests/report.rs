@@ -298,6 +298,7 @@ fn holes_are_outlined_and_numbered_where_they_are_seen() {
             gone: vec![false; mesh.faces.len()],
             patches: Vec::new(),
             rims,
+            errors: &[],
         };
         let drawn = picture_of_one(&Scene::new(&change, usize::MAX)).unwrap();
         Picture::new(&drawn).blue()
@@ -370,6 +371,7 @@ fn scene_of(mesh: &Mesh, limit: usize) -> (Scene, usize) {
         gone: vec![false; mesh.faces.len()],
         patches: filled.report.regions.iter().map(|r| r.new_faces).collect(),
         rims: rims.collect(),
+        errors: &filled.sigma,
     };
     let new = filled.mesh.faces.len() - mesh.faces.len();
     (Scene::new(&change, limit), new)
@@ -385,6 +387,25 @@ fn large_meshes_are_drawn_coarser_far_from_the_patches() {
     let (tiny, _) = scene_of(&mesh, 40);
     assert!(tiny.faces.len() <= 40);
     Picture::new(&picture(&tiny).unwrap());
+}
+
+#[test]
+fn expected_errors_are_those_of_new_vertices_alone() {
+    let (scene, _) = scene_of(&ball(), usize::MAX);
+    let new = scene.kept..scene.kept + scene.regions.len();
+    let (mut known, mut expected) = (0, 0);
+    for &v in scene.faces[..scene.kept].iter().flatten() {
+        known += usize::from(scene.error[v as usize] == 0.0);
+    }
+    for &v in scene.faces[new.clone()].iter().flatten() {
+        expected += usize::from(scene.error[v as usize] > 0.0);
+    }
+    assert_eq!(known, 3 * scene.kept);
+    assert!(
+        expected > new.len(),
+        "{expected} of {} corners",
+        3 * new.len()
+    );
 }
 
 #[test]
@@ -417,6 +438,7 @@ fn nothing_to_see_is_no_failure() {
         gone: Vec::new(),
         patches: vec![3],
         rims: vec![Vec::new()],
+        errors: &[],
     };
     let scene = Scene::new(&change, 10);
     Picture::new(&picture(&scene).unwrap());
@@ -428,6 +450,7 @@ fn nothing_to_see_is_no_failure() {
         gone: vec![false],
         patches: Vec::new(),
         rims: Vec::new(),
+        errors: &[],
     };
     Picture::new(&picture(&Scene::new(&change, 10)).unwrap());
 }

@@ -53,6 +53,8 @@ pub(super) struct Drawn<'a> {
     pub(super) after: &'a Mesh,
     /// So many of its faces, from the first on, were there before.
     pub(super) kept: usize,
+    /// The expected errors of its new vertices, which are the last.
+    pub(super) errors: &'a [Option<f64>],
     /// Remarks.
     pub(super) notes: &'a [String],
     /// What was found and done.
@@ -117,6 +119,7 @@ impl Drawings {
             gone: vec![false; mesh.faces.len()],
             patches: Vec::new(),
             rims: rims(mesh, found.holes.iter()),
+            errors: &[],
         };
         let scene = Scene::new(&change, FACES);
         let text = || self.page_of_one(input, loaded, found, &scene);
@@ -295,6 +298,7 @@ fn marked_scene(mesh: &Mesh, found: &Inspection, verdict: &Verdict) -> Scene {
         gone: vec![false; faces.len()],
         patches: DefectKind::ALL.map(|kind| of_kind(kind).count()).to_vec(),
         rims: rims(mesh, found.holes.iter()),
+        errors: &[],
     };
     Scene::new(&change, FACES).with_palette(&DefectKind::ALL.map(colour))
 }
@@ -328,6 +332,7 @@ impl Drawn<'_> {
             gone,
             patches: self.report.regions.iter().map(|r| r.new_faces).collect(),
             rims: rims(self.first, self.report.holes.iter().map(|h| &h.hole)),
+            errors: self.errors,
         };
         Scene::new(&change, FACES)
     }

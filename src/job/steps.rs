@@ -350,6 +350,7 @@ impl<'s> Mended<'s> {
             } else {
                 self.first.mesh.faces.len()
             },
+            errors: &self.sigma,
             notes: &notes,
             report: &self.report,
         })?;

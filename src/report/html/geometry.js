@@ -53,7 +53,7 @@ async function unpack(text, header) {
   const next = arrayReader(await inflated(text));
   const placed = (steps) => Float32Array.from(steps, (s) => s * header.step - header.radius);
   const positions = placed(next()), normals = normalsOf(next());
-  const curvatures = next(), distances = next(), faces = next(), regions = next();
+  const curvatures = next(), distances = next(), errors = next(), faces = next(), regions = next();
   const points = placed(next()), lengths = next();
   const rims = [];
   let start = 0;
@@ -67,7 +67,7 @@ async function unpack(text, header) {
     new: [header.kept, header.kept + header.new],
     gone: [header.kept + header.new, count],
   };
-  const mesh = { ...header, positions, normals, curvatures, distances, faces, regions, rims, parts };
+  const mesh = { ...header, positions, normals, curvatures, distances, errors, faces, regions, rims, parts };
   return { ...mesh, facts: factsOf(mesh) };
 }
 

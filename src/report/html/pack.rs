@@ -14,7 +14,7 @@ use super::super::view::Scene;
 
 /// Steps along the longest extent.
 const STEPS: f64 = 1_048_576.0;
-/// Values of the curvature and the distance go up to this.
+/// Values of the curvature, the distance and the expected error go up to this.
 const VALUES: f32 = 127.0;
 /// The largest values, this part of all, are shown as one.
 const OUTLIERS: f64 = 0.03;
@@ -30,9 +30,10 @@ pub struct Header {
     /// Numbers of faces of both meshes, and of new ones.
     kept: usize,
     new: usize,
-    /// Curvature and distance at the largest value.
+    /// Curvature, distance and expected error at the largest value; the last is 0 where none is known.
     curvature: f32,
     distance: f32,
+    error: f32,
     /// Whether new faces get a colour of their own.
     marks: bool,
     /// The colour of each region, where they have their own: red, green and blue from 0 to 1.
@@ -54,6 +55,7 @@ pub fn packed(scene: &Scene) -> (String, Header) {
     };
     let curvature = limit(scene.curvature.iter().map(|h| h.abs()));
     let distance = limit(scene.distance.iter().copied().filter(|d| *d > 0.0));
+    let error = limit(scene.error.iter().copied().filter(|e| *e > 0.0));
     let scaled = |x: &f32, top: f32| {
         let part = if top > 0.0 { x / top } else { 0.0 };
         (part.clamp(-1.0, 1.0) * VALUES).round() as i64
@@ -70,6 +72,8 @@ pub fn packed(scene: &Scene) -> (String, Header) {
     put(1, values.map(|x| scaled(x, curvature)).collect());
     let values = scene.distance.iter();
     put(1, values.map(|x| scaled(x, distance)).collect());
+    let values = scene.error.iter();
+    put(1, values.map(|x| scaled(x, error)).collect());
     let corners = scene.faces.iter().flatten();
     put(1, corners.map(|&v| i64::from(v)).collect());
     put(1, scene.regions.iter().map(|&r| i64::from(r)).collect());
@@ -84,6 +88,7 @@ pub fn packed(scene: &Scene) -> (String, Header) {
         new: scene.regions.len(),
         curvature,
         distance,
+        error,
         marks: scene.marks_new(),
         palette: (scene.palette.iter())
             .map(|c| c.rgb.map(|byte| f32::from(byte) / 255.0))

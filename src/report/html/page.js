@@ -16,8 +16,8 @@ function say(text, trouble = false) {
 const SCALES = {
   curvature: { name: "sum of the principal curvatures, 1/length", kind: 1, values: "curvatures" },
   distance: { name: "distance of what is new or gone from the other mesh", kind: 2, values: "distances", skipKept: true },
+  error: { name: "expected error of what is new", kind: 2, values: "errors", skipKept: true },
 };
-
 
 function option(name, value) {
   const inputs = all(`[name="${name}"]`);
@@ -124,7 +124,7 @@ function clicked(event, at) {
 function useKeys() {
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=text]")) return;
-    const options = viewer.options, colours = data.single ? ["plain", "curvature"] : ["plain", "curvature", "distance"];
+    const options = viewer.options, colours = ["plain", "curvature", ...data.single ? [] : ["distance"], ...data.scene.error > 0 ? ["error"] : []];
     const actions = {
       0: reset,
       1: () => option("show", "before"),
@@ -162,6 +162,7 @@ async function begin() {
     input.addEventListener("change", () => option(input.name, input.type === "radio" ? input.value : input.checked));
     if (input.type === "checkbox") option(input.name, input.checked);
   }
+  find("#errors").hidden = !(data.scene.error > 0);
   option("show", data.single ? (mesh.palette.length ? "after" : "before") : innerWidth < 700 ? "after" : "both");
   find("#reset").addEventListener("click", reset);
   usePointers(viewer, { click: clicked });

@@ -46,6 +46,8 @@ pub struct Change<'a> {
     pub patches: Vec<usize>,
     /// The closed rims of the holes, in the order of the holes' numbers, from 1.
     pub rims: Vec<Vec<DVec3>>,
+    /// The expected errors of the last vertices of `after`, which are the new ones; none where there is none to be had.
+    pub errors: &'a [Option<f64>],
 }
 
 /// What is drawn. Lengths are in the mesh's units, relative to [`Scene::origin`].
@@ -62,6 +64,8 @@ pub struct Scene {
     pub curvature: Vec<f32>,
     /// Distance of the vertices from the other of the two meshes.
     pub distance: Vec<f32>,
+    /// Expected error of the vertices; 0 where they are known, or nothing is.
+    pub error: Vec<f32>,
     /// Faces: those of both meshes, then those only after, then those only before.
     pub faces: Vec<[u32; 3]>,
     /// Number of faces of both meshes.
@@ -103,6 +107,10 @@ impl Scene {
         let kept = change.kept.min(after.faces.len());
         let mut parts = Parts::new(&after, Shading::new(&after));
         parts.measure(&after.faces[kept..], &before);
+        let new = parts.error.len().saturating_sub(change.errors.len());
+        for (own, error) in parts.error[new..].iter_mut().zip(change.errors) {
+            *own = error.map_or(0.0, |e| e as f32);
+        }
         parts.add_gone(&before, &change.gone, &after);
         let all_faces = parts.faces.len();
         let rims: Vec<DVec3> = change.rims.iter().flatten().copied().collect();
@@ -164,6 +172,7 @@ struct Parts {
     positions: Vec<DVec3>,
     shading: Shading,
     distance: Vec<f32>,
+    error: Vec<f32>,
     faces: Vec<[u32; 3]>,
 }
 
@@ -173,6 +182,7 @@ impl Parts {
             positions: after.positions.clone(),
             shading,
             distance: vec![0.0; after.positions.len()],
+            error: vec![0.0; after.positions.len()],
             faces: after.faces.clone(),
         }
     }
@@ -214,6 +224,7 @@ impl Parts {
                     *slot = self.positions.len() as u32;
                     self.positions.push(before.positions[v as usize]);
                     self.distance.push(0.0);
+                    self.error.push(0.0);
                     self.shading.push(&shading, v);
                 }
                 *slot
@@ -246,6 +257,7 @@ impl Parts {
             normals: Vec::new(),
             curvature: Vec::new(),
             distance: Vec::new(),
+            error: Vec::new(),
             faces: Vec::with_capacity(faces.len()),
             kept: faces.iter().filter(|(f, _)| (*f as usize) < kept).count(),
             regions: faces
@@ -270,6 +282,7 @@ impl Parts {
                     scene.normals.push(self.shading.normals[v]);
                     scene.curvature.push(self.shading.curvature[v]);
                     scene.distance.push(self.distance[v]);
+                    scene.error.push(self.error[v]);
                     scene.radius = scene.radius.max(self.positions[v].distance(origin));
                 }
                 *slot
