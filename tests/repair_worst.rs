@@ -45,9 +45,9 @@ fn assert_not_worse(bad: &Mesh, done: &Repaired) {
 
 /// Shells that lie in each other, whose caps cross the inner ones whatever is done.
 fn shells() -> Mesh {
-    let shell = cut(&turned(sphere(5)), |p| p.z > 0.1);
+    let shell = cut(&turned(sphere(4)), |p| p.z > 0.1);
     let mut all = shell.clone();
-    for i in 1..4 {
+    for i in 1..3 {
         let by = DVec3::new(0.07, 0.02, 0.25) * f64::from(i);
         all = joined(&all, &moved(&shell, 1.0 - 0.18 * f64::from(i), by));
     }
@@ -189,22 +189,20 @@ fn heaps_of_shells_balls_and_triangles_never_get_worse() {
     for seed in 1..5 {
         let mut noise = Noise(seed * 7919);
         let mut bad = turned(sphere(4));
-        for i in 0..4 {
+        for i in 0..3 {
             let (at, size) = (noise.vector(), 0.4 + 0.3 * noise.next());
             let whole = moved(&turned(sphere(3)), size, at);
             let (side, far) = (noise.vector(), 0.5 * noise.next());
             let part = cut(&whole, |p| (p - at).dot(side) > far * size);
-            bad = joined(&bad, if i % 2 == 0 { &whole } else { &part });
+            bad = joined(&bad, if i == 1 { &whole } else { &part });
         }
         for _ in 0..5 {
             let (at, size) = (noise.vector(), 0.2);
             let corners = (0..3).map(|_| at + size * noise.vector()).collect();
             bad = joined(&bad, &Mesh::new(corners, vec![[0, 1, 2]]));
         }
-        for borders in [false, true] {
-            let mut params = RepairParams::default();
-            params.borders = borders;
-            assert_not_worse(&bad, &repaired(&bad, &params));
-        }
+        let mut params = RepairParams::default();
+        params.borders = seed % 2 == 0;
+        assert_not_worse(&bad, &repaired(&bad, &params));
     }
 }
