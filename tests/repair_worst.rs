@@ -45,9 +45,9 @@ fn assert_not_worse(bad: &Mesh, done: &Repaired) {
 
 /// Shells that lie in each other, whose caps cross the inner ones whatever is done.
 fn shells() -> Mesh {
-    let shell = cut(&turned(sphere(6)), |p| p.z > 0.1);
+    let shell = cut(&turned(sphere(4)), |p| p.z > 0.1);
     let mut all = shell.clone();
-    for i in 1..4 {
+    for i in 1..3 {
         let by = DVec3::new(0.07, 0.02, 0.25) * f64::from(i);
         all = joined(&all, &moved(&shell, 1.0 - 0.18 * f64::from(i), by));
     }
@@ -116,6 +116,56 @@ fn a_face_that_hangs_on_an_open_sheet_by_one_edge_stays() {
     assert_eq!(repaired(&bad, &params).mesh, sheet);
 }
 
+/// A strip of triangles that hangs on the edge of a face by its first edge, its further corners by turns at the two factors of their
+/// distance from the middle of the mesh.
+fn with_scrap(mesh: &Mesh, face: usize, faces: u32, factors: [f64; 2]) -> Mesh {
+    let mut bad = mesh.clone();
+    let [a, b, c] = mesh.faces[face];
+    let at = |v: u32| mesh.positions[v as usize];
+    let middle = 0.5 * (at(a) + at(b));
+    let first = mesh.positions.len() as u32;
+    for i in 0..faces {
+        let p = middle + 0.5 * f64::from(i) * (at(c) - middle);
+        bad.positions.push(factors[i as usize % 2] * p);
+    }
+    let strip: Vec<u32> = [a, b].into_iter().chain(first..first + faces).collect();
+    for (f, i) in strip.windows(3).zip(0..) {
+        let turned = [f[1], f[0], f[2]];
+        let straight = [f[0], f[1], f[2]];
+        bad.faces.push(if i % 2 == 0 { turned } else { straight });
+    }
+    bad
+}
+
+#[test]
+fn scraps_that_cross_what_they_hang_on_go() {
+    let mesh = turned(sphere(8));
+    for faces in [4, 6] {
+        let bad = with_scrap(&mesh, 40, faces, [1.08, 0.92]);
+        assert!(verdict(&bad).count(DefectKind::Crossing) > 0);
+        let done = repaired(&bad, &RepairParams::default());
+        let after = verdict(&done.mesh);
+        assert!(after.is_sound(), "{}", after.line());
+        assert_eq!(done.report.left_crossing, 0);
+        assert!(done.report.lost_faces < 100, "{}", done.report.lost_faces);
+    }
+}
+
+#[test]
+fn a_face_that_hangs_on_a_sheet_goes_where_the_sheet_gets_closed() {
+    let mesh = cut(&turned(sphere(8)), |p| polar(p) < 20.0);
+    let low = |f: &[u32; 3]| f.iter().all(|v| polar(mesh.positions[*v as usize]) > 120.0);
+    let face = mesh.faces.iter().position(low).unwrap();
+    let bad = with_scrap(&mesh, face, 1, [1.3, 1.0]);
+    let done = repaired(&bad, &RepairParams::default());
+    let after = verdict(&done.mesh);
+    assert!(after.is_sound(), "{}", after.line());
+    assert_eq!(done.mesh.faces[..mesh.faces.len()], mesh.faces);
+    let r = &done.report;
+    assert_eq!((r.lost_faces, r.non_manifold_faces), (1, 1));
+    assert_eq!(r.fill.holes.len(), 1);
+}
+
 /// Numbers that look random, the same each time.
 struct Noise(u64);
 
@@ -136,25 +186,23 @@ impl Noise {
 
 #[test]
 fn heaps_of_shells_balls_and_triangles_never_get_worse() {
-    for seed in 1..9 {
+    for seed in 1..5 {
         let mut noise = Noise(seed * 7919);
-        let mut bad = turned(sphere(5));
-        for i in 0..4 {
+        let mut bad = turned(sphere(4));
+        for i in 0..3 {
             let (at, size) = (noise.vector(), 0.4 + 0.3 * noise.next());
-            let whole = moved(&turned(sphere(4)), size, at);
+            let whole = moved(&turned(sphere(3)), size, at);
             let (side, far) = (noise.vector(), 0.5 * noise.next());
             let part = cut(&whole, |p| (p - at).dot(side) > far * size);
-            bad = joined(&bad, if i % 2 == 0 { &whole } else { &part });
+            bad = joined(&bad, if i == 1 { &whole } else { &part });
         }
         for _ in 0..5 {
             let (at, size) = (noise.vector(), 0.2);
             let corners = (0..3).map(|_| at + size * noise.vector()).collect();
             bad = joined(&bad, &Mesh::new(corners, vec![[0, 1, 2]]));
         }
-        for borders in [false, true] {
-            let mut params = RepairParams::default();
-            params.borders = borders;
-            assert_not_worse(&bad, &repaired(&bad, &params));
-        }
+        let mut params = RepairParams::default();
+        params.borders = seed % 2 == 0;
+        assert_not_worse(&bad, &repaired(&bad, &params));
     }
 }

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::draft::Draft;
 use super::params::CrossingPass;
+use super::scraps;
 use crate::check::{crossing, meets};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::cut::settled;
@@ -85,7 +86,9 @@ pub(super) fn cut_patches(
 pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
     let (removed, cut) = {
         let found = draft.inspect()?;
-        let Some((removed, left, pairs)) = cuts(&found, rings) else {
+        let Some((removed, left, pairs)) =
+            cuts(&found, rings, &scraps::pieces(draft, &found.topology))
+        else {
             return Ok(None);
         };
         let marked = removed.iter().filter(|r| **r).count();
@@ -142,9 +145,13 @@ impl Cut {
     }
 }
 
-/// The faces to cut out, the number of components that are left as they are, and the pairs that cross.
+/// The faces to cut out, with the scraps of which little would be left, the number of components that are left as they are, and the pairs that cross.
 #[expect(clippy::type_complexity, reason = "used once")]
-fn cuts(found: &Inspection, rings: usize) -> Option<(Vec<bool>, usize, Vec<(u32, u32)>)> {
+fn cuts(
+    found: &Inspection,
+    rings: usize,
+    scraps: &[bool],
+) -> Option<(Vec<bool>, usize, Vec<(u32, u32)>)> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let mut rings_of = vec![Some(rings); topology.piece_faces.len()];
     let piece = |f: u32| topology.piece[f as usize] as usize;
@@ -158,7 +165,7 @@ fn cuts(found: &Inspection, rings: usize) -> Option<(Vec<bool>, usize, Vec<(u32,
             marks[f as usize] = true;
         }
         grow(mesh, topology, &mut marks, &rings_of);
-        let removed = settled(mesh, topology, &marks, true);
+        let mut removed = settled(mesh, topology, &marks, true);
         let mut left = topology.piece_faces.clone();
         for f in topology.faces().filter(|f| removed[*f as usize]) {
             left[piece(f)] -= 1;
@@ -169,8 +176,13 @@ fn cuts(found: &Inspection, rings: usize) -> Option<(Vec<bool>, usize, Vec<(u32,
             left[p] == 0
                 || (wide && left[p] <= SMALL_FACES && topology.piece_faces[p] > SMALL_FACES)
         };
-        let gone: Vec<usize> = (0..left.len()).filter(|&p| little(p)).collect();
+        let gone: Vec<usize> = (0..left.len())
+            .filter(|&p| little(p) && !scraps[p])
+            .collect();
         if gone.is_empty() {
+            for f in topology.faces() {
+                removed[f as usize] |= scraps[piece(f)] && little(piece(f));
+            }
             let barred = rings_of.iter().filter(|r| r.is_none()).count();
             return Some((removed, barred, pairs));
         }

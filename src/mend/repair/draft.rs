@@ -22,6 +22,8 @@ pub(super) struct Draft {
     pub(super) region: Vec<u32>,
     /// For each face of the input its component there; [`NONE`] for degenerate faces.
     component: Vec<u32>,
+    /// Faces of the input that are scraps of their component; see [`super::scraps`]. None where there are no scraps.
+    scrap: HashSet<u32>,
 }
 
 /// How far a draft is from sound: what counts most comes first.
@@ -51,6 +53,7 @@ impl Draft {
     pub(super) fn new(mesh: &Mesh, component: Vec<u32>) -> Self {
         Self {
             component,
+            scrap: HashSet::new(),
             origins: Origins::of(mesh),
             sigma: vec![None; mesh.positions.len()],
             region: vec![NONE; mesh.faces.len()],
@@ -88,11 +91,37 @@ impl Draft {
     }
 
     /// The component of the input that a face comes from; [`NONE`] where it is new or was degenerate.
-    fn component(&self, face: usize) -> u32 {
+    pub(super) fn component(&self, face: usize) -> u32 {
         match self.origins.faces[face].face {
             NONE => NONE,
             old => self.component[old as usize],
         }
+    }
+
+    /// Makes the components of some faces one with that of another face, of which these faces are scraps then.
+    pub(super) fn join(&mut self, faces: &[usize], host: usize) {
+        let host = self.component(host);
+        if host == NONE {
+            return;
+        }
+        let own: HashSet<u32> = faces.iter().map(|f| self.component(*f)).collect();
+        for component in &mut self.component {
+            if *component != NONE && own.contains(component) {
+                *component = host;
+            }
+        }
+        let old = faces.iter().map(|f| self.origins.faces[*f].face);
+        self.scrap.extend(old.filter(|f| *f != NONE));
+    }
+
+    /// Whether a face of the input is one of a scrap; none for those of patches.
+    pub(super) fn is_scrap(&self, face: usize) -> Option<bool> {
+        let old = self.origins.faces[face].face;
+        (old != NONE).then(|| self.scrap.contains(&old))
+    }
+
+    pub(super) fn has_scraps(&self) -> bool {
+        !self.scrap.is_empty()
     }
 
     /// Lets the faces of those components of the input stay of which a cut would leave nothing; returns how many components these are.

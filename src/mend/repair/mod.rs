@@ -10,6 +10,7 @@ mod draft;
 mod flat;
 mod orient;
 mod params;
+mod scraps;
 mod sheets;
 mod told;
 mod widen;
@@ -141,6 +142,7 @@ impl Run<'_> {
             self.report.turned_faces = orient::orient(&mut self.draft)?;
         }
         if params.split {
+            scraps::join(&mut self.draft)?;
             sheets::separate(&mut self.draft, &mut self.report)?;
             // What was separated may be a body whose outside is known only now.
             if params.orient && self.report.split_vertices + self.report.non_manifold_faces > 0 {
@@ -200,8 +202,10 @@ impl Run<'_> {
             }
             old = border(&self.draft.inspect()?);
         }
+        scraps::drop(&mut self.draft, &mut self.report)?;
         if self.params.crossings {
             self.clear()?;
+            scraps::drop(&mut self.draft, &mut self.report)?;
         }
         if self.params.clean {
             clean::flip_new(&mut self.draft)?;

@@ -71,7 +71,7 @@ fn cut(draft: &mut Draft, faces: &[u32]) -> Result<usize, FillError> {
 }
 
 /// The half-edges of crowded edges in pairs between which the body lies, and the edges round which bodies and gaps do not alternate.
-fn paired(found: &Inspection, crowded: &[Vec<u32>]) -> (Vec<[u32; 2]>, Vec<Vec<u32>>) {
+pub(super) fn paired(found: &Inspection, crowded: &[Vec<u32>]) -> (Vec<[u32; 2]>, Vec<Vec<u32>>) {
     let (mut pairs, mut unclear) = (Vec::new(), Vec::new());
     for half_edges in crowded {
         match around_edge(&found.mesh, half_edges) {
@@ -204,7 +204,7 @@ fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Ve
 }
 
 /// Which components have borders.
-fn open_pieces(topology: &Topology) -> Vec<bool> {
+pub(super) fn open_pieces(topology: &Topology) -> Vec<bool> {
     let mut open = vec![false; topology.piece_faces.len()];
     let border = (0..topology.boundary.len()).filter(|h| topology.boundary[*h]);
     border.for_each(|h| open[topology.piece[h / 3] as usize] = true);

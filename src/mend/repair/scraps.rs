@@ -1,0 +1,138 @@
+//! Scraps: small sheets that hang on much larger surfaces at edges which cannot be separated, as folds of a scan do.
+//!
+//! They are parts of the component on which they hang: they go where they cross it, and where it is closed and they are not.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use super::RepairReport;
+use super::draft::Draft;
+use super::sheets::{open_pieces, paired};
+use super::{Edge, edges};
+use crate::mend::{FillError, HoleOutcome, Inspection};
+use crate::mesh::topology::NONE;
+use crate::mesh::{Topology, area_vector};
+
+/// A sheet with less than this part of the area of what it hangs on is a scrap of it.
+const SCRAP: f64 = 0.01;
+
+/// Makes sheets with borders parts of the component on which they hang.
+pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
+    let joins: Vec<(Vec<usize>, usize)> = {
+        let found = draft.inspect()?;
+        let hosts = hosts(&found);
+        let involved: BTreeSet<u32> = hosts.iter().flat_map(|(p, q)| [*p, *q]).collect();
+        let mut faces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for f in found.topology.faces() {
+            let piece = found.topology.piece[f as usize];
+            if involved.contains(&piece) {
+                faces.entry(piece).or_default().push(f as usize);
+            }
+        }
+        let join = |(scrap, host): (&u32, &u32)| {
+            let own = faces[scrap].clone();
+            (own, most(draft, &faces[host]))
+        };
+        hosts.iter().map(join).collect()
+    };
+    for (faces, host) in joins {
+        draft.join(&faces, host);
+    }
+    Ok(())
+}
+
+/// A face of the component to which most of some faces belong.
+fn most(draft: &Draft, faces: &[usize]) -> usize {
+    let mut count: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
+    for &f in faces {
+        count.entry(draft.component(f)).or_insert((0, f)).0 += 1;
+    }
+    let most = count.values().max();
+    most.map_or(faces[0], |(_, f)| *f)
+}
+
+/// For each piece that is a scrap the largest one on which it hangs.
+fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let (_, unclear) = paired(found, &topology.crowded_edges(mesh));
+    if unclear.is_empty() {
+        return BTreeMap::new();
+    }
+    let mut area = vec![0.0; topology.piece_faces.len()];
+    for f in topology.faces() {
+        let own = 0.5 * area_vector(mesh.corners(f)).length();
+        area[topology.piece[f as usize] as usize] += own;
+    }
+    let open = open_pieces(topology);
+    let mut hosts: BTreeMap<u32, u32> = BTreeMap::new();
+    for half_edges in unclear {
+        let pieces = half_edges.iter().map(|h| topology.piece[*h as usize / 3]);
+        let pieces: BTreeSet<u32> = pieces.collect();
+        let larger = |p: &&u32, q: &&u32| area[**p as usize].total_cmp(&area[**q as usize]);
+        let Some(&largest) = pieces.iter().max_by(larger) else {
+            continue;
+        };
+        let is_scrap =
+            |p: &&u32| open[**p as usize] && area[**p as usize] < SCRAP * area[largest as usize];
+        for &p in pieces.iter().filter(is_scrap) {
+            let host = hosts.entry(p).or_insert(largest);
+            if area[*host as usize] < area[largest as usize] {
+                *host = largest;
+            }
+        }
+    }
+    hosts
+}
+
+/// Which pieces are scraps, but for what was filled of them.
+pub(super) fn pieces(draft: &Draft, topology: &Topology) -> Vec<bool> {
+    let (mut some, mut all) = (
+        vec![false; topology.piece_faces.len()],
+        vec![true; topology.piece_faces.len()],
+    );
+    for f in topology.faces() {
+        let piece = topology.piece[f as usize] as usize;
+        if let Some(scrap) = draft.is_scrap(f as usize) {
+            some[piece] = true;
+            all[piece] &= scrap;
+        }
+    }
+    some.iter()
+        .zip(all)
+        .map(|(some, all)| *some && all)
+        .collect()
+}
+
+/// Takes scraps with borders out where all else of their component is closed, and what was told of their borders.
+pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
+    if !draft.has_scraps() {
+        return Ok(());
+    }
+    let (removed, rims) = {
+        let found = draft.inspect()?;
+        let topology = &found.topology;
+        let open = open_pieces(topology);
+        let scraps = pieces(draft, topology);
+        let piece = |f: u32| topology.piece[f as usize] as usize;
+        let mut is_closed: HashMap<u32, bool> = HashMap::new();
+        for f in topology.faces().filter(|f| !scraps[piece(*f)]) {
+            *is_closed.entry(draft.component(f as usize)).or_insert(true) &= !open[piece(f)];
+        }
+        let mut goes: Vec<bool> = scraps.iter().zip(&open).map(|(s, o)| *s && *o).collect();
+        for f in topology.faces().filter(|f| scraps[piece(*f)]) {
+            let component = draft.component(f as usize);
+            goes[piece(f)] &= component == NONE || is_closed.get(&component) == Some(&true);
+        }
+        let mut removed = vec![false; draft.mesh.faces.len()];
+        for f in topology.faces() {
+            removed[f as usize] = goes[piece(f)];
+        }
+        let gone = found.holes.iter().filter(|h| goes[h.piece as usize]);
+        let rims: HashSet<Edge> = gone.flat_map(|h| edges(&h.rim)).collect();
+        (removed, rims)
+    };
+    report.non_manifold_faces += draft.remove(&removed);
+    let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));
+    let holes = &mut report.fill.holes;
+    holes.retain(|h| !is_open(&h.outcome) || !edges(&h.hole.rim).any(|e| rims.contains(&e)));
+    Ok(())
+}
