@@ -44,10 +44,10 @@ def scans(tmp_path):
 
 
 def slow(folder, count):
-    """Meshes that take a second or so each."""
+    """Meshes that take two seconds or more each, so that whoever looks once a second meets their work."""
     folder.mkdir()
     for number in range(count):
-        isomend.Model(*shapes.open_sphere(around=160 + number, latitudes=80, top=32)).write(folder / f"{number:02}.ply")
+        isomend.Model(*shapes.open_sphere(around=240 + number, latitudes=120, top=48)).write(folder / f"{number:02}.ply")
     return folder
 
 
