@@ -65,6 +65,16 @@ pub struct EvolutionStep {
     pub refused: usize,
 }
 
+/// What is known of a step before its end is looked at; see [`EvolutionStep`].
+struct Taken {
+    time_step: f64,
+    energy_before: f64,
+    movement: f64,
+    mean_movement: f64,
+    iterations: usize,
+    refused: usize,
+}
+
 /// Why a run paused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pause {
@@ -193,13 +203,8 @@ impl Evolution {
     ) -> Option<Pause> {
         let (mut refused, mut band_steps) = (0, 0);
         while self.time < until && !state.is_stale() {
-            let left = until - self.time;
-            let wanted = self.next.min((PART * self.time).max(FIRST));
-            let time_step = if wanted < 0.9 * left { wanted } else { left };
-            let settings = FlowSettings {
-                time_step,
-                ..self.settings
-            };
+            let settings = self.next_step(self.next.min((PART * self.time).max(FIRST)), until);
+            let time_step = settings.time_step;
             let (direction, at) = state.direction(grid, mask, &settings);
             let energy_before = at.energy;
             let far = direction.movement.is_nan() || direction.movement > MOST_MOVEMENT;
@@ -220,39 +225,64 @@ impl Evolution {
                 self.next = cut.min(0.7) * time_step;
                 continue;
             }
-            self.time = if time_step == left {
-                until
-            } else {
-                self.time + time_step
-            };
-            let (energy_after, surface) = state
-                .at
-                .as_ref()
-                .map_or((f64::NAN, f64::NAN), |at| (at.energy, at.surface));
-            let step = EvolutionStep {
-                time: self.time,
+            let step = Taken {
                 time_step,
                 energy_before,
-                energy_after,
-                willmore: surface / WIDTH,
                 movement: direction.movement,
                 mean_movement: direction.mean_movement,
                 iterations: direction.iterations,
                 refused,
             };
+            let step = self.record(state, step, until);
             (refused, band_steps) = (0, band_steps + 1);
             let growth = 0.7 * MOST_MOVEMENT / direction.movement.max(1e-9);
             self.next = self.next.max(time_step) * growth.clamp(CUT, GROWTH);
-            self.steps.push(step);
             if !watch(&step) {
                 return Some(Pause::Stopped);
             }
         }
         None
     }
-}
 
-impl Evolution {
+    /// The settings of a step of the wanted length, or of what is left where that is hardly more.
+    fn next_step(&self, wanted: f64, until: f64) -> FlowSettings {
+        let left = until - self.time;
+        FlowSettings {
+            time_step: if wanted < 0.9 * left { wanted } else { left },
+            ..self.settings
+        }
+    }
+
+    /// Notes a step whose end the state is at.
+    fn record(
+        &mut self,
+        state: &BandState<WillmoreBand>,
+        taken: Taken,
+        until: f64,
+    ) -> EvolutionStep {
+        let time_step = taken.time_step;
+        self.time = if time_step == until - self.time {
+            until
+        } else {
+            self.time + time_step
+        };
+        let at = state.at.as_ref();
+        let (energy_after, surface) = at.map_or((f64::NAN, f64::NAN), |a| (a.energy, a.surface));
+        let step = EvolutionStep {
+            time: self.time,
+            time_step,
+            energy_before: taken.energy_before,
+            energy_after,
+            willmore: surface / WIDTH,
+            movement: taken.movement,
+            mean_movement: taken.mean_movement,
+            iterations: taken.iterations,
+            refused: taken.refused,
+        };
+        self.steps.push(step);
+        step
+    }
+
     /// Steps that double the time, until the band is stale or the run is over; each takes its time, however far it gets.
     fn coarsely(
         &mut self,
@@ -263,38 +293,20 @@ impl Evolution {
         watch: &mut dyn FnMut(&EvolutionStep) -> bool,
     ) -> Option<Pause> {
         while self.time < until && !state.is_stale() {
-            let left = until - self.time;
-            let wanted = self.time.max(FIRST_PART * until);
-            let time_step = if wanted < 0.9 * left { wanted } else { left };
-            let settings = FlowSettings {
-                time_step,
-                ..self.settings
-            };
+            let settings = self.next_step(self.time.max(FIRST_PART * until), until);
             let (mut direction, at) = state.direction(grid, mask, &settings);
             direction.clip(MOST_AT_ONCE);
             let energy_before = at.energy;
             let fraction = state.advance_part(&direction, at);
-            self.time = if time_step == left {
-                until
-            } else {
-                self.time + time_step
-            };
-            let (energy_after, surface) = state
-                .at
-                .as_ref()
-                .map_or((f64::NAN, f64::NAN), |at| (at.energy, at.surface));
-            let step = EvolutionStep {
-                time: self.time,
-                time_step,
+            let step = Taken {
+                time_step: settings.time_step,
                 energy_before,
-                energy_after,
-                willmore: surface / WIDTH,
                 movement: fraction * direction.movement.min(MOST_AT_ONCE),
                 mean_movement: fraction * direction.mean_movement,
                 iterations: direction.iterations,
                 refused: usize::from(fraction < 1.0),
             };
-            self.steps.push(step);
+            let step = self.record(state, step, until);
             if !watch(&step) {
                 return Some(Pause::Stopped);
             }
