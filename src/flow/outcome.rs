@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::band::WIDTH;
 use super::settings::{Energy, FlowSettings};
 
 /// After so many steps the surface counts as steady by the mean movement of its nodes too: on rough data a few nodes move on.
@@ -57,4 +58,12 @@ pub struct FlowOutcome {
     pub energy_after: f64,
     /// Weight of the eikonal term at the end.
     pub kappa: f64,
+}
+
+impl FlowOutcome {
+    /// ½∫h² of the free part of the surface at the end, by the co-area formula the mean over the levels in the band, if that is
+    /// the energy that was minimised.
+    pub fn willmore(&self) -> f64 {
+        self.energy_after / WIDTH
+    }
 }

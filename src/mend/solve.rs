@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::attempt::{Found, Unsteady};
 use super::damaged::Damaged;
 use super::finished::FinishedPatch;
 use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
@@ -11,37 +12,23 @@ use super::params::{FillParams, SurfaceKind};
 use super::patch::RegionPatch;
 use super::report::{FEW_EDGES, RegionReport};
 use super::tries::{Prospects, Try, Verdict, cost, next_try};
-use crate::flow::{FlowSettings, Variant};
 use crate::mesh::{Hole, Mesh};
-use crate::region::{
-    BoxSize, Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Sphere, Start,
-    VoxelSize, solve_nested,
-};
+use crate::region::{BoxSize, LevelSurface, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
 use crate::stitch::{Patch, close_seam};
 
 /// Loops of at most this many edges are solved once only: their few edges say little about the surface, and a finer grid does
 /// not add to that.
 const SMALL_EDGES: usize = 16;
-/// A surface that is not steady is kept for want of a better one when the step that led to it moved it by less than this, in
-/// voxels.
-const NEARLY_STEADY: f64 = 1.0;
-/// The next try starts from it when that step moved it by less than this: one that is farther from rest has often begun to run to
+/// The next try starts from a surface that is not steady when its last step moved it by less than this: one that is farther from rest has often begun to run to
 /// a worse minimum, and a triangulation is the better start.
 const WORTH_A_START: f64 = 0.1;
-/// A surface that finds no rest within so many nodes of the side of its box may want a wider one.
-const NEAR_SIDE: i32 = 9;
 /// What further tries at a region may cost, in unknowns times steps: about six seconds of one core.
 const BUDGET: u64 = 1_000_000;
 /// A rim is the end of a tube when it is planar to this part of its diameter,
 const FLAT_RIM: f64 = 0.01;
 /// and the mean of the directions in which the surface would continue is at least so long: those of a tube have length 1.
 const PARALLEL: f64 = 0.98;
-/// Before a finish the flow is steady enough when no node moves by more than this, in voxels, or in the root mean square and none
-/// by more than so many times as much: the finish goes on from there.
-const BEFORE_FINISH: (f64, f64) = (0.02, 2.5);
-/// Most steps on a grid with the paper's variants, which converge linearly.
-const MOST_STEPS: usize = 200;
 
 /// The work on one region.
 #[derive(Clone, Copy)]
@@ -87,7 +74,7 @@ pub(super) fn first_region(mesh: &Mesh, holes: &[&Hole], params: &FillParams) ->
 
 /// The lattice of a try; `extent` bounds the surface that it starts from, if any. It may be `coarse` where patches are finished
 /// on their own triangles.
-fn region(
+pub(super) fn region(
     mesh: &Mesh,
     holes: &[&Hole],
     params: &FillParams,
@@ -111,32 +98,6 @@ fn region(
     }
     let finer = (part * region.voxel).max(region.diameter / most_across);
     of(VoxelSize::Length(finer.min(region.voxel)))
-}
-
-/// What a try came to.
-struct Tried<'a> {
-    verdict: Verdict,
-    report: RegionReport,
-    /// The surface, where it was joined or is all that was asked for.
-    patch: Option<Found>,
-    /// What it was extracted from, where it was not joined for want of rest.
-    unsteady: Option<Unsteady<'a>>,
-}
-
-/// A surface that is nearly steady.
-struct Unsteady<'a> {
-    solved: Solved,
-    region: Region,
-    data: MeshData<'a>,
-    report: RegionReport,
-}
-
-/// The surface that a try found.
-enum Found {
-    /// A patch.
-    Patch(Patch),
-    /// The zero set by itself.
-    Whole(Mesh),
 }
 
 impl RegionWork<'_> {
@@ -259,160 +220,6 @@ impl RegionWork<'_> {
             ..kept.report
         };
         (patch.report.intersecting_faces == 0).then_some((patch, report))
-    }
-
-    /// One try.
-    fn try_once(&self, now: &Try, from: Option<&Level>) -> Tried<'_> {
-        let begun = Instant::now();
-        let (solved, region, data) = self.solve(now, from);
-        self.log_try(now, &region, &solved, begun);
-        let report = RegionReport {
-            diameter: region.diameter,
-            voxel: Some(region.voxel),
-            dims: Some(region.finest_dims()),
-            converged: solved.converged(),
-            levels: solved.reports.clone(),
-            other_energy: now.energy != self.params.energy,
-            ..RegionReport::default()
-        };
-        if let Some(failure) = self.unusable(&solved, now) {
-            let nearly = solved.movement() < NEARLY_STEADY && !solved.level.touches_box();
-            let keep = nearly && self.params.surface == SurfaceKind::Stitched;
-            return Tried {
-                verdict: Verdict::Failed(failure),
-                report: report.clone(),
-                patch: None,
-                unsteady: keep.then_some(Unsteady {
-                    solved,
-                    region,
-                    data,
-                    report,
-                }),
-            };
-        }
-        let (verdict, patch) = {
-            let surface = LevelSurface {
-                level: &solved.level,
-                data: &data,
-            };
-            let extracted = solved.level.zero_set();
-            match self.params.surface {
-                SurfaceKind::Whole => (Verdict::Sound, Some(Found::Whole(extracted))),
-                SurfaceKind::Stitched => match self.stitch(&region, &surface, &extracted) {
-                    Ok(patch) => {
-                        let verdict = match patch.report.intersecting_faces {
-                            0 => Verdict::Sound,
-                            faces => Verdict::Failed(TryFailure::Crossing(faces)),
-                        };
-                        (verdict, Some(Found::Patch(patch)))
-                    }
-                    Err(error) => (Verdict::Failed(TryFailure::NotJoined(error)), None),
-                },
-            }
-        };
-        Tried {
-            verdict,
-            report,
-            patch,
-            unsteady: None,
-        }
-    }
-
-    /// Why the surface of a solve is of no use, while another try may find a better one.
-    fn unusable(&self, solved: &Solved, now: &Try) -> Option<TryFailure> {
-        let to_rest = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
-        let lost = solved.is_far_from_steady() && to_rest;
-        let may_grow = || now.may_widen() && solved.level.is_near_side(NEAR_SIDE);
-        if solved.has_diverged() && to_rest {
-            // None that came so far from rest has been known to find it on another grid, unless it was on its way to a sphere.
-            let on_its_way = now.start != Start::Sphere
-                && Sphere::new(self.mesh, self.holes).is_some()
-                && may_grow();
-            return Some(match on_its_way {
-                true => TryFailure::ReachedBox,
-                false => TryFailure::Contradiction,
-            });
-        }
-        if lost && may_grow() {
-            return Some(TryFailure::ReachedBox);
-        }
-        let may_refine = self.params.voxel == VoxelSize::Auto;
-        if lost && now.refine == 1.0 && !now.accept {
-            return may_refine.then_some(TryFailure::NotSteady);
-        }
-        let cramped = !lost && now.may_widen() && solved.level.touches_box();
-        cramped.then_some(TryFailure::ReachedBox)
-    }
-
-    fn log_try(&self, now: &Try, region: &Region, solved: &Solved, begun: Instant) {
-        let ids: Vec<usize> = self.holes.iter().map(|h| h.id).collect();
-        let levels: Vec<String> = solved
-            .reports
-            .iter()
-            .map(|l| {
-                let last = l.flow.movement;
-                let (nodes, unknowns, steps) = (l.nodes, l.flow.unknowns, l.flow.steps.len());
-                let [sampling, flow] = l.seconds;
-                format!("{nodes} nodes, {unknowns} unknown, {steps} steps to {last:.1e}, {sampling:.2} + {flow:.2} s")
-            })
-            .collect();
-        log::debug!(
-            "holes {ids:?}, {:.0} voxels across, {:?} start, {:.2} s: {}",
-            region.diameter / region.voxel,
-            now.start,
-            begun.elapsed().as_secs_f64(),
-            levels.join("; ")
-        );
-    }
-
-    fn solve(&self, next: &Try, from: Option<&Level>) -> (Solved, Region, MeshData<'_>) {
-        let coarse = self.is_finished();
-        let region = region(
-            self.mesh,
-            self.holes,
-            self.params,
-            next,
-            self.extent,
-            coarse,
-        );
-        let kept = self.damaged.map(|d| d.kept(region.diameter, region.voxel));
-        let data = MeshData::new(self.known, self.mesh, self.holes).keeping(kept);
-        let may_refine = self.params.voxel == VoxelSize::Auto;
-        let settings = NestedSettings {
-            lattice: region.lattice,
-            dims: region.dims,
-            refinements: region.refinements,
-            start: next.start,
-            from,
-            give_up_early: next.refine == 1.0 && !next.accept && may_refine,
-            flow: self
-                .flow_settings(next)
-                .across(region.diameter / region.voxel),
-            time: self.damaged.and_then(Damaged::time),
-        };
-        let solved = solve_nested(&data, &settings, self.keep_going);
-        (solved, region, data)
-    }
-
-    fn flow_settings(&self, next: &Try) -> FlowSettings {
-        let usual = FlowSettings::default();
-        let most = match self.params.variant {
-            Variant::GaussNewton => usual.max_steps,
-            Variant::I | Variant::II => MOST_STEPS,
-        };
-        let (tolerance, rough) = match self.is_finished() {
-            true => BEFORE_FINISH,
-            false => (usual.tolerance, usual.rough),
-        };
-        FlowSettings {
-            energy: next.energy,
-            tolerance,
-            rough,
-            variant: self.params.variant,
-            time_step: self.params.time_step.unwrap_or(f64::INFINITY),
-            max_steps: self.params.steps.unwrap_or(most),
-            ..usual
-        }
     }
 
     fn accept(&self, finished: FinishedPatch, mut report: RegionReport) -> RegionPatch {

@@ -121,6 +121,12 @@ impl Solved {
             .is_none_or(|r| is_far_from_steady(&r.flow))
     }
 
+    /// See [`FlowOutcome::willmore`].
+    pub fn willmore(&self) -> f64 {
+        let last = self.reports.last();
+        last.map_or(f64::INFINITY, |r| r.flow.willmore())
+    }
+
     /// The largest movement of the surface in the step that led to the result, in voxels of the last level.
     pub fn movement(&self) -> f64 {
         let last = self.reports.last();
