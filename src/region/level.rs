@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::distance::DistanceData;
-use super::sampling::{Coarser, Known, Sampling};
+use super::sampling::{Coarser, Known, SMOOTH, Sampling};
 use crate::flow::Pull;
 use crate::grid::{
     BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, dilate, linear, offset,
@@ -40,6 +40,7 @@ impl Level {
             grid: &grid,
             data,
             voxel: lattice.voxel,
+            reach: SMOOTH,
         }
         .of_box();
         Self {
@@ -135,6 +136,7 @@ impl Level {
             grid: &grid,
             data,
             voxel: lattice.voxel,
+            reach: SMOOTH,
         }
         .refining(&coarser);
         Self {
@@ -175,6 +177,7 @@ impl Level {
             grid: &grid,
             data,
             voxel: self.lattice.voxel,
+            reach: SMOOTH,
         }
         .except(&known);
         let open = (0..grid.len()).filter(|&s| mask[s] && old(grid.node(s)).is_none());

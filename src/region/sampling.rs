@@ -16,9 +16,10 @@ use crate::grid::{
 const DEEP: f64 = 5.5;
 /// Nodes at the faces of the box that are never free.
 const BORDER: i32 = 3;
-/// Nodes farther than this from the known surface, in voxels, take the distance to its triangles instead of that to the smooth
-/// surface: no band reaches them.
-const SMOOTH: f64 = 9.0;
+/// No band reaches nodes farther than this from the known surface, in voxels: the distance to its triangles is good enough there.
+pub const SMOOTH: f64 = 9.0;
+/// The flow depends on the values of fixed nodes within so many steps of a free one.
+const DEPENDS: usize = 3;
 /// Nodes farther than this from the surface, in voxels, are outside the band: only the start of the flow uses their values.
 const FAR: f64 = 8.0;
 /// Free nodes nearer to the evolved surface than this, in voxels, lie beside it.
@@ -59,6 +60,8 @@ pub struct Coarser<'a> {
     free: &'a [bool],
     /// Nodes all of whose neighbours are free.
     inner: Vec<bool>,
+    /// Nodes within one step of a free one.
+    beside: Vec<bool>,
     /// Nodes within two steps of a free one.
     near: Vec<bool>,
 }
@@ -68,8 +71,10 @@ impl<'a> Coarser<'a> {
     pub fn new(grid: &'a SparseGrid, phi: &'a [f64], free: &'a [bool]) -> Self {
         let fixed: Vec<bool> = free.iter().map(|f| !f).collect();
         let inner = dilate(grid, &fixed).into_iter().map(|f| !f).collect();
+        let beside = dilate(grid, free);
         Self {
-            near: dilate(grid, &dilate(grid, free)),
+            near: dilate(grid, &beside),
+            beside,
             grid,
             phi,
             free,
@@ -114,10 +119,14 @@ impl<'a> Coarser<'a> {
     }
 
     /// The same where the values are those of the known surface alone, and nodes farther from it than `far` (in the coarser
-    /// voxels) are free where one of the coarser nodes round them is.
-    fn tells_of_known(&self, fine: NodeIndex, far: f64) -> Option<bool> {
-        if self.phi[self.beside(fine)?].abs() < far {
-            return self.tells(fine);
+    /// voxels) are free where one of the coarser nodes round them is; `close` marks the coarser nodes that are near a free one.
+    fn tells_of_known(&self, fine: NodeIndex, far: f64, close: &[bool]) -> Option<bool> {
+        let slot = self.beside(fine)?;
+        if self.phi[slot].abs() < far {
+            return match self.inner[slot] {
+                true => Some(true),
+                false => (!close[slot]).then_some(false),
+            };
         }
         Some((0..8).any(|a: i32| {
             let corner = [a >> 2, a >> 1, a].map(|bit| bit & 1);
@@ -155,13 +164,27 @@ pub struct Sampling<'a> {
     pub data: &'a dyn DistanceData,
     /// The voxel that distances are compared with.
     pub voxel: f64,
+    /// Nodes farther than this from the known surface, in voxels, take the distance to its triangles instead of that to the smooth
+    /// surface; usually [`SMOOTH`].
+    pub reach: f64,
+}
+
+/// What was found at the nodes.
+struct Asked {
+    /// φ in voxels.
+    phi: Vec<f64>,
+    /// Whether a node is free unless it lies at the side of the box.
+    free: Vec<bool>,
+    /// Whether its values were asked for, not interpolated.
+    exact: Vec<bool>,
 }
 
 impl Sampling<'_> {
     /// φ in voxels and the mask of all nodes but those that are known.
     pub fn except(&self, known: &(dyn Fn(NodeIndex) -> Known + Sync)) -> (Vec<f64>, Vec<bool>) {
-        let (phi, free) = self.ask(known);
-        (phi, self.inside(free))
+        let Asked { phi, free, .. } = self.ask(known);
+        let mask = self.inside(&free);
+        (phi, mask)
     }
 
     /// φ and mask of a lattice that halves the voxel of another: φ is prolonged where it is free.
@@ -189,14 +212,15 @@ impl Sampling<'_> {
 
     /// φ and mask of a whole box, after a look at every other node. The values of free nodes mean little.
     pub fn of_box(&self) -> (Vec<f64>, Vec<bool>) {
-        let (phi, free) = self.looked_at(LOOKS, self.grid.dims());
-        (phi, self.inside(free))
+        let Asked { phi, free, .. } = self.looked_at(LOOKS, self.grid.dims());
+        let mask = self.inside(&free);
+        (phi, mask)
     }
 
     /// φ in voxels of the nodes of a whole box, and whether they are free unless they lie at its side; `dims` are the box's
     /// nodes at the last look. What lies at the side is fixed there: its sign must be right, and that of the coarser nodes from
     /// which it may be interpolated.
-    fn looked_at(&self, looks: usize, dims: NodeIndex) -> (Vec<f64>, Vec<bool>) {
+    fn looked_at(&self, looks: usize, dims: NodeIndex) -> Asked {
         let last = looks == LOOKS;
         let spacing = 1 << (LOOKS - looks);
         let border = BORDER + if last { 0 } else { spacing };
@@ -210,42 +234,68 @@ impl Sampling<'_> {
             voxel: 2.0 * self.lattice.voxel,
         };
         let grid = SparseGrid::new(self.grid.dims().map(|d| d / 2), |_| true);
-        let (phi, free) = Sampling {
+        let Asked { phi, free, .. } = Sampling {
             lattice: &lattice,
             grid: &grid,
+            // From coarser nodes only the mask is taken, and values that nothing depends on.
+            reach: 0.0,
             ..*self
         }
         .looked_at(looks - 1, dims);
         let coarser = Coarser::new(&grid, &phi, &free);
         // Half a coarse voxel more, for the distance of the coarser nodes from the finer ones.
         let far = FAR * self.voxel / lattice.voxel + if last { 0.0 } else { 0.5 };
-        self.ask(&|n| {
+        // The fixed nodes on which the flow depends are asked once the free ones are known.
+        let margin = if last { &coarser.beside } else { &coarser.near };
+        let asked = self.ask(&|n| {
             let rough = inside(n);
             // At the side of the box all nodes are fixed, and the outermost have no cell or stencil that uses their values.
             let matters = !rough && self.grid.is_interior(n, 1);
             let value = linear(&grid, &phi, 0.5 * as_point(n));
             let close = value.is_none_or(|v| v.abs() < far + 0.5);
             let told = coarser
-                .tells_of_known(n, far)
+                .tells_of_known(n, far, margin)
                 .filter(|&free| !(free && matters && close));
             let node = || Some(Known::Node(2.0 * value?, told?));
             node().unwrap_or_else(|| Known::Nothing {
                 rough,
                 within: coarser.within(n),
             })
+        });
+        if last {
+            self.with_neighbours(asked, &|n| coarser.within(n))
+        } else {
+            asked
+        }
+    }
+
+    /// Asks for the nodes in the reach of free ones, of which `before` has interpolated values.
+    fn with_neighbours(&self, before: Asked, within: &(dyn Fn(NodeIndex) -> f64 + Sync)) -> Asked {
+        let mut near = self.inside(&before.free);
+        for _ in 0..DEPENDS {
+            near = dilate(self.grid, &near);
+        }
+        self.ask(&|n| match self.grid.slot(n) {
+            Some(s) if !near[s] || before.exact[s] || before.phi[s].abs() > FAR => {
+                Known::Node(before.phi[s], before.free[s])
+            }
+            _ => Known::Nothing {
+                rough: false,
+                within: within(n),
+            },
         })
     }
 
     /// The mask from the nodes that are free unless they lie at the side of the box.
-    fn inside(&self, free: Vec<bool>) -> Vec<bool> {
+    fn inside(&self, free: &[bool]) -> Vec<bool> {
         let inside = |s: usize| self.grid.is_interior(self.grid.node(s), BORDER);
-        let mask = free.into_iter().enumerate();
-        mask.map(|(s, free)| free && inside(s)).collect()
+        let mask = free.iter().enumerate();
+        mask.map(|(s, &free)| free && inside(s)).collect()
     }
 
     /// φ in voxels, and whether a node is free unless it lies at the side of the box.
-    fn ask(&self, known: &(dyn Fn(NodeIndex) -> Known + Sync)) -> (Vec<f64>, Vec<bool>) {
-        let mut samples = vec![(0.0, false); self.grid.len()];
+    fn ask(&self, known: &(dyn Fn(NodeIndex) -> Known + Sync)) -> Asked {
+        let mut samples = vec![(0.0, false, false); self.grid.len()];
         let blocks = samples.par_chunks_mut(BLOCK_NODES).enumerate();
         blocks.for_each(|(b, samples)| {
             // Walks the block so that each node bounds the distance of the next.
@@ -254,7 +304,7 @@ impl Sampling<'_> {
                 let n = self.grid.node(b * BLOCK_NODES + i);
                 let (rough, within) = match known(n) {
                     Known::Node(value, free) => {
-                        *sample = (value, free);
+                        *sample = (value, free, false);
                         continue;
                     }
                     Known::Nothing { rough, within } => (rough, within * self.lattice.voxel),
@@ -266,15 +316,19 @@ impl Sampling<'_> {
                 });
                 let wanted = Wanted {
                     rough,
-                    reach: SMOOTH * self.voxel,
+                    reach: self.reach * self.voxel,
                     deep: DEEP * self.voxel,
                 };
                 let (s, closest) = self.data.sample_for(x, limit, &wanted);
                 last = Some((x, s, closest));
-                *sample = (s.signed / self.lattice.voxel, s.free);
+                *sample = (s.signed / self.lattice.voxel, s.free, true);
             }
         });
-        samples.into_iter().unzip()
+        Asked {
+            phi: samples.iter().map(|s| s.0).collect(),
+            free: samples.iter().map(|s| s.1).collect(),
+            exact: samples.iter().map(|s| s.2).collect(),
+        }
     }
 }
 
@@ -317,6 +371,7 @@ mod tests {
                 grid: &grid,
                 data: &Bowl,
                 voxel,
+                reach: SMOOTH,
             };
             let (phi, mask) = sampling.of_box();
             for (slot, value) in phi.into_iter().enumerate() {

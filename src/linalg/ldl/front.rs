@@ -1,0 +1,80 @@
+//! Elimination of some columns of a dense symmetric matrix.
+
+/// Columns that are subtracted from those after them together: each of these is then read and written once for all.
+const PANEL: usize = 4;
+
+/// The lower triangle of a dense symmetric matrix, by columns.
+#[derive(Default)]
+pub(super) struct Front {
+    entries: Vec<f64>,
+    size: usize,
+}
+
+impl Front {
+    /// Makes it a matrix of zeros.
+    pub(super) fn reset(&mut self, size: usize) {
+        self.size = size;
+        self.entries.clear();
+        self.entries.resize(size * size, 0.0);
+    }
+
+    /// A column, from its diagonal on.
+    pub(super) fn column(&self, j: usize) -> &[f64] {
+        &self.entries[j * self.size + j..(j + 1) * self.size]
+    }
+
+    /// A column with the place of its diagonal in it.
+    pub(super) fn column_mut(&mut self, j: usize) -> &mut [f64] {
+        &mut self.entries[j * self.size..(j + 1) * self.size]
+    }
+
+    /// Eliminates the first columns: they become those of `L` (without its diagonal of ones, where `D` is), and the others what is
+    /// left of the matrix. False where a pivot is zero or not a number.
+    pub(super) fn eliminate(&mut self, columns: usize) -> bool {
+        let mut done = 0;
+        while done < columns {
+            let end = (done + PANEL).min(columns);
+            for j in done..end {
+                self.subtract(done..j, j);
+                let column = &mut self.entries[j * self.size + j..(j + 1) * self.size];
+                let Some((pivot, below)) = column.split_first_mut() else {
+                    return false;
+                };
+                if *pivot == 0.0 || !pivot.is_finite() {
+                    return false;
+                }
+                below.iter_mut().for_each(|v| *v /= *pivot);
+            }
+            for j in end..self.size {
+                self.subtract(done..end, j);
+            }
+            done = end;
+        }
+        true
+    }
+
+    /// Subtracts what the eliminated columns of a panel contribute to a later column.
+    fn subtract(&mut self, panel: std::ops::Range<usize>, j: usize) {
+        let size = self.size;
+        let (before, rest) = self.entries.split_at_mut(j * size);
+        let target = &mut rest[j..size];
+        let source = |p: usize| {
+            let column = &before[p * size..(p + 1) * size];
+            (&column[j..], column[j] * column[p])
+        };
+        if panel.len() == PANEL {
+            let [a, b, c, d] = [0, 1, 2, 3].map(|i| source(panel.start + i));
+            let sources = a.0.iter().zip(b.0).zip(c.0.iter().zip(d.0));
+            for (t, ((x, y), (z, w))) in target.iter_mut().zip(sources) {
+                *t -= (x * a.1 + y * b.1) + (z * c.1 + w * d.1);
+            }
+            return;
+        }
+        for p in panel {
+            let (column, weight) = source(p);
+            for (t, x) in target.iter_mut().zip(column) {
+                *t -= x * weight;
+            }
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! Columns of a factor that share their rows.
+
+use sprs::CsMat;
+
+/// No parent.
+pub(super) const NONE: u32 = u32::MAX;
+/// Supernodes are joined while zeros are at most this part of what is stored of them.
+const ZEROS: f64 = 0.25;
+/// Or while they have at most so many columns.
+const NARROW: usize = 4;
+
+/// Columns of the factor that follow each other and share the rows below them.
+#[derive(Clone, Debug)]
+pub(super) struct Supernode {
+    /// Its first column.
+    pub(super) first: usize,
+    /// Number of its columns.
+    pub(super) columns: usize,
+    /// Its rows, rising: its own columns, then those below.
+    pub(super) rows: Vec<u32>,
+    /// How many supernodes before it leave their rows below to it.
+    pub(super) children: usize,
+    /// Entries that are not zero because supernodes were joined.
+    entries: usize,
+}
+
+impl Supernode {
+    /// Its rows below its own columns.
+    pub(super) fn below(&self) -> &[u32] {
+        &self.rows[self.columns..]
+    }
+
+    /// Puts the columns of the supernode just before it in front of its own.
+    fn absorb(&mut self, child: Self) {
+        let own: Vec<u32> = child.rows[..child.columns].to_vec();
+        self.rows.splice(0..0, own);
+        self.first = child.first;
+        self.columns += child.columns;
+        self.entries += child.entries;
+    }
+
+    /// Whether it should absorb the one just before it, which leaves its rows to it.
+    fn wants(&self, child: &Self) -> bool {
+        let columns = self.columns + child.columns;
+        let stored = trapezoid(columns, child.columns + self.rows.len());
+        let zeros = stored - self.entries - child.entries;
+        columns <= NARROW || zeros as f64 <= ZEROS * stored as f64
+    }
+}
+
+/// Entries of so many columns on and below the diagonal.
+fn trapezoid(columns: usize, rows: usize) -> usize {
+    columns * rows - columns * (columns - 1) / 2
+}
+
+/// The elimination tree of a reordered matrix: the parent of each place, and the entries of its column below the diagonal (J. W.
+/// H. Liu, "The role of elimination trees in sparse factorization", SIAM J. Matrix Anal. Appl. 11, 1990).
+pub(super) fn elimination_tree(
+    matrix: &CsMat<f64>,
+    order: &[u32],
+    place: &[u32],
+) -> (Vec<u32>, Vec<u32>) {
+    let n = order.len();
+    let (mut parent, mut mark) = (vec![NONE; n], vec![NONE; n]);
+    let mut lengths = vec![0; n];
+    for k in 0..n {
+        mark[k] = k as u32;
+        for mut j in neighbours(matrix, order, place, k).filter(|&j| j < k) {
+            while mark[j] != k as u32 {
+                if parent[j] == NONE {
+                    parent[j] = k as u32;
+                }
+                lengths[j] += 1;
+                mark[j] = k as u32;
+                j = parent[j] as usize;
+            }
+        }
+    }
+    (parent, lengths)
+}
+
+/// The places of a forest in an order in which each subtree is in one piece with its root at the end, and of the subtrees of a
+/// root that with the longest column comes last.
+pub(super) fn postorder(parent: &[u32], lengths: &[u32]) -> Vec<u32> {
+    let mut children: Vec<Vec<u32>> = vec![Vec::new(); parent.len()];
+    let mut stack = Vec::new();
+    for (k, &p) in (0u32..).zip(parent) {
+        match children.get_mut(p as usize) {
+            Some(own) => own.push(k),
+            None => stack.push(k),
+        }
+    }
+    let mut backwards = Vec::with_capacity(parent.len());
+    while let Some(k) = stack.pop() {
+        backwards.push(k);
+        let own = &mut children[k as usize];
+        own.sort_by_key(|&c| lengths[c as usize]);
+        stack.append(own);
+    }
+    backwards.reverse();
+    backwards
+}
+
+/// The supernodes of a matrix whose order is a postorder of its elimination tree.
+pub(super) fn supernodes(
+    matrix: &CsMat<f64>,
+    order: &[u32],
+    place: &[u32],
+    tree: (&[u32], &[u32]),
+) -> Vec<Supernode> {
+    let n = order.len();
+    let mut all: Vec<Supernode> = Vec::new();
+    // Those that leave their rows to the supernode with a column.
+    let mut leaving: Vec<Vec<u32>> = vec![Vec::new(); n];
+    let mut mark = vec![NONE; n];
+    let mut first = 0;
+    while first < n {
+        let end = end_of(first, tree);
+        let mut rows: Vec<u32> = (first as u32..end as u32).collect();
+        let mut add = |row: u32| {
+            let seen = std::mem::replace(&mut mark[row as usize], first as u32);
+            if row as usize >= end && seen != first as u32 {
+                rows.push(row);
+            }
+        };
+        for k in first..end {
+            neighbours(matrix, order, place, k).for_each(|j| add(j as u32));
+            let children = leaving[k].iter().map(|&c| &all[c as usize]);
+            children
+                .flat_map(Supernode::below)
+                .copied()
+                .for_each(&mut add);
+        }
+        rows[end - first..].sort_unstable();
+        let mut own = Supernode {
+            first,
+            columns: end - first,
+            entries: trapezoid(end - first, rows.len()),
+            rows,
+            children: 0,
+        };
+        while let Some(before) = all.last()
+            && before.below().first().is_some_and(|&r| (r as usize) < end)
+            && own.wants(before)
+        {
+            all.pop().into_iter().for_each(|child| own.absorb(child));
+        }
+        if let Some(&row) = own.below().first() {
+            leaving[row as usize].push(all.len() as u32);
+        }
+        all.push(own);
+        first = end;
+    }
+    count_children(&mut all, n);
+    all
+}
+
+/// The end of the columns from `first` that share the rows below them.
+fn end_of(first: usize, (parent, lengths): (&[u32], &[u32])) -> usize {
+    let mut last = first;
+    while parent[last] as usize == last + 1 && lengths[last] == lengths[last + 1] + 1 {
+        last += 1;
+    }
+    last + 1
+}
+
+fn count_children(all: &mut [Supernode], n: usize) {
+    let mut owner = vec![0; n];
+    for (s, node) in all.iter().enumerate() {
+        owner[node.first..node.first + node.columns].fill(s);
+    }
+    for s in 0..all.len() {
+        if let Some(&row) = all[s].below().first() {
+            all[owner[row as usize]].children += 1;
+        }
+    }
+}
+
+/// The places of the entries of a row of the reordered matrix.
+fn neighbours<'a>(
+    matrix: &'a CsMat<f64>,
+    order: &'a [u32],
+    place: &'a [u32],
+    k: usize,
+) -> impl Iterator<Item = usize> + 'a {
+    let range = matrix.indptr().outer_inds_sz(order[k] as usize);
+    matrix.indices()[range].iter().map(|&j| place[j] as usize)
+}
