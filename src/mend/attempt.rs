@@ -7,14 +7,13 @@ use super::outcome::TryFailure;
 use super::params::SurfaceKind;
 use super::report::RegionReport;
 use super::solve::{RegionWork, region};
+use super::tried::{Found, Tried, Unsteady};
 use super::tries::{Try, Verdict};
 use crate::flow::{Energy, FlowSettings, Variant};
-use crate::mesh::Mesh;
 use crate::region::{
     Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Sphere, Start, VoxelSize,
     solve_nested,
 };
-use crate::stitch::Patch;
 
 /// A surface that is not steady is kept for want of a better one when the step that led to it moved it by less than this, in
 /// voxels.
@@ -29,32 +28,6 @@ const BEFORE_FINISH: f64 = 0.2;
 const BENT: f64 = 20.0;
 /// Most steps on a grid with the paper's variants, which converge linearly.
 const MOST_STEPS: usize = 200;
-
-/// What a try came to.
-pub(super) struct Tried<'a> {
-    pub(super) verdict: Verdict,
-    pub(super) report: RegionReport,
-    /// The surface, where it was joined or is all that was asked for.
-    pub(super) patch: Option<Found>,
-    /// What it was extracted from, where it was not joined for want of rest.
-    pub(super) unsteady: Option<Unsteady<'a>>,
-}
-
-/// A surface that is nearly steady.
-pub(super) struct Unsteady<'a> {
-    pub(super) solved: Solved,
-    pub(super) region: Region,
-    pub(super) data: MeshData<'a>,
-    pub(super) report: RegionReport,
-}
-
-/// The surface that a try found.
-pub(super) enum Found {
-    /// A patch.
-    Patch(Patch),
-    /// The zero set by itself.
-    Whole(Mesh),
-}
 
 impl RegionWork<'_> {
     /// One try.

@@ -23,6 +23,7 @@ mod restore;
 mod solve;
 mod sources;
 mod task;
+mod tried;
 mod tries;
 pub mod volume;
 

@@ -4,13 +4,13 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::attempt::{Found, Unsteady};
 use super::damaged::Damaged;
 use super::finished::FinishedPatch;
 use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
 use super::params::{FillParams, SurfaceKind};
 use super::patch::RegionPatch;
 use super::report::{FEW_EDGES, RegionReport};
+use super::tried::{Found, Unsteady};
 use super::tries::{Prospects, Try, Verdict, cost, next_try};
 use crate::mesh::{Hole, Mesh};
 use crate::region::{BoxSize, LevelSurface, Region, Sphere, Start, VoxelSize};

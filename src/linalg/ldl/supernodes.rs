@@ -123,9 +123,9 @@ pub(super) fn supernodes(
                 rows.push(row);
             }
         };
-        for k in first..end {
+        for (k, children) in (first..end).zip(&leaving[first..end]) {
             neighbours(matrix, order, place, k).for_each(|j| add(j as u32));
-            let children = leaving[k].iter().map(|&c| &all[c as usize]);
+            let children = children.iter().map(|&c| &all[c as usize]);
             children
                 .flat_map(Supernode::below)
                 .copied()
