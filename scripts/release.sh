@@ -34,7 +34,7 @@ rm -f "$out"/isomend-*
 # zig links against an old C library, so that the wheel runs wherever that is or a later one.
 (cd "$clean/source/python" &&
     maturin build --quiet --profile dist --zig --compatibility manylinux2014 --target "$target" --out "$out" &&
-    maturin sdist --quiet --out "$out")
+    maturin sdist --out "$out")
 
 say "the Rust package"
 (cd "$clean/source" && cargo package --quiet --locked --package isomend)
