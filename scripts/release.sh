@@ -33,11 +33,12 @@ PATH="$clean/tools/bin:$PATH"
 rm -f "$out"/isomend-*
 # zig links against an old C library, so that the wheel runs wherever that is or a later one.
 (cd "$clean/source/python" &&
-    maturin build --quiet --profile dist --zig --compatibility manylinux2014 --target "$target" --out "$out" &&
-    maturin sdist --quiet --out "$out")
+    maturin build --quiet --locked --profile dist --zig --compatibility manylinux2014 --target "$target" --out "$out" &&
+    maturin sdist --out "$out")
 
 say "the Rust package"
-(cd "$clean/source" && cargo package --quiet --locked --package isomend)
+# It is built when it is installed below.
+(cd "$clean/source" && cargo package --quiet --locked --no-verify --package isomend)
 cp "$CARGO_TARGET_DIR"/package/isomend-*.crate "$out/"
 
 # The first command of the README, by a program.

@@ -19,11 +19,10 @@ from isomend._errors import (
     IsomendError,
     MeshError,
     ParameterError,
-    StrictError,
 )
 from isomend._functions import fair, fill, inspect, read, restore, signed_distance, solve_task
 from isomend._isomend import __version__
-from isomend._mesh import Hole, Inspection, Mended, Model
+from isomend._mesh import Hole, Inspection, Mended, Model, StrictError
 
 __all__ = [
     "Cancelled",

@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from isomend._mesh import Mended
-
 
 class IsomendError(Exception):
     """What all exceptions of isomend are."""
@@ -34,15 +29,3 @@ class FileError(IsomendError, OSError):
 
 class Cancelled(IsomendError):
     """The progress function asked to stop."""
-
-
-class StrictError(IsomendError):
-    """With ``strict=True``: some hole did not get a steady surface that is joined to its rim and crosses nothing.
-
-    Attributes:
-        result: What was made in spite of it; its ``report`` says what is wrong.
-    """
-
-    def __init__(self, message: str, result: Mended) -> None:
-        super().__init__(message)
-        self.result = result

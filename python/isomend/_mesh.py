@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from isomend import _params
-from isomend._errors import EmptyMaskError, StrictError
+from isomend._errors import EmptyMaskError, IsomendError
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
 
 if TYPE_CHECKING:
@@ -346,7 +346,19 @@ class Mended(_Shape):
 
     def model(self) -> Model:
         """The mended mesh as a model of its own, to be mended again."""
-        return Model._of(self._core.as_model())
+        return Model._of(CoreModel.of(self._core))
+
+
+class StrictError(IsomendError):
+    """With ``strict=True``: some hole did not get a steady surface that is joined to its rim and crosses nothing.
+
+    Attributes:
+        result: What was made in spite of it; its ``report`` says what is wrong.
+    """
+
+    def __init__(self, message: str, result: Mended) -> None:
+        super().__init__(message)
+        self.result = result
 
 
 def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces: int) -> dict[str, Any]:

@@ -11,7 +11,7 @@ use pyo3::types::PyBytes;
 
 use crate::errors::Failure;
 use crate::mended::Mended;
-use crate::model::{fill_params, spec, work};
+use crate::spec::{fill_params, spec, work};
 use crate::worker;
 
 /// What a mesh holds.

@@ -8,6 +8,7 @@ mod found;
 mod logging;
 mod mended;
 mod model;
+mod spec;
 mod worker;
 
 use std::ffi::OsString;

@@ -12,7 +12,7 @@ use pyo3::types::{PyBytes, PyList};
 use crate::arrays;
 use crate::attributes;
 use crate::errors::Failure;
-use crate::model::{self, Model};
+use crate::spec::output;
 use crate::worker;
 
 /// A mended mesh.
@@ -46,6 +46,26 @@ impl Mended {
         }
         let missing = || Failure::new("IsomendError", "the mesh could not be made").into();
         self.model.get().ok_or_else(missing)
+    }
+
+    /// Where its input came from.
+    pub fn source(&self) -> &job::Place {
+        &self.source
+    }
+
+    /// It as if it had been read.
+    pub fn loaded(&self, py: Python<'_>) -> PyResult<Loaded> {
+        let model = self.model(py)?;
+        let first = self.mended.first();
+        let whole = self.mended.kept_size() == [0, 0];
+        Ok(Loaded {
+            mesh: model.mesh.clone(),
+            format: first.format,
+            f32_exact: isomend::io::Precision::of(&model.mesh) == isomend::io::Precision::F32,
+            attributes: model.attributes.clone(),
+            document: first.document.clone().filter(|_| !whole),
+            notes: first.notes.clone(),
+        })
     }
 }
 
@@ -129,31 +149,12 @@ impl Mended {
         to: Option<&str>,
         ascii: bool,
     ) -> PyResult<(Vec<String>, Bound<'py, PyBytes>)> {
-        let output = model::output(path, to, ascii)?;
+        let output = output(path, to, ascii)?;
         let mended = self.mended.clone();
         let (notes, bytes) = worker::run(py, None, None, move |_| {
             let result = (*mended).clone().to(output).write()?;
             Ok((result.notes_written().to_vec(), result.bytes))
         })?;
         Ok((notes, PyBytes::new(py, &bytes)))
-    }
-
-    /// The mended mesh as one that can be mended again.
-    fn as_model(&self, py: Python<'_>) -> PyResult<Model> {
-        let model = self.model(py)?;
-        let first = self.mended.first();
-        let whole = self.mended.kept_size() == [0, 0];
-        let loaded = Loaded {
-            mesh: model.mesh.clone(),
-            format: first.format,
-            f32_exact: isomend::io::Precision::of(&model.mesh) == isomend::io::Precision::F32,
-            attributes: model.attributes.clone(),
-            document: first.document.clone().filter(|_| !whole),
-            notes: first.notes.clone(),
-        };
-        Ok(Model {
-            loaded: Arc::new(loaded),
-            source: self.source.clone(),
-        })
     }
 }

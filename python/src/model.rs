@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use isomend::FillParams;
 use isomend::io::{Contents, Format, Loaded, Precision};
-use isomend::job::{JobSpec, Output, Place, Source, Work};
+use isomend::job::{Place, Source};
 use isomend::mesh::Attributes;
 use isomend::volume::signed_distances;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
@@ -17,6 +16,7 @@ use crate::attributes::{self, Given};
 use crate::errors::Failure;
 use crate::found::Found;
 use crate::mended::Mended;
+use crate::spec::{format, output, spec, work};
 use crate::worker;
 
 /// What stands for the path of a mesh that is no file.
@@ -25,47 +25,8 @@ const NO_FILE: &str = "";
 /// A mesh with what it carries.
 #[pyclass(frozen, module = "isomend._isomend")]
 pub struct Model {
-    pub loaded: Arc<Loaded>,
-    pub source: Place,
-}
-
-/// A job that writes nothing by itself.
-pub fn spec(source: &Place, work: Work) -> JobSpec {
-    let mut spec = JobSpec::plan(PathBuf::new(), work);
-    spec.source.place = source.clone();
-    spec
-}
-
-/// Work as JSON, such as `{"fill": {"max_diameter": 2.0}}`.
-pub fn work(json: &str) -> Result<Work, Failure> {
-    serde_json::from_str(json).map_err(|error| {
-        // Where in the JSON it stands means nothing to the caller.
-        let error = error.to_string();
-        let what = error
-            .rsplit_once(" at line ")
-            .map_or(&*error, |(what, _)| what);
-        Failure::parameter(what)
-    })
-}
-
-/// A format by its name.
-fn format(name: Option<&str>) -> Result<Option<Format>, Failure> {
-    let told = |name: &str| {
-        name.parse::<Format>().map_err(|_| {
-            let list = Format::LIST;
-            Failure::parameter(format!("there is no format '{name}'; there are {list}"))
-        })
-    };
-    name.map(told).transpose()
-}
-
-/// An output to a file, or to bytes in the format named.
-pub fn output(path: Option<PathBuf>, to: Option<&str>, ascii: bool) -> Result<Output, Failure> {
-    let place = path.map_or(Place::Bytes("bytes".to_owned()), Place::File);
-    let mut output = Output::new(place, format(to)?)?;
-    output.ascii = ascii;
-    output.check()?;
-    Ok(output)
+    loaded: Arc<Loaded>,
+    source: Place,
 }
 
 #[pymethods]
@@ -125,6 +86,15 @@ impl Model {
         Ok(Self {
             loaded: Arc::new(loaded),
             source: place,
+        })
+    }
+
+    /// A mended mesh as one that can be mended again.
+    #[staticmethod]
+    fn of(py: Python<'_>, mended: &Mended) -> PyResult<Self> {
+        Ok(Self {
+            loaded: Arc::new(mended.loaded(py)?),
+            source: mended.source().clone(),
         })
     }
 
@@ -218,14 +188,6 @@ impl Model {
             Ok(output.write(&contents, precision)?)
         })?;
         Ok((notes, PyBytes::new(py, &bytes)))
-    }
-}
-
-/// The parameters of a fill as JSON, such as `{"max_diameter": 2.0}`.
-pub fn fill_params(json: &str) -> Result<FillParams, Failure> {
-    match work(&format!("{{\"fill\": {json}}}"))? {
-        Work::Fill(params) => Ok(params),
-        _ => Err(Failure::parameter("the parameters are not those of a fill")),
     }
 }
 

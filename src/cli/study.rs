@@ -69,7 +69,7 @@ pub struct StudyArgs {
 enum Experiment {
     /// Spherical cap as a graph: error and order for h = 1/4 to 1/256, variants I, II, Gauss-Newton (Table 1)
     Table1,
-    /// Growing circle: radius against the exact one (Figures 2 and 3); several minutes
+    /// Growing circle: radius against the exact one (Figures 2 and 3); most of a minute
     Circle,
     /// Flow of a graph, its energy, and its difference from a parametric flow (Figures 4 and 5)
     Graph,

@@ -11,13 +11,22 @@ pub struct Shape {
     pub value: [f64; 4],
     /// Derivatives along x and y on the unit square.
     pub gradient: [[f64; 4]; 2],
+    /// Products of the gradients, `∇ψa·∇ψb`: the upper triangle row by row.
+    pub products: [f64; 10],
 }
 
 impl Shape {
     fn at(x: f64, y: f64) -> Self {
+        let gradient @ [gx, gy] = [[y - 1.0, 1.0 - y, -y, y], [x - 1.0, -x, 1.0 - x, x]];
+        let mut products = [0.0; 10];
+        let pairs = (0..4).flat_map(|a| (a..4).map(move |b| (a, b)));
+        for (product, (a, b)) in products.iter_mut().zip(pairs) {
+            *product = gx[a] * gx[b] + gy[a] * gy[b];
+        }
         Self {
             value: [(1.0 - x) * (1.0 - y), x * (1.0 - y), (1.0 - x) * y, x * y],
-            gradient: [[y - 1.0, 1.0 - y, -y, y], [x - 1.0, -x, 1.0 - x, x]],
+            gradient,
+            products,
         }
     }
 

@@ -4,6 +4,7 @@ use glam::DVec3;
 
 use crate::grid::Volume;
 use crate::grid::gauss_points;
+use crate::linalg::Real;
 
 /// A square domain cut into `cells × cells` squares.
 ///
@@ -155,22 +156,74 @@ impl SquareGrid {
     }
 }
 
-/// A matrix with an entry for each pair of nodes that share a cell, symmetric, stored as nine planes of coefficients.
+/// A matrix with an entry for each pair of nodes that share a cell, stored as nine planes of coefficients.
 #[derive(Clone, Debug)]
-pub struct Stencils {
+pub struct Stencils<T = f64> {
     stride: usize,
-    planes: [Vec<f64>; 9],
+    planes: [Vec<T>; 9],
 }
 
-impl Stencils {
+impl<T: Real> Stencils<T> {
     /// The zero matrix.
     pub fn zero(grid: &SquareGrid) -> Self {
         Self {
             stride: grid.stride(),
-            planes: std::array::from_fn(|_| vec![0.0; grid.field_len()]),
+            planes: std::array::from_fn(|_| vec![T::ZERO; grid.field_len()]),
         }
     }
 
+    /// Offset in a field of the neighbour that plane `k` belongs to.
+    #[inline]
+    pub fn offset(&self, k: usize) -> isize {
+        (k as isize / 3 - 1) * self.stride as isize + k as isize % 3 - 1
+    }
+
+    /// Coefficient of the neighbour `k` of node `i`.
+    #[inline]
+    pub fn entry(&self, k: usize, i: usize) -> T {
+        self.planes[k][i]
+    }
+
+    /// `y = A x`.
+    pub fn apply(&self, x: &[T], y: &mut [T]) {
+        let s = self.stride;
+        y[..s].fill(T::ZERO);
+        let end = y.len() - s;
+        y[end..].fill(T::ZERO);
+        for row in 1..s - 1 {
+            (y[row * s], y[row * s + s - 1]) = (T::ZERO, T::ZERO);
+        }
+        self.multiply(x, y, |y, product| *y = product);
+    }
+
+    /// `y += A x`.
+    pub fn apply_add(&self, x: &[T], y: &mut [T]) {
+        self.multiply(x, y, |y, product| *y += product);
+    }
+
+    #[inline(always)]
+    fn multiply(&self, x: &[T], y: &mut [T], put: impl Fn(&mut T, T)) {
+        let s = self.stride;
+        let width = s - 2;
+        for row in 1..s - 1 {
+            let at = row * s + 1;
+            let a: [&[T]; 9] = std::array::from_fn(|k| &self.planes[k][at..at + width]);
+            let v: [&[T]; 9] = std::array::from_fn(|k| {
+                let first = at.wrapping_add_signed(self.offset(k));
+                &x[first..first + width]
+            });
+            let out = &mut y[at..at + width];
+            for i in 0..width {
+                let product = (a[0][i] * v[0][i] + a[1][i] * v[1][i] + a[2][i] * v[2][i])
+                    + (a[3][i] * v[3][i] + a[4][i] * v[4][i] + a[5][i] * v[5][i])
+                    + (a[6][i] * v[6][i] + a[7][i] * v[7][i] + a[8][i] * v[8][i]);
+                put(&mut out[i], product);
+            }
+        }
+    }
+}
+
+impl Stencils {
     /// Adds a symmetric element matrix, given by its upper triangle row by row.
     #[inline]
     pub fn add(&mut self, corners: &[usize; 4], element: &[f64; 10]) {
@@ -187,38 +240,17 @@ impl Stencils {
         }
     }
 
-    /// Offset in a field of the neighbour that plane `k` belongs to.
-    #[inline]
-    pub fn offset(&self, k: usize) -> isize {
-        (k as isize / 3 - 1) * self.stride as isize + k as isize % 3 - 1
-    }
-
-    /// Coefficient of the neighbour `k` of node `i`.
-    #[inline]
-    pub fn entry(&self, k: usize, i: usize) -> f64 {
-        self.planes[k][i]
-    }
-
-    /// `y = A x`.
-    pub fn apply(&self, x: &[f64], y: &mut [f64]) {
-        let s = self.stride;
-        let width = s - 2;
-        y[..s].fill(0.0);
-        let end = y.len() - s;
-        y[end..].fill(0.0);
-        for row in 1..s - 1 {
-            let at = row * s + 1;
-            (y[at - 1], y[at + width]) = (0.0, 0.0);
-            let a: [&[f64]; 9] = std::array::from_fn(|k| &self.planes[k][at..at + width]);
-            let v: [&[f64]; 9] = std::array::from_fn(|k| {
-                let first = at.wrapping_add_signed(self.offset(k));
-                &x[first..first + width]
-            });
-            let out = &mut y[at..at + width];
-            for i in 0..width {
-                out[i] = (a[0][i] * v[0][i] + a[1][i] * v[1][i] + a[2][i] * v[2][i])
-                    + (a[3][i] * v[3][i] + a[4][i] * v[4][i] + a[5][i] * v[5][i])
-                    + (a[6][i] * v[6][i] + a[7][i] * v[7][i] + a[8][i] * v[8][i]);
+    /// Rounds the matrix with its rows scaled, and with a part more on its diagonal, to single precision.
+    pub fn round_scaled(
+        &self,
+        scale: impl Fn(usize) -> f64,
+        diagonal: impl Fn(usize) -> f64,
+        to: &mut Stencils<f32>,
+    ) {
+        for (k, (plane, rounded)) in self.planes.iter().zip(&mut to.planes).enumerate() {
+            for (i, (value, rounded)) in plane.iter().zip(rounded).enumerate() {
+                let more = if k == 4 { diagonal(i) } else { 0.0 };
+                *rounded = (scale(i) * value + more) as f32;
             }
         }
     }

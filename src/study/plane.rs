@@ -95,7 +95,7 @@ impl PlaneEnergy {
     /// Everything a step needs at φ.
     pub fn linearise(&self, phi: &[f64]) -> Linearisation {
         let curvature = self.curvature(phi);
-        let weighted = self.weighted(phi, &curvature.w);
+        let weighted = self.weighted(phi, &curvature);
         let mut gradient = vec![0.0; phi.len()];
         let mut bent = vec![0.0; phi.len()];
         weighted.apply(phi, &mut gradient);
@@ -123,13 +123,15 @@ impl PlaneEnergy {
     }
 
     fn gradient_at(&self, shape: &Shape, v: &[f64; 4]) -> [f64; 2] {
-        shape.gradient_of(v).map(|x| x / self.grid.h())
+        let per_cell = 1.0 / self.grid.h();
+        shape.gradient_of(v).map(|x| x * per_cell)
     }
 
     fn curvature(&self, phi: &[f64]) -> Curvature {
         let grid = &self.grid;
         let (mut full, mut tangential) = (Stencils::zero(grid), Stencils::zero(grid));
         let mut mass = vec![0.0; phi.len()];
+        let mut inverse_norms = Vec::with_capacity(grid.cells() * grid.cells());
         let quarter = 0.25 * grid.h() * grid.h();
         let shapes = &*ELEMENT;
         for j in 0..grid.cells() {
@@ -139,13 +141,14 @@ impl PlaneEnergy {
                 let lumped = quarter / self.norm(self.gradient_at(&shapes.centre, &v));
                 corners.iter().for_each(|&k| mass[k] += lumped);
                 let (mut e3, mut e2) = ([0.0; 10], [0.0; 10]);
-                for shape in &shapes.gauss {
-                    let g = self.gradient_at(shape, &v);
-                    let norm = self.norm(g);
+                let gradients = [0, 1, 2, 3].map(|q| self.gradient_at(&shapes.gauss[q], &v));
+                let inverse = gradients.map(|g| 1.0 / self.norm(g));
+                inverse_norms.push(inverse);
+                for q in 0..4 {
+                    let (shape, n) = (&shapes.gauss[q], gradients[q].map(|g| g * inverse[q]));
                     // The factors h² of the cell and 1/h² of the two gradients cancel.
-                    let c = 0.25 / norm;
-                    add_laplacian(&mut e3, shape, c);
-                    add_projected(&mut e2, shape, c, [g[0] / norm, g[1] / norm]);
+                    add_laplacian(&mut e3, shape, 0.25 * inverse[q]);
+                    add_projected(&mut e2, shape, 0.25 * inverse[q], n);
                 }
                 full.add(&corners, &e3);
                 tangential.add(&corners, &e2);
@@ -166,28 +169,30 @@ impl PlaneEnergy {
             inverse_mass,
             full,
             tangential,
+            inverse_norms,
         }
     }
 
     /// L1.
-    fn weighted(&self, phi: &[f64], w: &[f64]) -> Stencils {
+    fn weighted(&self, phi: &[f64], curvature: &Curvature) -> Stencils {
         let grid = &self.grid;
         let mut weighted = Stencils::zero(grid);
         let shapes = &*ELEMENT;
         for j in 0..grid.cells() {
             for i in 0..grid.cells() {
                 let corners = grid.corners(i, j);
-                let (v, u) = (corners.map(|k| phi[k]), corners.map(|k| w[k]));
+                let u = corners.map(|k| curvature.w[k]);
                 let mut e = [0.0; 10];
                 match self.quadrature {
                     Quadrature::Gauss => {
-                        for shape in &shapes.gauss {
-                            let norm = self.norm(self.gradient_at(shape, &v));
+                        let inverse = &curvature.inverse_norms[j * grid.cells() + i];
+                        for (shape, n) in shapes.gauss.iter().zip(inverse) {
                             let at = shape.value_of(&u);
-                            add_laplacian(&mut e, shape, 0.25 * at * at / norm.powi(3));
+                            add_laplacian(&mut e, shape, 0.25 * at * at * (n * n * n));
                         }
                     }
                     Quadrature::Midpoint => {
+                        let v = corners.map(|k| phi[k]);
                         let norm = self.norm(self.gradient_at(&shapes.centre, &v));
                         let mean = 0.25 * u.iter().map(|x| x * x).sum::<f64>();
                         add_laplacian(&mut e, &shapes.centre, mean / norm.powi(3));
@@ -209,6 +214,8 @@ struct Curvature {
     full: Stencils,
     /// L2.
     tangential: Stencils,
+    /// `1/|∇φ|_ε` at the four Gauss points of each cell, row by row.
+    inverse_norms: Vec<[f64; 4]>,
 }
 
 impl Curvature {
@@ -221,13 +228,8 @@ impl Curvature {
 /// Adds `c ∇ψa·∇ψb`.
 #[inline]
 fn add_laplacian(e: &mut [f64; 10], shape: &Shape, c: f64) {
-    let [gx, gy] = &shape.gradient;
-    let mut k = 0;
-    for a in 0..4 {
-        for b in a..4 {
-            e[k] += c * (gx[a] * gx[b] + gy[a] * gy[b]);
-            k += 1;
-        }
+    for (e, product) in e.iter_mut().zip(&shape.products) {
+        *e += c * product;
     }
 }
 
@@ -239,7 +241,7 @@ fn add_projected(e: &mut [f64; 10], shape: &Shape, c: f64, n: [f64; 2]) {
     let mut k = 0;
     for a in 0..4 {
         for b in a..4 {
-            e[k] += c * (gx[a] * gx[b] + gy[a] * gy[b] - along[a] * along[b]);
+            e[k] += c * (shape.products[k] - along[a] * along[b]);
             k += 1;
         }
     }

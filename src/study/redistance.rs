@@ -58,13 +58,22 @@ pub fn zero_points(grid: &SquareGrid, field: &[f64], spline: &Spline) -> Vec<[f6
 
 /// The signed distance to the zero line of φ at every node, with the signs of φ. None where φ has no zero line.
 pub fn redistance(grid: &SquareGrid, field: &[f64]) -> Option<Vec<f64>> {
+    redistance_at(grid, field, grid.nodes())
+}
+
+/// The same at some nodes; zero at the others.
+pub fn redistance_at(
+    grid: &SquareGrid,
+    field: &[f64],
+    nodes: impl IntoIterator<Item = (usize, usize)>,
+) -> Option<Vec<f64>> {
     let spline = Spline::new(grid, field);
     let points = zero_points(grid, field, &spline);
     if points.is_empty() {
         return None;
     }
     let mut out = vec![0.0; field.len()];
-    for (i, j) in grid.nodes() {
+    for (i, j) in nodes {
         let (at, x) = (grid.index(i, j), grid.position(i, j));
         let squared = |p: &[f64; 2]| (p[0] - x[0]).powi(2) + (p[1] - x[1]).powi(2);
         let nearest = points

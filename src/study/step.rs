@@ -2,6 +2,7 @@
 
 use super::multigrid::coarse_levels;
 use super::plane::PlaneEnergy;
+use super::refined::{Refined, norm};
 use super::system::StepSystem;
 use crate::flow::Variant;
 use crate::linalg::{
@@ -15,10 +16,22 @@ const MOST_ITERATIONS: usize = 4000;
 /// How the linear systems are solved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Tolerance {
-    /// The residual falls to this part of `‖M φ‖`, as for the paper's systems for φ itself: for flows in time.
+    /// The residual falls to this part of `‖M φ‖`, as for the paper's systems for φ itself: for flows in time. In variant I the
+    /// residual over the system's diagonal, which is about the error of φ, falls to this part of `‖φ‖`: else nodes where φ is
+    /// flat, whose mass is up to 1/ε times that of others, outweigh these.
     OfState(f64),
     /// The residual falls to this part of the right-hand side: for steady states.
     OfStep(f64),
+}
+
+impl Tolerance {
+    /// The norm that a residual is to fall to, for a right-hand side of a norm and a state.
+    fn goal(self, size: f64, state: impl Iterator<Item = f64>) -> f64 {
+        match self {
+            Self::OfStep(t) => t * size,
+            Self::OfState(t) => t * norm(state),
+        }
+    }
 }
 
 /// One step.
@@ -45,20 +58,24 @@ pub struct PlaneFlow {
     /// When a linear system counts as solved.
     pub tolerance: Tolerance,
     coarse: Option<Multigrid>,
-    last: Vec<f64>,
+    /// For variant I without multigrid.
+    refined: Option<Refined>,
+    /// The steps since the start, at most the last two.
+    last: Vec<Vec<f64>>,
 }
 
 impl PlaneFlow {
     /// A flow whose systems are scaled by their diagonal.
     pub fn new(energy: PlaneEnergy, variant: Variant, tau: f64, tolerance: Tolerance) -> Self {
-        let last = vec![0.0; energy.grid.field_len()];
+        let refined = (variant == Variant::I).then(|| Refined::new(&energy.grid));
         Self {
             energy,
             variant,
             tau,
             tolerance,
             coarse: None,
-            last,
+            refined,
+            last: Vec::new(),
         }
     }
 
@@ -70,9 +87,9 @@ impl PlaneFlow {
         self
     }
 
-    /// Forgets the last step, which is the first guess of the next; to be called when φ is changed from outside.
+    /// Forgets the last steps, from which the next is guessed; to be called when φ is changed from outside.
     pub fn restart(&mut self) {
-        self.last.fill(0.0);
+        self.last.clear();
     }
 
     /// Takes one step: `A d = −τ g`, `φ += d`.
@@ -80,32 +97,36 @@ impl PlaneFlow {
         let at = self.energy.linearise(phi);
         let system = StepSystem::new(&self.energy, &at, self.variant, self.tau);
         let b: Vec<f64> = at.gradient.iter().map(|g| -self.tau * g).collect();
-        let size = norm(b.iter().copied());
-        let tolerance = match self.tolerance {
-            Tolerance::OfStep(t) => t,
-            Tolerance::OfState(t) => {
+        let mut d = self.guess();
+        let (end, tolerance) = match (&self.coarse, &mut self.refined) {
+            (None, Some(refined)) => {
+                let scaling = system.jacobi();
+                let size = norm(b.iter().zip(scaling).map(|(b, s)| s * b));
+                let goal = self.tolerance.goal(size, phi.iter().copied());
+                let end = refined.solve(&system, &b, &mut d, goal);
+                (end, goal / size.max(f64::MIN_POSITIVE))
+            }
+            (coarse, _) => {
                 let free = self.energy.free();
-                let state = (0..phi.len()).map(|i| f64::from(free[i]) * at.mass[i] * phi[i]);
-                t * norm(state) / size.max(f64::MIN_POSITIVE)
-            }
-        };
-        let mut d = std::mem::take(&mut self.last);
-        if matches!(self.tolerance, Tolerance::OfStep(_)) {
-            d.fill(0.0);
-        }
-        let end = match &self.coarse {
-            Some(coarse) => {
-                let cycle = MultigridCycle::new(&system, coarse);
-                solve(&system, &cycle, &b, &mut d, tolerance, self.variant)
-            }
-            None => {
+                let state = (0..b.len()).map(|i| f64::from(free[i]) * at.mass[i] * phi[i]);
+                let size = norm(b.iter().copied());
+                let tolerance = self.tolerance.goal(size, state) / size.max(f64::MIN_POSITIVE);
+                let cycle = coarse.as_ref().map(|c| MultigridCycle::new(&system, c));
                 let scaling = Jacobi(system.jacobi());
-                solve(&system, &scaling, &b, &mut d, tolerance, self.variant)
+                let preconditioner: &dyn Preconditioner = match &cycle {
+                    Some(cycle) => cycle,
+                    None => &scaling,
+                };
+                let end = solve(&system, preconditioner, &b, &mut d, tolerance, self.variant);
+                (end, tolerance)
             }
         };
         phi.iter_mut().zip(&d).for_each(|(p, d)| *p += d);
         let movement = d.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        self.last = d;
+        if self.last.len() == 2 {
+            self.last.remove(0);
+        }
+        self.last.push(d);
         PlaneStep {
             energy: at.energy,
             movement,
@@ -113,10 +134,18 @@ impl PlaneFlow {
             solved: end.relative_residual <= tolerance * (1.0 + 1e-9),
         }
     }
-}
 
-fn norm(v: impl Iterator<Item = f64>) -> f64 {
-    v.map(|x| x * x).sum::<f64>().sqrt()
+    /// What the next step may be: in flows in time the last one, in variant I on a line through the last two.
+    fn guess(&self) -> Vec<f64> {
+        let in_time = matches!(self.tolerance, Tolerance::OfState(_));
+        match &self.last[..] {
+            [before, last] if in_time && self.variant == Variant::I => {
+                last.iter().zip(before).map(|(l, b)| 2.0 * l - b).collect()
+            }
+            [.., last] if in_time => last.clone(),
+            _ => vec![0.0; self.energy.grid.field_len()],
+        }
+    }
 }
 
 /// Conjugate gradients from `x` where the variant is symmetric, else BiCGstab for the correction to `x`.

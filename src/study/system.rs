@@ -57,6 +57,21 @@ impl<'a> StepSystem<'a> {
         if d > 0.0 { d } else { 1.0 }
     }
 
+    /// The factors in single precision, `M⁻¹ K'`, `τ D⁻¹ K` and `D⁻¹ (M + τ/2 L1)`, whose rows are scaled by the system's diagonal D.
+    pub(super) fn round(
+        &self,
+        inner: &mut Stencils<f32>,
+        outer: &mut Stencils<f32>,
+        near: &mut Stencils<f32>,
+    ) {
+        let (at, tau, scale) = (self.at, self.tau, &self.jacobi);
+        self.inner
+            .round_scaled(|i| at.inverse_mass[i], |_| 0.0, inner);
+        self.outer.round_scaled(|i| tau * scale[i], |_| 0.0, outer);
+        at.weighted
+            .round_scaled(|i| 0.5 * tau * scale[i], |i| scale[i] * at.mass[i], near);
+    }
+
     /// The matrix by rows, over all entries of a field.
     pub fn matrix(&self) -> Csr {
         let n = self.free.len();

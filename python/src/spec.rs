@@ -1,0 +1,56 @@
+//! What is to be done and where it goes, from JSON, names and paths.
+
+use std::path::PathBuf;
+
+use isomend::FillParams;
+use isomend::io::Format;
+use isomend::job::{JobSpec, Output, Place, Work};
+
+use crate::errors::Failure;
+
+/// A job that writes nothing by itself.
+pub fn spec(source: &Place, work: Work) -> JobSpec {
+    let mut spec = JobSpec::plan(PathBuf::new(), work);
+    spec.source.place = source.clone();
+    spec
+}
+
+/// Work as JSON, such as `{"fill": {"max_diameter": 2.0}}`.
+pub fn work(json: &str) -> Result<Work, Failure> {
+    serde_json::from_str(json).map_err(|error| {
+        // Where in the JSON it stands means nothing to the caller.
+        let error = error.to_string();
+        let what = error
+            .rsplit_once(" at line ")
+            .map_or(&*error, |(what, _)| what);
+        Failure::parameter(what)
+    })
+}
+
+/// A format by its name.
+pub fn format(name: Option<&str>) -> Result<Option<Format>, Failure> {
+    let told = |name: &str| {
+        name.parse::<Format>().map_err(|_| {
+            let list = Format::LIST;
+            Failure::parameter(format!("there is no format '{name}'; there are {list}"))
+        })
+    };
+    name.map(told).transpose()
+}
+
+/// An output to a file, or to bytes in the format named.
+pub fn output(path: Option<PathBuf>, to: Option<&str>, ascii: bool) -> Result<Output, Failure> {
+    let place = path.map_or(Place::Bytes("bytes".to_owned()), Place::File);
+    let mut output = Output::new(place, format(to)?)?;
+    output.ascii = ascii;
+    output.check()?;
+    Ok(output)
+}
+
+/// The parameters of a fill as JSON, such as `{"max_diameter": 2.0}`.
+pub fn fill_params(json: &str) -> Result<FillParams, Failure> {
+    match work(&format!("{{\"fill\": {json}}}"))? {
+        Work::Fill(params) => Ok(params),
+        _ => Err(Failure::parameter("the parameters are not those of a fill")),
+    }
+}

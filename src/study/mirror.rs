@@ -1,0 +1,93 @@
+//! Squares that mirror themselves, by their quarter.
+
+use super::grid::SquareGrid;
+
+/// The centred unit square, for functions that are even in x and in y.
+///
+/// Its axes are then lines of nodes across which nothing changes: the elements of the quarter `x, y ≥ 0` with a natural border
+/// give the equations of the whole square, at a fourth of the cost.
+#[derive(Clone, Debug)]
+pub struct Mirrored {
+    /// The whole square.
+    pub whole: SquareGrid,
+    /// What is computed: the quarter, or the whole where the cells along a side are odd in number and no node is on the axes.
+    pub part: SquareGrid,
+    /// The first node of the part, along both axes.
+    first: usize,
+}
+
+impl Mirrored {
+    /// The square of so many cells a side.
+    pub fn new(cells: usize) -> Self {
+        let whole = SquareGrid::centred(cells);
+        if cells % 2 == 1 {
+            return Self {
+                part: whole.clone(),
+                whole,
+                first: 0,
+            };
+        }
+        Self {
+            whole,
+            part: SquareGrid::new(cells / 2, [0.0; 2], 0.5),
+            first: cells / 2,
+        }
+    }
+
+    /// The nodes of the part, by their numbers in the whole.
+    pub fn nodes(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let first = self.first;
+        self.part.nodes().map(move |(i, j)| (first + i, first + j))
+    }
+
+    /// The part of a field.
+    pub fn fold(&self, field: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; self.part.field_len()];
+        for ((i, j), (a, b)) in self.part.nodes().zip(self.nodes()) {
+            out[self.part.index(i, j)] = field[self.whole.index(a, b)];
+        }
+        out
+    }
+
+    /// The field of a part.
+    pub fn unfold(&self, part: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; self.whole.field_len()];
+        let seen = |k: usize| k.abs_diff(self.first);
+        for (i, j) in self.whole.nodes() {
+            out[self.whole.index(i, j)] = part[self.part.index(seen(i), seen(j))];
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::flow::Variant;
+    use crate::study::plane::PlaneEnergy;
+    use crate::study::step::{PlaneFlow, Tolerance};
+
+    #[test]
+    fn the_quarter_moves_as_the_whole_does() {
+        for cells in [16, 15] {
+            let square = Mirrored::new(cells);
+            let h = square.whole.h();
+            let start = square
+                .whole
+                .field(|[x, y]| (x * x + 1.3 * y * y).sqrt() - 0.3);
+            let end = |grid: &SquareGrid, mut phi: Vec<f64>| {
+                let energy = PlaneEnergy::natural(grid.clone(), h * h);
+                let tolerance = Tolerance::OfState(1e-10);
+                let mut flow = PlaneFlow::new(energy, Variant::I, 10.0 * h.powi(4), tolerance);
+                let moved: f64 = (0..10).map(|_| flow.step(&mut phi).movement).sum();
+                (phi, moved)
+            };
+            let (whole, moved) = end(&square.whole, start.clone());
+            let (part, _) = end(&square.part, square.fold(&start));
+            let part = square.unfold(&part);
+            let apart = whole.iter().zip(&part).map(|(a, b)| (a - b).abs());
+            let apart = apart.fold(0.0, f64::max);
+            assert!(moved > 1e-2 && apart < 1e-7, "{cells} {moved} {apart:e}");
+        }
+    }
+}
