@@ -17,6 +17,8 @@ const START_TOLERANCE: f64 = 3e-3;
 const COARSE_STEPS: usize = 14;
 /// The tolerance there over that of the finest.
 const COARSE_TOLERANCE: f64 = 20.0;
+/// And the most that it is, in voxels, unless that of the finest is more.
+const MOST_COARSE: f64 = 0.4;
 /// A level is far from steady when the step that led to its result still moved the surface by more than this, in voxels.
 const FAR_FROM_STEADY: f64 = 0.05;
 /// It has diverged when that step moved the surface by more than this, in voxels.
@@ -51,7 +53,10 @@ impl NestedSettings<'_> {
         let coarser = (self.refinements - refinement) as i32;
         FlowSettings {
             kappa: (flow.kappa * 0.5f64.powi(coarser)).max(flow.kappa.min(1.0)),
-            tolerance: flow.tolerance * if last { 1.0 } else { COARSE_TOLERANCE },
+            tolerance: match last {
+                true => flow.tolerance,
+                false => (COARSE_TOLERANCE * flow.tolerance).min(MOST_COARSE.max(flow.tolerance)),
+            },
             max_steps: if last {
                 flow.max_steps
             } else if flow.time_step.is_finite() {
