@@ -90,12 +90,13 @@ impl RegionWork<'_> {
         }
     }
 
-    /// The surface that the flow finds from a triangulation of the rims, where the one that was found is bent so much that it may
-    /// be one minimum of several, and that from the triangulation is lower.
+    /// The surface that the flow finds from a triangulation of the only rim, where the one that was found is bent so much that it
+    /// may be one minimum of several, and that from the triangulation is lower.
     fn lower(&self, now: &Try, solved: &Solved) -> Option<Solved> {
         let bent = |s: &Solved| s.willmore() > BENT && s.converged();
         let is_first = now.energy == Energy::Willmore && now.start == Start::Biharmonic;
-        if !(self.is_finished() && is_first && bent(solved)) {
+        let has_one_rim = self.holes.len() == 1;
+        if !(self.is_finished() && is_first && has_one_rim && bent(solved)) {
             return None;
         }
         let begun = Instant::now();

@@ -390,4 +390,41 @@ mod tests {
             }
         }
     }
+
+    #[test]
+    fn fixed_nodes_that_the_flow_depends_on_are_not_interpolated() {
+        let (voxel, dims) = (0.07, [36, 40, 44]);
+        let lattice = Lattice {
+            origin: -0.5 * voxel * as_point(dims) + DVec3::splat(0.3 * voxel),
+            voxel,
+        };
+        let grid = SparseGrid::new(dims, |_| true);
+        let sampling = Sampling {
+            lattice: &lattice,
+            grid: &grid,
+            data: &Bowl,
+            voxel,
+            reach: SMOOTH,
+        };
+        let (phi, mask) = sampling.of_box();
+        let mut near = mask.clone();
+        for _ in 0..DEPENDS {
+            near = dilate(&grid, &near);
+        }
+        let mut exact = 0;
+        for (slot, &value) in phi.iter().enumerate() {
+            let n = grid.node(slot);
+            let wanted = (lattice.to_world(as_point(n)).length() - 1.0) / voxel;
+            if near[slot] && !mask[slot] && wanted.abs() < FAR - 1.0 && grid.is_interior(n, BORDER)
+            {
+                assert!((value - wanted).abs() < 1e-9, "{n:?}: {value} {wanted}");
+                exact += 1;
+            }
+        }
+        let free = mask.iter().filter(|&&m| m).count();
+        assert!(
+            exact > 1000 && exact < phi.len() / 4 && free > 1000,
+            "{exact} {free}"
+        );
+    }
 }
