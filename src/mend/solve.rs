@@ -20,8 +20,8 @@ use crate::stitch::{Patch, close_seam};
 /// Loops of at most this many edges are solved once only: their few edges say little about the surface, and a finer grid does
 /// not add to that.
 const SMALL_EDGES: usize = 16;
-/// The next try starts from a surface that is not steady when its last step moved it by less than this: one that is farther from rest has often begun to run to
-/// a worse minimum, and a triangulation is the better start.
+/// The next try starts from a surface that is not steady when its last step moved it by less than this: one that is farther from
+/// rest has often begun to run to a worse minimum, and a triangulation is the better start.
 const WORTH_A_START: f64 = 0.1;
 /// What further tries at a region may cost, in unknowns times steps: about six seconds of one core.
 const BUDGET: u64 = 1_000_000;

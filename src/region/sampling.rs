@@ -269,14 +269,16 @@ impl Sampling<'_> {
         }
     }
 
-    /// Asks for the nodes in the reach of free ones, of which `before` has interpolated values.
+    /// Asks for the fixed nodes in the reach of free ones, of which `before` has interpolated values.
     fn with_neighbours(&self, before: Asked, within: &(dyn Fn(NodeIndex) -> f64 + Sync)) -> Asked {
         let mut near = self.inside(&before.free);
         for _ in 0..DEPENDS {
             near = dilate(self.grid, &near);
         }
         self.ask(&|n| match self.grid.slot(n) {
-            Some(s) if !near[s] || before.exact[s] || before.phi[s].abs() > FAR => {
+            Some(s)
+                if before.free[s] || !near[s] || before.exact[s] || before.phi[s].abs() > FAR =>
+            {
                 Known::Node(before.phi[s], before.free[s])
             }
             _ => Known::Nothing {
@@ -357,30 +359,43 @@ mod tests {
         }
     }
 
+    /// A lattice round the bowl, and its nodes.
+    fn box_of(dims: NodeIndex, voxel: f64) -> (Lattice, SparseGrid) {
+        let lattice = Lattice {
+            origin: -0.5 * voxel * as_point(dims) + DVec3::splat(0.3 * voxel),
+            voxel,
+        };
+        (lattice, SparseGrid::new(dims, |_| true))
+    }
+
+    fn sampling<'a>((lattice, grid): &'a (Lattice, SparseGrid)) -> Sampling<'a> {
+        Sampling {
+            lattice,
+            grid,
+            data: &Bowl,
+            voxel: lattice.voxel,
+            reach: SMOOTH,
+        }
+    }
+
+    /// The signed distance of a node from the sphere, in voxels.
+    fn distance((lattice, _): &(Lattice, SparseGrid), n: NodeIndex) -> f64 {
+        (lattice.to_world(as_point(n)).length() - 1.0) / lattice.voxel
+    }
+
     #[test]
     fn signs_are_right_at_the_sides_of_boxes_of_any_size() {
         for dims in [[32, 32, 32], [36, 40, 44], [44, 36, 40], [40, 44, 36]] {
-            let voxel = 0.07;
-            let lattice = Lattice {
-                origin: -0.5 * voxel * as_point(dims) + DVec3::splat(0.3 * voxel),
-                voxel,
-            };
-            let grid = SparseGrid::new(dims, |_| true);
-            let sampling = Sampling {
-                lattice: &lattice,
-                grid: &grid,
-                data: &Bowl,
-                voxel,
-                reach: SMOOTH,
-            };
-            let (phi, mask) = sampling.of_box();
+            let nodes = box_of(dims, 0.07);
+            let (phi, mask) = sampling(&nodes).of_box();
+            let grid = &nodes.1;
             for (slot, value) in phi.into_iter().enumerate() {
                 let n = grid.node(slot);
                 if grid.is_interior(n, BORDER) {
                     continue;
                 }
                 assert!(!mask[slot]);
-                let wanted = (lattice.to_world(as_point(n)).length() - 1.0) / voxel;
+                let wanted = distance(&nodes, n);
                 if grid.is_interior(n, 1) {
                     assert!(
                         (value - wanted).abs() < 0.3,
@@ -393,28 +408,17 @@ mod tests {
 
     #[test]
     fn fixed_nodes_that_the_flow_depends_on_are_not_interpolated() {
-        let (voxel, dims) = (0.07, [36, 40, 44]);
-        let lattice = Lattice {
-            origin: -0.5 * voxel * as_point(dims) + DVec3::splat(0.3 * voxel),
-            voxel,
-        };
-        let grid = SparseGrid::new(dims, |_| true);
-        let sampling = Sampling {
-            lattice: &lattice,
-            grid: &grid,
-            data: &Bowl,
-            voxel,
-            reach: SMOOTH,
-        };
-        let (phi, mask) = sampling.of_box();
+        let nodes = box_of([36, 40, 44], 0.07);
+        let (phi, mask) = sampling(&nodes).of_box();
+        let grid = &nodes.1;
         let mut near = mask.clone();
         for _ in 0..DEPENDS {
-            near = dilate(&grid, &near);
+            near = dilate(grid, &near);
         }
         let mut exact = 0;
         for (slot, &value) in phi.iter().enumerate() {
             let n = grid.node(slot);
-            let wanted = (lattice.to_world(as_point(n)).length() - 1.0) / voxel;
+            let wanted = distance(&nodes, n);
             if near[slot] && !mask[slot] && wanted.abs() < FAR - 1.0 && grid.is_interior(n, BORDER)
             {
                 assert!((value - wanted).abs() < 1e-9, "{n:?}: {value} {wanted}");
@@ -426,5 +430,24 @@ mod tests {
             exact > 1000 && exact < phi.len() / 4 && free > 1000,
             "{exact} {free}"
         );
+    }
+
+    #[test]
+    fn free_nodes_well_inside_are_not_asked_for() {
+        let nodes = box_of([36, 40, 44], 0.07);
+        let asked = sampling(&nodes).looked_at(LOOKS, nodes.1.dims());
+        let mut edge: Vec<bool> = asked.free.iter().map(|f| !f).collect();
+        for _ in 0..3 {
+            edge = dilate(&nodes.1, &edge);
+        }
+        let mut well_inside = 0;
+        for slot in (0..edge.len()).filter(|&s| !edge[s]) {
+            let n = nodes.1.node(slot);
+            if nodes.1.is_interior(n, BORDER + 1) {
+                assert!(!asked.exact[slot], "{n:?}");
+                well_inside += 1;
+            }
+        }
+        assert!(well_inside > 1000, "{well_inside}");
     }
 }
