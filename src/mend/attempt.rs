@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::damaged::Damaged;
+use super::finishing::CHEAP_EDGES;
 use super::outcome::TryFailure;
 use super::params::SurfaceKind;
 use super::report::RegionReport;
@@ -91,12 +92,16 @@ impl RegionWork<'_> {
     }
 
     /// The surface that the flow finds from a triangulation of the only rim, where the one that was found is bent so much that it
-    /// may be one minimum of several, and that from the triangulation is lower.
+    /// may be one minimum of several, and that from the triangulation is lower. Rims of few edges have the second start of the
+    /// finish instead.
     fn lower(&self, now: &Try, solved: &Solved) -> Option<Solved> {
         let bent = |s: &Solved| s.willmore() > BENT && s.converged();
         let is_first = now.energy == Energy::Willmore && now.start == Start::Biharmonic;
-        let has_one_rim = self.holes.len() == 1;
-        if !(self.is_finished() && is_first && has_one_rim && bent(solved)) {
+        let [hole] = self.holes else {
+            return None;
+        };
+        let is_told = hole.edges <= CHEAP_EDGES;
+        if !(self.is_finished() && is_first && !is_told && bent(solved)) {
             return None;
         }
         let begun = Instant::now();
