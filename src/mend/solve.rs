@@ -100,6 +100,14 @@ pub(super) fn region(
     of(VoxelSize::Length(finer.min(region.voxel)))
 }
 
+/// Whether a finer try has a finer grid. That of a region with a small loop is as fine as it gets from the first.
+fn refines(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> bool {
+    let first = Try::first(params.energy);
+    let voxel = |t: &Try| region(mesh, holes, params, t, None, params.finishes()).voxel;
+    let is_finer = |finer: &Try| voxel(finer) < voxel(&first);
+    params.voxel == VoxelSize::Auto && first.finer().as_ref().is_some_and(is_finer)
+}
+
 impl RegionWork<'_> {
     /// Fills the region.
     pub(super) fn fill(&self) -> RegionPatch {
@@ -195,7 +203,7 @@ impl RegionWork<'_> {
             h.planarity < FLAT_RIM && mean.length() > PARALLEL
         };
         Prospects {
-            may_refine: self.params.voxel == VoxelSize::Auto,
+            may_refine: refines(self.mesh, self.holes, self.params),
             diameter: self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
             tube_end: self.damaged.is_none() && self.holes.iter().all(is_end),
             budget: BUDGET,
@@ -294,4 +302,25 @@ pub(super) fn failures(history: &[(Try, Verdict)]) -> Vec<TryFailure> {
         Verdict::Sound => None,
     };
     history.iter().filter_map(failure).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes::{grid, punch};
+    use crate::mesh::{Topology, find_holes};
+
+    #[test]
+    fn a_region_with_a_small_loop_has_no_finer_grid() {
+        let sheet = grid(80, 80, [false, false], |u, v| DVec3::new(u, v, 0.0));
+        let square = |c: DVec3, x: f64, half: f64| (c.x - x).abs().max((c.y - 0.5).abs()) < half;
+        let mut mesh = punch(&sheet, |c| square(c, 0.3, 0.2) || square(c, 0.6, 0.026));
+        let mut topology = Topology::new(&mut mesh);
+        let (holes, _) = find_holes(&mesh, &mut topology);
+        let inner: Vec<&Hole> = holes.iter().filter(|h| !h.outer_border).collect();
+        let params = FillParams::default();
+        assert_eq!(inner.len(), 2);
+        assert!(refines(&mesh, &inner[..1], &params));
+        assert!(!refines(&mesh, &inner, &params));
+    }
 }

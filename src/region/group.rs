@@ -41,6 +41,9 @@ const MARGIN_NODES: f64 = 7.0;
 /// Most blocks of nodes of a region's box on its coarsest level, which is sampled as a whole: 16 million nodes. The box of a hole
 /// has about 1300, that of facing rims a few diameters apart up to 1e5.
 const MOST_BLOCKS: f64 = 2.5e5;
+/// A box of more blocks than these on its coarsest level, four times those of a round hole, gets another level below it if the hole
+/// is wide enough there.
+const MANY_BLOCKS: f64 = 5000.0;
 /// Along an axis [`MARGIN_PART`] is less by this part of the rims' extent along it.
 const MARGIN_TAKEN: f64 = 0.35;
 /// But not less than this part of that width.
@@ -303,8 +306,8 @@ impl Region {
             .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(NARROWEST))
             .fold(f64::INFINITY, f64::min);
         let coarsest = COARSEST * narrow.max(refine.min(2.0));
-        let refinements = (across / coarsest).log2().floor().max(0.0) as usize;
-        let coarse = voxel * f64::from(1u32 << refinements.min(16));
+        let mut refinements = (across / coarsest).log2().floor().max(0.0) as usize;
+        let mut coarse = voxel * f64::from(1u32 << refinements.min(16));
         let rims = chosen().flat_map(|h| &h.rim);
         let part = part.iter().flat_map(|p| [p.0, p.1]);
         let (low, high) = bounds(rims.map(|v| mesh.positions[*v as usize]).chain(part));
@@ -314,6 +317,9 @@ impl Region {
             .max(DVec3::splat(LEAST_MARGIN * widest));
         let margin = |coarse: f64| growth * bulge + MARGIN_NODES * coarse;
         let blocks = |coarse: f64| Lattice::blocks(low, high, margin(coarse), coarse);
+        if is_coarse && diameter > COARSEST * coarse && blocks(coarse) > MANY_BLOCKS {
+            (refinements, coarse) = (refinements + 1, 2.0 * coarse);
+        }
         // Rims that are far apart for their size, such as two tiny holes on opposite sides of a model, need too many blocks.
         let (mut voxel, mut coarse) = (voxel, coarse);
         while blocks(coarse) > MOST_BLOCKS && coarse < (high - low).max_element() {
