@@ -4,10 +4,14 @@ mod shapes;
 
 use glam::{DMat3, DVec3};
 use isomend::{
-    Control, FillParams, Filled, HoleOutcome, Inspection, Mesh, RestoreParams, fill, inspect,
+    Control, FillParams, Filled, Finish, HoleOutcome, Inspection, Mesh, RestoreParams, fill,
+    inspect,
 };
 
 use shapes::{cut, polar, sphere, topology};
+
+/// The level set alone, and with the finish of its patch.
+const FINISHES: [Finish; 2] = [Finish::None, Finish::Auto];
 
 /// A bumpy ball: no two parts of it are alike.
 fn bumpy(n: u32) -> Mesh {
@@ -29,9 +33,9 @@ fn hole_towards(mesh: &Mesh, direction: DVec3) -> usize {
 }
 
 /// Fills the hole at the top, and returns the patch's vertices and what was done.
-fn filled_at_top(mesh: &Mesh) -> (Vec<DVec3>, Filled) {
+fn filled_at_top(mesh: &Mesh, finish: Finish) -> (Vec<DVec3>, Filled) {
     let mut params = FillParams::default();
-    params.finish = isomend::Finish::None;
+    params.finish = finish;
     params.holes = Some(vec![hole_towards(mesh, DVec3::Z)]);
     let filled = fill(mesh, &params).unwrap();
     let regions = &filled.report.regions;
@@ -77,14 +81,16 @@ fn patch_of(mesh: &Mesh, filled: &Filled) -> Mesh {
 
 /// Asserts that two meshes get the same patch at their top, up to a part of the hole's diameter.
 fn assert_same_patch(one: &Mesh, other: &Mesh, part: f64) {
-    let (_, of_one) = filled_at_top(one);
-    let (points, of_other) = filled_at_top(other);
-    let diameter = of_one.report.regions[0].diameter;
-    let off = apart(&points, &patch_of(one, &of_one)) / diameter;
-    assert!(off < part, "{off:e} of the diameter");
-    let energy = |f: &Filled| f.report.regions[0].levels.last().unwrap().flow.energy_after;
-    let ratio = energy(&of_other) / energy(&of_one);
-    assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
+    for finish in FINISHES {
+        let (_, of_one) = filled_at_top(one, finish);
+        let (points, of_other) = filled_at_top(other, finish);
+        let diameter = of_one.report.regions[0].diameter;
+        let off = apart(&points, &patch_of(one, &of_one)) / diameter;
+        assert!(off < part, "{finish:?}: {off:e} of the diameter");
+        let energy = |f: &Filled| f.report.regions[0].levels.last().unwrap().flow.energy_after;
+        let ratio = energy(&of_other) / energy(&of_one);
+        assert!((ratio - 1.0).abs() < 0.02, "{finish:?}: {ratio}");
+    }
 }
 
 #[test]
@@ -135,25 +141,26 @@ fn an_inner_wall_does_not_matter() {
 #[test]
 fn moved_and_scaled_it_goes_along() {
     let mesh = cut(&bumpy(14), |p| polar(p) < 25.0);
-    let (_, reference) = filled_at_top(&mesh);
-    let diameter = reference.report.regions[0].diameter;
-    for (scale, offset) in [
+    let scale_and_move = [
         (1e-3, DVec3::splat(1e-3)),
         (1e3, DVec3::new(30.0, -20.0, 70.0)),
-    ] {
-        let mut moved = mesh.clone();
-        moved
-            .positions
-            .iter_mut()
-            .for_each(|p| *p = *p * scale + offset);
-        let mut params = FillParams::default();
-        params.finish = isomend::Finish::None;
-        params.holes = Some(vec![1]);
-        let filled = fill(&moved, &params).unwrap();
-        let points = filled.mesh.positions[mesh.positions.len()..].iter();
-        let back: Vec<DVec3> = points.map(|p| (*p - offset) / scale).collect();
-        let off = apart(&back, &patch_of(&mesh, &reference)) / diameter;
-        assert!(off < 2e-3, "scale {scale}: {off:e}");
+    ];
+    for finish in FINISHES {
+        let (_, reference) = filled_at_top(&mesh, finish);
+        let diameter = reference.report.regions[0].diameter;
+        for (scale, offset) in scale_and_move {
+            let mut moved = mesh.clone();
+            let positions = moved.positions.iter_mut();
+            positions.for_each(|p| *p = *p * scale + offset);
+            let mut params = FillParams::default();
+            params.finish = finish;
+            params.holes = Some(vec![1]);
+            let filled = fill(&moved, &params).unwrap();
+            let points = filled.mesh.positions[mesh.positions.len()..].iter();
+            let back: Vec<DVec3> = points.map(|p| (*p - offset) / scale).collect();
+            let off = apart(&back, &patch_of(&mesh, &reference)) / diameter;
+            assert!(off < 2e-3, "{finish:?}, scale {scale}: {off:e}");
+        }
     }
 }
 
