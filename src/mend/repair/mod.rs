@@ -239,11 +239,11 @@ impl Run<'_> {
             sheets::separate(&mut self.draft, &mut self.report)?;
             self.keep_better(before)?;
         }
-        told::crossing_faces(&self.draft, &mut self.report.fill)
+        told::crossing_faces(&mut self.draft, &mut self.report.fill)
     }
 
     /// What a pass changes, and how far from sound it is.
-    fn state(&self) -> Result<State, FillError> {
+    fn state(&mut self) -> Result<State, FillError> {
         let all = (self.draft.clone(), self.report.clone(), self.lost);
         Ok((all, self.draft.faults()?))
     }
