@@ -8,6 +8,8 @@ mod clear;
 mod crossing;
 mod draft;
 mod flat;
+mod layer;
+mod lining;
 mod orient;
 mod params;
 mod scraps;
@@ -19,7 +21,10 @@ use std::collections::HashSet;
 use std::time::Instant;
 
 use super::control::{Control, Watch};
-use super::{FillError, FillParams, FillReport, Inspection};
+use super::{
+    FailedReason, FillError, FillParams, FillReport, HoleOutcome, HoleReport, Inspection,
+    LeftReason,
+};
 use crate::check::{CheckParams, DefectKind, components};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, Origins};
@@ -38,6 +43,10 @@ const WIDER: usize = 3;
 const LOST_PART: usize = 30;
 const LOST_CROSSING: usize = 2;
 
+/// What is lined is surface that other holes can be lined on: so many rounds at most.
+const LININGS: usize = 4;
+/// So many times at most faces are cut out of surfaces that cannot be lined for them.
+const CUT_AND_LINE: usize = 30;
 /// Rings of faces round crossing ones that are cut out with them.
 const RINGS: usize = 1;
 
@@ -202,10 +211,11 @@ impl Run<'_> {
             }
             old = border(&self.draft.inspect()?);
         }
-        scraps::drop(&mut self.draft, &mut self.report)?;
+        let may_stay = self.params.crossings;
+        scraps::drop(&mut self.draft, &mut self.report, may_stay)?;
         if self.params.crossings {
             self.clear()?;
-            scraps::drop(&mut self.draft, &mut self.report)?;
+            scraps::drop(&mut self.draft, &mut self.report, false)?;
         }
         if self.params.clean {
             clean::flip_new(&mut self.draft)?;
@@ -217,29 +227,128 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Lets no patch cross anything: others take their place, or the hole is widened, or left open.
+    /// Lets no patch cross anything: others take their place, or the hole is widened, or lined, or left open.
     fn clear(&mut self) -> Result<(), FillError> {
         self.go_on()?;
-        let (borders, border) = (self.params.borders, &self.border);
-        let origin = self.draft.origins.vertices.clone();
-        let was_border = |hole: &Hole| {
+        let borders = self.params.borders;
+        let border = std::mem::take(&mut self.border);
+        let was_border = |hole: &Hole, origin: &[u32]| {
             let before: Vec<u32> = hole.rim.iter().map(|v| origin[*v as usize]).collect();
             !borders && edges(&before).all(|e| border.contains(&e))
         };
-        let is_left = |hole: &Hole| hole.outer_border && was_border(hole);
+        let origin = self.draft.origins.vertices.clone();
+        let is_left = |hole: &Hole| hole.outer_border && was_border(hole, &origin);
         flat::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
-        told::open(&self.draft, &mut self.report.fill, &was_border)?;
+        let open = |hole: &Hole| was_border(hole, &origin);
+        told::open(&self.draft, &mut self.report.fill, &open)?;
         for rings in 0..=WIDER {
             self.go_on()?;
             let most = self.most_lost();
             self.lost += widen::widen(&mut self.draft, &mut self.report.fill, rings, most)?;
         }
+        self.separate_again()?;
+        let origin = self.draft.origins.vertices.clone();
+        let open = |hole: &Hole| was_border(hole, &origin);
+        told::open(&self.draft, &mut self.report.fill, &open)?;
+        scraps::close(&self.draft, &mut self.report.fill)?;
+        self.line(&was_border)?;
+        let crossing = self.draft.crossing()?;
+        let left = crossing.iter().map(|f| self.draft.component(*f as usize));
+        let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();
+        self.report.left_crossing = left.len();
+        told::crossing_faces(&mut self.draft, &mut self.report.fill)
+    }
+
+    /// Lines the surface round holes that are open yet, if that leaves less wrong.
+    fn line(&mut self, was_border: &dyn Fn(&Hole, &[u32]) -> bool) -> Result<(), FillError> {
+        let borders = self.params.borders;
+        let wanted = |hole: &HoleReport| match &hole.outcome {
+            HoleOutcome::Failed(why) => *why != FailedReason::NotReached,
+            HoleOutcome::Left(LeftReason::OuterBorder | LeftReason::SmallComponent) => borders,
+            _ => false,
+        };
+        let mut budget = lining::Budget::default();
+        let mut blocked = Vec::new();
+        for _ in 0..LININGS {
+            self.go_on()?;
+            let before = self.state()?;
+            let done = lining::line(
+                &mut self.draft,
+                &mut self.report.fill,
+                &wanted,
+                None,
+                &mut budget,
+            )?;
+            blocked = done.blocked;
+            if done.count == 0 {
+                break;
+            }
+            self.separate_again()?;
+            if !self.keep_better(before)? {
+                break;
+            }
+        }
+        for blocked in blocked.into_iter().take(CUT_AND_LINE) {
+            self.go_on()?;
+            self.cut_and_line(blocked, &wanted, was_border, &mut budget)?;
+        }
+        Ok(())
+    }
+
+    /// Cuts faces out under which no layer can lie, and lines what is round them then, if that leaves less wrong.
+    fn cut_and_line(
+        &mut self,
+        mut blocked: lining::Blocked,
+        wanted: &dyn Fn(&HoleReport) -> bool,
+        was_border: &dyn Fn(&Hole, &[u32]) -> bool,
+        budget: &mut lining::Budget,
+    ) -> Result<(), FillError> {
+        let near = |hole: &HoleReport, rims: &HashSet<u32>| {
+            wanted(hole) && hole.hole.rim.iter().any(|v| rims.contains(v))
+        };
+        let holes = &self.report.fill.holes;
+        if !holes.iter().any(|h| near(h, &blocked.rims)) {
+            return Ok(());
+        }
+        let before = self.state()?;
+        let before_cut = before.1;
+        for _ in 0..LININGS {
+            let most = self.most_lost();
+            let Some(own) = lining::cut(&mut self.draft, &mut blocked, most)? else {
+                break;
+            };
+            self.lost += own;
+            let origin = self.draft.origins.vertices.clone();
+            let open = |hole: &Hole| was_border(hole, &origin);
+            told::open(&self.draft, &mut self.report.fill, &open)?;
+            let near = |hole: &HoleReport| near(hole, &blocked.rims);
+            let extent = Some(blocked.extent);
+            let fill = &mut self.report.fill;
+            let done = lining::line(&mut self.draft, fill, &near, extent, budget)?;
+            if done.count > 0 {
+                self.separate_again()?;
+            }
+            if self.draft.faults()? < before_cut {
+                let fill = &mut self.report.fill;
+                return lining::tell_gone(&self.draft, fill, &near);
+            }
+            let Some(next) = done.blocked.into_iter().next() else {
+                break;
+            };
+            blocked.faces = next.faces;
+        }
+        (self.draft, self.report, self.lost) = before.0;
+        Ok(())
+    }
+
+    /// Separates surfaces that patches let meet, if that leaves less wrong.
+    fn separate_again(&mut self) -> Result<(), FillError> {
         if self.params.split {
             let before = self.state()?;
             sheets::separate(&mut self.draft, &mut self.report)?;
             self.keep_better(before)?;
         }
-        told::crossing_faces(&mut self.draft, &mut self.report.fill)
+        Ok(())
     }
 
     /// What a pass changes, and how far from sound it is.
@@ -248,12 +357,13 @@ impl Run<'_> {
         Ok((all, self.draft.faults()?))
     }
 
-    /// Goes back to an earlier state if more is wrong now.
-    fn keep_better(&mut self, (before, faults): State) -> Result<(), FillError> {
-        if self.draft.faults()? > faults {
+    /// Goes back to an earlier state if more is wrong now; says whether it did not.
+    fn keep_better(&mut self, (before, faults): State) -> Result<bool, FillError> {
+        let better = self.draft.faults()? <= faults;
+        if !better {
             (self.draft, self.report, self.lost) = before;
         }
-        Ok(())
+        Ok(better)
     }
 
     /// So many more faces of the input may go for the sake of patches that cross others.
@@ -278,7 +388,6 @@ impl Run<'_> {
         }
         self.report.passes.push(cut.pass);
         self.report.covered_faces += cut.covered;
-        self.report.left_crossing += cut.left;
         Ok(true)
     }
 
