@@ -26,13 +26,13 @@ const MOST_WHOLE: usize = 250_000;
 const MOST_WORK_WHOLE: usize = 1_000_000;
 /// Borders with more edges are not tried to be closed: where hundreds of edges could not be closed at the rim, they seldom can be
 /// farther on.
-const MOST_EDGES: usize = 300;
+const MOST_EDGES: usize = 200;
 /// The searches for linings of parts of a mesh look at so many faces at most, and those for one hole or the holes of one component at
 /// so many of them: 25 000 take a second at most.
 const MOST_WORK: usize = 400_000;
 const MOST_WORK_EACH: usize = 40_000;
 /// The search for triangles that close a border costs as much as the square of its edges over this many faces.
-const EDGES_WORK: usize = 5;
+const EDGES_WORK: usize = 2;
 
 /// How many faces may still be looked at.
 pub(super) struct Budget {
@@ -40,11 +40,12 @@ pub(super) struct Budget {
     whole: usize,
 }
 
-impl Default for Budget {
-    fn default() -> Self {
+impl Budget {
+    /// What may be looked at, all of components only where they `may_be_shells`.
+    pub(super) fn new(may_be_shells: bool) -> Self {
         Self {
             parts: MOST_WORK,
-            whole: MOST_WORK_WHOLE,
+            whole: if may_be_shells { MOST_WORK_WHOLE } else { 0 },
         }
     }
 }

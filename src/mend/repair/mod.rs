@@ -267,7 +267,7 @@ impl Run<'_> {
             HoleOutcome::Left(LeftReason::OuterBorder | LeftReason::SmallComponent) => borders,
             _ => false,
         };
-        let mut budget = lining::Budget::default();
+        let mut budget = lining::Budget::new(borders);
         let mut blocked = Vec::new();
         for _ in 0..LININGS {
             self.go_on()?;
