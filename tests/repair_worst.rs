@@ -118,7 +118,9 @@ fn faces_under_which_no_lining_fits_are_cut_out_first() {
     );
     bad = joined(&bad, &spike);
     assert_eq!(verdict(&bad).count(DefectKind::Crossing), 0);
-    let done = repaired(&bad, &RepairParams::default());
+    let mut params = RepairParams::default();
+    params.borders = true;
+    let done = repaired(&bad, &params);
     assert_not_worse(&bad, &done);
     let after = verdict(&done.mesh);
     assert!(after.is_sound(), "{}", after.line());

@@ -50,15 +50,6 @@ impl Budget {
     }
 }
 
-/// How far a lining goes from the rims on which it hangs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Extent {
-    /// Over all of the component.
-    Whole,
-    /// Over so many rings of faces.
-    Rings(usize),
-}
-
 /// What came of a search for linings.
 pub(super) struct Done {
     /// Linings that were added.
@@ -73,16 +64,17 @@ pub(super) struct Blocked {
     pub(super) faces: HashSet<[u32; 3]>,
     /// Vertices of the holes' rims.
     pub(super) rims: HashSet<u32>,
-    pub(super) extent: Extent,
+    /// Whether all of the component was to be lined.
+    pub(super) whole: bool,
 }
 
-/// Closes the `chosen` open holes by linings that cross nothing, so that no face goes. With an `extent` those of a component are closed
-/// together by a lining of that extent; else each by one as small as may be, and those that are left together.
+/// Closes the `chosen` open holes by linings that cross nothing, so that no face goes: each by one as small as may be, those of a
+/// component that are left together, the last by one of all the component. Only the last is tried where it is to be the `whole`.
 pub(super) fn line(
     draft: &mut Draft,
     report: &mut FillReport,
     chosen: &dyn Fn(&HoleReport) -> bool,
-    extent: Option<Extent>,
+    whole: bool,
     budget: &mut Budget,
 ) -> Result<Done, FillError> {
     let told = told(report, chosen);
@@ -92,7 +84,7 @@ pub(super) fn line(
             blocked: Vec::new(),
         });
     }
-    let mut linings = linings(draft, &told, extent, budget)?;
+    let mut linings = linings(draft, &told, whole, budget)?;
     let done = Done {
         count: linings.groups.len(),
         blocked: std::mem::take(&mut linings.blocked),
@@ -179,7 +171,7 @@ struct Group {
 fn linings(
     draft: &Draft,
     told: &HashMap<Edge, usize>,
-    extent: Option<Extent>,
+    whole: bool,
     budget: &mut Budget,
 ) -> Result<Linings, FillError> {
     let found = draft.inspect()?;
@@ -198,21 +190,20 @@ fn linings(
     let mut groups: Vec<Group> = Vec::new();
     let mut left: BTreeMap<u32, Vec<(usize, &Hole)>> = BTreeMap::new();
     for hole in open {
-        let alone = extent.is_none().then(|| search.group(&[hole], None));
-        match alone.flatten() {
+        let alone = (!whole).then(|| search.group(&[hole], false)).flatten();
+        match alone {
             Some(group) => groups.push(group),
             None => left.entry(hole.1.piece).or_default().push(hole),
         }
     }
     for holes in left.values() {
-        let several = (holes.len() > 1 && extent.is_none())
-            .then(|| search.group(holes, None))
+        let several = (holes.len() > 1 && !whole)
+            .then(|| search.group(holes, false))
             .flatten();
-        let last = extent.unwrap_or(Extent::Whole);
-        groups.extend(several.or_else(|| search.group(holes, Some(last))));
+        groups.extend(several.or_else(|| search.group(holes, true)));
     }
     let mut blocked = search.blocked;
-    blocked.sort_by_key(|b| (b.extent != Extent::Whole, b.faces.len()));
+    blocked.sort_by_key(|b| (!b.whole, b.faces.len()));
     Ok(Linings {
         blocked,
         vertices: search.ground.positions()[first..].to_vec(),
@@ -231,12 +222,12 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// The lining that closes some holes of a component, each with its place in the report.
-    fn group(&mut self, holes: &[(usize, &Hole)], extent: Option<Extent>) -> Option<Group> {
+    fn group(&mut self, holes: &[(usize, &Hole)], whole: bool) -> Option<Group> {
         let rims: Vec<&Hole> = holes.iter().map(|(_, hole)| *hole).collect();
         Some(Group {
-            faces: match extent {
-                Some(extent) => self.closed_within(&rims, extent)?,
-                None => self.closed(&rims)?,
+            faces: match whole {
+                true => self.shell(&rims)?,
+                false => self.closed(&rims)?,
             },
             told: holes.iter().map(|(told, _)| *told).collect(),
             diameter: rims.iter().map(|h| h.diameter).fold(0.0, f64::max),
@@ -250,7 +241,7 @@ impl Search<'_> {
         let mut left = self.budget.parts.min(MOST_WORK_EACH);
         let all = left;
         let mut found = None;
-        let mut blocked: Option<(Vec<u32>, usize)> = None;
+        let mut blocked: Option<Vec<u32>> = None;
         for rings in (0..).map(|i| 1 << i) {
             let grew = region.grow(self.found, &self.around, rings, MOST_FACES);
             if !grew || region.faces.len() > MOST_FACES.min(left) {
@@ -263,56 +254,49 @@ impl Search<'_> {
                     break;
                 }
                 Err(way) => {
-                    let fewer = |b: &(Vec<u32>, usize)| way.len() < b.0.len();
+                    let fewer = |b: &Vec<u32>| way.len() < b.len();
                     if !way.is_empty() && blocked.as_ref().is_none_or(fewer) {
-                        blocked = Some((way, rings));
+                        blocked = Some(way);
                     }
                 }
             }
         }
         self.budget.parts -= all - left;
-        if let Some((way, rings)) = blocked.filter(|_| found.is_none()) {
-            self.block(holes, &way, Extent::Rings(rings));
+        if let Some(way) = blocked.filter(|_| found.is_none()) {
+            self.block(holes, &way, false);
         }
         found
     }
 
-    /// The faces of a lining of this extent that closes some holes; none where there is none.
-    fn closed_within(&mut self, holes: &[&Hole], extent: Extent) -> Option<Vec<[u32; 3]>> {
+    /// The faces of a lining of all of a component that closes some holes; none where there is none.
+    fn shell(&mut self, holes: &[&Hole]) -> Option<Vec<[u32; 3]>> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
-        let (budget, rings, most) = match extent {
-            Extent::Whole => (&mut self.budget.whole, usize::MAX, MOST_WHOLE),
-            Extent::Rings(rings) => (&mut self.budget.parts, rings, MOST_FACES),
-        };
         let faces = self.found.topology.piece_faces[region.piece as usize];
-        if extent == Extent::Whole && faces > most.min(*budget) {
+        if faces > MOST_WHOLE.min(self.budget.whole) {
             return None;
         }
-        region.grow(self.found, &self.around, rings, most);
-        if region.faces.len() > most.min(*budget) {
-            return None;
-        }
-        *budget -= region.faces.len();
-        let mut left = *budget;
+        region.grow(self.found, &self.around, usize::MAX, MOST_WHOLE);
+        let mut left = self.budget.whole - faces;
+        self.budget.whole = left;
         let lined = self.lined(&region.faces, &rims, &mut left);
         if let Err(way) = &lined
             && !way.is_empty()
         {
-            self.block(holes, way, extent);
+            self.block(holes, way, true);
         }
         lined.ok()
     }
 
     /// Remembers what is in the way of a lining.
-    fn block(&mut self, holes: &[&Hole], way: &[u32], extent: Extent) {
+    fn block(&mut self, holes: &[&Hole], way: &[u32], whole: bool) {
         let corners = way
             .iter()
             .map(|f| sorted(self.found.mesh.faces[*f as usize]));
         self.blocked.push(Blocked {
             faces: corners.collect(),
             rims: holes.iter().flat_map(|h| h.rim.iter().copied()).collect(),
-            extent,
+            whole,
         });
     }
 

@@ -276,7 +276,7 @@ impl Run<'_> {
                 &mut self.draft,
                 &mut self.report.fill,
                 &wanted,
-                None,
+                false,
                 &mut budget,
             )?;
             blocked = done.blocked;
@@ -322,9 +322,9 @@ impl Run<'_> {
             let open = |hole: &Hole| was_border(hole, &origin);
             told::open(&self.draft, &mut self.report.fill, &open)?;
             let near = |hole: &HoleReport| near(hole, &blocked.rims);
-            let extent = Some(blocked.extent);
+            let whole = blocked.whole;
             let fill = &mut self.report.fill;
-            let done = lining::line(&mut self.draft, fill, &near, extent, budget)?;
+            let done = lining::line(&mut self.draft, fill, &near, whole, budget)?;
             if done.count > 0 {
                 self.separate_again()?;
             }
