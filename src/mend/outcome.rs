@@ -136,6 +136,9 @@ pub enum ClosedBy {
     Seam,
     /// Triangles between the vertices of each rim.
     RimTriangles,
+    /// In a repair: a second layer a hair under the surface round the rims, which ends where it can be closed, or goes on until it
+    /// lines all of the component.
+    Lining,
     /// Some rim of it is still open.
     Nothing,
 }

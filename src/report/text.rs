@@ -118,6 +118,7 @@ pub fn region_lines(r: &RegionReport) -> String {
         Some(ClosedBy::Flat) => "closed by a nearly flat cap".to_owned(),
         Some(ClosedBy::Seam) => "closed with thin triangles between the sides of a seam".to_owned(),
         Some(ClosedBy::RimTriangles) => "closed by triangles between its rim's vertices".to_owned(),
+        Some(ClosedBy::Lining) => "closed by lining the surface round its rim".to_owned(),
         Some(ClosedBy::Nothing) | None => "not closed".to_owned(),
     };
     if let Some(finish) = &r.finish {

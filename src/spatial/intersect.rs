@@ -26,6 +26,33 @@ pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Ve
         .collect()
 }
 
+/// All pairs of intersecting faces of which one is among the `asked`, each as these two; see [`intersecting`].
+pub(crate) fn intersecting_pairs(
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+    asked: &[u32],
+) -> Vec<[u32; 2]> {
+    let corners = |i: u32| faces[i as usize].map(|v| positions[v as usize]);
+    let boxes: Vec<Bounds> = (0..faces.len() as u32)
+        .into_par_iter()
+        .map(|i| Bounds::of(corners(i)))
+        .collect();
+    // The tree is built over the few, and walked by the many.
+    let own: Vec<Bounds> = asked.iter().map(|i| boxes[*i as usize]).collect();
+    let tree = BoxTree::new(&own);
+    let pairs = (0..faces.len() as u32).into_par_iter().flat_map_iter(|j| {
+        let mut found = Vec::new();
+        tree.for_each(&own, &boxes[j as usize], |i| {
+            let i = asked[i as usize];
+            if i != j && faces_intersect(positions, faces[i as usize], faces[j as usize]) {
+                found.push([i, j]);
+            }
+        });
+        found
+    });
+    pairs.collect()
+}
+
 /// Whether two faces of a mesh intersect, see [`intersecting`].
 fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
     let at = |face: [u32; 3]| face.map(|v| positions[v as usize]);
@@ -37,6 +64,14 @@ fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
             let m = g.iter().position(|&v| v == f[0]).unwrap_or(0);
             let g = [g[m], g[(m + 1) % 3], g[(m + 2) % 3]];
             let (p, q) = (at(f), at(g));
+            // A triangle whose other corners lie on one side of the other's plane has nothing but the vertex there.
+            let beside = |t: &[DVec3; 3], u: &[DVec3; 3]| {
+                let s = [1, 2].map(|k: usize| side(u[0], u[1], u[2], t[k]));
+                s.iter().all(|&x| x > 0.0) || s.iter().all(|&x| x < 0.0)
+            };
+            if beside(&p, &q) || beside(&q, &p) {
+                return false;
+            }
             segment_meets_triangle(p[1], p[2], q) || segment_meets_triangle(q[1], q[2], p)
         }
         [k, l] => {
@@ -236,5 +271,15 @@ mod tests {
             .collect();
         assert!(!all.is_empty());
         assert_eq!(found.iter().map(|f| f.0).collect::<Vec<_>>(), all);
+        // All pairs in which the first sixty are, with any other.
+        let asked: Vec<u32> = (0..60).collect();
+        let mut pairs = intersecting_pairs(&small, &faces, &asked);
+        let both = |i: u32| (0..100u32).filter_map(move |j| (i != j).then_some([i, j]));
+        let hit =
+            |&[i, j]: &[u32; 2]| faces_intersect(&small, faces[i as usize], faces[j as usize]);
+        let all: Vec<[u32; 2]> = asked.iter().flat_map(|i| both(*i)).filter(hit).collect();
+        assert!(!all.is_empty());
+        pairs.sort_unstable();
+        assert_eq!(pairs, all);
     }
 }

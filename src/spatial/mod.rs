@@ -10,5 +10,6 @@ mod winding;
 pub use boxes::{Bounds, BoxTree};
 pub use bvh::{Bvh, Closest, middle};
 pub use intersect::intersecting;
+pub(crate) use intersect::intersecting_pairs;
 pub use triangle::{Barycentric, closest_on_triangle};
 pub use winding::WindingTree;

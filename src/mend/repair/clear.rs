@@ -1,5 +1,6 @@
 //! Triangulations between the vertices of a rim that cross nothing.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
@@ -25,14 +26,29 @@ const DIAGONAL: f64 = 0.1;
 
 /// A welded mesh, and new faces on its vertices that cross nothing of it and one another.
 pub(super) struct Ground<'a> {
-    mesh: &'a Mesh,
+    mesh: Cow<'a, Mesh>,
     /// Its faces but for degenerate ones.
     faces: Vec<[u32; 3]>,
     boxes: Vec<Bounds>,
     tree: BoxTree,
-    /// Edges of all faces, the smaller number first: no diagonal repeats one.
-    edges: HashSet<(u32, u32)>,
-    new: Vec<([u32; 3], Bounds)>,
+    /// Edges of all faces, the smaller number first, and in how many faces they are: no diagonal repeats one.
+    edges: HashMap<(u32, u32), u32>,
+    degenerate: Vec<[u32; 3]>,
+    new: Vec<[u32; 3]>,
+    new_boxes: Vec<Bounds>,
+    /// A tree over the boxes of the first new faces; it is built anew as they become more.
+    new_tree: BoxTree,
+    in_tree: usize,
+}
+
+/// So many new faces are looked through one by one before a tree is built over them.
+const FEW: usize = 64;
+
+/// How much of a ground is new.
+#[derive(Clone, Copy)]
+pub(super) struct Mark {
+    vertices: usize,
+    faces: usize,
 }
 
 impl<'a> Ground<'a> {
@@ -41,14 +57,119 @@ impl<'a> Ground<'a> {
         let proper = found.topology.faces();
         let faces: Vec<[u32; 3]> = proper.map(|f| mesh.faces[f as usize]).collect();
         let boxes: Vec<Bounds> = faces.iter().map(|f| bounds(mesh, *f)).collect();
+        let mut count = HashMap::with_capacity(2 * mesh.faces.len());
+        for e in mesh.faces.iter().flat_map(|f| edges(f)) {
+            *count.entry(e).or_insert(0) += 1;
+        }
+        let mut degenerate = mesh.faces.clone();
+        degenerate.retain(|[a, b, c]| a == b || b == c || c == a);
         Self {
-            mesh,
+            mesh: Cow::Borrowed(mesh),
             tree: BoxTree::new(&boxes),
-            edges: mesh.faces.iter().flat_map(|f| edges(f)).collect(),
+            edges: count,
+            degenerate,
             faces,
             boxes,
             new: Vec::new(),
+            new_boxes: Vec::new(),
+            new_tree: BoxTree::new(&[]),
+            in_tree: 0,
         }
+    }
+
+    /// The positions of its vertices, new ones last.
+    pub(super) fn positions(&self) -> &[DVec3] {
+        &self.mesh.positions
+    }
+
+    /// A face of the mesh.
+    pub(super) fn face(&self, face: u32) -> [u32; 3] {
+        self.mesh.faces[face as usize]
+    }
+
+    /// What there is now.
+    pub(super) fn mark(&self) -> Mark {
+        Mark {
+            vertices: self.mesh.positions.len(),
+            faces: self.new.len(),
+        }
+    }
+
+    /// Takes back what was added since a mark.
+    pub(super) fn go_back(&mut self, to: Mark) {
+        for face in self.new.drain(to.faces..) {
+            for e in edges(&face) {
+                if let Some(count) = self.edges.get_mut(&e) {
+                    *count -= 1;
+                    if *count == 0 {
+                        self.edges.remove(&e);
+                    }
+                }
+            }
+        }
+        self.new_boxes.truncate(to.faces);
+        if self.in_tree > to.faces {
+            (self.new_tree, self.in_tree) = (BoxTree::new(&[]), 0);
+        }
+        if self.mesh.positions.len() > to.vertices {
+            self.mesh.to_mut().positions.truncate(to.vertices);
+        }
+    }
+
+    /// Adds vertices for new faces.
+    pub(super) fn add_vertices(&mut self, positions: &[DVec3]) {
+        self.mesh.to_mut().positions.extend(positions);
+    }
+
+    /// Those of the first `count` of some faces that cross anything or one another, each with the other one if that is one of them.
+    /// `near` holds what is near them.
+    pub(super) fn wrong(
+        &self,
+        positions: &[DVec3],
+        faces: &[[u32; 3]],
+        count: usize,
+        near: &[[u32; 3]],
+    ) -> Vec<(u32, Option<u32>)> {
+        let all: Vec<[u32; 3]> = faces.iter().chain(near).copied().collect();
+        let pairs = intersecting(positions, &all, count);
+        let other = |g: u32| ((g as usize) < faces.len()).then_some(g);
+        let mut wrong: Vec<(u32, Option<u32>)> =
+            pairs.into_iter().map(|(f, g)| (f, other(g))).collect();
+        let flat = |f: &u32| is_flat(faces[*f as usize].map(|v| positions[v as usize]));
+        wrong.extend((0..count as u32).filter(flat).map(|f| (f, None)));
+        wrong
+    }
+
+    /// The faces whose boxes meet those of some triangles that are so much wider, without repetition, old ones first.
+    pub(super) fn near_all(&self, triangles: &[[u32; 3]], margin: f64) -> Vec<[u32; 3]> {
+        let own = triangles.iter();
+        let boxes = own.map(|f| bounds(&self.mesh, *f).widened(margin));
+        self.in_boxes(boxes)
+    }
+
+    /// The faces whose boxes meet any of some boxes, without repetition, old ones first.
+    fn in_boxes(&self, boxes: impl Iterator<Item = Bounds>) -> Vec<[u32; 3]> {
+        let (mut old, mut new) = (Vec::new(), Vec::new());
+        for own in boxes {
+            self.tree.for_each(&self.boxes, &own, |i| old.push(i));
+            self.new_near(&own, |i| new.push(i));
+        }
+        let unlike = |numbers: &mut Vec<u32>| {
+            numbers.sort_unstable();
+            numbers.dedup();
+        };
+        unlike(&mut old);
+        unlike(&mut new);
+        let old = old.iter().map(|i| self.faces[*i as usize]);
+        old.chain(new.iter().map(|i| self.new[*i as usize]))
+            .collect()
+    }
+
+    /// The numbers of new faces whose boxes meet one.
+    fn new_near(&self, own: &Bounds, mut visit: impl FnMut(u32)) {
+        self.new_tree.for_each(&self.new_boxes, own, &mut visit);
+        let last = (self.in_tree..self.new.len()).filter(|i| self.new_boxes[*i].meets(own));
+        last.for_each(|i| visit(i as u32));
     }
 
     /// Adds faces if they cross nothing, nor one another; says whether it did.
@@ -64,55 +185,74 @@ impl<'a> Ground<'a> {
     /// Closes a rim with triangles between its vertices that cross nothing, and adds these: the triangulation with the least angles
     /// between faces if that one is such, else the one of least area and short diagonals. None where none was found.
     pub(super) fn close(&mut self, rim: &[u32]) -> Option<Vec<[u32; 3]>> {
-        let others: Vec<[u32; 3]> = self.new.iter().map(|(f, _)| *f).collect();
-        if let Ok(faces) = triangulate_loop_beside(self.mesh, rim, &others)
+        if let Some(faces) = self.least_angles(rim)
             && self.takes(&faces)
         {
             return Some(faces);
         }
-        let before = self.new.len();
+        let before = self.mark();
         let found = self.search(rim);
         if found.is_none() {
-            // Edges of ears that were given up may be there still: they are those of diagonals, which no other rim has.
-            for (face, _) in self.new.drain(before..) {
-                let own: HashSet<_> = edges(rim).collect();
-                let cut: Vec<_> = edges(&face).filter(|e| !own.contains(e)).collect();
-                cut.iter().for_each(|e| _ = self.edges.remove(e));
-            }
+            // Ears that were given up may be there still.
+            self.go_back(before);
         }
         found
     }
 
-    fn add(&mut self, face: [u32; 3]) {
-        self.edges.extend(edges(&face));
-        self.new.push((face, bounds(self.mesh, face)));
+    /// The triangulation with the least angles between faces, whatever it crosses. Only faces that share edges or diagonals with the
+    /// rim matter for it; they are looked up, so that a rim costs the same on a large mesh as on a small one.
+    fn least_angles(&self, rim: &[u32]) -> Option<Vec<[u32; 3]>> {
+        let corners: HashSet<u32> = rim.iter().copied().collect();
+        let at = |v: u32| self.mesh.positions[v as usize];
+        let mut beside = self.in_boxes(rim.iter().map(|v| Bounds::of_ball(at(*v), 0.0)));
+        beside.extend(&self.degenerate);
+        beside.retain(|f| f.iter().filter(|v| corners.contains(v)).count() > 1);
+        let mut vertices: Vec<u32> = beside.iter().flatten().chain(rim).copied().collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        let number = |v: u32| vertices.binary_search(&v).unwrap_or(0) as u32;
+        let part = Mesh::new(
+            vertices.iter().map(|v| at(*v)).collect(),
+            beside.iter().map(|f| f.map(number)).collect(),
+        );
+        let rim: Vec<u32> = rim.iter().map(|v| number(*v)).collect();
+        let faces = triangulate_loop_beside(&part, &rim, &[]).ok()?;
+        let back = |v: u32| vertices[v as usize];
+        Some(faces.into_iter().map(|f| f.map(back)).collect())
+    }
+
+    /// Adds a face, whatever it crosses.
+    pub(super) fn add(&mut self, face: [u32; 3]) {
+        edges(&face).for_each(|e| *self.edges.entry(e).or_insert(0) += 1);
+        self.new.push(face);
+        self.new_boxes.push(bounds(&self.mesh, face));
+        if self.new.len() > FEW + 2 * self.in_tree {
+            self.new_tree = BoxTree::new(&self.new_boxes);
+            self.in_tree = self.new.len();
+        }
     }
 
     /// The faces whose boxes meet that of a face.
     fn near(&self, face: [u32; 3]) -> Vec<[u32; 3]> {
-        let own = bounds(self.mesh, face);
+        let own = bounds(&self.mesh, face);
         let mut near = Vec::new();
         self.tree.for_each(&self.boxes, &own, |i| {
             near.push(self.faces[i as usize]);
         });
-        near.extend(
-            (self.new.iter())
-                .filter(|(_, b)| b.meets(&own))
-                .map(|n| n.0),
-        );
+        self.new_near(&own, |i| near.push(self.new[i as usize]));
         near
     }
 
     fn is_clear(&self, face: [u32; 3]) -> bool {
-        if is_flat(corners(self.mesh, face)) {
+        if is_flat(corners(&self.mesh, face)) {
             return false;
         }
-        let [a, b, c] = corners(self.mesh, face);
+        let [a, b, c] = corners(&self.mesh, face);
         let normal = area_vector([a, b, c]);
         let size = a.abs().max(b.abs()).max(c.abs()).max_element();
         let margin = CLEARLY * normal.length() * size;
         let may_cross = |f: &[u32; 3]| {
-            let heights = corners(self.mesh, *f).map(|p| normal.dot(p - a));
+            let heights = corners(&self.mesh, *f).map(|p| normal.dot(p - a));
             let apart = heights.iter().all(|h| *h > margin) || heights.iter().all(|h| *h < -margin);
             !apart
         };
@@ -126,7 +266,7 @@ impl<'a> Ground<'a> {
         let [from, to] = [a, b].map(|v| self.mesh.positions[v as usize]);
         self.near([a, b, b]).iter().any(|f| {
             let apart = !f.contains(&a) && !f.contains(&b);
-            apart && meets(from, to - from, corners(self.mesh, *f)).is_some_and(|t| t < 1.0)
+            apart && meets(from, to - from, corners(&self.mesh, *f)).is_some_and(|t| t < 1.0)
         })
     }
 
@@ -162,7 +302,7 @@ impl<'a> Ground<'a> {
             let mut best = None;
             for (_, k) in order {
                 let [a, b, c] = ear(k);
-                if a == c || self.edges.contains(&(a.min(c), a.max(c))) {
+                if a == c || self.edges.contains_key(&(a.min(c), a.max(c))) {
                     continue;
                 }
                 // What crosses once crosses ever after.
@@ -210,7 +350,7 @@ impl<'a> Table<'a> {
         for i in 0..n {
             for k in (i + 2..n).filter(|k| k - i < n - 1) {
                 let (v, w) = (ring[i], ring[k]);
-                blocked[i * n + k] = v == w || ground.edges.contains(&(v.min(w), v.max(w)));
+                blocked[i * n + k] = v == w || ground.edges.contains_key(&(v.min(w), v.max(w)));
             }
         }
         Self {
@@ -313,76 +453,4 @@ impl<'a> Table<'a> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Four corners of a square, two of them raised, and triangles that stand where the diagonals cross, at some heights.
-    fn square(heights: &[f64]) -> Mesh {
-        let p = DVec3::new;
-        let mut positions = vec![
-            p(-1.0, -1.0, 0.0),
-            p(1.0, -1.0, 1.0),
-            p(1.0, 1.0, 0.0),
-            p(-1.0, 1.0, 1.0),
-        ];
-        let mut faces = Vec::new();
-        for z in heights {
-            let first = positions.len() as u32;
-            positions.extend([
-                p(-0.1, 0.02, z - 0.1),
-                p(0.1, 0.03, z - 0.1),
-                p(0.0, 0.01, z + 0.1),
-            ]);
-            faces.push([first, first + 1, first + 2]);
-        }
-        Mesh::new(positions, faces)
-    }
-
-    #[test]
-    fn a_triangulation_goes_round_what_is_in_the_way() {
-        let rim = [0, 1, 2, 3];
-        let closed = |heights: &[f64]| {
-            let mesh = square(heights);
-            let found = Inspection::new(&mesh).unwrap();
-            Ground::new(&found).close(&rim)
-        };
-        let has = |faces: &[[u32; 3]], a, b| faces.iter().all(|f| f.contains(&a) && f.contains(&b));
-        assert!(has(&closed(&[0.0]).unwrap(), 1, 3));
-        assert!(has(&closed(&[1.0]).unwrap(), 0, 2));
-        assert_eq!(closed(&[0.0, 1.0]), None);
-    }
-
-    #[test]
-    fn long_rims_are_closed_and_new_faces_cross_no_earlier_ones() {
-        let n = 700;
-        let at = |i: u32, z: f64| {
-            let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
-            DVec3::new(angle.cos(), angle.sin(), z + 0.2 * (3.0 * angle).cos())
-        };
-        let needle = [at(0, 9.0), at(1, 9.0), at(2, 9.0)];
-        let rims = (0..n)
-            .map(|i| at(i, 0.0))
-            .chain((0..n).map(|i| at(i, 0.01)));
-        let positions: Vec<DVec3> = rims.chain(needle).collect();
-        let mesh = Mesh::new(positions.clone(), vec![[2 * n, 2 * n + 1, 2 * n + 2]]);
-        let found = Inspection::new(&mesh).unwrap();
-        let mut ground = Ground::new(&found);
-        let mut all = Vec::new();
-        for rim in [0..n, n..2 * n] {
-            let rim: Vec<u32> = rim.collect();
-            let faces = ground.close(&rim).expect("a triangulation");
-            assert_eq!(faces.len(), n as usize - 2);
-            all.extend(faces);
-        }
-        assert_eq!(intersecting(&positions, &all, all.len()), []);
-        let unlike = Mesh::new(positions, all);
-        assert_eq!(
-            Inspection::new(&unlike)
-                .unwrap()
-                .topology
-                .crowded_edges(&unlike)
-                .len(),
-            0
-        );
-    }
-}
+mod tests;

@@ -34,8 +34,6 @@ pub(super) struct Cut {
     pub(super) pass: CrossingPass,
     /// Faces that lay inside or under another layer.
     pub(super) covered: usize,
-    /// Components whose crossings were left.
-    pub(super) left: usize,
     /// Faces cut out that come from the input.
     pub(super) own: usize,
 }
@@ -86,8 +84,7 @@ pub(super) fn cut_patches(
 pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
     let (removed, cut) = {
         let found = draft.inspect()?;
-        let Some((removed, left, pairs)) =
-            cuts(&found, rings, &scraps::pieces(draft, &found.topology))
+        let Some((removed, pairs)) = cuts(&found, rings, &scraps::pieces(draft, &found.topology))
         else {
             return Ok(None);
         };
@@ -108,7 +105,6 @@ pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cu
         let covered = all.iter().filter(|r| **r).count() - marked;
         let cut = Cut {
             covered,
-            left,
             ..Cut::plain(pass)
         };
         (all, cut)
@@ -118,13 +114,8 @@ pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cu
 
 /// Takes the faces out, unless more than `most` of them come from the input, or none are left to go. No component of the input goes
 /// whole.
-fn carried_out(
-    draft: &mut Draft,
-    mut removed: Vec<bool>,
-    mut cut: Cut,
-    most: usize,
-) -> Option<Cut> {
-    cut.left += draft.spare(&mut removed);
+fn carried_out(draft: &mut Draft, mut removed: Vec<bool>, cut: Cut, most: usize) -> Option<Cut> {
+    draft.spare(&mut removed);
     let gone = removed.iter().zip(&draft.region);
     let own = gone.filter(|(r, region)| **r && **region == NONE).count();
     if own > most || !removed.contains(&true) {
@@ -139,30 +130,26 @@ impl Cut {
         Self {
             pass,
             covered: 0,
-            left: 0,
             own: 0,
         }
     }
 }
 
-/// The faces to cut out, with the scraps of which little would be left, the number of components that are left as they are, and the pairs that cross.
+/// The faces to cut out, with the scraps of which little would be left, and the pairs that cross.
 #[expect(clippy::type_complexity, reason = "used once")]
-fn cuts(
-    found: &Inspection,
-    rings: usize,
-    scraps: &[bool],
-) -> Option<(Vec<bool>, usize, Vec<(u32, u32)>)> {
+fn cuts(found: &Inspection, rings: usize, scraps: &[bool]) -> Option<(Vec<bool>, Vec<(u32, u32)>)> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let mut rings_of = vec![Some(rings); topology.piece_faces.len()];
     let piece = |f: u32| topology.piece[f as usize] as usize;
-    let mut pairs = crossing(mesh, topology);
+    let pairs = crossing(mesh, topology);
     loop {
-        if pairs.is_empty() {
-            return None;
-        }
+        // Components that are left as they are stand in holes of the others.
         let mut marks = vec![false; mesh.faces.len()];
-        for &(f, _) in &pairs {
+        for &(f, _) in pairs.iter().filter(|(f, _)| rings_of[piece(*f)].is_some()) {
             marks[f as usize] = true;
+        }
+        if !marks.contains(&true) {
+            return None;
         }
         grow(mesh, topology, &mut marks, &rings_of);
         let mut removed = settled(mesh, topology, &marks, true);
@@ -183,37 +170,15 @@ fn cuts(
             for f in topology.faces() {
                 removed[f as usize] |= scraps[piece(f)] && little(piece(f));
             }
-            let barred = rings_of.iter().filter(|r| r.is_none()).count();
-            return Some((removed, barred, pairs));
+            return Some((removed, pairs));
         }
-        let mut barred = false;
         for p in gone {
-            barred |= rings_of[p] == Some(0);
             rings_of[p] = match rings_of[p] {
                 Some(0) | None => None,
                 Some(_) => Some(0),
             };
         }
-        if barred {
-            pairs = crossing_of(found, |f| rings_of[piece(f)].is_some());
-        }
     }
-}
-
-/// The pairs of crossing faces among some.
-fn crossing_of(found: &Inspection, chosen: impl Fn(u32) -> bool) -> Vec<(u32, u32)> {
-    let topology = &found.topology;
-    let faces: Vec<u32> = topology.faces().filter(|f| chosen(*f)).collect();
-    let own: Vec<[u32; 3]> = faces
-        .iter()
-        .map(|f| found.mesh.faces[*f as usize])
-        .collect();
-    let pairs = crate::spatial::intersecting(&found.mesh.positions, &own, own.len());
-    let number = |i: u32| faces[i as usize];
-    pairs
-        .into_iter()
-        .map(|(a, b)| (number(a), number(b)))
-        .collect()
 }
 
 /// Marks the faces that share a vertex with marked ones, as many times as is asked for in their component.

@@ -1,6 +1,7 @@
 //! A mesh in the course of a repair, with what of the input lives on in it.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
@@ -9,6 +10,7 @@ use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{FaceOrigin, Mesh, Origins, VertexFaces, fans};
+use crate::spatial::intersecting_pairs;
 
 /// A mesh in the course of a repair. Vertices stay where they are until the end; unused ones are dropped then.
 #[derive(Clone)]
@@ -24,6 +26,9 @@ pub(super) struct Draft {
     component: Vec<u32>,
     /// Faces of the input that are scraps of their component; see [`super::scraps`]. None where there are no scraps.
     scrap: HashSet<u32>,
+    /// Faces none of which crosses another one of them, by their welded corners in rising order: what changes elsewhere does not
+    /// alter that.
+    clear: Arc<HashSet<[u32; 3]>>,
 }
 
 /// How far a draft is from sound: what counts most comes first.
@@ -54,6 +59,7 @@ impl Draft {
         Self {
             component,
             scrap: HashSet::new(),
+            clear: Arc::default(),
             origins: Origins::of(mesh),
             sigma: vec![None; mesh.positions.len()],
             region: vec![NONE; mesh.faces.len()],
@@ -138,8 +144,52 @@ impl Draft {
         goes.len()
     }
 
+    /// The faces that cross others, in rising order.
+    pub(super) fn crossing(&mut self) -> Result<Vec<u32>, FillError> {
+        let (crossing, clear) = self.crossing_in(&self.inspect()?);
+        self.clear = clear;
+        Ok(crossing)
+    }
+
+    /// The faces that cross others, and those that do not. Only faces of which it is not known yet are asked.
+    fn crossing_in(&self, found: &Inspection) -> (Vec<u32>, Arc<HashSet<[u32; 3]>>) {
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let key = |f: u32| {
+            let mut corners = mesh.faces[f as usize];
+            corners.sort_unstable();
+            corners
+        };
+        let all: Vec<u32> = topology.faces().collect();
+        let mut seen = HashSet::with_capacity(all.len());
+        // A face that is there twice crosses its double, whatever was known of the one.
+        let mut unknown = |f: u32| {
+            let face = key(f);
+            !self.clear.contains(&face) || !seen.insert(face)
+        };
+        let numbers = (0..).zip(&all).filter(|(_, f)| unknown(**f));
+        let asked: Vec<u32> = numbers.map(|(i, _)| i).collect();
+        let mut crosses = vec![false; mesh.faces.len()];
+        if asked.len() == all.len() {
+            for (f, _) in crossing(mesh, topology) {
+                crosses[f as usize] = true;
+            }
+        } else if !asked.is_empty() {
+            let faces: Vec<[u32; 3]> = all.iter().map(|f| mesh.faces[*f as usize]).collect();
+            for i in intersecting_pairs(&mesh.positions, &faces, &asked).as_flattened() {
+                crosses[all[*i as usize] as usize] = true;
+            }
+        }
+        let wrong = |f: &u32| crosses[*f as usize];
+        let crossing: Vec<u32> = all.iter().copied().filter(wrong).collect();
+        if asked.is_empty() {
+            return (crossing, self.clear.clone());
+        }
+        let clear = all.iter().filter(|f| !wrong(f)).map(|f| key(*f)).collect();
+        (crossing, Arc::new(clear))
+    }
+
     /// How far from sound it is.
-    pub(super) fn faults(&self) -> Result<Faults, FillError> {
+    pub(super) fn faults(&mut self) -> Result<Faults, FillError> {
         let there: HashSet<u32> = (0..self.mesh.faces.len())
             .map(|f| self.component(f))
             .collect();
@@ -150,12 +200,16 @@ impl Draft {
         let around = VertexFaces::new(mesh);
         let vertices = (0..mesh.positions.len() as u32).into_par_iter();
         let pinched = vertices.filter(|v| fans(mesh, topology, &around, *v).len() > 1);
-        Ok(Faults {
+        let (crossing, clear) = self.crossing_in(&found);
+        let faults = Faults {
             lost_components: all.iter().filter(lost).count(),
-            crossing: crossing(mesh, topology).len(),
+            crossing: crossing.len(),
             non_manifold: topology.crowded_edges(mesh).len() + pinched.count(),
             open: found.holes.len() + found.open_chains.len(),
-        })
+        };
+        drop(found);
+        self.clear = clear;
+        Ok(faults)
     }
 
     /// Takes marked faces out, and those without which there would be no clean rims; returns how many. Nothing where none is
@@ -265,4 +319,39 @@ pub(super) enum KeepVertices {
 fn retain<T>(items: &mut Vec<T>, removed: &[bool]) {
     let mut marks = removed.iter();
     items.retain(|_| marks.next() == Some(&false));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes::icosphere;
+
+    #[test]
+    fn faces_known_to_cross_nothing_are_asked_again_where_that_may_have_changed() {
+        let ball = icosphere(2);
+        let mut draft = Draft::new(&ball, vec![0; ball.faces.len()]);
+        let all = |draft: &Draft| -> Vec<u32> {
+            let found = draft.inspect().unwrap();
+            let pairs = crossing(&found.mesh, &found.topology);
+            pairs.iter().map(|(f, _)| *f).collect()
+        };
+        assert!(draft.crossing().unwrap().is_empty());
+        assert_eq!(draft.clear.len(), ball.faces.len());
+        // A face that pierces the ball, then one that is there twice.
+        let first = draft.mesh.positions.len() as u32;
+        let spike = [0.5, 1.0, 2.0].map(|s| s * glam::DVec3::new(0.3, 0.1 * s, 1.0));
+        draft.mesh.positions.extend(spike);
+        draft.mesh.faces.push([first, first + 1, first + 2]);
+        let spike = draft.crossing().unwrap();
+        assert!(spike.len() > 1);
+        assert_eq!(spike, all(&draft));
+        assert_eq!(draft.clear.len() + spike.len(), draft.mesh.faces.len());
+        let [a, b, c] = ball.faces[7];
+        draft.mesh.faces.push([b, c, a]);
+        let double = draft.crossing().unwrap();
+        assert!(double.contains(&7));
+        assert_eq!(double, all(&draft));
+        draft.mesh.faces.truncate(ball.faces.len());
+        assert!(draft.crossing().unwrap().is_empty());
+    }
 }

@@ -8,8 +8,11 @@ mod clear;
 mod crossing;
 mod draft;
 mod flat;
+mod layer;
+mod lining;
 mod orient;
 mod params;
+mod pockets;
 mod scraps;
 mod sheets;
 mod told;
@@ -202,10 +205,11 @@ impl Run<'_> {
             }
             old = border(&self.draft.inspect()?);
         }
-        scraps::drop(&mut self.draft, &mut self.report)?;
+        let may_stay = self.params.crossings;
+        scraps::drop(&mut self.draft, &mut self.report, may_stay)?;
         if self.params.crossings {
             self.clear()?;
-            scraps::drop(&mut self.draft, &mut self.report)?;
+            scraps::drop(&mut self.draft, &mut self.report, false)?;
         }
         if self.params.clean {
             clean::flip_new(&mut self.draft)?;
@@ -217,43 +221,61 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Lets no patch cross anything: others take their place, or the hole is widened, or left open.
+    /// Lets no patch cross anything: others take their place, or the hole is widened, or lined, or left open.
     fn clear(&mut self) -> Result<(), FillError> {
         self.go_on()?;
-        let (borders, border) = (self.params.borders, &self.border);
-        let origin = self.draft.origins.vertices.clone();
-        let was_border = |hole: &Hole| {
+        let borders = self.params.borders;
+        let border = std::mem::take(&mut self.border);
+        let was_border = |hole: &Hole, origin: &[u32]| {
             let before: Vec<u32> = hole.rim.iter().map(|v| origin[*v as usize]).collect();
             !borders && edges(&before).all(|e| border.contains(&e))
         };
-        let is_left = |hole: &Hole| hole.outer_border && was_border(hole);
+        let origin = self.draft.origins.vertices.clone();
+        let is_left = |hole: &Hole| hole.outer_border && was_border(hole, &origin);
         flat::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
-        told::open(&self.draft, &mut self.report.fill, &was_border)?;
+        let open = |hole: &Hole| was_border(hole, &origin);
+        told::open(&self.draft, &mut self.report.fill, &open)?;
         for rings in 0..=WIDER {
             self.go_on()?;
             let most = self.most_lost();
             self.lost += widen::widen(&mut self.draft, &mut self.report.fill, rings, most)?;
         }
+        self.separate_again()?;
+        let origin = self.draft.origins.vertices.clone();
+        let open = |hole: &Hole| was_border(hole, &origin);
+        told::open(&self.draft, &mut self.report.fill, &open)?;
+        scraps::close(&self.draft, &mut self.report.fill)?;
+        self.line(&was_border)?;
+        let crossing = self.draft.crossing()?;
+        let left = crossing.iter().map(|f| self.draft.component(*f as usize));
+        let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();
+        self.report.left_crossing = left.len();
+        told::crossing_faces(&mut self.draft, &mut self.report.fill)
+    }
+
+    /// Separates surfaces that patches let meet, if that leaves less wrong.
+    fn separate_again(&mut self) -> Result<(), FillError> {
         if self.params.split {
             let before = self.state()?;
             sheets::separate(&mut self.draft, &mut self.report)?;
             self.keep_better(before)?;
         }
-        told::crossing_faces(&self.draft, &mut self.report.fill)
+        Ok(())
     }
 
     /// What a pass changes, and how far from sound it is.
-    fn state(&self) -> Result<State, FillError> {
+    fn state(&mut self) -> Result<State, FillError> {
         let all = (self.draft.clone(), self.report.clone(), self.lost);
         Ok((all, self.draft.faults()?))
     }
 
-    /// Goes back to an earlier state if more is wrong now.
-    fn keep_better(&mut self, (before, faults): State) -> Result<(), FillError> {
-        if self.draft.faults()? > faults {
+    /// Goes back to an earlier state if more is wrong now; says whether it did not.
+    fn keep_better(&mut self, (before, faults): State) -> Result<bool, FillError> {
+        let better = self.draft.faults()? <= faults;
+        if !better {
             (self.draft, self.report, self.lost) = before;
         }
-        Ok(())
+        Ok(better)
     }
 
     /// So many more faces of the input may go for the sake of patches that cross others.
@@ -278,7 +300,6 @@ impl Run<'_> {
         }
         self.report.passes.push(cut.pass);
         self.report.covered_faces += cut.covered;
-        self.report.left_crossing += cut.left;
         Ok(true)
     }
 

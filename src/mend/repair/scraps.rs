@@ -8,7 +8,7 @@ use super::RepairReport;
 use super::draft::Draft;
 use super::sheets::{open_pieces, paired};
 use super::{Edge, edges};
-use crate::mend::{FillError, HoleOutcome, Inspection};
+use crate::mend::{FailedReason, FillError, FillReport, HoleOutcome, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Topology, area_vector};
 
@@ -102,29 +102,71 @@ pub(super) fn pieces(draft: &Draft, topology: &Topology) -> Vec<bool> {
         .collect()
 }
 
-/// Takes scraps with borders out where all else of their component is closed, and what was told of their borders.
-pub(super) fn drop(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
+/// The pieces of a draft that are open scraps of components that are closed but for them.
+fn hanging(draft: &Draft, found: &Inspection) -> Vec<bool> {
+    let topology = &found.topology;
+    let open = open_pieces(topology);
+    let scraps = pieces(draft, topology);
+    let piece = |f: u32| topology.piece[f as usize] as usize;
+    let mut is_closed: HashMap<u32, bool> = HashMap::new();
+    for f in topology.faces().filter(|f| !scraps[piece(*f)]) {
+        *is_closed.entry(draft.component(f as usize)).or_insert(true) &= !open[piece(f)];
+    }
+    let mut hang: Vec<bool> = scraps.iter().zip(&open).map(|(s, o)| *s && *o).collect();
+    for f in topology.faces().filter(|f| scraps[piece(*f)]) {
+        let component = draft.component(f as usize);
+        hang[piece(f)] &= component == NONE || is_closed.get(&component) == Some(&true);
+    }
+    hang
+}
+
+/// Tells of the borders of scraps as ones that are to be closed where all else of their component is closed.
+pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillError> {
     if !draft.has_scraps() {
         return Ok(());
     }
+    let found = draft.inspect()?;
+    let hang = hanging(draft, &found);
+    let own = found.holes.iter().filter(|h| hang[h.piece as usize]);
+    let rims: HashSet<Edge> = own.flat_map(|h| edges(&h.rim)).collect();
+    for hole in &mut report.holes {
+        let is_one = edges(&hole.hole.rim).any(|e| rims.contains(&e));
+        if is_one && matches!(hole.outcome, HoleOutcome::Left(_)) {
+            let edges = hole.hole.edges;
+            hole.outcome = HoleOutcome::Failed(FailedReason::Crossing(edges));
+        }
+    }
+    Ok(())
+}
+
+/// Takes scraps with borders out where all else of their component is closed, and what was told of their borders. Those that cross
+/// nothing stay if they `may`.
+pub(super) fn drop(
+    draft: &mut Draft,
+    report: &mut RepairReport,
+    may_stay: bool,
+) -> Result<(), FillError> {
+    if !draft.has_scraps() {
+        return Ok(());
+    }
+    let crossing = match may_stay {
+        true => draft.crossing()?,
+        false => Vec::new(),
+    };
     let (removed, rims) = {
         let found = draft.inspect()?;
         let topology = &found.topology;
-        let open = open_pieces(topology);
-        let scraps = pieces(draft, topology);
-        let piece = |f: u32| topology.piece[f as usize] as usize;
-        let mut is_closed: HashMap<u32, bool> = HashMap::new();
-        for f in topology.faces().filter(|f| !scraps[piece(*f)]) {
-            *is_closed.entry(draft.component(f as usize)).or_insert(true) &= !open[piece(f)];
-        }
-        let mut goes: Vec<bool> = scraps.iter().zip(&open).map(|(s, o)| *s && *o).collect();
-        for f in topology.faces().filter(|f| scraps[piece(*f)]) {
-            let component = draft.component(f as usize);
-            goes[piece(f)] &= component == NONE || is_closed.get(&component) == Some(&true);
+        let mut goes = hanging(draft, &found);
+        if may_stay {
+            let mut crosses = vec![false; goes.len()];
+            for f in crossing {
+                crosses[topology.piece[f as usize] as usize] = true;
+            }
+            goes.iter_mut().zip(crosses).for_each(|(g, c)| *g &= c);
         }
         let mut removed = vec![false; draft.mesh.faces.len()];
         for f in topology.faces() {
-            removed[f as usize] = goes[piece(f)];
+            removed[f as usize] = goes[topology.piece[f as usize] as usize];
         }
         let gone = found.holes.iter().filter(|h| goes[h.piece as usize]);
         let rims: HashSet<Edge> = gone.flat_map(|h| edges(&h.rim)).collect();

@@ -16,7 +16,7 @@ const ROUNDS: usize = 8;
 /// Separated vertices move apart by this part of the shortest edge there, and by at least so many units in the last place of
 /// 32-bit floats.
 const APART: f64 = 1e-3;
-const LEAST_APART: f64 = 16.0;
+pub(super) const LEAST_APART: f64 = 16.0;
 
 /// Separates surfaces that meet in edges or vertices, where they bound bodies that do; cuts the others out.
 pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
@@ -326,7 +326,7 @@ fn placed(found: &Inspection, wishes: Vec<Wish>) -> Vec<Copy> {
 }
 
 /// A vertex that moves; one in single precision stays so.
-fn moved(p: DVec3, shift: DVec3) -> DVec3 {
+pub(super) fn moved(p: DVec3, shift: DVec3) -> DVec3 {
     let is_single = p.as_vec3().as_dvec3() == p;
     match is_single {
         true => (p + shift).as_vec3().as_dvec3(),

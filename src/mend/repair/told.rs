@@ -4,7 +4,6 @@ use std::collections::HashSet;
 
 use super::draft::Draft;
 use super::{Edge, edges};
-use crate::check::crossing;
 use crate::mend::{FailedReason, FillError, FillReport, HoleOutcome, HoleReport, LeftReason};
 use crate::mesh::Hole;
 use crate::mesh::topology::NONE;
@@ -57,12 +56,11 @@ pub(super) fn open(
 }
 
 /// Tells of each patch how many of its faces cross others.
-pub(super) fn crossing_faces(draft: &Draft, report: &mut FillReport) -> Result<(), FillError> {
-    let found = draft.inspect()?;
+pub(super) fn crossing_faces(draft: &mut Draft, report: &mut FillReport) -> Result<(), FillError> {
     for region in &mut report.regions {
         region.intersecting_faces = 0;
     }
-    for (f, _) in crossing(&found.mesh, &found.topology) {
+    for f in draft.crossing()? {
         match draft.region[f as usize] {
             NONE => {}
             region => report.regions[region as usize].intersecting_faces += 1,

@@ -1,0 +1,369 @@
+//! A second layer of faces a hair under a part of a surface: it hangs on rims there and faces the other way.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use glam::DVec3;
+
+use super::clear::Ground;
+use super::sheets::{LEAST_APART, moved};
+use super::{Edge, edges};
+use crate::mend::Inspection;
+use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::{DisjointSets, Mesh, VertexFaces, face_normal};
+
+/// The layer first lies this part of the shortest edge there under the surface.
+const DEPTH: f64 = 0.1;
+/// Where it crosses anything it comes nearer to the surface by this factor, at most so many times.
+const NEARER: f64 = 0.25;
+const ROUNDS: usize = 5;
+/// The search for a direction into the surface at a vertex takes at most so many steps; twenty are rarely needed.
+const STEPS: usize = 100;
+
+/// A part of a surface and the layer under it.
+pub(super) struct Layer {
+    /// New vertices.
+    vertices: Vec<Below>,
+    /// Faces between the vertices of the mesh and, from `first` on, the new ones.
+    pub(super) faces: Vec<[u32; 3]>,
+    /// The face of the surface under which each of them lies.
+    under: Vec<u32>,
+    /// The borders that the layer has beside the rims, as loops in the direction of the faces that would close them.
+    pub(super) loops: Vec<Vec<u32>>,
+    /// The number of the first new vertex.
+    first: u32,
+}
+
+/// A vertex under the surface.
+struct Below {
+    from: DVec3,
+    way: DVec3,
+    depth: f64,
+    /// The least depth that can be told from none.
+    least: f64,
+}
+
+/// What a layer is to be made under.
+pub(super) struct Lined<'a> {
+    pub(super) found: &'a Inspection<'a>,
+    pub(super) around: &'a VertexFaces,
+    /// The faces.
+    pub(super) faces: &'a [u32],
+    /// Edges of the rims on which the layer hangs.
+    pub(super) rims: &'a HashSet<Edge>,
+}
+
+/// The corners of the lined faces, those together that are one vertex of the layer.
+struct Corners {
+    /// The place of each lined face.
+    place: HashMap<u32, u32>,
+    /// The vertex of the layer for each corner of these.
+    vertex: Vec<u32>,
+}
+
+impl Layer {
+    /// The layer under some faces; none where they have other borders, or are not the same way round.
+    pub(super) fn new(lined: &Lined, first: u32) -> Option<Self> {
+        let mut layer = Self {
+            vertices: Vec::new(),
+            faces: Vec::new(),
+            under: Vec::new(),
+            loops: Vec::new(),
+            first,
+        };
+        let corners = layer.corners(lined)?;
+        let mut middles: HashMap<Edge, u32> = HashMap::new();
+        for (&f, i) in lined.faces.iter().zip(0..) {
+            layer.face(lined, &corners, f, i, &mut middles);
+        }
+        layer.loops = loops(lined, &corners, &middles, first)?;
+        Some(layer)
+    }
+
+    /// Vertices for the corners: those of the rims stay, the others get a copy under them.
+    fn corners(&mut self, lined: &Lined) -> Option<Corners> {
+        let (mesh, topology) = (&lined.found.mesh, &lined.found.topology);
+        let place: HashMap<u32, u32> = lined.faces.iter().copied().zip(0..).collect();
+        let mut sets = DisjointSets::new(3 * lined.faces.len());
+        let mut on_rim = vec![false; 3 * lined.faces.len()];
+        for (&f, i) in lined.faces.iter().zip(0..) {
+            for k in 0..3 {
+                let own = [3 * i + k, 3 * i + (k + 1) % 3];
+                let (a, b) = ends(mesh, 3 * f + k);
+                let opposite = topology.opposite[(3 * f + k) as usize];
+                if opposite == NONE {
+                    let is_rim = topology.boundary[(3 * f + k) as usize]
+                        && lined.rims.contains(&(a.min(b), a.max(b)));
+                    if !is_rim {
+                        return None;
+                    }
+                    own.iter().for_each(|c| on_rim[*c as usize] = true);
+                } else if ends(mesh, opposite) != (b, a) {
+                    return None;
+                } else if let Some(j) = place.get(&(opposite / 3)) {
+                    let k = opposite % 3;
+                    sets.join(own[0], 3 * j + (k + 1) % 3);
+                    sets.join(own[1], 3 * j + k);
+                }
+            }
+        }
+        let mut stays = HashSet::new();
+        for c in (0..on_rim.len() as u32).filter(|c| on_rim[*c as usize]) {
+            stays.insert(sets.find(c));
+        }
+        let mut of_set: HashMap<u32, u32> = HashMap::new();
+        let mut vertex = Vec::with_capacity(on_rim.len());
+        for c in 0..on_rim.len() as u32 {
+            let face = lined.faces[c as usize / 3];
+            let v = mesh.faces[face as usize][c as usize % 3];
+            let set = sets.find(c);
+            let own = match (stays.contains(&set), of_set.get(&set)) {
+                (true, _) => v,
+                (_, Some(copy)) => *copy,
+                _ => {
+                    let copy = self.add(below(lined, v));
+                    of_set.insert(set, copy);
+                    copy
+                }
+            };
+            vertex.push(own);
+        }
+        Some(Corners { place, vertex })
+    }
+
+    fn add(&mut self, vertex: Below) -> u32 {
+        self.vertices.push(vertex);
+        self.first + self.vertices.len() as u32 - 1
+    }
+
+    /// The faces under a face. Edges that are no rim's but end on rims at both ends, and faces that have no vertex under the surface,
+    /// get one in the middle: else two layers would share an edge there, or lie in each other.
+    fn face(
+        &mut self,
+        lined: &Lined,
+        corners: &Corners,
+        f: u32,
+        place: u32,
+        middles: &mut HashMap<Edge, u32>,
+    ) {
+        let mesh = &lined.found.mesh;
+        let v = [0, 1, 2].map(|k| corners.vertex[(3 * place + k) as usize]);
+        let middle = [0u32, 1, 2].map(|k| {
+            let (a, b) = (v[k as usize], v[(k as usize + 1) % 3]);
+            let opposite = lined.found.topology.opposite[(3 * f + k) as usize];
+            if opposite == NONE || a >= self.first || b >= self.first {
+                return None;
+            }
+            let edge = (a.min(b), a.max(b));
+            Some(*middles.entry(edge).or_insert_with(|| {
+                let from = 0.5 * (mesh.positions[a as usize] + mesh.positions[b as usize]);
+                self.vertices
+                    .push(under(mesh, from, &[f, opposite / 3], [a, b]));
+                self.first + self.vertices.len() as u32 - 1
+            }))
+        });
+        let count = middle.iter().flatten().count();
+        let all_old = v.iter().all(|v| *v < self.first);
+        let mut new: Vec<[u32; 3]> = match count {
+            0 if all_old => {
+                let centre = mesh.corners(f).iter().sum::<DVec3>() / 3.0;
+                let m = self.add(under(mesh, centre, &[f], [v[0], v[1]]));
+                vec![[v[0], v[1], m], [v[1], v[2], m], [v[2], v[0], m]]
+            }
+            _ => divided(v, middle),
+        };
+        new.iter_mut().for_each(|f| f.swap(1, 2));
+        self.under.resize(self.under.len() + new.len(), f);
+        self.faces.extend(new);
+    }
+
+    /// Lets the layer come so near to the surface that it crosses nothing, and adds its vertices and faces to the ground. Where it
+    /// crosses something however near it comes, these faces of the surface are in the way.
+    pub(super) fn place(&mut self, ground: &mut Ground) -> Result<(), Vec<u32>> {
+        let old = ground.positions().len();
+        let surface: Vec<[u32; 3]> = self.under.iter().map(|f| ground.face(*f)).collect();
+        let depth = self.vertices.iter().map(|v| v.depth).fold(0.0, f64::max);
+        let near = ground.near_all(&surface, depth);
+        let mut positions = ground.positions().to_vec();
+        let mut asked: Vec<usize> = (0..self.faces.len()).collect();
+        for round in 0.. {
+            positions.truncate(old);
+            let at = self.vertices.iter();
+            positions.extend(at.map(|v| moved(v.from, v.depth * v.way)));
+            let wrong = self.wrong(ground, &positions, asked, &near);
+            if wrong.is_empty() {
+                break;
+            }
+            let moved = self.come_nearer(&wrong);
+            if round == ROUNDS || moved.is_empty() {
+                let under = wrong.iter().map(|f| self.under[*f as usize]);
+                return Err(under.collect::<BTreeSet<u32>>().into_iter().collect());
+            }
+            // What crosses nothing goes on to, unless it moves.
+            let touches = |f: &usize| self.faces[*f].iter().any(|v| moved.contains(v));
+            asked = (0..self.faces.len())
+                .filter(|f| wrong.contains(&(*f as u32)) || touches(f))
+                .collect();
+        }
+        ground.add_vertices(&positions[old..]);
+        self.faces.iter().for_each(|f| ground.add(*f));
+        Ok(())
+    }
+
+    /// The faces of the layer that cross anything, of those that are asked and what they cross.
+    fn wrong(
+        &self,
+        ground: &Ground,
+        positions: &[DVec3],
+        asked: Vec<usize>,
+        near: &[[u32; 3]],
+    ) -> HashSet<u32> {
+        let mut is_asked = vec![false; self.faces.len()];
+        asked.iter().for_each(|f| is_asked[*f] = true);
+        let count = asked.len();
+        let mut order = asked;
+        order.extend((0..self.faces.len()).filter(|f| !is_asked[*f]));
+        let own: Vec<[u32; 3]> = order.iter().map(|f| self.faces[*f]).collect();
+        let wrong = ground.wrong(positions, &own, count, near);
+        let both = wrong.into_iter().flat_map(|(f, g)| [f, g.unwrap_or(f)]);
+        both.map(|i| order[i as usize] as u32).collect()
+    }
+
+    /// Lets the new vertices of some faces come nearer to the surface; returns those that could.
+    fn come_nearer(&mut self, faces: &HashSet<u32>) -> HashSet<u32> {
+        let corners = faces.iter().flat_map(|f| self.faces[*f as usize]);
+        let new: HashSet<u32> = corners.filter(|v| *v >= self.first).collect();
+        let mut moved = HashSet::new();
+        for v in new {
+            let vertex = &mut self.vertices[(v - self.first) as usize];
+            let depth = (NEARER * vertex.depth).max(vertex.least);
+            if depth < vertex.depth {
+                moved.insert(v);
+            }
+            vertex.depth = depth;
+        }
+        moved
+    }
+}
+
+/// A triangle divided at the middles of some of its sides, each after the corner of the same number.
+fn divided(v: [u32; 3], middle: [Option<u32>; 3]) -> Vec<[u32; 3]> {
+    // So that the first side has a middle and, if there are two, the second one too.
+    let first = (0..3).find(|&k| middle[k].is_some() && middle[(k + 2) % 3].is_none());
+    let turn = |k: usize| (first.unwrap_or(0) + k) % 3;
+    let [a, b, c] = [v[turn(0)], v[turn(1)], v[turn(2)]];
+    match [middle[turn(0)], middle[turn(1)], middle[turn(2)]] {
+        [None, ..] => vec![v],
+        [Some(m), None, _] => vec![[a, m, c], [m, b, c]],
+        [Some(m), Some(n), None] => vec![[m, b, n], [a, m, n], [a, n, c]],
+        [Some(m), Some(n), Some(o)] => vec![[a, m, o], [m, b, n], [n, c, o], [m, n, o]],
+    }
+}
+
+fn ends(mesh: &Mesh, half_edge: u32) -> (u32, u32) {
+    (start(mesh, half_edge), end(mesh, half_edge))
+}
+
+/// A vertex under one of the surface.
+fn below(lined: &Lined, v: u32) -> Below {
+    let mesh = &lined.found.mesh;
+    let piece = |f: u32| lined.found.topology.piece[f as usize];
+    let at = |f: &u32| {
+        lined
+            .faces
+            .first()
+            .is_some_and(|own| piece(*own) == piece(*f))
+    };
+    let faces: Vec<u32> = lined.around.of(v).iter().copied().filter(at).collect();
+    let from = mesh.positions[v as usize];
+    let corners = faces.iter().flat_map(|f| mesh.corners(*f));
+    let edges = corners.map(|q| q.distance(from)).filter(|d| *d > 0.0);
+    Below::new(mesh, from, &faces, edges.fold(f64::INFINITY, f64::min))
+}
+
+/// A vertex under a point of some faces, which lies on an edge or beside one.
+fn under(mesh: &Mesh, from: DVec3, faces: &[u32], [a, b]: [u32; 2]) -> Below {
+    let length = mesh.positions[a as usize].distance(mesh.positions[b as usize]);
+    Below::new(mesh, from, faces, length)
+}
+
+impl Below {
+    fn new(mesh: &Mesh, from: DVec3, faces: &[u32], length: f64) -> Self {
+        let normals: Vec<DVec3> = faces.iter().map(|f| face_normal(mesh, *f)).collect();
+        let corners = faces.iter().flat_map(|f| mesh.corners(*f));
+        let single = corners.chain([from]).all(|p| p.as_vec3().as_dvec3() == p);
+        let epsilon = match single {
+            true => f64::from(f32::EPSILON),
+            false => f64::EPSILON,
+        };
+        let least = LEAST_APART * epsilon * from.abs().max_element();
+        Self {
+            from,
+            way: inward(&normals),
+            depth: (DEPTH * length).max(least),
+            least,
+        }
+    }
+}
+
+/// A direction that leads to the inside of all faces with these normals, where there is one (Rosenblatt's perceptron).
+fn inward(normals: &[DVec3]) -> DVec3 {
+    let mut way = -normals.iter().sum::<DVec3>();
+    for _ in 0..STEPS {
+        let worst = normals.iter().max_by(|m, n| {
+            let [m, n] = [m.dot(way), n.dot(way)];
+            m.total_cmp(&n)
+        });
+        let Some(worst) = worst.filter(|n| n.dot(way) > -0.1 * way.length()) else {
+            break;
+        };
+        way -= *worst;
+    }
+    way.normalize_or_zero()
+}
+
+/// The borders of a layer but for the rims.
+fn loops(
+    lined: &Lined,
+    corners: &Corners,
+    middles: &HashMap<Edge, u32>,
+    first: u32,
+) -> Option<Vec<Vec<u32>>> {
+    let topology = &lined.found.topology;
+    let mut parts: Vec<[u32; 2]> = Vec::new();
+    for (&f, i) in lined.faces.iter().zip(0..) {
+        for k in 0..3 {
+            let opposite = topology.opposite[(3 * f + k) as usize];
+            if opposite == NONE || corners.place.contains_key(&(opposite / 3)) {
+                continue;
+            }
+            let [a, b] = [k, (k + 1) % 3].map(|k| corners.vertex[(3 * i + k) as usize]);
+            match middles.get(&(a.min(b), a.max(b))) {
+                Some(m) if a < first && b < first => parts.extend([[a, *m], [*m, b]]),
+                _ => parts.push([a, b]),
+            }
+        }
+    }
+    parts.sort_unstable();
+    let mut next: BTreeMap<u32, u32> = BTreeMap::new();
+    for [a, b] in parts {
+        if next.insert(a, b).is_some() {
+            return None;
+        }
+    }
+    let mut loops = Vec::new();
+    while let Some((start, mut at)) = next.pop_first() {
+        let mut ring = vec![start];
+        while at != start {
+            ring.push(at);
+            at = next.remove(&at)?;
+        }
+        loops.push(ring);
+    }
+    Some(loops)
+}
+
+/// The edges of rims.
+pub(super) fn edges_of<'a>(rims: impl Iterator<Item = &'a [u32]>) -> HashSet<Edge> {
+    rims.flat_map(|rim| edges(rim).collect::<Vec<_>>())
+        .collect()
+}

@@ -1,0 +1,99 @@
+//! Linings in the course of a repair: those that leave more wrong are taken back.
+
+use std::collections::HashSet;
+
+use super::{Run, lining, told};
+use crate::mend::{FailedReason, FillError, HoleOutcome, HoleReport, LeftReason};
+use crate::mesh::Hole;
+
+/// What is lined is surface that other holes can be lined on: so many rounds at most.
+const LININGS: usize = 4;
+/// So many times at most faces are cut out of surfaces that cannot be lined for them.
+const CUT_AND_LINE: usize = 30;
+
+impl Run<'_> {
+    /// Lines the surface round holes that are open yet, if that leaves less wrong.
+    pub(super) fn line(
+        &mut self,
+        was_border: &dyn Fn(&Hole, &[u32]) -> bool,
+    ) -> Result<(), FillError> {
+        let borders = self.params.borders;
+        let wanted = |hole: &HoleReport| match &hole.outcome {
+            HoleOutcome::Failed(why) => *why != FailedReason::NotReached,
+            HoleOutcome::Left(LeftReason::OuterBorder | LeftReason::SmallComponent) => borders,
+            _ => false,
+        };
+        let mut budget = lining::Budget::new(borders);
+        let mut blocked = Vec::new();
+        for _ in 0..LININGS {
+            self.go_on()?;
+            let before = self.state()?;
+            let done = lining::line(
+                &mut self.draft,
+                &mut self.report.fill,
+                &wanted,
+                false,
+                &mut budget,
+            )?;
+            blocked = done.blocked;
+            if done.count == 0 {
+                break;
+            }
+            self.separate_again()?;
+            if !self.keep_better(before)? {
+                break;
+            }
+        }
+        for blocked in blocked.into_iter().take(CUT_AND_LINE) {
+            self.go_on()?;
+            self.cut_and_line(blocked, &wanted, was_border, &mut budget)?;
+        }
+        Ok(())
+    }
+
+    /// Cuts faces out under which no layer can lie, and lines what is round them then, if that leaves less wrong.
+    fn cut_and_line(
+        &mut self,
+        mut blocked: lining::Blocked,
+        wanted: &dyn Fn(&HoleReport) -> bool,
+        was_border: &dyn Fn(&Hole, &[u32]) -> bool,
+        budget: &mut lining::Budget,
+    ) -> Result<(), FillError> {
+        let near = |hole: &HoleReport, rims: &HashSet<u32>| {
+            wanted(hole) && hole.hole.rim.iter().any(|v| rims.contains(v))
+        };
+        let holes = &self.report.fill.holes;
+        if !holes.iter().any(|h| near(h, &blocked.rims)) {
+            return Ok(());
+        }
+        let before = self.state()?;
+        let before_cut = before.1;
+        for _ in 0..LININGS {
+            let most = self.most_lost();
+            let Some(own) = lining::cut(&mut self.draft, &mut blocked, most)? else {
+                break;
+            };
+            self.lost += own;
+            let origin = self.draft.origins.vertices.clone();
+            let open = |hole: &Hole| was_border(hole, &origin);
+            told::open(&self.draft, &mut self.report.fill, &open)?;
+            let near = |hole: &HoleReport| near(hole, &blocked.rims);
+            let whole = blocked.whole;
+            let fill = &mut self.report.fill;
+            let done = lining::line(&mut self.draft, fill, &near, whole, budget)?;
+            if done.count > 0 {
+                self.separate_again()?;
+            }
+            if self.draft.faults()? < before_cut {
+                let fill = &mut self.report.fill;
+                return lining::tell_gone(&self.draft, fill, &near);
+            }
+            let Some(next) = done.blocked.into_iter().next() else {
+                break;
+            };
+            blocked.faces = next.faces;
+        }
+        (self.draft, self.report, self.lost) = before.0;
+        Ok(())
+    }
+}
