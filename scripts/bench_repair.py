@@ -4,13 +4,14 @@
 # ///
 """What repairs leave, side by side: isomend, MeshFix (pymeshfix), MeshLab's repair filters (pymeshlab) and trimesh.
 
-    cargo build --release && python3 scripts/bench_repair.py [--isomend PROGRAM] [--json FILE] [--seconds TIME] [--only PROGRAM]... [FILE...]
+    cargo build --release && python3 scripts/bench_repair.py [--isomend PROGRAM] [--json FILE] [--seconds TIME] [--only PROGRAM]... [--docs] [FILE...]
 
 Without files the meshes are made here: good ones into which defects are put, and those that pyvista ships. For each file and
 program the table has: whether the result is watertight (trimesh's definition, on vertices at the same position made one), the faces
 that cross others (MeshLab's selection), the faces of the input that are not kept bit for bit, whichever way round, the
 components of the input none of whose faces are there any more, the largest distance from the faces of the input without defects to the
-result over the diagonal of the bounding box, and seconds. A program that does not end within its time, or fails, has a dash."""
+result over the diagonal of the bounding box, and seconds. A program that does not end within its time, or fails, has a dash. --docs
+puts it in short into docs/repair.md."""
 
 import argparse
 import itertools
@@ -22,6 +23,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from tables import renew
 
 ROOT = Path(__file__).resolve().parent.parent
 OPTIONS = {
@@ -226,12 +228,40 @@ def row(file, method, seconds, found):
     )
 
 
+def cell(r):
+    """What one program left of one file, in short."""
+    if r["found"] is None:
+        return "–"
+    closed = "closed" if r["found"]["watertight"] else "open"
+    cross = f", {r['found']['crossing']} cross" if r["found"]["crossing"] else ""
+    gone = f", {r['found']['lost_components']} components" if r["found"]["lost_components"] else ""
+    return f"{closed}{cross}; {r['found']['lost']} lost{gone}; {r['seconds']:.1f} s"
+
+
+def table(rows):
+    """A row for each file, a column for each program."""
+    methods = [m for m in METHODS if m != "isomend, borders too" and any(r["method"] == m for r in rows)]
+    lines = [f"| mesh | faces | {' | '.join(methods)} |", "|---|---:|" + "---|" * len(methods)]
+    for file in dict.fromkeys(r["file"] for r in rows):
+        own = {r["method"]: r for r in rows if r["file"] == file}
+        faces = next((r["found"]["faces"] for r in own.values() if r["found"]), "–")
+        lines.append(f"| {Path(file).stem} | {faces} | {' | '.join(cell(own[m]) for m in methods)} |")
+    sums = []
+    for method in methods:
+        own = [r for r in rows if r["method"] == method and r["found"]]
+        good = sum(r["found"]["watertight"] and r["found"]["crossing"] == 0 for r in own)
+        lost, gone = (sum(r["found"][key] for r in own) for key in ("lost", "lost_components"))
+        sums.append(f"{good} closed, none cross; {lost} lost, {gone} components; {sum(r['seconds'] for r in own):.1f} s")
+    return "\n".join([*lines, f"| all | | {' | '.join(sums)} |"])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", default=ROOT / "target/release/isomend", type=Path)
     parser.add_argument("--json", type=Path)
     parser.add_argument("--seconds", type=float, default=900, help="the time a program gets for a file")
     parser.add_argument("--only", action="append", choices=METHODS, help="this program alone; may be given several times")
+    parser.add_argument("--docs", action="store_true", help="put a short table into docs/repair.md")
     parser.add_argument("--one", nargs=3, metavar=("METHOD", "IN", "OUT"), help=argparse.SUPPRESS)
     parser.add_argument("files", nargs="*", type=Path)
     args = parser.parse_args()
@@ -260,6 +290,8 @@ def main():
         good = sum(f["watertight"] and f["crossing"] == 0 for f in own)
         print(f"{method}: {good} of {len(rows) // len(methods)} files watertight without crossings; {sum(f['lost'] for f in own)} faces and "
               f"{sum(f['lost_components'] for f in own)} components lost")
+    if args.docs:
+        renew("repair", "bench_repair.py", table(rows))
     if args.json:
         args.json.write_text(json.dumps(rows, indent=1))
 

@@ -19,16 +19,17 @@ use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, VertexFaces};
 
-/// No more faces than this are lined for the sake of a hole. A time, not a matter of shape: 20 000 faces take half a second.
+/// No more faces than this are lined for the sake of a hole; a matter of time, not of shape.
 const MOST_FACES: usize = 20_000;
-/// All of a component is lined, as the last try, if it has no more faces than this: 250 000 take ten seconds.
+/// All of a component is lined, as the last try, if it has no more faces than this,
 const MOST_WHOLE: usize = 250_000;
+/// and all components that are tried so have no more than this.
 const MOST_WORK_WHOLE: usize = 1_000_000;
 /// Borders with more edges are not tried to be closed: where hundreds of edges could not be closed at the rim, they seldom can be
 /// farther on.
 const MOST_EDGES: usize = 200;
 /// The searches for linings of parts of a mesh look at so many faces at most, and those for one hole or the holes of one component at
-/// so many of them: 25 000 take a second at most.
+/// so many of them.
 const MOST_WORK: usize = 400_000;
 const MOST_WORK_EACH: usize = 40_000;
 /// The search for triangles that close a border costs as much as the square of its edges over this many faces.
