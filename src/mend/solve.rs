@@ -100,12 +100,14 @@ pub(super) fn region(
     of(VoxelSize::Length(finer.min(region.voxel)))
 }
 
-/// Whether a finer try has a finer grid. That of a region with a small loop is as fine as it gets from the first.
+/// Whether a finer try is worth its time. The grid of a region with a small loop is as fine as it gets from the first; then another
+/// start on it is only worth it where no triangulation of the rims is finished instead.
 fn refines(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> bool {
     let first = Try::first(params.energy);
-    let voxel = |t: &Try| region(mesh, holes, params, t, None, params.finishes()).voxel;
+    let voxel = |t: &Try| region(mesh, holes, params, t, None, true).voxel;
     let is_finer = |finer: &Try| voxel(finer) < voxel(&first);
-    params.voxel == VoxelSize::Auto && first.finer().as_ref().is_some_and(is_finer)
+    let has_finer = || first.finer().as_ref().is_some_and(is_finer);
+    params.voxel == VoxelSize::Auto && (!params.finishes() || has_finer())
 }
 
 impl RegionWork<'_> {
@@ -307,6 +309,7 @@ pub(super) fn failures(history: &[(Try, Verdict)]) -> Vec<TryFailure> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mend::Finish;
     use crate::mesh::shapes::{grid, punch};
     use crate::mesh::{Topology, find_holes};
 
@@ -322,5 +325,10 @@ mod tests {
         assert_eq!(inner.len(), 2);
         assert!(refines(&mesh, &inner[..1], &params));
         assert!(!refines(&mesh, &inner, &params));
+        let unfinished = FillParams {
+            finish: Finish::None,
+            ..params
+        };
+        assert!(refines(&mesh, &inner, &unfinished));
     }
 }
