@@ -31,6 +31,12 @@ pub(super) struct Draft {
     clear: Arc<HashSet<[u32; 3]>>,
 }
 
+/// The corners of a face in rising order.
+pub(super) fn sorted(mut face: [u32; 3]) -> [u32; 3] {
+    face.sort_unstable();
+    face
+}
+
 /// How far a draft is from sound: what counts most comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Faults {
@@ -154,11 +160,7 @@ impl Draft {
     /// The faces that cross others, and those that do not. Only faces of which it is not known yet are asked.
     fn crossing_in(&self, found: &Inspection) -> (Vec<u32>, Arc<HashSet<[u32; 3]>>) {
         let (mesh, topology) = (&found.mesh, &found.topology);
-        let key = |f: u32| {
-            let mut corners = mesh.faces[f as usize];
-            corners.sort_unstable();
-            corners
-        };
+        let key = |f: u32| sorted(mesh.faces[f as usize]);
         let all: Vec<u32> = topology.faces().collect();
         let mut seen = HashSet::with_capacity(all.len());
         // A face that is there twice crosses its double, whatever was known of the one.

@@ -7,7 +7,7 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::clear::Ground;
-use super::draft::Draft;
+use super::draft::{Draft, sorted};
 use super::flat::{push, triangulated};
 use super::layer::{Layer, Lined, edges_of};
 use super::{Edge, edges};
@@ -340,12 +340,6 @@ impl Search<'_> {
         }
         Ok(layer.faces)
     }
-}
-
-/// The corners of a face in rising order.
-pub(super) fn sorted(mut face: [u32; 3]) -> [u32; 3] {
-    face.sort_unstable();
-    face
 }
 
 /// The faces round some rims.
