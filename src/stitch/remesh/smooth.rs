@@ -10,16 +10,18 @@ use crate::stitch::half_edge::prev;
 const STEP: f64 = 0.7;
 
 impl Remesher<'_> {
-    /// Moves free vertices towards the centroid of the faces round them, weighted so that edges approach their targets.
-    pub(super) fn smooth_by_area(&mut self) {
+    /// Moves free vertices towards the centroid of the faces round them, weighted so that edges approach their targets. Returns
+    /// the root mean square of the ways over the targets.
+    pub(super) fn smooth_by_area(&mut self) -> f64 {
         let free: Vec<u32> = self.free_vertices().collect();
-        self.smooth_at(&free, Self::area_goal, 0.3);
+        self.smooth_at(&free, Self::area_goal, 0.3)
     }
 
-    /// Moves free vertices towards the mean of the apexes that would make the faces round them equilateral.
-    pub(super) fn smooth_by_shape(&mut self) {
+    /// Moves free vertices towards the mean of the apexes that would make the faces round them equilateral. Returns as
+    /// [`Self::smooth_by_area`].
+    pub(super) fn smooth_by_shape(&mut self) -> f64 {
         let free: Vec<u32> = self.free_vertices().collect();
-        self.smooth_at(&free, Self::shape_goal, 1.0);
+        self.smooth_at(&free, Self::shape_goal, 1.0)
     }
 
     fn area_goal(&self, v: u32) -> DVec3 {
@@ -62,7 +64,7 @@ impl Remesher<'_> {
         free: &[u32],
         goal: impl Fn(&Self, u32) -> DVec3 + Sync,
         keep: f64,
-    ) {
+    ) -> f64 {
         let this = &*self;
         let moved: Vec<Option<(DVec3, DVec3)>> = free
             .par_iter()
@@ -76,11 +78,16 @@ impl Remesher<'_> {
                 this.project(p + step, this.mesh.size[v as usize])
             })
             .collect();
+        let mut squares = 0.0;
         for (&v, moved) in free.iter().zip(moved) {
+            let before = self.mesh.position[v as usize];
             if !moved.is_some_and(|(p, n)| self.try_move(v, p, n, keep)) {
                 self.settle(v, keep);
             }
+            let way = before.distance(self.mesh.position[v as usize]);
+            squares += (way / self.mesh.size[v as usize]).powi(2);
         }
+        (squares / free.len().max(1) as f64).sqrt()
     }
 
     /// Puts a vertex on the surface where it is.
