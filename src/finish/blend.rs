@@ -17,6 +17,11 @@ const SHARPNESS: i32 = 4;
 /// The weight of a kriged surface before its errors: up to two are kriged, which are much alike.
 const OF_ALIKE: f64 = 0.5;
 
+/// The ring round a large patch is no wider than this, in mean edges,
+const WIDEST: f64 = 4.0;
+/// and what is deeper in the patch than this, in such widths, stays.
+const DEPTH: f64 = 2.0;
+
 /// The blend of the energy's minimum with what else the patch may be, `Σ w e⁻⁴ x / Σ w e⁻⁴` with their errors `e` on rings of known
 /// vertices that are deleted and refilled; and the surfaces that it is made of.
 pub(super) fn blend(
@@ -25,9 +30,10 @@ pub(super) fn blend(
     params: &FinishParams,
     keep_going: &dyn Fn() -> bool,
 ) -> (Vec<Surface>, Result<Vec<DVec3>, Refusal>) {
+    let is_large = minimum.len() > params.most_blended;
     let reason = if params.method == FinishMethod::Willmore {
         Some(Refusal::NotAsked)
-    } else if minimum.len() > params.most_blended {
+    } else if is_large {
         Some(Refusal::TooLarge)
     } else {
         None
@@ -38,7 +44,7 @@ pub(super) fn blend(
     let rings = &RINGS_TRIED[if others { 0 } else { 1 }..];
     let given = models(&surfaces);
     let tries = rings.iter().filter_map(|&reach| {
-        let ring = Ring::new(patch, reach, minimum)?;
+        let ring = Ring::new(patch, reach, minimum, is_large)?;
         let wider = &ring.wider;
         let refilled = minimise(wider, &wider.shape(), params, keep_going).shape;
         let tried = candidates(wider, &refilled, others, &given, params, keep_going);
@@ -116,15 +122,21 @@ struct Ring {
 
 impl Ring {
     /// The known vertices nearer to the hole than `reach`, in diameters and in mean edges, but none on a border; none where there
-    /// are none, or nothing is left round them.
-    fn new(patch: &Patch, reach: (f64, f64), minimum: &[DVec3]) -> Option<Self> {
+    /// are none, or nothing is left round them. Of a large patch what is beside the rim is refilled with them.
+    fn new(patch: &Patch, reach: (f64, f64), minimum: &[DVec3], is_large: bool) -> Option<Self> {
         let reach = (reach.0 * patch.diameter).max(reach.1 * patch.edge);
+        let widest = if is_large {
+            WIDEST * patch.edge
+        } else {
+            f64::INFINITY
+        };
+        let reach = reach.min(widest);
         let inside = |&v: &u32| {
             let i = v as usize;
             patch.known[i] && !patch.border[i] && patch.distance[i] < reach
         };
         let vertices: Vec<u32> = (0..patch.points.len() as u32).filter(inside).collect();
-        let wider = patch.enlarged(&vertices, minimum);
+        let wider = patch.enlarged(&vertices, minimum, DEPTH * widest);
         let is_one = !vertices.is_empty() && !wider.rim.is_empty();
         is_one.then_some(Self { vertices, wider })
     }

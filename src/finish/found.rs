@@ -106,7 +106,8 @@ pub enum FinishResult {
     Blend,
 }
 
-/// Whether Gauss-Newton was started a second time, from the biharmonic fill of the same triangles.
+/// Whether Gauss-Newton was started a second time, from the biharmonic fill of the same triangles; of a large patch, whether its one
+/// start is with a strip along the rim filled so.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Restart {

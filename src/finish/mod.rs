@@ -4,7 +4,7 @@
 //! energy under the exact rim, and then towards what the surroundings foretell, as far as that proves itself next to the hole:
 //!
 //! 1. Gauss-Newton for the discrete Willmore energy `½ Σ m h²`, from the patch as it is and, where that is slow or folds, from
-//!    the biharmonic fill of the same triangles.
+//!    the biharmonic fill of the same triangles; of a large patch a strip along the rim is filled so first.
 //! 2. Other continuations: universal kriging of heights over a sphere or plane fitted to the surroundings, kernel and noise by
 //!    restricted likelihood; the triharmonic fill; where the patch bends little, the biharmonic one.
 //! 3. A ring test: rings of known vertices are deleted and refilled; the error there tells what each continuation is worth.
@@ -199,7 +199,12 @@ fn minimum(
     keep_going: &dyn Fn() -> bool,
     found: &mut FinishFound,
 ) -> Vec<DVec3> {
-    let (minimum, second) = willmore::lowest(patch, params, keep_going);
+    let (mut minimum, second) = willmore::lowest(patch, params, keep_going);
+    let allowed = willmore::folds(patch, start);
+    if let Some(shape) = willmore::unfolded(patch, &minimum.shape, allowed) {
+        minimum.energy = willmore::energy(patch, &shape);
+        minimum.shape = shape;
+    }
     found.steps = minimum.steps;
     found.converged = minimum.last <= params.tolerance;
     found.energy_before = minimum.energy_before;

@@ -201,13 +201,18 @@ impl Patch {
     }
 
     /// The patch of a hole with one more ring round it, from the known vertices that `ring` names; `shape` tells where its own
-    /// vertices are.
-    pub(super) fn enlarged(&self, ring: &[u32], shape: &[DVec3]) -> Self {
+    /// vertices are. Those deeper in it than `deepest` stay there.
+    pub(super) fn enlarged(&self, ring: &[u32], shape: &[DVec3], deepest: f64) -> Self {
         let mut points = self.points.clone();
         for (&v, p) in self.closure.moving.iter().zip(shape) {
             points[self.closure.vertices[v as usize] as usize] = *p;
         }
         let (mut moving, mut known) = (self.moving.clone(), self.known.clone());
+        if deepest.is_finite() {
+            for (&v, depth) in self.closure.moving.iter().zip(self.depth()) {
+                moving[self.closure.vertices[v as usize] as usize] = depth <= deepest;
+            }
+        }
         for &v in ring {
             moving[v as usize] = true;
             known[v as usize] = false;

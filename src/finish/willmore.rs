@@ -1,11 +1,13 @@
 //! The minimum of Willmore's energy on a patch's own triangles, by Gauss-Newton.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use glam::DVec3;
 use sprs::CsMat;
 
 use super::biharmonic::biharmonic;
 use super::geometry::{
-    Stiffness, area_vector, corners, gauss_curvature, half_cotangents, stiffness_times,
+    Stiffness, area_vector, corners, gauss_curvature, half_cotangents, quantile, stiffness_times,
     vertex_normals, voronoi,
 };
 use super::params::FinishParams;
@@ -18,8 +20,9 @@ const LONGEST_STEP: f64 = 2.0;
 const SPREAD_ABOVE: f64 = 5e-3;
 /// By this part of the way to the mean of their neighbours.
 const SPREAD: f64 = 0.3;
-/// A step shorter than this, in diameters, is taken though the energy rises: at rounding, or by the spread of the vertices.
-const ALWAYS_BELOW: f64 = 2e-3;
+/// A step shorter than these, in diameters and in mean edges, is taken though the energy rises: at rounding, or by the spread of
+/// the vertices.
+const ALWAYS_BELOW: (f64, f64) = (2e-3, 0.04);
 /// Most halvings of a step.
 const HALVINGS: usize = 5;
 /// Steps go one way where the cosine of the angle between one and the next is more than this,
@@ -28,6 +31,10 @@ const ALIKE: f64 = 0.98;
 const SHRINKING: (f64, f64) = (0.5, 0.96);
 /// A large patch may stay folded for so many steps.
 const MOST_FOLDED_STEPS: usize = 3;
+/// Width of the strip along the rim of a large patch that is filled anew before the first step, in diameters.
+const STRIP: f64 = 0.1;
+/// Most times that the vertices of folded faces are moved to unfold them.
+const UNFOLDINGS: usize = 10;
 /// Added to the system's diagonal, in itself.
 const RIDGE: f64 = 1e-10;
 /// A face is folded when the cosines of its normal with those at its corners are all below this. On patches of real
@@ -96,14 +103,47 @@ pub(super) fn energy(patch: &Patch, shape: &[DVec3]) -> f64 {
 
 /// The number of faces of a patch that look against the normals at all three of their vertices.
 pub(super) fn folds(patch: &Patch, shape: &[DVec3]) -> usize {
-    let points = patch.closure_points(shape);
-    let normals = vertex_normals(&points, &patch.closure.faces);
+    folded(patch, &patch.closure_points(shape)).len()
+}
+
+/// These faces, from the points of the closure.
+fn folded(patch: &Patch, points: &[DVec3]) -> Vec<[u32; 3]> {
+    let normals = vertex_normals(points, &patch.closure.faces);
     let is_folded = |face: &&[u32; 3]| {
-        let normal = area_vector(corners(&points, **face)).normalize_or_zero();
+        let normal = area_vector(corners(points, **face)).normalize_or_zero();
         face.iter()
             .all(|&v| normal.dot(normals[v as usize]) < FOLDED)
     };
-    patch.closure.patch_faces.iter().filter(is_folded).count()
+    let faces = patch.closure.patch_faces.iter().filter(is_folded);
+    faces.copied().collect()
+}
+
+/// A shape without more than so many folds: the vertices of folded faces go to the mean of their neighbours until that is so. None
+/// where it does not come to be.
+pub(super) fn unfolded(patch: &Patch, shape: &[DVec3], allowed: usize) -> Option<Vec<DVec3>> {
+    let closure = &patch.closure;
+    let mut points = patch.closure_points(shape);
+    for _ in 0..UNFOLDINGS {
+        let folded = folded(patch, &points);
+        if folded.len() <= allowed {
+            return Some(closure.moved(&points));
+        }
+        let moves = |v: &u32| closure.moving.binary_search(v).is_ok();
+        let vertices: BTreeSet<u32> = folded.into_iter().flatten().filter(moves).collect();
+        let mut sums: BTreeMap<u32, (DVec3, f64)> = BTreeMap::new();
+        for face in &closure.faces {
+            for v in face.iter().filter(|v| vertices.contains(v)) {
+                let (sum, count) = sums.entry(*v).or_default();
+                let others = face.iter().filter(|w| *w != v);
+                others.for_each(|&w| *sum += points[w as usize]);
+                *count += 2.0;
+            }
+        }
+        for (v, (sum, count)) in sums {
+            points[v as usize] = sum / count;
+        }
+    }
+    None
 }
 
 /// Watches for folds on a large patch, whose steps take long: where some steps in a row leave more than there were, the last shape
@@ -166,28 +206,40 @@ impl<'a> Solver<'a> {
 
     /// The linearised problem: with `J = ∂h/∂d = M⁻¹ S − diag(h² − 2 K)` for displacements `d` along the normals, `(Jᵀ M J) d =
     /// −(Jᵀ M h + ½ M h³)`. Rows of `J` are the vertices that move and the rim, whose curvature the patch sets too.
+    ///
+    /// On the left `h² − 2 K` is bounded by its third quartile: the roughness of a finely meshed rim would make a well of it that
+    /// has nearly flat directions, along which steps are of no use.
     fn linearised(&mut self, points: &[DVec3], state: &State) -> Normal {
         let closure = self.closure;
         self.stiffness.set(&closure.faces, &state.half_cotangents);
         let gauss = gauss_curvature(points, &closure.faces, &state.masses);
         let most = std::f64::consts::PI / (2.0 * self.edge);
+        let squares = |i: usize| {
+            let bounded = state.curvature[i].powi(2).min(most * most);
+            let k = gauss[i].max(-most * most).min(0.25 * bounded);
+            (bounded - 2.0 * k).max(0.0).min(most * most)
+        };
+        let squares: Vec<f64> = closure
+            .acting
+            .iter()
+            .map(|&i| squares(i as usize))
+            .collect();
+        let upper = quantile(squares.iter().copied(), 0.75);
         let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
         let mut weighted = Vec::new();
         let mut rhs = vec![0.0; closure.moving.len()];
-        for &i in &closure.acting {
+        for (&i, squares) in closure.acting.iter().zip(squares) {
             let i = i as usize;
             let (m, h) = (state.masses[i], state.curvature[i]);
-            let bounded = h.powi(2).min(most * most);
-            let k = gauss[i].max(-most * most).min(0.25 * bounded);
-            let squares = (bounded - 2.0 * k).max(0.0).min(most * most);
             let row = self.stiffness.matrix.outer_view(i);
             for (j, s) in row.iter().flat_map(|row| row.iter()) {
                 if let Some(u) = self.unknown[j] {
-                    let entry = s / m - if i == j { squares } else { 0.0 };
+                    let own = |squares: f64| s / m - if i == j { squares } else { 0.0 };
+                    let entry = own(squares.min(upper));
                     columns.push(u);
                     values.push(entry);
                     weighted.push(entry * m);
-                    rhs[u] -= entry * m * h;
+                    rhs[u] -= own(squares) * m * h;
                 }
             }
             if let Some(u) = self.unknown[i] {
@@ -260,6 +312,7 @@ impl<'a> Solver<'a> {
         d: &[f64],
         largest: f64,
     ) -> Option<(Vec<DVec3>, State)> {
+        let always_below = (ALWAYS_BELOW.0 * self.diameter).min(ALWAYS_BELOW.1 * self.edge);
         let mut part = 1.0;
         for _ in 0..HALVINGS {
             let mut moved = self.moved(points, &state.normals, d, part);
@@ -268,7 +321,7 @@ impl<'a> Solver<'a> {
             }
             let next = State::new(self.closure, &moved);
             let falls = next.energy < state.energy * (1.0 + 1e-9);
-            if falls || largest * part < ALWAYS_BELOW * self.diameter && next.energy.is_finite() {
+            if falls || largest * part < always_below && next.energy.is_finite() {
                 return Some((moved, next));
             }
             part *= 0.5;
@@ -355,8 +408,23 @@ pub(super) fn minimise(
     }
 }
 
-/// The minimum from the patch's own shape; where that found no rest or folded faces, also from the biharmonic fill of
-/// the same triangles, which unfolds them: that with fewer folds, then of lower energy.
+/// The shape with a strip along its rim filled biharmonically; none where that cannot be. The surface that a patch with small faces
+/// comes from meets the rim only as well as its voxels tell, many faces beside it: crumpled there, no step of Gauss-Newton is
+/// short enough.
+fn smoothed(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
+    let strip = patch.enlarged(&[], shape, STRIP * patch.diameter);
+    let mut points = patch.closure_points(shape);
+    let filled = biharmonic(&strip, &strip.shape())?;
+    for (&v, p) in strip.closure.moving.iter().zip(filled) {
+        let id = strip.closure.vertices[v as usize];
+        let at = patch.closure.vertices.binary_search(&id).ok()?;
+        points[at] = p;
+    }
+    Some(patch.closure.moved(&points))
+}
+
+/// The minimum from the patch's own shape, of a large one without what is crumpled at its rim; where that found no rest or folded
+/// faces, also from the biharmonic fill of the same triangles, which unfolds them: that with fewer folds, then of lower energy.
 pub(super) fn lowest(
     patch: &Patch,
     params: &FinishParams,
@@ -368,10 +436,16 @@ pub(super) fn lowest(
             most_steps: params.most_steps_of_large,
             ..params.clone()
         };
-        return (
-            minimise(patch, &shape, &params, keep_going),
-            Second::NotNeeded,
-        );
+        let before = energy(patch, &shape);
+        let (start, second) = match smoothed(patch, &shape) {
+            Some(other) if energy(patch, &other) < before => (other, Second::Better),
+            _ => (shape, Second::Worse),
+        };
+        let found = Minimum {
+            energy_before: before,
+            ..minimise(patch, &start, &params, keep_going)
+        };
+        return (found, second);
     }
     let first = minimise(patch, &shape, params, keep_going);
     let first_folds = folds(patch, &first.shape);

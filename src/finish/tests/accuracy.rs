@@ -1,3 +1,5 @@
+use super::super::patch::Located;
+use super::super::willmore;
 use super::super::*;
 use super::{
     clifford_torus, finished, noise, rms, square, surroundings, torus_distance, with_patch,
@@ -144,6 +146,54 @@ fn large_patches_get_the_energy_alone() {
     let error = rms(&result, |p| p.length() - 1.0);
     assert!(error < 1e-3, "{error}");
     assert!(result.sigma.iter().all(|s| *s > 0.0));
+}
+
+#[test]
+fn a_large_patch_that_is_crumpled_at_its_rim_comes_to_rest() {
+    let cap = |p: DVec3| p.z > 0.4;
+    let (mesh, patch) = with_patch(icosphere(5), cap, |v, p| {
+        let crumpled = if p.z < 0.5 { 0.02 } else { 0.0 };
+        p * (crumpled * noise(v) - 0.05 * (p.z - 0.4))
+    });
+    let result = finished(&mesh, &patch);
+    assert!(result.found.converged && result.found.restart == Restart::Taken);
+    assert!(result.found.energy_before > 5.0 * result.found.energy_after);
+    let error = rms(&result, |p| p.length() - 1.0);
+    assert!(error < 1e-3, "{error}");
+}
+
+#[test]
+fn a_finely_meshed_rough_rim_keeps_no_large_patch_from_rest() {
+    let mut mesh = icosphere(5);
+    for (v, p) in (0..).zip(&mut mesh.positions) {
+        *p *= 1.0 + 3e-3 * noise(v);
+    }
+    let cap = |p: DVec3| p.z > 0.4;
+    let (mesh, patch) = with_patch(mesh, cap, |_, p| p * -0.02 * (p.z - 0.4));
+    let result = finished(&mesh, &patch);
+    assert!(result.found.converged, "{:?}", result.found);
+    let error = rms(&result, |p| p.length() - 1.0);
+    assert!(error < 2e-2, "{error}");
+}
+
+#[test]
+fn faces_that_are_folded_over_are_unfolded_and_nothing_else_is_moved() {
+    let cap = |p: DVec3| p.z > 0.6;
+    let (mesh, patch) = with_patch(icosphere(4), cap, |_, _| DVec3::ZERO);
+    let around = surroundings(&mesh, &patch);
+    let located = Located::new(&around, &patch).unwrap();
+    let start = located.patch.shape();
+    let mut folded = start.clone();
+    let middle = start.len() / 2;
+    folded[middle] = folded[middle] + 2.5 * (folded[middle + 1] - folded[middle]);
+    let folds = willmore::folds(&located.patch, &folded);
+    assert!(folds > 0);
+    let unfolded = willmore::unfolded(&located.patch, &folded, 0).unwrap();
+    assert_eq!(willmore::folds(&located.patch, &unfolded), 0);
+    let moved = unfolded.iter().zip(&folded).filter(|(a, b)| a != b);
+    assert!(moved.count() <= 3 * folds);
+    let kept = willmore::unfolded(&located.patch, &folded, folds).unwrap();
+    assert_eq!(kept, folded);
 }
 
 #[test]
