@@ -171,7 +171,9 @@ fn a_finely_meshed_rough_rim_keeps_no_large_patch_from_rest() {
     let cap = |p: DVec3| p.z > 0.4;
     let (mesh, patch) = with_patch(mesh, cap, |_, p| p * -0.02 * (p.z - 0.4));
     let result = finished(&mesh, &patch);
-    assert!(result.found.converged, "{:?}", result.found);
+    // 9 steps; without a bound of what the roughness adds to the system, 15.
+    let found = &result.found;
+    assert!(found.converged && found.steps <= 12, "{found:?}");
     let error = rms(&result, |p| p.length() - 1.0);
     assert!(error < 2e-2, "{error}");
 }
