@@ -31,6 +31,9 @@ const ALIKE: f64 = 0.98;
 const SHRINKING: (f64, f64) = (0.5, 0.96);
 /// A large patch may stay folded for so many steps.
 const MOST_FOLDED_STEPS: usize = 3;
+/// A patch with more vertices is large beside its voxels. On 143 holes of real scans the same for smaller ones made errors larger by
+/// 0.3 %.
+const MANY: usize = 1200;
 /// Width of the strip along the rim of a large patch that is filled anew before the first step, in diameters.
 const STRIP: f64 = 0.1;
 /// Most times that the vertices of folded faces are moved to unfold them.
@@ -207,8 +210,8 @@ impl<'a> Solver<'a> {
     /// The linearised problem: with `J = ∂h/∂d = M⁻¹ S − diag(h² − 2 K)` for displacements `d` along the normals, `(Jᵀ M J) d =
     /// −(Jᵀ M h + ½ M h³)`. Rows of `J` are the vertices that move and the rim, whose curvature the patch sets too.
     ///
-    /// On the left `h² − 2 K` is bounded by its third quartile: the roughness of a finely meshed rim would make a well of it that
-    /// has nearly flat directions, along which steps are of no use.
+    /// On the left `h² − 2 K` of a patch with many vertices is bounded by its third quartile: the roughness of a finely meshed rim
+    /// would make a well of it that has nearly flat directions, along which steps are of no use.
     fn linearised(&mut self, points: &[DVec3], state: &State) -> Normal {
         let closure = self.closure;
         self.stiffness.set(&closure.faces, &state.half_cotangents);
@@ -224,7 +227,10 @@ impl<'a> Solver<'a> {
             .iter()
             .map(|&i| squares(i as usize))
             .collect();
-        let upper = quantile(squares.iter().copied(), 0.75);
+        let upper = match closure.moving.len() > MANY {
+            true => quantile(squares.iter().copied(), 0.75),
+            false => f64::INFINITY,
+        };
         let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
         let mut weighted = Vec::new();
         let mut rhs = vec![0.0; closure.moving.len()];
