@@ -30,8 +30,8 @@ const MOST_TILTED: f64 = 0.25;
 /// Rounds of flips and smoothing at the end.
 const POLISH: usize = 8;
 /// The rounds of a large patch, and those at its end, are over when smoothing moves its vertices by less than these, in root mean
-/// square over the targets. On patches of ten thousand vertices that saves a third of the time, and the mean quality falls by less
-/// than 0.001.
+/// square over the targets. On a patch of 14,500 vertices that saves a third of the time, and the mean quality falls from 0.976 to
+/// 0.973.
 const SETTLED: (f64, f64) = (0.06, 0.01);
 
 /// Remeshes the patch in place.
