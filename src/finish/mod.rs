@@ -200,8 +200,9 @@ fn minimum(
     found: &mut FinishFound,
 ) -> Vec<DVec3> {
     let (mut minimum, second) = willmore::lowest(patch, params, keep_going);
-    let allowed = willmore::folds(patch, start);
-    if let Some(shape) = willmore::unfolded(patch, &minimum.shape, allowed) {
+    if willmore::folds(patch, &minimum.shape) > found.folds_before
+        && let Some(shape) = willmore::unfolded(patch, &minimum.shape, found.folds_before)
+    {
         minimum.energy = willmore::energy(patch, &shape);
         minimum.shape = shape;
     }

@@ -165,6 +165,15 @@ impl Patch {
             .collect()
     }
 
+    /// Positions of all vertices, those that move being where they are said to be.
+    pub(super) fn placed(&self, shape: &[DVec3]) -> Vec<DVec3> {
+        let mut points = self.points.clone();
+        for (&v, p) in self.closure.moving.iter().zip(shape) {
+            points[self.closure.vertices[v as usize] as usize] = *p;
+        }
+        points
+    }
+
     /// Positions of the closure's vertices, those that move being where they are said to be.
     pub(super) fn closure_points(&self, shape: &[DVec3]) -> Vec<DVec3> {
         let vertices = self.closure.vertices.iter();
@@ -203,10 +212,7 @@ impl Patch {
     /// The patch of a hole with one more ring round it, from the known vertices that `ring` names; `shape` tells where its own
     /// vertices are. Those deeper in it than `deepest` stay there.
     pub(super) fn enlarged(&self, ring: &[u32], shape: &[DVec3], deepest: f64) -> Self {
-        let mut points = self.points.clone();
-        for (&v, p) in self.closure.moving.iter().zip(shape) {
-            points[self.closure.vertices[v as usize] as usize] = *p;
-        }
+        let points = self.placed(shape);
         let (mut moving, mut known) = (self.moving.clone(), self.known.clone());
         if deepest.is_finite() {
             for (&v, depth) in self.closure.moving.iter().zip(self.depth()) {
