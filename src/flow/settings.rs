@@ -56,6 +56,9 @@ pub struct FlowSettings {
     /// Weight κ of the eikonal term to begin with; on nested grids that of the finest, half of it on the next, but at
     /// least 1. It should grow with the number of voxels across: with 1 the surface drifts on fine grids.
     pub kappa: f64,
+    /// Where the energy at the start is more than this, and the first step long, the flow is over after it: the data contradict
+    /// each other.
+    pub highest: f64,
 }
 
 impl Default for FlowSettings {
@@ -69,6 +72,7 @@ impl Default for FlowSettings {
             rough: 30.0,
             solver_tolerance: 2e-2,
             kappa: 1.0,
+            highest: f64::INFINITY,
         }
     }
 }

@@ -20,6 +20,8 @@ const IDLE: f64 = 0.95;
 /// more than so many units, and so many for each unknown, the flow is over. Of 295 levels of eleven real meshes none of these
 /// became steady.
 const SHREDS: (f64, f64, f64) = (4.0, 2e4, 4.0);
+/// A first step of more than this, in voxels, is long where the energy is too high.
+const TOO_LONG: f64 = 2.0;
 /// κ is doubled when steps grow, until it is at least this.
 const KAPPA_LIMIT: f64 = 16.0;
 
@@ -164,7 +166,10 @@ impl<'a> Relaxation<'a> {
             return true;
         }
         self.outcome.flat = !self.in_time() && stagnant(steps);
-        self.outcome.flat || stuck(steps) || in_shreds(steps, self.outcome.unknowns)
+        self.outcome.flat
+            || stuck(steps)
+            || in_shreds(steps, self.outcome.unknowns)
+            || is_too_high(steps, self.settings.highest)
     }
 
     /// Doubles κ when the steps grow or none lowers the energy, and says whether it did.
@@ -214,6 +219,12 @@ fn in_shreds(steps: &[StepRecord], unknowns: usize) -> bool {
     let (movement, energy, density) = SHREDS;
     let is_one =
         |s: &StepRecord| s.movement > movement && s.energy > energy.max(density * unknowns as f64);
+    steps.first().is_some_and(is_one)
+}
+
+/// The first step was long, from a higher energy than a surface may have.
+fn is_too_high(steps: &[StepRecord], highest: f64) -> bool {
+    let is_one = |s: &StepRecord| s.energy > highest && s.movement > TOO_LONG;
     steps.first().is_some_and(is_one)
 }
 
@@ -285,5 +296,13 @@ mod tests {
         assert!(!in_shreds(&[step(46_000.0, 1.0)], 2300));
         // What was not so at first is left to the other rules.
         assert!(!in_shreds(&[step(100.0, 1.0), step(46_000.0, 12.0)], 2300));
+    }
+
+    #[test]
+    fn a_start_with_too_high_an_energy_is_given_up_if_it_is_far_from_rest() {
+        assert!(is_too_high(&[step(3651.0, 2.6)], 2400.0));
+        assert!(!is_too_high(&[step(3651.0, 0.9)], 2400.0));
+        assert!(!is_too_high(&[step(2300.0, 2.6)], 2400.0));
+        assert!(!is_too_high(&[step(3651.0, 2.6)], f64::INFINITY));
     }
 }
