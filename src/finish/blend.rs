@@ -1,6 +1,7 @@
 //! What the surroundings foretell, weighted by how well it foretold rings of what is known.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::candidates::{Models, Surface, candidates, models};
 use super::found::{Candidate, Refusal};
@@ -28,7 +29,7 @@ pub(super) fn blend(
     patch: &Patch,
     minimum: &[DVec3],
     params: &FinishParams,
-    keep_going: &dyn Fn() -> bool,
+    keep_going: &(dyn Fn() -> bool + Sync),
 ) -> (Vec<Surface>, Result<Vec<DVec3>, Refusal>) {
     let is_large = minimum.len() > params.most_blended;
     let reason = if params.method == FinishMethod::Willmore {
@@ -39,16 +40,22 @@ pub(super) fn blend(
         None
     };
     let others = reason.is_none();
-    let mut surfaces = candidates(patch, minimum, others, &Models::new(), params, keep_going);
     // Without other surfaces the error only says how sure the patch is, for which one ring is enough.
     let rings = &RINGS_TRIED[if others { 0 } else { 1 }..];
-    let given = models(&surfaces);
-    let tries = rings.iter().filter_map(|&reach| {
+    let refill = |&reach: &(f64, f64)| {
         let ring = Ring::new(patch, reach, minimum, is_large)?;
         let wider = &ring.wider;
-        let refilled = minimise(wider, &wider.shape(), params, keep_going).shape;
-        let tried = candidates(wider, &refilled, others, &given, params, keep_going);
-        Some(ring.errors(patch, &tried))
+        let shape = minimise(wider, &wider.shape(), params, keep_going).shape;
+        Some((ring, shape))
+    };
+    let (mut surfaces, refilled) = rayon::join(
+        || candidates(patch, minimum, others, &Models::new(), params, keep_going),
+        || rings.par_iter().filter_map(refill).collect::<Vec<_>>(),
+    );
+    let given = models(&surfaces);
+    let tries = refilled.par_iter().map(|(ring, shape)| {
+        let tried = candidates(&ring.wider, shape, others, &given, params, keep_going);
+        ring.errors(patch, &tried)
     });
     let tries: Vec<Errors> = tries.collect();
     if !keep_going() {

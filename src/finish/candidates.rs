@@ -110,7 +110,7 @@ pub(super) fn candidates(
     others: bool,
     given: &Models,
     params: &FinishParams,
-    keep_going: &dyn Fn() -> bool,
+    keep_going: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Surface> {
     let mut all = vec![Surface::new(Candidate::Willmore, minimum.to_vec())];
     all[0].found.weight = 1.0;

@@ -50,7 +50,7 @@ pub fn finish(
     around: &Surroundings<'_>,
     vertices: &[u32],
     params: &FinishParams,
-    keep_going: &dyn Fn() -> bool,
+    keep_going: &(dyn Fn() -> bool + Sync),
 ) -> Finished {
     let vertices = usable(around, vertices);
     let mut finished = Finished {
@@ -139,7 +139,7 @@ fn located(
 fn run(
     located: &Located,
     params: &FinishParams,
-    keep_going: &dyn Fn() -> bool,
+    keep_going: &(dyn Fn() -> bool + Sync),
     finished: &mut Finished,
 ) {
     let patch = &located.patch;
@@ -196,7 +196,7 @@ fn minimum(
     patch: &Patch,
     start: &[DVec3],
     params: &FinishParams,
-    keep_going: &dyn Fn() -> bool,
+    keep_going: &(dyn Fn() -> bool + Sync),
     found: &mut FinishFound,
 ) -> Vec<DVec3> {
     let (mut minimum, second) = willmore::lowest(patch, params, keep_going);

@@ -9,6 +9,7 @@
 //! the truth than σ and 0.92 nearer than 2 σ.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::candidates::{Kriged, Surface};
 use super::geometry::{area_vector, corners};
@@ -69,7 +70,7 @@ pub(super) fn sigma(patch: &Patch, shape: &[DVec3], surfaces: &[Surface]) -> Vec
 /// `d̄ᵖ √((d/d̄)² + f²)`; none where the deviations are no numbers.
 fn foretold(shape: &[DVec3], kriged: &Kriged) -> Option<Vec<f64>> {
     let deviation = |p: &DVec3| kriged.kriging.deviation(kriged.chart.coordinates(*p).0);
-    let deviations: Vec<f64> = shape.iter().map(deviation).collect();
+    let deviations: Vec<f64> = shape.par_iter().map(deviation).collect();
     let squares: f64 = deviations.iter().map(|d| d * d).sum();
     let mean = (squares / deviations.len() as f64).sqrt();
     if mean == 0.0 {

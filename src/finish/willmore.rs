@@ -362,7 +362,7 @@ pub(super) fn minimise(
     patch: &Patch,
     shape: &[DVec3],
     params: &FinishParams,
-    keep_going: &dyn Fn() -> bool,
+    keep_going: &(dyn Fn() -> bool + Sync),
 ) -> Minimum {
     let mut solver = Solver::new(patch);
     let mut points = patch.closure_points(shape);
@@ -432,7 +432,7 @@ fn smoothed(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
 pub(super) fn lowest(
     patch: &Patch,
     params: &FinishParams,
-    keep_going: &dyn Fn() -> bool,
+    keep_going: &(dyn Fn() -> bool + Sync),
 ) -> (Minimum, Second) {
     let shape = patch.shape();
     if shape.len() > params.most_blended {

@@ -1,4 +1,4 @@
-use std::cell::Cell;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
 
@@ -185,19 +185,14 @@ fn it_stops_when_told_to_and_leaves_the_patch_alone() {
     let (mesh, patch) = cap();
     let around = surroundings(&mesh, &patch);
     let params = FinishParams::default();
-    let asked = Cell::new(0);
-    finish(&around, &patch, &params, &|| {
-        asked.set(asked.get() + 1);
-        true
-    });
-    let all = asked.get();
+    let asked = AtomicUsize::new(0);
+    let count = || asked.fetch_add(1, Ordering::Relaxed);
+    finish(&around, &patch, &params, &|| count() < usize::MAX);
+    let all = asked.load(Ordering::Relaxed);
     assert!(all > 5);
     for most in 0..all {
-        asked.set(0);
-        let result = finish(&around, &patch, &params, &|| {
-            asked.set(asked.get() + 1);
-            asked.get() <= most
-        });
+        asked.store(0, Ordering::Relaxed);
+        let result = finish(&around, &patch, &params, &|| count() < most);
         assert!(unchanged(&mesh, &result), "{most} of {all}");
         assert_eq!(result.found.willmore_refused, Some(Refusal::Stopped));
     }
