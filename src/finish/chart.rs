@@ -14,6 +14,10 @@ const LEAST_COSINE: f64 = 0.25;
 const ROUNDS: usize = 3;
 /// Residuals above so many times their median, which is 1.5 standard deviations, weigh less.
 const ROBUST: f64 = 1.5 * 1.4826;
+/// Points lie on a sphere when they are no farther from it than this, in root mean square and diameters,
+const ON_SPHERE: f64 = 1e-6;
+/// and its radius is less than this, in diameters: beyond, rounding tells nothing of it.
+const FARTHEST: f64 = 100.0;
 /// Added to the median residual, in diameters: exact spheres leave none.
 const EXACT: f64 = 1e-12;
 
@@ -40,8 +44,11 @@ impl Chart {
         normals: &[DVec3],
         largest: f64,
     ) -> Option<Self> {
-        let points: Vec<DVec3> = data.iter().map(|&v| patch.points[v as usize]).collect();
-        let normals: Vec<DVec3> = data.iter().map(|&v| normals[v as usize]).collect();
+        // What has lost all of its faces, as between notches of a rim, has no normal.
+        let with_normal = |v: &u32| normals[*v as usize] != DVec3::ZERO;
+        let data = data.iter().copied().filter(with_normal).map(|v| v as usize);
+        let (points, normals): (Vec<DVec3>, Vec<DVec3>) =
+            data.map(|i| (patch.points[i], normals[i])).unzip();
         let closure_points = patch.closure_points(shape);
         let own = vertex_normals(&closure_points, &patch.closure.faces);
         let own: Vec<DVec3> = patch.closure.moved(&own);
@@ -52,6 +59,7 @@ impl Chart {
         };
         let unit = patch.diameter;
         let (centre, radius) = fit_sphere(&points, &normals, unit);
+        let (centre, radius) = through(&points, centre, radius, unit).unwrap_or((centre, radius));
         if radius.abs() < largest * unit {
             let surface = Surface::Sphere { centre, radius };
             let over = |p: &DVec3| surface.over(*p);
@@ -167,6 +175,40 @@ fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
         weights = residuals.iter().map(weight).collect();
     }
     (centre, radius)
+}
+
+/// The sphere through points near another one, if they lie on one: `Σ (|x − c| − |R|)²` at its least, by Gauss-Newton. Normals, by
+/// which that other one was found, are those of flat faces, which at a border are tilted a little.
+fn through(points: &[DVec3], centre: DVec3, radius: f64, unit: f64) -> Option<(DVec3, f64)> {
+    let (mut centre, mut size) = (centre, radius.abs());
+    if !(size < FARTHEST * unit) {
+        return None;
+    }
+    let count = points.len() as f64;
+    for _ in 0..ROUNDS {
+        // The radius is the mean distance from the centre, so that directions count from their mean.
+        let directions = points.iter().map(|p| (*p - centre).normalize_or_zero());
+        let directions: Vec<DVec3> = directions.collect();
+        let distances = points.iter().map(|p| p.distance(centre));
+        let distances: Vec<f64> = distances.collect();
+        let mean = directions.iter().sum::<DVec3>() / count;
+        size = distances.iter().sum::<f64>() / count;
+        let (mut matrix, mut rhs) = (DMat3::ZERO, DVec3::ZERO);
+        for (n, d) in directions.iter().zip(&distances) {
+            let n = *n - mean;
+            matrix += DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+            rhs += n * (d - size);
+        }
+        let step = matrix.inverse() * rhs;
+        if !step.is_finite() {
+            return None;
+        }
+        centre += step;
+        size += mean.dot(-step);
+    }
+    let off = |p: &DVec3| (p.distance(centre) - size).powi(2);
+    let error = (points.iter().map(off).sum::<f64>() / count).sqrt();
+    (error < ON_SPHERE * unit).then(|| (centre, size.copysign(radius)))
 }
 
 /// Two directions across a unit vector, and the vector.
