@@ -181,7 +181,7 @@ fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
 /// which that other one was found, are those of flat faces, which at a border are tilted a little.
 fn through(points: &[DVec3], centre: DVec3, radius: f64, unit: f64) -> Option<(DVec3, f64)> {
     let (mut centre, mut size) = (centre, radius.abs());
-    if !(size < FARTHEST * unit) {
+    if !size.is_finite() || size >= FARTHEST * unit {
         return None;
     }
     let count = points.len() as f64;
@@ -220,4 +220,68 @@ fn frame(normal: DVec3) -> DMat3 {
     };
     let first = normal.cross(axis).normalize_or_zero();
     DMat3::from_cols(first, normal.cross(first), normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::patch::Located;
+    use super::super::tests::{surroundings, with_patch};
+    use super::*;
+    use crate::mesh::shapes::icosphere;
+
+    /// A band round a sphere, below the part that is missing.
+    fn band() -> Vec<DVec3> {
+        let ring = |z: f64| {
+            let turn = (0..40).map(|k| f64::from(k) * std::f64::consts::TAU / 40.0);
+            turn.map(move |a| {
+                let wide = (1.0 - z * z).sqrt();
+                DVec3::new(wide * a.cos(), wide * a.sin(), z)
+            })
+        };
+        [0.2, 0.1, 0.0, -0.1].into_iter().flat_map(ring).collect()
+    }
+
+    #[test]
+    fn normals_that_are_tilted_at_the_rim_do_not_spoil_a_sphere() {
+        let middle = DVec3::new(3.0, -1.0, 2.0);
+        let directions = band();
+        let points: Vec<DVec3> = directions.iter().map(|d| middle - 2.0 * *d).collect();
+        let tilted = |d: &DVec3| (*d + DVec3::Z * 0.1 * d.z.max(0.0)).normalize();
+        let normals: Vec<DVec3> = directions.iter().map(tilted).collect();
+        let (centre, radius) = fit_sphere(&points, &normals, 4.0);
+        assert!(radius < 0.0 && (radius + 2.0).abs() > 1e-4, "{radius}");
+        let (centre, radius) = through(&points, centre, radius, 4.0).expect("a sphere");
+        assert!((radius + 2.0).abs() < 1e-9, "{radius}");
+        assert!(centre.distance(middle) < 1e-9, "{centre}");
+    }
+
+    #[test]
+    fn points_beside_a_sphere_and_flat_ones_keep_the_fit_with_normals() {
+        let oval: Vec<DVec3> = band()
+            .iter()
+            .map(|d| *d * DVec3::new(1.0, 1.01, 1.0))
+            .collect();
+        assert!(through(&oval, DVec3::ZERO, 1.0, 2.0).is_none());
+        assert!(through(&band(), DVec3::ZERO, f64::INFINITY, 2.0).is_none());
+        let flat: Vec<DVec3> = band().iter().map(|d| d.with_z(0.0)).collect();
+        assert!(through(&flat, DVec3::Z * -1e6, 1e6, 2.0).is_none());
+    }
+
+    #[test]
+    fn vertices_that_have_lost_all_faces_do_not_refuse_a_chart() {
+        let (mesh, patch) = with_patch(icosphere(4), |p| p.z > 0.6, |_, _| DVec3::ZERO);
+        let around = surroundings(&mesh, &patch);
+        let located = Located::new(&around, &patch).expect("a patch");
+        let known = located.patch.known.iter().zip(0u32..);
+        let data: Vec<u32> = known.filter(|(k, _)| **k).map(|(_, v)| v).collect();
+        let mut normals = located.patch.known_normals();
+        for &v in data.iter().step_by(10) {
+            normals[v as usize] = DVec3::ZERO;
+        }
+        let chart = Chart::new(&located.patch, &located.patch.shape(), &data, &normals, 4.0);
+        let Some(ChartKind::Sphere(radius)) = chart.map(|c| c.kind()) else {
+            panic!("no sphere");
+        };
+        assert!((radius * located.scale - 1.0).abs() < 1e-6, "{radius}");
+    }
 }

@@ -15,7 +15,7 @@ fn noise(i: u32) -> f64 {
 }
 
 /// A mesh with a patch: the vertices that `inside` holds for, moved by what `disturb` says.
-fn with_patch(
+pub(super) fn with_patch(
     mut mesh: Mesh,
     inside: impl Fn(DVec3) -> bool,
     disturb: impl Fn(u32, DVec3) -> DVec3,
@@ -38,7 +38,7 @@ fn faces_of(mesh: &Mesh, patch: &[u32]) -> Vec<[u32; 3]> {
     mesh.faces.iter().filter(is_own).copied().collect()
 }
 
-fn surroundings<'a>(mesh: &'a Mesh, patch: &[u32]) -> Surroundings<'a> {
+pub(super) fn surroundings<'a>(mesh: &'a Mesh, patch: &[u32]) -> Surroundings<'a> {
     let patch = patch.to_vec();
     Surroundings::new(mesh, move |v| patch.binary_search(&v).is_err())
 }
