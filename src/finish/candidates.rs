@@ -184,13 +184,15 @@ fn kriged(
         at.map(|p| chart.coordinates(p)).unzip()
     };
     let edge = patch.edge / patch.diameter;
+    let model = match model {
+        Some(model) => model,
+        None => {
+            let (points, heights) = coordinates(params.most_estimated.min(params.most_data));
+            Model::estimate(&points, &heights, edge)?
+        }
+    };
     let (points, heights) = coordinates(params.most_data);
-    let by = |model: Model| Some((model, Kriging::new(points.clone(), &heights, edge, model)?));
-    // What was estimated with other data may fail with these.
-    let (model, kriging) = model.and_then(by).or_else(|| {
-        let (points, heights) = coordinates(params.most_estimated.min(params.most_data));
-        by(Model::estimate(&points, &heights, edge)?)
-    })?;
+    let kriging = Kriging::new(points, &heights, edge, model)?;
     let lift = |p: &DVec3| chart.lifted(*p, kriging.at(chart.coordinates(*p).0));
     let mut shape: Vec<DVec3> = minimum.iter().map(lift).collect();
     let mismatch: Vec<DVec3> = patch.rim_points().iter().map(|p| *p - lift(p)).collect();
