@@ -7,6 +7,8 @@ use super::settings::{Energy, FlowSettings};
 
 /// After so many steps the surface counts as steady by the mean movement of its nodes too: on rough data a few nodes move on.
 pub(super) const LONG: usize = 8;
+/// A step that moves the surface by more than this, in voxels, does not lead to rest.
+pub(super) const DIVERGED: f64 = 2.0;
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -61,6 +63,11 @@ pub struct FlowOutcome {
 }
 
 impl FlowOutcome {
+    /// Whether the flow ended so far from rest that its surface means nothing.
+    pub fn has_diverged(&self) -> bool {
+        !(self.converged || self.movement <= DIVERGED)
+    }
+
     /// ½∫h² of the free part of the surface at the end, by the co-area formula the mean over the levels in the band, if that is
     /// the energy that was minimised.
     pub fn willmore(&self) -> f64 {

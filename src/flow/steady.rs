@@ -2,7 +2,7 @@
 
 use super::band::Band;
 use super::energy::BandEnergy;
-use super::outcome::{FlowOutcome, LONG, StepRecord};
+use super::outcome::{DIVERGED, FlowOutcome, LONG, StepRecord};
 use super::pull::Pull;
 use super::settings::{FlowSettings, REACH};
 use super::state::BandState;
@@ -20,8 +20,6 @@ const IDLE: f64 = 0.95;
 /// more than so many units, and so many for each unknown, the flow is over. Of 295 levels of eleven real meshes none of these
 /// became steady.
 const SHREDS: (f64, f64, f64) = (4.0, 2e4, 4.0);
-/// A first step of more than this, in voxels, is long where the energy is too high.
-const TOO_LONG: f64 = 2.0;
 /// κ is doubled when steps grow, until it is at least this.
 const KAPPA_LIMIT: f64 = 16.0;
 
@@ -222,9 +220,9 @@ fn in_shreds(steps: &[StepRecord], unknowns: usize) -> bool {
     steps.first().is_some_and(is_one)
 }
 
-/// The first step was long, from a higher energy than a surface may have.
+/// The first step was as long as one of a flow that has diverged, from a higher energy than a surface may have.
 fn is_too_high(steps: &[StepRecord], highest: f64) -> bool {
-    let is_one = |s: &StepRecord| s.energy > highest && s.movement > TOO_LONG;
+    let is_one = |s: &StepRecord| s.energy > highest && s.movement > DIVERGED;
     steps.first().is_some_and(is_one)
 }
 

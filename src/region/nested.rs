@@ -21,8 +21,6 @@ const COARSE_TOLERANCE: f64 = 20.0;
 const MOST_COARSE: f64 = 0.4;
 /// A level is far from steady when the step that led to its result still moved the surface by more than this, in voxels.
 const FAR_FROM_STEADY: f64 = 0.05;
-/// It has diverged when that step moved the surface by more than this, in voxels.
-const DIVERGED: f64 = 2.0;
 
 /// The energy of a surface tends to a limit as voxels get smaller. Where a level starts with more than so many times that at the end
 /// of the coarser one, and there it was more than so much, there is none: the data contradict each other, and their layers come
@@ -146,16 +144,12 @@ impl Solved {
 
     /// Whether the last level was so far from steady that its zero set means nothing: its data contradict each other.
     pub fn has_diverged(&self) -> bool {
-        self.reports.last().is_none_or(|r| has_diverged(&r.flow))
+        self.reports.last().is_none_or(|r| r.flow.has_diverged())
     }
 }
 
 fn is_far_from_steady(flow: &FlowOutcome) -> bool {
     !(flow.converged || flow.flat || flow.movement <= FAR_FROM_STEADY)
-}
-
-fn has_diverged(flow: &FlowOutcome) -> bool {
-    !(flow.converged || flow.movement <= DIVERGED)
 }
 
 /// The highest energy at the start of the level after another.
@@ -302,7 +296,7 @@ fn relax_nested(
         }
         let flow = &reports[reports.len() - 1].flow;
         let lost =
-            !last && (has_diverged(flow) || settings.give_up_early && is_far_from_steady(flow));
+            !last && (flow.has_diverged() || settings.give_up_early && is_far_from_steady(flow));
         if lost {
             break;
         }
