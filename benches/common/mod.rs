@@ -8,7 +8,7 @@ use criterion::{BenchmarkGroup, Criterion, SamplingMode};
 use isomend::Mesh;
 use isomend::glam::DVec3;
 
-#[path = "../../tests/shapes/mod.rs"]
+#[path = "../../tests/common/shapes.rs"]
 pub mod shapes;
 
 /// Ten samples of one or a few runs each.

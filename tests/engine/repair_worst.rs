@@ -1,15 +1,13 @@
 //! `isomend repair` on what cannot be repaired: it is never worse than it was, and the report says where it is not sound.
 
-mod shapes;
-
 use std::collections::HashSet;
 
+use crate::shapes::{cut, joined, moved, polar, sphere, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::{
     Carried, ClosedBy, Control, HoleOutcome, Mesh, RepairParams, Repaired, inspect, repair,
 };
-use shapes::{cut, joined, moved, polar, sphere, turned};
 
 fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
     repair(mesh, params, &Carried::default(), &Control::new()).unwrap()

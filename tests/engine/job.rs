@@ -1,15 +1,13 @@
 //! The file-to-file job as a library does what the command line does.
 
-mod desk;
-mod shapes;
-
 use isomend::glam::DVec3;
 use isomend::io::{Format, WriteOptions, read_path, to_bytes};
 use isomend::job::{Extent, JobError, JobSpec, MaskSpec, Output, Place, Source, Work, run};
 use isomend::{Control, FairParams, FillParams, RestoreParams, VoxelSize};
 use serde_json::Value;
 
-use desk::Desk;
+use crate::desk::Desk;
+use crate::shapes;
 
 fn ball() -> isomend::Mesh {
     shapes::cut(&shapes::sphere(8), |p| p.z > 0.8)

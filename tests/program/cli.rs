@@ -1,7 +1,5 @@
 //! The command line: exit codes, what goes to which stream, and that no failure touches a file.
 
-mod shapes;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -13,7 +11,7 @@ use isomend::io::{Format, Precision, WriteOptions, read_path, to_bytes};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use shapes::{bits, cut, polar, unfillable};
+use crate::shapes::{self, bits, cut, polar, unfillable};
 
 /// A folder with a mesh in it, and isomend run there.
 struct Desk {

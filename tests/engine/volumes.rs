@@ -1,11 +1,10 @@
 //! `isomend sdf` and `isomend surface`.
 
-mod shapes;
-
 use std::fs;
 use std::path::PathBuf;
 use std::process::Output;
 
+use crate::shapes;
 use assert_cmd::Command;
 use glam::DVec3;
 use isomend::io::{

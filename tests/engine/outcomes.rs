@@ -1,13 +1,10 @@
 //! What the command line says of a run's end: outcomes counted apart, and exit codes.
 
-mod desk;
-mod shapes;
-
-use desk::{Desk, assert_code, text};
+use crate::desk::{Desk, assert_code, text};
+use crate::shapes::{cut, polar, sphere};
 use glam::DVec3;
 use isomend::io::Format;
 use isomend::{FillParams, Mesh};
-use shapes::{cut, polar, sphere};
 
 /// A sphere whose wide hole has a rim that crosses itself, so that only triangles between its vertices close it.
 fn hopeless() -> Mesh {

@@ -1,9 +1,8 @@
 //! `isomend fair`: noise goes, form stays, and so does all that is not marked.
 
-mod shapes;
-
 use std::process::Output;
 
+use crate::shapes;
 use assert_cmd::Command;
 use glam::{DVec2, DVec3};
 use isomend::io::{WriteOptions, read_path, write_path};

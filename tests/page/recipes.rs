@@ -1,18 +1,14 @@
 //! `isomend view`: the recipe of a session gives the same bytes, in formats that carry colours, textures and materials.
 
-mod desk;
-mod served;
-mod shapes;
-
 use std::fs;
 
-use desk::{Desk, ball};
+use crate::desk::{self, Desk, ball};
+use crate::served::{Served, in_ball};
 use isomend::io::{Contents, Format, WriteOptions, model_to_bytes};
 use isomend::mesh::attributes::{
     Attribute, Attributes, CornerAttribute, LabelKind, Labels, Material, Role, Scalar,
 };
 use serde_json::{Value, json};
-use served::{Served, in_ball};
 
 fn fill(hole: usize) -> Value {
     json!({ "kind": "fill", "params": { "holes": [hole] } })

@@ -1,7 +1,5 @@
 //! What files hold beside the shape goes through `isomend fill`: kept where it was, continued over the patch.
 
-mod shapes;
-
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
@@ -16,7 +14,7 @@ use isomend::mesh::attributes::{Attribute, Attributes, PATCH_NAME, Role, Scalar}
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-use shapes::{cut, polar, sphere};
+use crate::shapes::{self, cut, polar, sphere};
 
 /// A folder in which isomend runs.
 struct Desk(TempDir);

@@ -1,17 +1,13 @@
 //! `isomend view`: a session of steps, and what is saved of it.
 
-mod desk;
-mod served;
-mod shapes;
-
 use std::collections::HashMap;
 use std::fs;
 
-use desk::Desk;
+use crate::desk::{self, Desk};
+use crate::served::{Served, in_ball};
+use crate::shapes::sphere;
 use isomend::io::{Format, read_path};
 use serde_json::{Value, json};
-use served::{Served, in_ball};
-use shapes::sphere;
 
 fn fill(hole: usize) -> Value {
     json!({ "kind": "fill", "params": { "holes": [hole] } })

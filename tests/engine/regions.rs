@@ -1,14 +1,12 @@
 //! What a patch must depend on: the surroundings of its hole alone, and not on how they lie in space or which way faces turn.
 
-mod shapes;
-
 use glam::{DMat3, DVec3};
 use isomend::{
     Control, FillParams, Filled, Finish, HoleOutcome, Inspection, Mesh, RestoreParams, fill,
     inspect,
 };
 
-use shapes::{cut, polar, sphere, topology};
+use crate::shapes::{cut, polar, sphere, topology};
 
 /// The level set alone, and with the finish of its patch.
 const FINISHES: [Finish; 2] = [Finish::None, Finish::Auto];

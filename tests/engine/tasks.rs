@@ -1,7 +1,6 @@
 //! Regions as values: written, read and worked on elsewhere, they give the same patches.
 
-mod shapes;
-
+use crate::shapes;
 use isomend::glam::DVec3;
 use isomend::{
     Cancel, Control, FillError, FillParams, Mesh, RegionPatch, RegionTask, SurfaceKind, fill,

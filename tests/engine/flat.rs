@@ -1,13 +1,10 @@
 //! Flat caps where they are asked for, and the remark on surfaces that are continued far beyond their rims.
 
-mod desk;
-mod shapes;
-
-use desk::{Desk, assert_code, text};
+use crate::desk::{Desk, assert_code, text};
+use crate::shapes::{bits, cut, polar, sphere, topology};
 use glam::DVec3;
 use isomend::io::Format;
 use isomend::{FillParams, HoleOutcome, Inspection, Mesh, fill};
-use shapes::{bits, cut, polar, sphere, topology};
 
 /// Half a ball: the rest of its surface rises by half its diameter.
 fn half() -> Mesh {

@@ -1,8 +1,5 @@
 //! Standard input and output, and several inputs.
 
-mod desk;
-mod shapes;
-
 use std::fs;
 use std::io::Read;
 use std::process::Stdio;
@@ -10,8 +7,8 @@ use std::process::Stdio;
 use isomend::io::{Format, read_path};
 use serde_json::Value;
 
-use desk::{Desk, assert_code, assert_usage, ball, bytes, text};
-use shapes::unfillable;
+use crate::desk::{Desk, assert_code, assert_usage, ball, bytes, text};
+use crate::shapes::unfillable;
 
 #[test]
 fn meshes_go_through_standard_input_and_output() {

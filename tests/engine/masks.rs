@@ -1,10 +1,9 @@
 //! `isomend inspect` shows what a mask marks.
 
-mod shapes;
-
 use std::fs;
 use std::process::Output;
 
+use crate::shapes;
 use assert_cmd::Command;
 use isomend::io::{WriteOptions, write_path};
 use serde_json::Value;

@@ -1,18 +1,17 @@
 //! The programs of `examples/` do what they say.
 #![allow(dead_code)] // Their `main` functions are not called here.
 
-#[path = "../examples/choose_holes.rs"]
+#[path = "../../examples/choose_holes.rs"]
 mod choose_holes;
-#[path = "../examples/fill_hole.rs"]
+#[path = "../../examples/fill_hole.rs"]
 mod fill_hole;
-#[path = "../examples/restore_dent.rs"]
+#[path = "../../examples/restore_dent.rs"]
 mod restore_dent;
-
-mod shapes;
 
 use std::fmt::Write;
 use std::fs;
 
+use crate::shapes;
 use glam::DVec3;
 use isomend::HoleOutcome;
 use isomend::io::read_path;

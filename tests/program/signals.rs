@@ -1,16 +1,13 @@
 //! Ctrl-C and SIGTERM end the program wherever it is, and leave nothing half written.
 #![cfg(unix)]
 
-mod desk;
-mod shapes;
-
 use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use desk::Desk;
+use crate::desk::Desk;
+use crate::shapes::sphere;
 use isomend::io::Format;
-use shapes::sphere;
 
 /// Runs a command, sends it a signal after a while and returns its exit code, what it said and how long it took to end;
 /// nothing if it had ended before.

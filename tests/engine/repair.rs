@@ -1,16 +1,13 @@
 //! `isomend repair`: defects that are put into good meshes are undone, and what is no part of them stays bit for bit.
 
-mod desk;
-mod shapes;
-
 use std::collections::HashSet;
 
-use desk::{Desk, assert_code, text};
+use crate::desk::{self, Desk, assert_code, text};
+use crate::shapes::{cut, joined, moved, polar, sphere, torus, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::io::{Format, read_path};
 use isomend::{Cancel, Carried, Control, FillError, Mesh, RepairParams, Repaired, inspect, repair};
-use shapes::{cut, joined, moved, polar, sphere, torus, turned};
 
 fn repaired(mesh: &Mesh, params: &RepairParams) -> Repaired {
     repair(mesh, params, &Carried::default(), &Control::new()).unwrap()

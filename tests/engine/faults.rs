@@ -1,16 +1,13 @@
 //! Inputs that once made a fill slow, endless or dishonest: each is to be accounted for, and soon.
 
-mod desk;
-mod shapes;
-
 use std::time::{Duration, Instant};
 
-use desk::{Desk, ball, bytes};
+use crate::desk::{Desk, ball, bytes};
+use crate::shapes::{cut, polar, sphere};
 use glam::DVec3;
 use isomend::io::Format;
 use isomend::mesh::ChainReason;
 use isomend::{FillParams, HoleOutcome, Mesh, fill, inspect};
-use shapes::{cut, polar, sphere};
 
 /// Far more than these fills take, and far less than they took.
 const SOON: Duration = Duration::from_secs(20);

@@ -1,14 +1,11 @@
 //! `isomend check`: one verdict, with every defect told where it is.
 
-mod desk;
-mod shapes;
-
-use desk::{Desk, assert_code, text};
+use crate::desk::{Desk, assert_code, text};
+use crate::shapes::{cut, joined, moved, polar, sphere, torus, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::io::Format;
 use isomend::{Mesh, inspect};
-use shapes::{cut, joined, moved, polar, sphere, torus, turned};
 
 fn verdict(mesh: &Mesh) -> Verdict {
     inspect(mesh).unwrap().check(&CheckParams::default())

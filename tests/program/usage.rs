@@ -1,15 +1,13 @@
 //! What a user gets wrong, and what is said then; and what is listed of a mesh of any size.
 
-mod desk;
-mod shapes;
-
 use std::fs;
 
 use glam::DVec3;
 use isomend::io::{Format, WriteOptions, write_path};
 use serde_json::Value;
 
-use desk::{Desk, assert_code, assert_usage, ball, text};
+use crate::desk::{Desk, assert_code, assert_usage, ball, text};
+use crate::shapes;
 
 #[test]
 fn holes_are_listed_with_normals_and_heights_in_aligned_columns_at_any_scale() {

@@ -1,10 +1,9 @@
 //! `isomend restore`: marked regions are replaced, all else stays.
 
-mod shapes;
-
 use std::fs;
 use std::process::Output;
 
+use crate::shapes;
 use assert_cmd::Command;
 use glam::DVec3;
 use isomend::io::{WriteOptions, read_path, write_path};

@@ -1,7 +1,5 @@
 //! The page of `--report` and the picture of `--picture`: whole, harmless, bounded, the same at any number of threads.
 
-mod shapes;
-
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -18,7 +16,7 @@ use isomend::{FillParams, Mesh, fill};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use shapes::{cut, polar, sphere};
+use crate::shapes::{cut, polar, sphere};
 
 /// A sphere with a wide hole, number 1, and a narrow one.
 fn ball() -> Mesh {

@@ -1,7 +1,5 @@
 //! What must hold of every fill, over families of shapes whose exact surface is known.
 
-mod shapes;
-
 use std::f64::consts::PI;
 
 use glam::DVec3;
@@ -11,7 +9,7 @@ use isomend::{
     fill, inspect,
 };
 
-use shapes::{bits, cut, polar, topology, turn, turned};
+use crate::shapes::{self, bits, cut, polar, topology, turn, turned};
 
 /// Fills all holes and checks all that must hold of any result.
 fn fill_all(mesh: &Mesh, euler: i64) -> Filled {

@@ -1,14 +1,11 @@
 //! Files of options, trial runs, colours.
 
-mod desk;
-mod shapes;
-
 use std::fs;
 
 use isomend::io::Format;
 use serde_json::Value;
 
-use desk::{Desk, assert_code, assert_usage, text};
+use crate::desk::{Desk, assert_code, assert_usage, text};
 
 fn outcomes(report: &Value) -> Vec<&str> {
     let holes = report["holes"].as_array().unwrap();

@@ -1,17 +1,13 @@
 //! `isomend view`: the server, as a page and as a foe asks it.
 
-mod desk;
-mod served;
-mod shapes;
-
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
-use desk::Desk;
+use crate::desk::{self, Desk};
+use crate::served::{Answer, Served};
 use isomend::io::read_path;
 use serde_json::{Value, json};
-use served::{Answer, Served};
 
 /// A fill that takes a second or more.
 fn long_fill() -> Value {

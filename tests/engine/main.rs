@@ -1,0 +1,26 @@
+//! What the library does: what must hold of every mesh that is filled, restored, faired, repaired or measured.
+
+#[path = "../common/desk.rs"]
+mod desk;
+#[path = "../common/shapes.rs"]
+mod shapes;
+
+mod attributes;
+mod check;
+mod convergence;
+mod examples;
+mod fair;
+mod faults;
+mod flat;
+mod habits;
+mod invariants;
+mod job;
+mod masks;
+mod outcomes;
+mod regions;
+mod repair;
+mod repair_worst;
+mod restore;
+mod study;
+mod tasks;
+mod volumes;
