@@ -4,9 +4,10 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-cargo build --release
-cargo build --release -p isomend-fuzz --no-default-features --features mutate
+# With the Python module among the packages the library is the one that its wheel is made of, and is not built again.
+cargo build --profile ci --package isomend --package isomend-python --package isomend-fuzz --bin isomend --bin mutate \
+    --no-default-features --features isomend/default,isomend-fuzz/mutate
 corpus=$(mktemp -d)
 trap 'rm -rf "$corpus"' EXIT
-python3 scripts/fuzz_seeds.py "$corpus" > /dev/null
-target/release/mutate --seconds "${1:-60}" --seed "${2:-1}" --corpus "$corpus" "${@:3}"
+python3 scripts/fuzz_seeds.py "$corpus" --isomend target/ci/isomend > /dev/null
+target/ci/mutate --seconds "${1:-60}" --seed "${2:-1}" --corpus "$corpus" "${@:3}"

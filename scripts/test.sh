@@ -1,42 +1,136 @@
 #!/usr/bin/env bash
-# All tests: those of cargo, the commands of the pages, then in a venv made here those of the Python package, the cross-check of
-# written files by trimesh and MeshLab, and the report and the page of `isomend view` in a headless Chromium
-# where there is one. With CI=true a check that cannot run is a failure; else it is left out, which is said.
-# Needs Rust, a C compiler and Python 3.11 or newer.
+# The tests: those of cargo, the commands of the pages, and those of the Python package. Needs Rust, a C compiler and Python 3.11 or newer.
+#
+#   scripts/test.sh          a few minutes
+#   scripts/test.sh --all    also the parts of the library by themselves, the Python wheel with the packages that it works with, the checks of
+#                            written files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, and a
+#                            minute of fuzzing. Where a check cannot run, that is printed; with CI=true it is a failure.
+#
+# Each stage prints its seconds, and the end a table of them.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
+all=
+case "${1:-}" in
+    '') ;;
+    --all) all=yes ;;
+    *) echo "usage: scripts/test.sh [--all]" >&2; exit 2 ;;
+esac
+
+table=()
+stage() {
+    local begin=$SECONDS
+    printf '\n== %s\n' "$1"
+    "${@:2}"
+    table+=("$(printf '%6d s  %s' $((SECONDS - begin)) "$1")")
+    echo "== $1: $((SECONDS - begin)) s"
+}
+finish() {
+    local code=$?
+    printf '\n'
+    [ ${#table[@]} = 0 ] || printf '%s\n' "${table[@]}"
+    printf '%6d s  in all\n' "$SECONDS"
+    [ "$code" = 0 ] || echo "a stage failed"
+}
+trap finish EXIT
+
 # The Python module finds Python's functions in the process that loads it.
 export PYO3_BUILD_EXTENSION_MODULE=1
-cargo test --release
-# Together, so that the library is built once for both.
-cargo build --release --package isomend --package isomend-python
-python3 scripts/check_docs.py
-
+# One selection of packages and targets for building and testing: others would build the library again with other features of its
+# dependencies.
+selection=(--profile ci --package isomend --package isomend-python)
+targets=(--lib --bin isomend --test engine --test house --test page --test program)
+export ISOMEND=$PWD/target/ci/isomend
 python=.venv/bin/python
-wanted=$(cat scripts/requirements.txt)
-if [ ! -x "$python" ] || [ "$(cat .venv/installed 2>/dev/null)" != "$wanted" ]; then
-    python3 -m venv --clear .venv
-    "$python" -m pip install --quiet --disable-pip-version-check -r scripts/requirements.txt
-    "$python" -m pip install --quiet --disable-pip-version-check open3d==0.20.0 || echo "Open3D could not be installed"
+
+build() {
+    cargo build "${selection[@]}" "${targets[@]}"
+}
+
+rust_tests() {
+    cargo test --quiet "${selection[@]}" "${targets[@]}"
+}
+
+documented_examples() {
+    cargo test --quiet "${selection[@]}" --doc
+}
+
+# A virtual environment with the packages of some lists; made anew where one of them changed.
+environment() {
+    local wanted
+    wanted=$(cat "$@")
+    if [ -x "$python" ] && [[ "$(cat .venv/installed 2> /dev/null)" == "$wanted"* ]]; then
+        return
+    fi
+    [ -x "$python" ] || python3 -m venv .venv
+    local list lists=()
+    for list in "$@"; do lists+=(-r "$list"); done
+    "$python" -m pip install --quiet --disable-pip-version-check "${lists[@]}"
     echo "$wanted" > .venv/installed
-fi
-if command -v npm > /dev/null && [ ! -d .venv/node_modules/gltf-validator ]; then
-    npm install --silent --no-save --prefix .venv gltf-validator@2.0.0-dev.3.10 ||
-        echo "the glTF validator could not be installed"
-fi
+}
 
-rm -rf .venv/wheels
-"$python" -m maturin build --quiet --release --manifest-path python/Cargo.toml --out .venv/wheels
-"$python" -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps .venv/wheels/*.whl
-(cd python && ../"$python" -m mypy)
-"$python" -m pytest -q --doctest-modules --pyargs isomend
-ISOMEND=$PWD/target/release/isomend "$python" -m pytest -q python/tests
+# The package from the module that was built with the tests, not from a wheel.
+python_tests() {
+    local site=target/ci/site library
+    library=$(ls target/ci/lib_isomend.so target/ci/lib_isomend.dylib 2> /dev/null | head -n 1)
+    rm -rf "$site"
+    mkdir -p "$site"
+    cp -r python/isomend "$site/isomend"
+    cp "$library" "$site/isomend/_isomend.abi3.so"
+    PYTHONPATH=$PWD/$site "$python" -m pytest -q --doctest-modules --pyargs isomend
+    PYTHONPATH=$PWD/$site "$python" -m pytest -q python/tests
+}
 
-"$python" scripts/crosscheck.py
-"$python" -W ignore scripts/crosscheck_attributes.py
-"$python" scripts/crosscheck_volumes.py
-"$python" scripts/crosscheck_check.py
-"$python" scripts/browser_test.py
-"$python" scripts/view_test.py
-"$python" scripts/crosscheck_libigl.py
+parts_of_the_library() {
+    for features in '' io report study view; do
+        cargo clippy --quiet --lib --no-default-features --features "$features" -- -D warnings
+    done
+}
+
+peers() {
+    environment scripts/requirements.txt scripts/requirements-all.txt
+    if ! "$python" -c 'import open3d' 2> /dev/null; then
+        "$python" -m pip install --quiet --disable-pip-version-check open3d==0.20.0 || echo "Open3D could not be installed"
+    fi
+    if command -v npm > /dev/null && [ ! -d .venv/node_modules/gltf-validator ]; then
+        npm install --silent --no-save --prefix .venv gltf-validator@2.0.0-dev.3.10 ||
+            echo "the glTF validator could not be installed"
+    fi
+}
+
+wheel() {
+    rm -rf .venv/wheels
+    "$python" -m maturin build --quiet --profile ci --manifest-path python/Cargo.toml --out .venv/wheels
+    "$python" -m pip install --quiet --disable-pip-version-check --force-reinstall --no-deps .venv/wheels/*.whl
+    (cd python && ../"$python" -m mypy)
+    "$python" -m pytest -q --doctest-modules --pyargs isomend
+    "$python" -m pytest -q python/tests
+}
+
+written_files() {
+    "$python" scripts/crosscheck.py --isomend "$ISOMEND"
+    "$python" -W ignore scripts/crosscheck_attributes.py --isomend "$ISOMEND"
+    "$python" scripts/crosscheck_volumes.py --isomend "$ISOMEND"
+    "$python" scripts/crosscheck_check.py --isomend "$ISOMEND"
+    "$python" scripts/crosscheck_libigl.py --isomend "$ISOMEND"
+}
+
+browser() {
+    "$python" scripts/browser_test.py --isomend "$ISOMEND"
+    "$python" scripts/view_test.py --isomend "$ISOMEND"
+}
+
+stage 'build' build
+stage 'tests of the library and the program' rust_tests
+stage 'examples in the documentation' documented_examples
+stage 'commands of the pages' python3 scripts/check_docs.py --isomend "$ISOMEND"
+[ -n "$all" ] || stage 'Python environment' environment scripts/requirements.txt
+[ -n "$all" ] || stage 'tests of the Python package' python_tests
+if [ -n "$all" ]; then
+    stage 'parts of the library by themselves' parts_of_the_library
+    stage 'environment of other programs' peers
+    stage 'Python wheel and its tests' wheel
+    stage 'written files, by other programs' written_files
+    stage 'pages in a browser' browser
+    stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 60
+fi

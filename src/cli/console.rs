@@ -63,6 +63,11 @@ impl Console {
         }
     }
 
+    /// Whether all details are asked for.
+    pub fn is_verbose(self) -> bool {
+        self.verbose
+    }
+
     /// Whether a progress bar may be drawn: on a terminal that can, and not between the lines of a log.
     pub fn wants_progress(self) -> bool {
         let dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");

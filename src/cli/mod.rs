@@ -14,6 +14,7 @@ mod interrupt;
 mod json;
 mod manual;
 mod mask;
+mod outcome;
 mod progress;
 mod repair;
 mod report;

@@ -1,4 +1,4 @@
-//! What is told while regions are worked on: a bar on a terminal, else a line for each region that ends.
+//! What is shown while regions are worked on: a bar on a terminal; with `-v` a line for each region that ends.
 
 use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
@@ -25,7 +25,7 @@ pub fn clear() {
 }
 
 /// Runs something that tells of its progress. On a terminal a bar shows how much is done, which holes are worked on and
-/// the time left; elsewhere `line` is said of each region as it ends.
+/// the time left; with `-v` `line` is printed for each region as it ends.
 pub fn watched<R>(
     console: &Console,
     line: fn(&RegionReport) -> String,
@@ -43,7 +43,7 @@ pub fn watched<R>(
         if let Event::Ended(region) = step.event
             && region.has_surface()
         {
-            console.say(&line(region));
+            console.detail(&line(region));
         }
     })
 }

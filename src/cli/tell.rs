@@ -1,10 +1,11 @@
 //! What is said of a job: before it, while it lasts, after it.
 
 use isomend::job::{Extent, JobResult};
-use isomend::report::{length, level_lines, plan_lines, point, repair_lines, summary_lines};
+use isomend::report::{length, level_lines, plan_lines, point, reason_lines, repair_lines};
 use isomend::{FairReport, HoleOutcome, RegionReport, RepairReport, RestoreReport};
 
 use super::console::Console;
+use super::outcome;
 
 /// Most places of a kind of defect in a line.
 const MOST_PLACES: usize = 20;
@@ -50,32 +51,30 @@ fn fair_plan(report: &FairReport) -> String {
     )
 }
 
-/// What was done; `name` goes before warnings.
+/// What was done, the verdict last; `name` goes before warnings.
 pub fn done(done: &JobResult, name: &str, console: &Console) {
-    match &done.extent {
-        Extent::Faired(report) => return faired(report, done, console),
-        Extent::Repaired(report) => repaired(report, console),
-        Extent::Region(cut) => console.say(&format!(
+    if let Extent::Faired(report) = &done.extent {
+        return faired(report, done, console);
+    }
+    if let Extent::Region(cut) = &done.extent {
+        console.say(&format!(
             "{} faces marked, {} cut out",
             cut.marked_faces, cut.removed_faces
-        )),
-        _ => {}
+        ));
     }
     let report = &done.report;
-    // Off a terminal each region was told of as it ended.
-    for line in summary_lines(report, console.wants_progress()) {
+    let is_verbose = console.is_verbose();
+    for line in outcome::lines(report, &done.spec.work, is_verbose) {
         console.say(&line);
     }
-    for region in &report.regions {
-        for line in level_lines(region) {
+    if is_verbose {
+        for line in reason_lines(report) {
             console.detail(&line);
         }
-    }
-    for region in report.regions.iter().filter(|r| r.balloons()) {
-        for id in &region.holes {
-            console.say(&format!(
-                "{name}hole {id} is continued far beyond its rim; if a flat cap is wanted: --flat {id}"
-            ));
+        for region in &report.regions {
+            for line in level_lines(region) {
+                console.detail(&line);
+            }
         }
     }
     for hole in &report.holes {
@@ -83,9 +82,24 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             console.warn(&format!("{name}hole {} is still open: {why}", hole.hole.id));
         }
     }
+    let file = written(done);
+    let verdict = outcome::verdict(report);
+    match &done.extent {
+        Extent::Repaired(report) => {
+            console.say(&verdict);
+            repaired(report, &file, console);
+        }
+        _ => console.say(&(file + &verdict)),
+    }
 }
 
-fn repaired(report: &RepairReport, console: &Console) {
+/// The name of the file that was written, before a verdict.
+fn written(done: &JobResult) -> String {
+    let output = done.spec.output.as_ref();
+    output.map_or(String::new(), |o| format!("{}: ", o.place.name()))
+}
+
+fn repaired(report: &RepairReport, file: &str, console: &Console) {
     if let Some(before) = &report.before {
         console.detail(&format!("before: {}", before.line()));
     }
@@ -98,8 +112,8 @@ fn repaired(report: &RepairReport, console: &Console) {
     ));
     if let Some(after) = &report.after {
         match after.is_sound() {
-            true => console.say(&after.line()),
-            false => console.warn(&after.line()),
+            true => console.say(&format!("{file}{}", after.line())),
+            false => console.warn(&format!("{file}{}", after.line())),
         }
         for defect in &after.defects {
             let places = defect.places.iter().take(MOST_PLACES);
@@ -130,22 +144,21 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
         ));
     }
     for region in &done.report.regions {
-        // Off a terminal it was told as it ended.
-        if console.wants_progress() {
-            console.say(&faired_region_line(region));
-        }
+        console.detail(&faired_region_line(region));
         for line in level_lines(region) {
             console.detail(&line);
         }
     }
-    console.say(&format!(
-        "moved by {} at most, {} root mean square",
+    let mut line = format!(
+        "{}moved by {} at most, {} root mean square",
+        written(done),
         length(report.moved_max),
         length(report.moved_rms)
-    ));
+    );
     if let Some(drift) = report.volume_drift() {
-        console.say(&format!("the volume changed by {:+.3} %", 100.0 * drift));
+        line += &format!("; the volume changed by {:+.3} %", 100.0 * drift);
     }
+    console.say(&line);
 }
 
 /// A line for a region that was faired.

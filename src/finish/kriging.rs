@@ -11,8 +11,9 @@ use crate::linalg::{Symmetric, Triangle, Tridiagonal};
 
 /// Orders of the kernel.
 const ORDERS: [u8; 4] = [2, 3, 4, 5];
-/// Noise, as the length, in mean edges, at which the kernel is as large.
-const NUGGETS: [f64; 6] = [0.0, 0.1, 0.2, 0.4, 0.8, 1.6];
+/// Noise of the data: the distance, in mean edges, at which the kernel equals the noise's variance. Noisy meshes reach the larger ones:
+/// on a sphere with noise of 3 % and 10 % of an edge every patch took 1.6 where the list ended there, with a kernel too rough.
+const NUGGETS: [f64; 10] = [0.0, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8, 25.6];
 /// Added to the noise, in the kernel's largest eigenvalue, for the system to be solvable.
 const RIDGE: f64 = 1e-10;
 /// Most terms of a drift.
@@ -266,6 +267,11 @@ impl Kriging {
             scale,
             noise,
         })
+    }
+
+    /// The standard deviation of the data's noise, in the unit of the heights.
+    pub(super) fn noise_deviation(&self) -> f64 {
+        (self.scale * self.noise).sqrt()
     }
 
     /// The height at a point.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use sprs::CsMat;
 
+use super::MUCH_LOWER;
 use super::biharmonic::biharmonic;
 use super::geometry::{
     Stiffness, area_vector, corners, gauss_curvature, half_cotangents, quantile, stiffness_times,
@@ -40,6 +41,8 @@ const STRIP: f64 = 0.1;
 const UNFOLDINGS: usize = 10;
 /// Added to the system's diagonal, in itself.
 const RIDGE: f64 = 1e-10;
+/// A minimum with less ½∫h² than this is not looked at again: a hemisphere has 4π, and less than that is found from any start.
+const BENT: f64 = 8.0;
 /// A face is folded when the cosines of its normal with those at its corners are all below this. On patches of real
 /// scans this found all that met themselves and no others.
 const FOLDED: f64 = -0.2;
@@ -427,49 +430,55 @@ fn smoothed(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     Some(patch.closure.moving.iter().map(place).collect())
 }
 
-/// The minimum from the patch's own shape, of a large one without what is crumpled at its rim; where that found no rest or folded
-/// faces, also from the biharmonic fill of the same triangles, which unfolds them: that with fewer folds, then of lower energy.
+/// The minimum of lowest energy that is found, fewer folds first. The first start is the patch's own shape, of a large patch with a
+/// strip along the rim filled biharmonically. The second is the biharmonic fill of all its triangles, which unfolds them: where the
+/// first of a smaller patch did not converge or has folds, and at any size where the fill itself has much less energy than the minimum
+/// that was found.
 pub(super) fn lowest(
     patch: &Patch,
     params: &FinishParams,
     keep_going: &(dyn Fn() -> bool + Sync),
 ) -> (Minimum, Second) {
     let shape = patch.shape();
-    if shape.len() > params.most_blended {
-        let params = FinishParams {
-            most_steps: params.most_steps_of_large,
-            ..params.clone()
-        };
-        let before = energy(patch, &shape);
-        let (start, second) = match smoothed(patch, &shape) {
-            Some(other) if energy(patch, &other) < before => (other, Second::Better),
-            _ => (shape, Second::Worse),
-        };
-        let found = Minimum {
-            energy_before: before,
-            ..minimise(patch, &start, &params, keep_going)
-        };
-        return (found, second);
+    let is_large = shape.len() > params.most_blended;
+    let mut params = params.clone();
+    let (mut start, mut second) = (shape, Second::NotNeeded);
+    let energy_before = energy(patch, &start);
+    if is_large {
+        params.most_steps = params.most_steps_of_large;
+        second = Second::Worse;
+        if let Some(other) = smoothed(patch, &start)
+            && energy(patch, &other) < energy_before
+        {
+            (start, second) = (other, Second::Better);
+        }
     }
-    let first = minimise(patch, &shape, params, keep_going);
-    let first_folds = folds(patch, &first.shape);
-    if first.last <= params.tolerance && first_folds == 0 {
-        return (first, Second::NotNeeded);
-    }
-    let Some(start) = biharmonic(patch, &shape) else {
-        return (first, Second::Worse);
+    let first = Minimum {
+        energy_before,
+        ..minimise(patch, &start, &params, keep_going)
     };
-    let second = minimise(patch, &start, params, keep_going);
-    let second_folds = folds(patch, &second.shape);
-    let better =
-        second_folds < first_folds || second_folds == first_folds && second.energy < first.energy;
-    if better && second.shape.iter().all(|p| p.is_finite()) {
+    let first_folds = folds(patch, &first.shape);
+    let is_sound = first.last <= params.tolerance && first_folds == 0;
+    if is_sound && first.energy < BENT || !keep_going() {
+        return (first, second);
+    }
+    let Some(filled) = biharmonic(patch, &start) else {
+        return (first, second);
+    };
+    if (is_sound || is_large) && energy(patch, &filled) > MUCH_LOWER * first.energy {
+        return (first, second);
+    }
+    let other = minimise(patch, &filled, &params, keep_going);
+    let other_folds = folds(patch, &other.shape);
+    let is_better =
+        other_folds < first_folds || other_folds == first_folds && other.energy < first.energy;
+    if is_better && other.shape.iter().all(|p| p.is_finite()) {
         let both = Minimum {
-            steps: first.steps + second.steps,
-            energy_before: first.energy_before,
-            ..second
+            steps: first.steps + other.steps,
+            energy_before,
+            ..other
         };
         return (both, Second::Better);
     }
-    (first, Second::Worse)
+    (first, if is_large { second } else { Second::Worse })
 }

@@ -15,6 +15,6 @@ pub use missed::missed_lines;
 pub use plan::plan_lines;
 pub use repair::repair_lines;
 pub use text::{
-    chain_lines, defect_lines, hole_table, level_lines, reason, region_lines, summary_lines,
-    tally_line,
+    chain_lines, defect_lines, hole_table, level_lines, ranges, reason, reason_lines, region_lines,
+    summary_lines, tally_line,
 };

@@ -240,7 +240,7 @@ pub(super) fn joined(holes: &[usize]) -> String {
 }
 
 /// Numbers in a list, such as `1, 4-9, 12`; of many ranges the first.
-pub(super) fn ranges(numbers: &[usize]) -> String {
+pub fn ranges(numbers: &[usize]) -> String {
     let mut sorted = numbers.to_vec();
     sorted.sort_unstable();
     let mut parts: Vec<(usize, usize)> = Vec::new();
@@ -284,8 +284,8 @@ pub fn chain_lines(chains: &[OpenChain]) -> Vec<String> {
     lines
 }
 
-/// The summary of a fill: defects, a line for each region unless they were told already, the holes that did not end in a
-/// level set's surface, and how many ended how.
+/// The summary of a fill: defects, where asked for a line for each region, the holes that did not end in a level set's surface,
+/// and how many ended in which way.
 pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
     let mut lines = defect_lines(&report.defects);
     lines.extend(chain_lines(&report.open_chains));
@@ -300,13 +300,13 @@ pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
             "{holes} small holes and sides of seams: closed with {faces} faces between their own vertices"
         ));
     }
-    lines.extend(unsolved_lines(report));
+    lines.extend(reason_lines(report));
     lines.push(tally_line(report));
     lines
 }
 
-/// The holes that did not end in a level set's surface, those with the same reason together.
-fn unsolved_lines(report: &FillReport) -> Vec<String> {
+/// The holes that did not end in a level set's surface and why, those with the same reason together.
+pub fn reason_lines(report: &FillReport) -> Vec<String> {
     let mut reasons: Vec<(&str, String, Vec<usize>)> = Vec::new();
     let mut places: HashMap<(&str, String), usize> = HashMap::new();
     for h in &report.holes {

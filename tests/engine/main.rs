@@ -5,6 +5,7 @@ mod desk;
 #[path = "../common/shapes.rs"]
 mod shapes;
 
+mod accuracy;
 mod attributes;
 mod check;
 mod convergence;

@@ -1,0 +1,381 @@
+//! The holes of a run as a table of at most 80 columns, what to do about those with a problem, and the verdict.
+
+use std::collections::BTreeSet;
+
+use isomend::job::Work;
+use isomend::report::{chain_lines, defect_lines, ranges};
+use isomend::{ClosedBy, FillReport, HoleOutcome, LeftReason, RegionReport};
+
+/// Rows of the table without a problem: the widest holes.
+const LARGEST: usize = 10;
+/// Most rows with a problem.
+const MOST_PROBLEMS: usize = 30;
+/// Width of the column of hole numbers, in characters; longer lists end in dots.
+const NUMBERS: usize = 9;
+/// Holes of at most this many edges are closed by triangles between their vertices, which is no remark.
+const FEW_EDGES: usize = 4;
+
+/// What is to be known of a patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Remark {
+    Open,
+    Intersects,
+    NoSurface,
+    Triangles,
+    NotConverged,
+    Bulges,
+    Apart,
+    OtherEnergy,
+}
+
+impl Remark {
+    const ALL: [Self; 8] = [
+        Self::Open,
+        Self::Intersects,
+        Self::NoSurface,
+        Self::Triangles,
+        Self::NotConverged,
+        Self::Bulges,
+        Self::Apart,
+        Self::OtherEnergy,
+    ];
+
+    /// The most important remark on a region with so many edges of rims.
+    fn of(region: &RegionReport, edges: usize) -> Option<Self> {
+        let by_level_set = region.closed_by == Some(ClosedBy::LevelSet);
+        Some(match region.closed_by {
+            Some(ClosedBy::Nothing) | None => Self::Open,
+            _ if region.intersecting_faces > 0 => Self::Intersects,
+            Some(ClosedBy::Faired) => Self::NoSurface,
+            Some(ClosedBy::RimTriangles) if edges > FEW_EDGES => Self::Triangles,
+            _ if by_level_set && !region.levels.is_empty() && !region.converged => {
+                Self::NotConverged
+            }
+            _ if region.balloons() => Self::Bulges,
+            _ if region.bridge && region.components > 1 => Self::Apart,
+            _ if region.other_energy => Self::OtherEnergy,
+            _ => return None,
+        })
+    }
+
+    /// In the table; at most 18 characters.
+    fn short(self) -> &'static str {
+        match self {
+            Self::Open => "still open",
+            Self::Intersects => "intersects others",
+            Self::NoSurface => "no level set",
+            Self::Triangles => "no new vertices",
+            Self::NotConverged => "not converged",
+            Self::Bulges => "bulges",
+            Self::Apart => "separate caps",
+            Self::OtherEnergy => "Willmore energy",
+        }
+    }
+
+    /// What it means and what can be done about it, after `hole 3` or `holes 3, 5`.
+    fn advice(self, ids: &str, fills: bool) -> String {
+        let flat = match fills {
+            true => format!("; for a flat cap: --flat {}", ids.replace(' ', "")),
+            false => String::new(),
+        };
+        match self {
+            Self::Open => "nothing could close it; see the reasons below".to_owned(),
+            Self::Intersects => "faces of the patch intersect other faces; `isomend repair` cuts such faces out, a finer --voxel may avoid \
+                                 them"
+                .to_owned(),
+            Self::NoSurface => format!(
+                "the level set found no surface, so the rim was triangulated and smoothed (-v says why){flat}"
+            ),
+            Self::Triangles => format!(
+                "closed by triangles between the vertices of the rim, since no smooth surface was found (-v says why){flat}"
+            ),
+            Self::NotConverged => {
+                "the surface still moved when the steps ended; try a finer --voxel".to_owned()
+            }
+            Self::Bulges => format!("continued far beyond the rim; check its shape{flat}"),
+            Self::Apart => "the rims were closed by separate caps instead of one surface between them; their surroundings do not lead \
+                            from one to the other"
+                .to_owned(),
+            Self::OtherEnergy => {
+                "the variation of curvature found no surface, so the Willmore energy was used"
+                    .to_owned()
+            }
+        }
+    }
+}
+
+/// A row of the table.
+struct Row<'a> {
+    region: &'a RegionReport,
+    edges: usize,
+    remark: Option<Remark>,
+}
+
+impl Row<'_> {
+    fn line(&self) -> String {
+        let r = self.region;
+        let error = r.finish.as_ref().and_then(|f| f.largest_sigma());
+        let cells = Cells {
+            hole: &short_list(&r.holes),
+            diameter: &digits(r.diameter, 4),
+            edges: &self.edges.to_string(),
+            closed_by: closed_by(r.closed_by),
+            error: &error.map_or("-".to_owned(), |e| digits(e, 2)),
+            remark: self.remark.map(Remark::short).unwrap_or_default(),
+        };
+        cells.line()
+    }
+}
+
+struct Cells<'a> {
+    hole: &'a str,
+    diameter: &'a str,
+    edges: &'a str,
+    closed_by: &'a str,
+    error: &'a str,
+    remark: &'a str,
+}
+
+const HEADING: Cells<'static> = Cells {
+    hole: "hole",
+    diameter: "diameter",
+    edges: "edges",
+    closed_by: "closed by",
+    error: "expected error",
+    remark: "remark",
+};
+
+impl Cells<'_> {
+    fn line(&self) -> String {
+        let line = format!(
+            "{:>NUMBERS$} {:>9} {:>5}  {:<20} {:>14}  {}",
+            self.hole, self.diameter, self.edges, self.closed_by, self.error, self.remark
+        );
+        line.trim_end().to_owned()
+    }
+}
+
+fn closed_by(by: Option<ClosedBy>) -> &'static str {
+    match by {
+        Some(ClosedBy::LevelSet) => "level set",
+        Some(ClosedBy::Faired) => "smoothed triangles",
+        Some(ClosedBy::Flat) => "flat cap",
+        Some(ClosedBy::Seam) => "seam triangles",
+        Some(ClosedBy::RimTriangles) => "rim triangles",
+        Some(ClosedBy::Lining) => "offset shell",
+        _ => "-",
+    }
+}
+
+/// Numbers of holes as `3+7`, cut off where they are longer than their column.
+fn short_list(holes: &[usize]) -> String {
+    let all: Vec<String> = holes.iter().map(usize::to_string).collect();
+    let all = all.join("+");
+    match all.len() > NUMBERS {
+        true => format!("{}...", &all[..NUMBERS - 3]),
+        false => all,
+    }
+}
+
+/// A number with so many digits that count.
+fn digits(x: f64, count: usize) -> String {
+    if x == 0.0 || !x.is_finite() {
+        return "0".to_owned();
+    }
+    let rounded: f64 = format!("{x:.*e}", count - 1).parse().unwrap_or(x);
+    let magnitude = rounded.abs().log10().floor();
+    if (-4.0..7.0).contains(&magnitude) {
+        let decimals = (count as f64 - 1.0 - magnitude).max(0.0) as usize;
+        format!("{rounded:.decimals$}")
+    } else {
+        format!("{x:.*e}", count - 1)
+    }
+}
+
+fn holes(ids: &[usize]) -> String {
+    let noun = if ids.len() == 1 { "hole" } else { "holes" };
+    format!("{noun} {}", ranges(ids))
+}
+
+/// All that is said of a fill but its verdict.
+pub fn lines(report: &FillReport, work: &Work, verbose: bool) -> Vec<String> {
+    let mut lines = defect_lines(&report.defects);
+    lines.extend(chain_lines(&report.open_chains));
+    let rows = rows(report);
+    let shown = shown(&rows, verbose);
+    if !shown.is_empty() {
+        lines.push(HEADING.line());
+        lines.extend(shown.iter().map(|row| row.line()));
+    }
+    let small = report.regions.len() - rows.len();
+    let more = rows.len() - shown.len();
+    if more > 0 {
+        lines.push(format!("{more} more closed without remark (-v lists them)"));
+    }
+    if small > 0 {
+        let faces: usize = report.regions.iter().map(|r| r.new_faces).sum();
+        let of_rows: usize = rows.iter().map(|row| row.region.new_faces).sum();
+        let noun = if small == 1 { "hole" } else { "holes" };
+        lines.push(format!(
+            "{small} small {noun} and sides of seams closed by {} triangles between their own vertices",
+            faces - of_rows
+        ));
+    }
+    lines.extend(advice(&rows, matches!(work, Work::Fill(_))));
+    lines.extend(left(report));
+    lines
+}
+
+/// The regions but those of small holes without a problem, the widest first.
+fn rows(report: &FillReport) -> Vec<Row<'_>> {
+    let edges = |id: &usize| {
+        let own = report.holes.iter().find(|h| h.hole.id == *id);
+        own.map_or(0, |h| h.hole.edges)
+    };
+    let mut rows: Vec<Row> = Vec::new();
+    for region in &report.regions {
+        let edges = region.holes.iter().map(edges).sum();
+        let remark = Remark::of(region, edges);
+        if region.has_surface() || remark.is_some() {
+            rows.push(Row {
+                region,
+                edges,
+                remark,
+            });
+        }
+    }
+    rows.sort_by(|a, b| {
+        let wider = b.region.diameter.total_cmp(&a.region.diameter);
+        wider.then(a.region.id.cmp(&b.region.id))
+    });
+    rows
+}
+
+/// The rows that are printed: the widest holes, and those with a problem.
+fn shown<'a, 'r>(rows: &'a [Row<'r>], verbose: bool) -> Vec<&'a Row<'r>> {
+    let mut problems = 0;
+    let mut is_shown = |(at, row): &(usize, &Row)| {
+        problems += usize::from(row.remark.is_some());
+        verbose || *at < LARGEST || row.remark.is_some() && problems <= MOST_PROBLEMS
+    };
+    let rows = rows.iter().enumerate();
+    let shown = rows.filter(|row| is_shown(row));
+    shown.map(|(_, row)| row).collect()
+}
+
+/// What can be done, the holes with the same remark together.
+fn advice(rows: &[Row], fills: bool) -> Vec<String> {
+    let line = |remark: &Remark| {
+        let own = rows.iter().filter(|row| row.remark == Some(*remark));
+        let ids: BTreeSet<usize> = own.flat_map(|row| row.region.holes.clone()).collect();
+        let ids: Vec<usize> = ids.into_iter().collect();
+        let listed: Vec<String> = ids.iter().take(8).map(usize::to_string).collect();
+        let text = remark.advice(&listed.join(","), fills);
+        (!ids.is_empty()).then(|| format!("{}: {text}", holes(&ids)))
+    };
+    let useful = Remark::ALL.iter().filter(|r| **r != Remark::Open);
+    useful.filter_map(line).collect()
+}
+
+/// The holes that were left open, why, and the option that changes it.
+fn left(report: &FillReport) -> Vec<String> {
+    let mut reasons: Vec<(LeftReason, Vec<usize>)> = Vec::new();
+    for hole in &report.holes {
+        let HoleOutcome::Left(why) = hole.outcome else {
+            continue;
+        };
+        match reasons.iter_mut().find(|(other, _)| *other == why) {
+            Some((_, ids)) => ids.push(hole.hole.id),
+            None => reasons.push((why, vec![hole.hole.id])),
+        }
+    }
+    let line = |(why, ids): &(LeftReason, Vec<usize>)| {
+        let option = match why {
+            LeftReason::TooWide => "; a larger --max-diameter fills it",
+            LeftReason::OuterBorder => "; --holes with its number fills it",
+            LeftReason::NotChosen => "; --holes names those that are filled",
+            LeftReason::KeptOpen => " (--keep-open)",
+            _ => "",
+        };
+        format!("{} left open: {why}{option}", holes(ids))
+    };
+    reasons.iter().map(line).collect()
+}
+
+/// How it ended, in a line.
+pub fn verdict(report: &FillReport) -> String {
+    let tally = report.tally();
+    if report.holes.is_empty() && report.open_chains.is_empty() {
+        return "no holes: vertices and faces are copied unchanged".to_owned();
+    }
+    let all = report.holes.len();
+    let closed = tally.filled + tally.faired + tally.flat + tally.triangulated;
+    let noun = if all == 1 { "hole" } else { "holes" };
+    let mut line = match closed == all {
+        true if all == 1 => "the hole is closed".to_owned(),
+        true => format!("all {all} holes are closed"),
+        false => format!("{closed} of {all} {noun} closed"),
+    };
+    let ways = [
+        (tally.filled, "by the level set"),
+        (tally.faired, "by smoothed triangles"),
+        (tally.flat, "by flat caps"),
+        (tally.triangulated, "by triangles between rim vertices"),
+    ];
+    let ways = ways.iter().filter(|(count, _)| *count > 0);
+    let ways: Vec<String> = ways.map(|(count, how)| format!("{count} {how}")).collect();
+    if !ways.is_empty() {
+        line += &format!(" ({})", ways.join(", "));
+    }
+    let open = [
+        (tally.left, "left open"),
+        (tally.failed, "could not be closed"),
+        (tally.open_chains, "boundary chains do not close"),
+    ];
+    for (count, what) in open.iter().filter(|(count, _)| *count > 0) {
+        line += &format!(", {count} {what}");
+    }
+    let crossing = match (closed, tally.crossing_patches) {
+        (0, _) => String::new(),
+        (_, 0) => "; no patch intersects other faces".to_owned(),
+        (_, 1) => "; 1 patch intersects other faces".to_owned(),
+        (_, n) => format!("; {n} patches intersect other faces"),
+    };
+    format!("{line}{crossing}; {:.2} s", report.seconds)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_the_digits_that_count() {
+        let cases = [
+            (0.0, 4, "0"),
+            (58.203_41, 4, "58.20"),
+            (0.020_4, 2, "0.020"),
+            (999.96, 4, "1000"),
+            (123_456.0, 2, "120000"),
+            (4.44e-16, 2, "4.4e-16"),
+        ];
+        for (x, count, text) in cases {
+            assert_eq!(digits(x, count), text);
+        }
+    }
+
+    #[test]
+    fn rows_fit_eighty_columns() {
+        for remark in Remark::ALL {
+            let widest = Cells {
+                hole: &short_list(&[1234, 2345, 3456]),
+                diameter: "-1.234e-9",
+                edges: "12345",
+                closed_by: closed_by(Some(ClosedBy::Faired)),
+                error: "1.2e-9",
+                remark: remark.short(),
+            };
+            assert!(widest.line().len() <= 80, "{}", widest.line());
+        }
+        assert!(HEADING.line().len() <= 80);
+    }
+}
