@@ -11,7 +11,7 @@ use desk::Desk;
 use isomend::io::{Format, read_path};
 use serde_json::{Value, json};
 use served::{Served, in_ball};
-use shapes::sphere;
+use shapes::{cut, sphere};
 
 fn fill(hole: usize) -> Value {
     json!({ "kind": "fill", "params": { "holes": [hole] } })
@@ -222,6 +222,61 @@ fn the_file_itself_can_be_saved_in_another_format_and_drawn() {
             .post("api/mask/load", &json!({ "path": "far.faces" }))
             .status,
         422
+    );
+}
+
+/// Two halves of a ball, whose borders face each other across a gap: a fill of all holes joins them.
+fn halves(desk: &Desk) -> isomend::Mesh {
+    let mut mesh = cut(&sphere(8), |p| p.z.abs() < 0.12);
+    for p in &mut mesh.positions {
+        *p = p.as_vec3().as_dvec3();
+    }
+    desk.save("halves.ply", &mesh, Format::Ply);
+    mesh
+}
+
+#[test]
+fn a_mesh_that_was_not_edited_is_saved_as_it_is() {
+    let desk = Desk::new();
+    let mesh = halves(&desk);
+    let served = Served::new(&desk, &["halves.ply"]);
+    served.save("mesh", "copy.ply");
+    let same =
+        fs::read(desk.path("halves.ply")).unwrap() == fs::read(desk.path("copy.ply")).unwrap();
+    assert!(same, "the copy has other bytes");
+    for name in ["copy.obj", "copy.glb"] {
+        served.save("mesh", name);
+        let saved = read_path(&desk.path(name), None).unwrap().mesh;
+        assert_eq!(saved, mesh, "{name}");
+    }
+    let shell = served.get("api/recipe").json()["shell"].to_string();
+    assert!(
+        shell.contains("isomend convert halves.ply -o copy.glb"),
+        "{shell}"
+    );
+}
+
+#[test]
+fn borders_that_are_kept_open_stay_open() {
+    let desk = Desk::new();
+    let mesh = halves(&desk);
+    let served = Served::new(&desk, &["halves.ply"]);
+    let filled = |params: Value| {
+        served.step(&json!({ "kind": "fill", "params": params }));
+        let state = served.state();
+        let faces = state["states"][1]["faces"].as_u64().unwrap() as usize;
+        served.post("api/undo", &json!({}));
+        (faces, state["holes"].as_array().unwrap().len())
+    };
+    assert_eq!(
+        filled(json!({})).1,
+        0,
+        "borders that face each other are joined"
+    );
+    let (faces, holes) = filled(json!({ "flat": [1], "keep_open": [2] }));
+    assert!(
+        faces > mesh.faces.len() && holes == 1,
+        "{holes} holes are open"
     );
 }
 

@@ -13,6 +13,10 @@ const MOST_PLACES: usize = 20;
 pub fn plan(plan: &JobResult) -> String {
     match &plan.extent {
         Extent::Faired(report) => fair_plan(report),
+        Extent::Copied => format!(
+            "{} vertices and {} faces would be written as they are\n",
+            plan.size[0], plan.size[1]
+        ),
         Extent::Region(cut) => cut_plan(cut) + &lines(plan_lines(&plan.report)),
         Extent::Repaired(report) => {
             let verdict = report.before.as_ref();
@@ -55,6 +59,10 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     match &done.extent {
         Extent::Faired(report) => return faired(report, done, console),
         Extent::Repaired(report) => repaired(report, console),
+        Extent::Copied => {
+            let [vertices, faces] = done.size;
+            return console.say(&format!("{vertices} vertices, {faces} faces written"));
+        }
         Extent::Region(cut) => console.say(&format!(
             "{} faces marked, {} cut out",
             cut.marked_faces, cut.removed_faces

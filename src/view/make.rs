@@ -221,5 +221,6 @@ fn summary(done: &JobResult) -> String {
             lines.join("; ")
         }
         Extent::Holes => fill(),
+        Extent::Copied => "nothing changed".to_owned(),
     }
 }
