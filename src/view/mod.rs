@@ -7,6 +7,7 @@
 mod api;
 mod app;
 mod assets;
+mod choices;
 mod container;
 mod delta;
 mod events;

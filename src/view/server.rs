@@ -157,7 +157,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
 /// Tells the file that keeps steps that are not saved, if there are any.
 fn unsaved(app: Arc<App>) -> impl Fn() -> Option<PathBuf> + Send + Sync {
     move || {
-        let is_unsaved = app.session().is_unsaved();
+        let is_unsaved = app.session().is_kept();
         let is_kept = app.store.error().is_none();
         (is_unsaved && is_kept).then(|| app.store.path().to_path_buf())
     }

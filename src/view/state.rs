@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use serde_json::Value;
 
-use super::delta::Delta;
+use super::delta::{Delta, Numbers};
 use super::runs::Runs;
 use super::texture::Textures;
 use super::words::Command;
@@ -13,7 +13,7 @@ use crate::check::CheckParams;
 use crate::io::Loaded;
 use crate::job::{Drawings, JobError, Mended, Source, Work, inspect};
 use crate::mend::FillReport;
-use crate::mesh::Hole;
+use crate::mesh::{Hole, Mesh};
 
 /// A mesh of the session.
 pub struct State {
@@ -118,18 +118,9 @@ impl State {
             false => Delta::new(&parent.loaded.mesh, &loaded.mesh, kept),
         };
         let faces = loaded.mesh.faces.len();
-        let mut origin: Vec<Origin> = match &delta {
-            Some(delta) => delta
-                .faces
-                .numbers()
-                .map(|f| parent.origin[f].aged())
-                .collect(),
-            None => vec![Origin::File; first.min(faces)],
-        };
-        let old = origin.len();
-        origin.resize(faces, Origin::New);
+        let origin = origins(parent, &loaded.mesh, delta.as_ref());
         let mut region = vec![0; faces];
-        let mut at = old;
+        let mut at = first.min(faces);
         for (number, made) in (1..).zip(&report.regions) {
             let end = faces.min(at + made.new_faces);
             region[at..end].fill(u16::try_from(number).unwrap_or(u16::MAX));
@@ -177,6 +168,24 @@ impl Origin {
             Self::New | Self::Earlier => Self::Earlier,
         }
     }
+}
+
+/// For each face of a mesh from where it is: as in the mesh that it was made of, where that has the face.
+fn origins(parent: &State, mesh: &Mesh, delta: Option<&Delta>) -> Vec<Origin> {
+    let mut origin = vec![Origin::New; mesh.faces.len()];
+    let kept: Vec<(usize, usize)> = match delta {
+        Some(delta) => delta.faces.numbers().enumerate().collect(),
+        None => {
+            let numbers = Numbers::by_position(&parent.loaded.mesh, mesh).faces;
+            let numbers = numbers.into_iter().enumerate();
+            let numbers = numbers.filter_map(|(old, new)| Some((new? as usize, old)));
+            numbers.collect()
+        }
+    };
+    for (new, old) in kept {
+        origin[new] = parent.origin[old].aged();
+    }
+    origin
 }
 
 /// The holes of a mesh, and all that `isomend inspect` tells of it.

@@ -1,6 +1,7 @@
 //! What the page asks for.
 
 mod asked;
+mod choices;
 mod mesh;
 mod save;
 
@@ -35,6 +36,8 @@ pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
         .route("/{token}/api/events", get(state::events))
         .route("/{token}/api/mesh/{id}", get(mesh::mesh))
         .route("/{token}/api/rims/{id}", get(mesh::rims))
+        .route("/{token}/api/choices", post(choices::choose))
+        .route("/{token}/api/marks/{id}", get(choices::marks))
         .route("/{token}/api/step", post(steps::step))
         .route("/{token}/api/cancel", post(steps::cancel))
         .route("/{token}/api/undo", post(steps::undo))

@@ -42,6 +42,8 @@ fn told(app: &App) -> Value {
     let [undo, redo] = session.ways();
     let busy = session.busy.as_ref().map(busy_row);
     let unsaved = session.is_unsaved();
+    let choices = session.choices(current.id);
+    let masked = session.was_masked();
     drop(session);
     let states: Vec<Value> = states.iter().map(|(s, p)| state_row(s, *p)).collect();
     let images = current.textures().count();
@@ -61,6 +63,9 @@ fn told(app: &App) -> Value {
         "unsaved": unsaved,
         "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
         "holes": hole_rows(&current),
+        "choices": choices.doings(&current),
+        "marked": choices.mask().count(),
+        "masked": masked,
         "defects": current.inspected["defects"],
         "open_chains": current.inspected["open_chains"],
         "pieces": current.inspected["pieces"],

@@ -111,11 +111,20 @@ class Display {
     if (!found) return;
     mesh.topology ??= new Topology(mesh, found);
     mesh.mask ??= new Mask(mesh);
+    this.mark(mesh);
     const surface = this.app.viewer.surfaces.get(mesh);
     if (!surface || surface.order) return;
     surface.setOrder(found.order);
     if (found.thin) surface.setThin(found.thin);
     this.app.viewer.costs = {};
+  }
+
+  /** Marks the faces of the current mesh that are known to be marked. */
+  mark(mesh) {
+    if (!mesh?.mask || mesh.id !== this.app.model.state.current) return;
+    if (mesh.mask.told !== mesh.mask.changes || !mesh.mask.take(this.app.choices.marks.get(mesh.id) || [])) return;
+    this.app.viewer.surfaces.get(mesh)?.changed();
+    this.app.viewer.refresh();
   }
 
   /** The colourings that there are now. */

@@ -38,6 +38,16 @@ class App {
     return this.mesh()?.mask || null;
   }
 
+  /** How many faces of the mesh that is worked on are marked, also while previews are shown in its place. */
+  marked() {
+    return this.mask()?.count ?? this.choices.count(this.model.state.current);
+  }
+
+  /** The marked faces, as ranges. */
+  marks() {
+    return this.mask()?.runs() ?? this.choices.marks.get(this.model.state.current) ?? [];
+  }
+
   /** Where one looks from first: so near that the mesh just fits. */
   home() {
     const { centre, radius, up, towards } = this.model.state.scene, mesh = this.viewer.sides.after?.mesh;
@@ -70,7 +80,8 @@ class App {
     document.title = `${state.file.name} – isomend view`;
     find("#subtitle").textContent = `${counted(current.faces, "face")}, ${counted(state.holes.length, "hole")} · isomend ${state.program.version}`;
     if (fresh) this.steps.against = false;
-    this.holes.update(state.holes, fresh);
+    if (fresh) await this.choices.load(state);
+    this.holes.update(state, fresh);
     this.display.offer();
     this.steps.list();
     this.steps.buttons();
@@ -81,14 +92,20 @@ class App {
     find("#previews").hidden = true;
     const before = current.parent === null || current.parent === undefined ? null : Number(find("#against").value);
     await this.display.states(state.current, before);
+    this.display.mark(this.mesh());
     this.painted();
   }
 
   /** What the mask is now. */
   painted(words, trouble) {
-    const mask = this.mask(), count = mask?.count || 0;
-    const marked = mask && count ? `${count.toLocaleString("en")} of ${counted(mask.on.length, "face")} are marked.` : "Nothing is marked.";
-    find("#mask-said").textContent = mask ? marked : "The surface is still being prepared for painting.";
+    const mask = this.mask(), count = this.marked(), all = this.model.current.faces;
+    if (mask && mask.told !== mask.changes) {
+      mask.told = mask.changes;
+      this.choices.mark(mask.mesh.id, mask.runs());
+    }
+    const marked = count ? `${count.toLocaleString("en")} of ${counted(all, "face")} ${count === 1 ? "is" : "are"} marked.` : "Nothing is marked.";
+    const waits = this.steps.previews.length ? "Take or drop the previews to paint." : "The surface is still being prepared for painting.";
+    find("#mask-said").textContent = mask ? marked : `${marked} ${waits}`;
     find("#unstroke").disabled = !mask?.done.length;
     find("#restroke").disabled = !mask?.undone.length;
     if (words !== undefined) find("#paint-trouble").textContent = trouble ? words : "";
@@ -270,6 +287,7 @@ async function begin() {
   app.viewer = new Viewer(find("#view"), { radius: scene.radius, faces: states.find((s) => s.id === current).faces, parts: true });
   app.viewer.options.show = "after";
   const { viewer } = app;
+  app.choices = new Choices();
   app.labels = new Labels(viewer, find("#labels"), [], []);
   app.display = new Display(app);
   app.holes = new Holes(app);
