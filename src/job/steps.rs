@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use glam::DVec3;
+
 use super::draw::{Before, Drawings, Drawn};
 use super::made::{Extent, First, Kept, Made, repaired};
 use super::output::Saved;
@@ -324,6 +326,11 @@ impl<'s> Mended<'s> {
     /// Number of vertices that are not the input's, without copies of others that [`Mended::model`] may add.
     pub fn new_vertices(&self) -> usize {
         self.mesh.positions.len() - self.kept_size()[0]
+    }
+
+    /// The vertices, those of the input that are kept first, in full precision, without the copies that [`Mended::model`] may add.
+    pub fn positions(&self) -> &[DVec3] {
+        &self.mesh.positions
     }
 
     /// Where the mesh was read from.

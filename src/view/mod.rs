@@ -10,6 +10,7 @@ mod assets;
 mod choices;
 mod container;
 mod delta;
+mod errors;
 mod events;
 mod files;
 mod gate;

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use serde_json::Value;
 
 use super::delta::{Delta, Numbers};
+use super::errors::Errors;
 use super::runs::Runs;
 use super::texture::Textures;
 use super::words::Command;
@@ -35,6 +36,8 @@ pub struct State {
     pub origin: Vec<Origin>,
     /// For each face the region that made it in this step, from 1; else 0.
     pub region: Vec<u16>,
+    /// The expected errors of its vertices.
+    pub errors: Errors,
     /// What of the parent is kept, where that is known.
     pub delta: Option<Delta>,
     textures: OnceLock<Textures>,
@@ -89,6 +92,7 @@ impl State {
             step: None,
             holes,
             inspected,
+            errors: Errors::read(&loaded),
             loaded,
             origin: vec![Origin::File; faces],
             region: vec![0; faces],
@@ -119,6 +123,7 @@ impl State {
         };
         let faces = loaded.mesh.faces.len();
         let origin = origins(parent, &loaded.mesh, delta.as_ref());
+        let errors = Errors::next(&parent.errors, &step.mended, &parent.loaded, &loaded);
         let mut region = vec![0; faces];
         let mut at = first.min(faces);
         for (number, made) in (1..).zip(&report.regions) {
@@ -136,6 +141,7 @@ impl State {
             inspected,
             origin,
             region,
+            errors,
             delta,
             textures: OnceLock::new(),
             checked: Mutex::default(),

@@ -11,12 +11,13 @@ const GRADIENTS = {
   2: "linear-gradient(90deg,#332b6b,#29758f 33%,#6bba66 67%,#f7e640)",
 };
 
-/** Says what the colours mean: diverging (1) or rising (2). */
-function showScale(name, low, high, kind) {
+/** Says what the colours mean: diverging (1) or rising (2), and the stripes where something is not known. */
+function showScale(name, low, high, kind, gaps = false) {
   find("#scale").hidden = false;
   find("#scale-name").textContent = name;
   find("#scale-low").textContent = low;
   find("#scale-high").textContent = high;
+  find("#scale-gaps").hidden = !gaps;
   find("#scale-bar").style.background = GRADIENTS[kind];
 }
 

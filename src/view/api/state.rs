@@ -22,7 +22,7 @@ use super::asked::{Answer, json_answer, work};
 use crate::io::Format;
 use crate::mend::{FairParams, FillParams, RepairParams, RestoreParams};
 use crate::mesh::Attributes;
-use crate::mesh::attributes::{Attribute, Role};
+use crate::mesh::attributes::{Attribute, Role, SIGMA_NAME};
 
 /// Seconds after which a line is sent to a page that is told nothing, so that both sides know of each other.
 const QUIET: u64 = 20;
@@ -74,6 +74,7 @@ fn told(app: &App) -> Value {
         "busy": busy,
         "formats": Format::ALL.map(format_row),
         "attributes": attribute_rows(&current.loaded.attributes),
+        "errors": current.errors.is_known(),
         "texture": texture,
         "defaults": {
             "fill": usual::<FillParams>(),
@@ -152,10 +153,9 @@ fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
     let corner = attributes.corner.iter().map(|c| &c.pool);
     let vertex = attributes.vertex.iter().map(row("vertex"));
     let face = attributes.face.iter().map(row("face"));
-    vertex
-        .chain(face)
-        .chain(corner.map(row("corner")))
-        .collect()
+    let rows = vertex.chain(face).chain(corner.map(row("corner")));
+    // Expected errors have a colouring of their own, which knows what is not known.
+    rows.filter(|row| row["name"] != SIGMA_NAME).collect()
 }
 
 /// From where to look: at the largest hole, or from a corner.

@@ -132,6 +132,7 @@ class Display {
     const { state } = this.app.model, select = find("#colour"), had = this.colour;
     const list = [["plain", "Surface"], ["curvature", "Curvature"]];
     if (this.app.model.current?.parent !== null && this.app.model.current) list.push(["distance", "Distance"]);
+    if (state.errors) list.push(["sigma", "Expected error"]);
     if (state.texture) list.push(["texture", "Texture"]);
     for (const { name } of state.attributes || []) list.push(["attribute:" + name, name]);
     select.replaceChildren(...list.map(([value, text]) => new Option(text, value)));
@@ -163,15 +164,19 @@ class Display {
       return null;
     });
     if (!found) return surface.setColour({ kind: 0 });
-    const { header, arrays } = found, values = lengths(arrays.values || arrays.colours, header);
+    const { header, arrays } = found, errors = name === "sigma";
+    let values = lengths(arrays.values || arrays.colours, header);
     const on = { vertex: 0, face: 1, corner: 2 }[header.on || "vertex"];
     if (values instanceof Uint8Array) return surface.setColour({ kind: 3, values, on });
     const kind = name === "curvature" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;
     const span = kind === 1 ? [-most, most] : [header.low, header.high > header.low ? header.high : header.low + 1];
-    surface.setColour({ kind, values, on, span });
+    const gaps = errors && values.some(Number.isNaN);
+    // Below the scale stands for what is not known.
+    if (gaps) values = values.map((x) => Number.isNaN(x) ? -span[1] : x);
+    surface.setColour({ kind, values, on, span, skipKept: errors, gaps });
     if (!told) return;
-    const words = { curvature: "sum of the principal curvatures", distance: "distance from the mesh before the step" }[name] || name.replace("attribute:", "");
-    showScale(words + (header.unit ? ", " + header.unit : ""), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind);
+    const words = { curvature: "sum of the principal curvatures", distance: "distance from the mesh before the step", sigma: "expected error" }[name] || name.replace("attribute:", "");
+    showScale(words + (header.unit ? ", " + header.unit : ""), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind, gaps);
   }
 
   /** The images of the textures, all of the size of the largest. */
