@@ -1,12 +1,13 @@
 //! The expected errors of a mesh's vertices, kept beside the mesh: not every format of the files between two steps holds them.
 
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+
 use super::delta::Numbers;
 use crate::io::Loaded;
 use crate::job::Mended;
 use crate::mesh::attributes::SIGMA_NAME;
-
-/// Vertices that are at the same place but for rounding are no farther apart than this part of the largest coordinate.
-const ROUNDED: f64 = 1e-6;
 
 /// The expected errors of the vertices of a mesh: 0 where nothing was made anew, not a number where nothing is known. Empty where
 /// nothing is known of any.
@@ -34,11 +35,7 @@ impl Errors {
         if !read.0.is_empty() {
             return read;
         }
-        let (made, positions) = (step.positions(), &new.mesh.positions);
-        let size = positions.iter().map(|p| p.abs().max_element());
-        let near = ROUNDED * size.fold(0.0, f64::max);
-        let in_order = made.len() <= positions.len()
-            && (made.iter().zip(positions)).all(|(a, b)| a.distance(*b) <= near);
+        let positions = &new.mesh.positions;
         let mut errors = vec![0.0; positions.len()];
         if !self.0.is_empty() {
             let numbers = Numbers::by_position(&old.mesh, &new.mesh).vertices;
@@ -48,16 +45,23 @@ impl Errors {
                 }
             }
         }
-        let first = step.kept_size()[0];
+        let first = step.kept_size()[0].min(step.positions().len());
+        let (kept, made) = step.positions().split_at(first);
         let told = step
             .sigma()
             .iter()
             .map(|s| s.map_or(f32::NAN, |s| s as f32));
         let told = told.chain(std::iter::repeat(f32::NAN));
-        // Copies of vertices at seams of the texture, which come after those that were made, lie on the rim.
-        let own = errors.iter_mut().take(made.len()).skip(first);
-        for (slot, error) in own.zip(told) {
-            *slot = if in_order { error } else { f32::NAN };
+        // By their places, since not every format keeps the order; as they are rounded by those that have 32-bit floats. Vertices
+        // that are neither kept nor made are copies of others, at seams of the texture.
+        let place = |p: &DVec3| p.as_vec3().to_array().map(f32::to_bits);
+        let kept: HashSet<_> = kept.iter().map(place).collect();
+        let made: HashMap<_, f32> = made.iter().map(place).zip(told).collect();
+        for (slot, p) in errors.iter_mut().zip(positions) {
+            let place = place(p);
+            if let Some(error) = made.get(&place).filter(|_| !kept.contains(&place)) {
+                *slot = *error;
+            }
         }
         Self(errors)
     }
