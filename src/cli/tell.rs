@@ -1,7 +1,9 @@
 //! What is said of a job: before it, while it lasts, after it.
 
 use isomend::job::{Extent, JobResult};
-use isomend::report::{length, level_lines, plan_lines, point, repair_lines, summary_lines};
+use isomend::report::{
+    counted, length, length_beside, level_lines, plan_lines, point, repair_lines, summary_lines,
+};
 use isomend::{FairReport, HoleOutcome, RegionReport, RepairReport, RestoreReport};
 
 use super::console::Console;
@@ -64,8 +66,9 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             return console.say(&format!("{vertices} vertices, {faces} faces written"));
         }
         Extent::Region(cut) => console.say(&format!(
-            "{} faces marked, {} cut out",
-            cut.marked_faces, cut.removed_faces
+            "{} marked, {} cut out",
+            counted(cut.marked_faces, "face"),
+            cut.removed_faces
         )),
         _ => {}
     }
@@ -148,8 +151,8 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
     }
     console.say(&format!(
         "moved by {} at most, {} root mean square",
-        length(report.moved_max),
-        length(report.moved_rms)
+        length_beside(report.moved_max, report.strength),
+        length_beside(report.moved_rms, report.strength)
     ));
     if let Some(drift) = report.volume_drift() {
         console.say(&format!("the volume changed by {:+.3} %", 100.0 * drift));
@@ -165,8 +168,11 @@ pub fn faired_region_line(region: &RegionReport) -> String {
         false => format!("inside rim {}", rims.join("+")),
     };
     let mut line = format!(
-        "{name}: {steps} steps, {} vertices, {} faces, {:.2} s",
-        region.new_vertices, region.new_faces, region.seconds
+        "{name}: {}, {} vertices, {} faces, {:.2} s",
+        counted(steps, "step"),
+        region.new_vertices,
+        region.new_faces,
+        region.seconds
     );
     if region.intersecting_faces > 0 {
         line += &format!("; {} faces intersect others", region.intersecting_faces);

@@ -37,6 +37,8 @@ pub struct App {
     pub session: Mutex<Session>,
     /// Where steps that are not saved are kept.
     pub store: Store,
+    /// The file of an earlier session whose steps were not saved, where it is not gone on with.
+    pub earlier: Option<PathBuf>,
     /// What pages are told.
     pub events: Events,
     /// The threads that steps are made on.

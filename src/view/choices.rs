@@ -143,7 +143,8 @@ impl Choices {
         let step = new.step.as_ref();
         let marked = step.and_then(|step| step.mask.as_ref());
         let mask = marked.unwrap_or(&self.mask);
-        let Numbers { vertices, faces } = Numbers::new(old, new);
+        let Numbers { vertices, faces } =
+            Numbers::new(&old.loaded.mesh, &new.loaded.mesh, new.delta.as_ref());
         let renumbered = |rim: &[u32]| {
             let rim = rim.iter().map(|&v| vertices.get(v as usize).copied()?);
             rim.collect::<Option<Vec<u32>>>().map(|rim| rim_key(&rim))

@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::runs::Runs;
-use super::state::State;
 use crate::job::Kept;
 use crate::mesh::Mesh;
 
@@ -63,10 +62,9 @@ pub struct Numbers {
 }
 
 impl Numbers {
-    /// Those of `old` in `new`, which was made of it.
-    pub fn new(old: &State, new: &State) -> Self {
-        let (before, after) = (&old.loaded.mesh, &new.loaded.mesh);
-        let Some(delta) = &new.delta else {
+    /// Those in a mesh of which it is known what is kept, or where it is not found by places.
+    pub fn new(before: &Mesh, after: &Mesh, delta: Option<&Delta>) -> Self {
+        let Some(delta) = delta else {
             return Self::by_position(before, after);
         };
         let numbered = |runs: &Runs, count: usize| {

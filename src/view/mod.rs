@@ -8,6 +8,7 @@ mod api;
 mod app;
 mod assets;
 mod choices;
+mod connections;
 mod container;
 mod delta;
 mod errors;

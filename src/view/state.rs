@@ -15,6 +15,7 @@ use crate::io::Loaded;
 use crate::job::{Drawings, JobError, Mended, Source, Work, inspect};
 use crate::mend::FillReport;
 use crate::mesh::{Hole, Mesh};
+use crate::report::counted;
 
 /// A mesh of the session.
 pub struct State {
@@ -214,10 +215,10 @@ impl StepDone {
         match (&self.work, marked) {
             (Work::Fill(params), _) => match &params.holes {
                 Some(holes) if holes.len() == 1 => format!("fill hole {}", holes[0]),
-                Some(holes) => format!("fill {} holes", holes.len()),
+                Some(holes) => format!("fill {}", counted(holes.len(), "hole")),
                 None => "fill all holes".to_owned(),
             },
-            (work, Some(faces)) => format!("{} {faces} faces", work.name()),
+            (work, Some(faces)) => format!("{} {}", work.name(), counted(faces, "face")),
             (work, None) => work.name().to_owned(),
         }
     }

@@ -17,7 +17,7 @@ use axum::extract::Path;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn_with_state;
-use axum::response::{IntoResponse, Response};
+use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 
 use super::app::App;
@@ -27,6 +27,7 @@ use super::gate::{Gate, keep};
 /// All that is served.
 pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
     Router::new()
+        .route("/{token}", get(with_slash))
         .route("/{token}/", get(|| file(String::new())))
         .route(
             "/{token}/{file}",
@@ -56,6 +57,11 @@ pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
         .fallback(|| async { StatusCode::NOT_FOUND })
         .layer(from_fn_with_state(gate, keep))
         .with_state(app)
+}
+
+/// The address of the page without its last slash.
+async fn with_slash(Path(token): Path<String>) -> Redirect {
+    Redirect::permanent(&format!("/{token}/"))
 }
 
 /// A file of the page.

@@ -61,6 +61,7 @@ fn told(app: &App) -> Value {
         "undo": undo,
         "redo": redo,
         "unsaved": unsaved,
+        "earlier": app.earlier.as_ref().map(|file| file.display().to_string()),
         "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
         "holes": hole_rows(&current),
         "choices": choices.doings(&current),

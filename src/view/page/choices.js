@@ -10,7 +10,7 @@ class Choices {
     this.waiting = new Map();
     this.sent = Promise.resolve();
     this.masked = false;
-    addEventListener("pagehide", () => this.flush(true));
+    addEventListener("pagehide", () => this.flush(true).catch(() => null));
   }
 
   /** Takes what is to be done with holes of a mesh. */

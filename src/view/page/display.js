@@ -76,7 +76,7 @@ class Display {
     this.side("after", mesh);
     if (old) this.side("before", old);
     else if (viewer.sides.before) delete viewer.sides.before;
-    find("fieldset.change").hidden = !old;
+    find("fieldset.change").disabled = !old;
     if (!old && viewer.options.show !== "after") this.option("show", "after");
     viewer.keep();
     model.forget([after, before]);

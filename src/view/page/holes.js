@@ -41,7 +41,7 @@ class Holes {
   /** The holes that pass the filter. */
   listed() {
     const bound = (query, none) => {
-      const text = find(query).value.trim(), value = Number(text), right = !text || Number.isFinite(value) && value >= 0;
+      const text = find(query).value.trim(), value = numberIn(text), right = !text || Number.isFinite(value) && value >= 0;
       find(query).setAttribute("aria-invalid", !right);
       return text && right ? value : none;
     };
@@ -64,7 +64,7 @@ class Holes {
     button.type = "button";
     button.className = "hole";
     button.dataset.hole = hole.id;
-    const size = `${digits(hole.diameter)} across, ${digits(hole.height)} high, ${hole.edges} edges`;
+    const size = `${digits(hole.diameter)} across, ${digits(hole.height, hole.diameter)} high, ${counted(hole.edges, "edge")}`;
     button.append(part("name", name), part("outcome", hole.outcome || ""), part("size", size));
     button.setAttribute("aria-pressed", hole.id === this.chosen);
     button.addEventListener("click", () => this.choose(hole.id));
@@ -97,7 +97,7 @@ class Holes {
   /** Says what a hole is, and what is to be done with it. */
   tell({ id, diameter, height }) {
     const doing = this.doings.get(id);
-    this.app.say(`Hole ${id}: ${digits(diameter)} across, ${digits(height)} high, to ${DOINGS[doing] || "be in " + doing}`);
+    this.app.say(`Hole ${id}: ${digits(diameter)} across, ${digits(height, diameter)} high, to ${DOINGS[doing] || "be in " + doing}`);
   }
 
   /** Puts a hole into the last bridge, or the first one. */
@@ -233,7 +233,7 @@ class Holes {
       const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
       const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
       viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.model.state.scene.up) : viewer.camera.axes, reach });
-      this.app.say(`Face ${face}: ${name}${places.length ? `, in one of ${places.length} places` : ""}`);
+      this.app.say(`Face ${face}: ${name}${places.length ? `, in one of ${counted(places.length, "place")}` : ""}`);
     });
     item.append(button);
     return item;

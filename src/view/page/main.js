@@ -78,7 +78,7 @@ class App {
     this.seen = state.current;
     find("#title").textContent = state.file.name;
     document.title = `${state.file.name} – isomend view`;
-    find("#subtitle").textContent = `${counted(current.faces, "face")}, ${counted(state.holes.length, "hole")} · isomend ${state.program.version}`;
+    find("#subtitle").textContent = `${counted(current.faces, "face")}, ${counted(state.holes.length, "hole")} · isomend ${state.program.version}${state.unsaved ? " · not saved" : ""}`;
     if (fresh) this.steps.against = false;
     if (fresh) await this.choices.load(state);
     this.holes.update(state, fresh);
@@ -175,7 +175,7 @@ function useMask(app) {
     await act(app.mask());
   }));
   const length = () => {
-    const value = Number(find("#grow-by").value);
+    const value = numberIn(find("#grow-by").value);
     if (!(value > 0 && Number.isFinite(value))) throw new Error("the length to grow or shrink by must be positive");
     return value;
   };
@@ -187,7 +187,7 @@ function useMask(app) {
   for (const input of all("[name=tool]")) input.addEventListener("change", () => app.setTool(input.value));
   find("#erase").addEventListener("change", () => { paint.erases = find("#erase").checked; });
   find("#facing").addEventListener("change", () => { paint.facing = find("#facing").checked; });
-  find("#brush").addEventListener("input", () => find("#brush").setAttribute("aria-invalid", !app.setBrush(Number(find("#brush").value))));
+  find("#brush").addEventListener("input", () => find("#brush").setAttribute("aria-invalid", !app.setBrush(numberIn(find("#brush").value))));
   find("#brush-range").addEventListener("input", () => {
     app.setBrush(app.viewer.camera.radius * 10 ** Number(find("#brush-range").value));
     find("#brush").value = Number(paint.radius.toPrecision(3));
@@ -244,7 +244,7 @@ function useCross(app) {
 function useViewKeys(app) {
   const { display, holes, steps, viewer, paint } = app;
   const option = (name) => display.option(name, !viewer.options[name]);
-  const show = (name) => find("fieldset.change").hidden || display.option("show", name);
+  const show = (name) => find("fieldset.change").disabled || display.option("show", name);
   const press = (query) => find(query).disabled || find(query).click();
   const doing = (what) => holes.chosen !== null && holes.set(holes.chosen, what);
   const tool = (name) => { app.open("paint"); app.setTool(name); };
@@ -305,7 +305,7 @@ async function begin() {
   useTabs(app);
   useMask(app);
   useCross(app);
-  usePointers(viewer, { click: (event, at) => app.clicked(event, at), begin: (event, at) => app.paint.begin(event, at) });
+  usePointers(viewer, { click: (event, at) => app.clicked(event, at), begin: (event, at) => app.paint.begin(event, at), turns: () => app.paint.tool !== "turn" });
   viewer.canvas.addEventListener("pointermove", (event) => app.paint.ring(event.pointerType === "touch" ? null : [event.offsetX, event.offsetY]));
   viewer.canvas.addEventListener("pointerleave", () => app.paint.ring(null));
   useArrows(viewer);
@@ -331,6 +331,7 @@ async function begin() {
     back: () => app.steps.again().catch((error) => app.say(error.message, true)),
   });
   document.documentElement.dataset.state = "ready";
+  if (state.earlier) app.say(`An earlier session of this file was not saved. ${state.earlier} keeps its steps: isomend view --resume makes them again.`);
   await app.display.ready(viewer.sides.after.mesh);
   app.painted();
 }

@@ -280,7 +280,7 @@ class Steps {
       if (!isCurrent) await askJson("goto", { id: s.id });
       await this.app.refresh();
     }));
-    small.textContent = [`${s.faces.toLocaleString("en")} faces`, s.seconds ? `${digits(s.seconds)} s` : "", s.summary].filter(Boolean).join(" · ");
+    small.textContent = [counted(s.faces, "face"), s.seconds ? `${digits(s.seconds)} s` : "", s.summary].filter(Boolean).join(" · ");
     item.append(button, small);
     if (s.parent !== null) item.append(this.report(s.id));
     return item;
