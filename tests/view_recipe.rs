@@ -371,3 +371,31 @@ fn values_of_corners_are_sent() {
         }
     }
 }
+
+#[test]
+fn of_a_faired_region_no_error_is_known() {
+    let desk = Desk::new();
+    for format in [Format::Ply, Format::Obj] {
+        let name = input(&desk, format);
+        let served = Served::new(&desk, &[&name]);
+        served.step(&fill(1));
+        let mask = in_ball(&served, [-1.0, 0.0, 0.0], 0.55);
+        let params = json!({ "extent": { "strength": 0.4 } });
+        served.step(&json!({ "kind": "fair", "mask": mask, "params": params }));
+        let float = |b: &[u8]| f32::from_le_bytes(b.try_into().unwrap());
+        let (_, array) = served.arrays("api/values/2?name=sigma");
+        let errors: Vec<f32> = array("values").chunks(4).map(float).collect();
+        let (_, array) = served.arrays("api/mesh/2");
+        let index = |b: &[u8]| u32::from_le_bytes(b.try_into().unwrap()) as usize;
+        let corners: Vec<usize> = array("faces").chunks(4).map(index).collect();
+        let origins = array("origin");
+        let faces = || corners.chunks(3).zip(&origins);
+        let unknown = |face: &[usize]| face.iter().filter(|v| errors[**v].is_nan()).count();
+        let of = |wanted: u8| faces().filter(move |(_, o)| **o == wanted).map(|(f, _)| f);
+        let count = |wanted: u8| of(wanted).map(unknown).sum::<usize>();
+        // Faired, as it was, and of the fill before.
+        assert!(count(1) > of(1).count(), "{name}");
+        assert_eq!((count(0), count(2)), (0, 0), "{name}");
+        assert!(of(2).flatten().any(|v| errors[*v] > 0.0), "{name}");
+    }
+}

@@ -32,6 +32,8 @@ class Display {
   constructor(app) {
     this.app = app;
     this.colour = "plain";
+    /** The colouring that is shown; another one may be on its way. */
+    this.coloured = null;
     this.shown = { before: null, after: null };
     this.place = 0;
     for (const input of all("#look .tools fieldset input")) {
@@ -151,6 +153,7 @@ class Display {
       for (const { surface } of Object.values(viewer.sides)) surface.setColour({ kind: 0 });
       this.colour = find("#colour").value = "plain";
     }
+    this.coloured = name;
     viewer.refresh();
   }
 
