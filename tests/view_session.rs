@@ -432,7 +432,7 @@ fn choices_are_kept_for_another_session() {
 #[test]
 fn faces_keep_their_origin_through_a_repair() {
     let desk = Desk::new();
-    // A vertex twice and a face twice, both at the beginning: all others get other numbers.
+    // A vertex twice and a face twice, both at the beginning: all others get other numbers, as in a repair of real scans.
     let mut mesh = desk::ball();
     let faces = mesh.faces.len();
     let first = mesh.positions[0];

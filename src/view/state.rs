@@ -123,6 +123,8 @@ impl State {
             false => Delta::new(&parent.loaded.mesh, &loaded.mesh, kept),
         };
         let faces = loaded.mesh.faces.len();
+        // A repair that renumbers vertices keeps faces that are not the same by their numbers: they are found by their places.
+        let delta = delta.filter(|delta| delta.faces.count() == first.min(faces));
         let origin = origins(parent, &loaded.mesh, delta.as_ref());
         let errors = Errors::next(&parent.errors, &step.mended, &parent.loaded, &loaded);
         let mut region = vec![0; faces];
