@@ -287,6 +287,9 @@ def check_point(browser, expect):
         return
     browser.run("window.isomend.point.copied = null")
     browser.click(x, y)
+    browser.until("document.querySelector('#point-at').textContent.includes(',')", "the point is told")
+    expect(browser.run("window.isomend.point.copied") is None, "a click copies although nobody asked")
+    browser.click_on("#copy-point")
     browser.until("!!window.isomend.point.copied", "the point is copied")
     shown = browser.run("document.querySelector('#point-at').textContent")
     numbers = [float(n) for n in shown.split(",")]

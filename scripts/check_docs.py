@@ -20,7 +20,7 @@ from tables import PAGES, ROOT, cells, split
 
 MOST_BYTES = 12_000
 HELPERS = ("jq", "man")
-COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", "study", "sdf", "surface", "view", "completions", "man")
+COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", "convert", "study", "sdf", "surface", "view", "completions", "man")
 # Of these only the help is printed.
 PARSED = ("isomend study", "isomend view")
 

@@ -28,6 +28,7 @@ import numpy as np
 
 from browser_test import NAMES, ROOT
 from left_out import left_out
+from view_choices import check_point, choices
 from view_meshes import bumpy_ball, textured_glb
 from view_page import Page, Server, check_refusals
 
@@ -102,7 +103,7 @@ def check_colours(page):
 
     for colour in page.run("[...document.querySelector('#colour').options].map((o) => o.value)")[1:]:
         page.fill_in("#colour", colour)
-        page.until(f"isomend.viewer.sides.after.surface.colour.kind > 0 || document.querySelector('#message.trouble')", f"{colour} is shown")
+        page.until(f"isomend.display.coloured === {colour!r} || document.querySelector('#message.trouble')", f"{colour} is shown")
         page.expect(page.run("isomend.viewer.sides.after.surface.colour.kind") > 0, f"no {colour}: " + page.run("document.querySelector('#message').textContent"))
         differs(f"colour_{colour.split(':')[0]}")
     page.fill_in("#colour", "plain")
@@ -113,16 +114,6 @@ def check_colours(page):
     page.fill_in("#section", "")
     page.click_on("[name=wire] + span")
     page.settled()
-
-
-def check_point(page):
-    """A click tells the point and the ball."""
-    x, y = page.surface()[0]
-    page.run("isomend.point.copied = null")
-    page.click(x, y, modifiers=1)
-    page.until("!!isomend.point.copied", "the ball is copied")
-    ball = page.run("isomend.point.copied")
-    page.expect(re.fullmatch(r"--ball (-?[\d.e-]+,){3}[\d.e-]+", ball), f"the ball is {ball!r}")
 
 
 def check_defects(page):
@@ -456,7 +447,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     parser.add_argument("--keep", type=Path, help="a folder for screenshots")
-    parser.add_argument("--only", choices=["scan", "textured", "million"])
+    parser.add_argument("--only", choices=["scan", "textured", "choices", "million"])
     arguments = parser.parse_args()
     chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     if not chromium:
@@ -467,7 +458,7 @@ def main():
         arguments.keep.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
         base = Path(temporary)
-        for name in ("scan", "textured", "million"):
+        for name in ("scan", "textured", "choices", "million"):
             if arguments.only not in (None, name):
                 continue
             folder, profile = base / name / "files", base / name / "profile"
@@ -481,6 +472,8 @@ def main():
             try:
                 if name == "million":
                     large(page, program, folder)
+                elif name == "choices":
+                    choices(page, program, folder, Path(shutil.copy(ROOT / "data/scan.ply", folder / "scan.ply")))
                 else:
                     mesh = folder / ("scan.ply" if name == "scan" else "textured.glb")
                     shutil.copy(ROOT / "data/scan.ply", mesh) if name == "scan" else textured_glb(mesh)

@@ -51,9 +51,12 @@ pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Model
 
 impl Model {
     /// Gives the vertices of patches, which begin behind the `kept` ones of the input, their expected errors as values named
-    /// [`SIGMA_NAME`]; those of an earlier run stay. Nothing where no error is known.
+    /// [`SIGMA_NAME`]; those of an earlier run stay. Nothing where no error is known, of this run or an earlier one. With no errors at
+    /// all, as of a faired surface, nothing is known of the new vertices.
     pub fn tell_errors(&mut self, kept: usize, sigma: &[Option<f64>]) {
-        if sigma.iter().all(Option::is_none) {
+        let own = |a: &Attribute| a.name == SIGMA_NAME && a.components == 1;
+        let place = self.attributes.vertex.iter().position(own);
+        if sigma.iter().all(Option::is_none) && place.is_none() {
             return;
         }
         let largest = sigma.iter().flatten().copied().fold(0.0, f64::max);
@@ -63,17 +66,20 @@ impl Model {
             false => Scalar::F64,
         };
         let all = &mut self.attributes.vertex;
-        let own = |a: &Attribute| a.name == SIGMA_NAME && a.components == 1;
-        let mut told = match all.iter().position(own) {
+        let mut told = match place {
             Some(place) => all.remove(place),
             None => Attribute::new(SIGMA_NAME, Role::Other, scalar, 1),
         };
         let earlier = std::mem::take(&mut told.values);
         let count = self.mesh.positions.len();
         for v in 0..count {
-            let new = v.checked_sub(kept).and_then(|i| sigma.get(i));
-            let known = || earlier.get(v).copied().filter(|_| v < kept).unwrap_or(0.0);
-            let value = new.map_or_else(known, |s| s.unwrap_or(UNKNOWN));
+            let value = match v.checked_sub(kept).map(|i| sigma.get(i)) {
+                None => earlier.get(v).copied().unwrap_or(0.0),
+                Some(Some(error)) => error.unwrap_or(UNKNOWN),
+                Some(None) if sigma.is_empty() => UNKNOWN,
+                // Copies of vertices of the rim.
+                Some(None) => 0.0,
+            };
             told.push(Some(&[value]));
         }
         told.missing = Vec::new();

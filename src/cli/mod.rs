@@ -5,6 +5,7 @@ mod check;
 mod compare;
 mod config;
 mod console;
+mod convert;
 mod fair;
 mod files;
 mod fill;
@@ -100,6 +101,7 @@ enum Command {
     Inspect(inspect::InspectArgs),
     Check(check::CheckArgs),
     Compare(compare::CompareArgs),
+    Convert(convert::ConvertArgs),
     View(view::ViewArgs),
     Study(study::StudyArgs),
     Sdf(sdf::SdfArgs),
@@ -197,6 +199,7 @@ fn run(cli: Cli) -> anyhow::Result<End> {
         Command::Inspect(args) => start(&args.common, |console| inspect::run(&args, console)),
         Command::Check(args) => start(&args.common, |console| check::run(&args, console)),
         Command::Compare(args) => start(&args.common, |console| compare::run(&args, console)),
+        Command::Convert(args) => start(&args.common, |console| convert::run(&args, console)),
         Command::View(args) => view::run(&args),
         Command::Study(args) => start_run(&args.run, |console| study::run(&args, console)),
         Command::Sdf(args) => start(&args.common, |console| sdf::run(&args, console)),

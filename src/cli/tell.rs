@@ -1,7 +1,9 @@
 //! What is said of a job: before it, while it lasts, after it.
 
 use isomend::job::{Extent, JobResult};
-use isomend::report::{length, level_lines, plan_lines, point, reason_lines, repair_lines};
+use isomend::report::{
+    counted, length, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines,
+};
 use isomend::{FairReport, HoleOutcome, RegionReport, RepairReport, RestoreReport};
 
 use super::console::Console;
@@ -14,6 +16,10 @@ const MOST_PLACES: usize = 20;
 pub fn plan(plan: &JobResult) -> String {
     match &plan.extent {
         Extent::Faired(report) => fair_plan(report),
+        Extent::Copied => format!(
+            "{} vertices and {} faces would be written as they are\n",
+            plan.size[0], plan.size[1]
+        ),
         Extent::Region(cut) => cut_plan(cut) + &lines(plan_lines(&plan.report)),
         Extent::Repaired(report) => {
             let verdict = report.before.as_ref();
@@ -53,14 +59,19 @@ fn fair_plan(report: &FairReport) -> String {
 
 /// What was done, the verdict last; `name` goes before warnings.
 pub fn done(done: &JobResult, name: &str, console: &Console) {
-    if let Extent::Faired(report) = &done.extent {
-        return faired(report, done, console);
-    }
-    if let Extent::Region(cut) = &done.extent {
-        console.say(&format!(
-            "{} faces marked, {} cut out",
-            cut.marked_faces, cut.removed_faces
-        ));
+    match &done.extent {
+        Extent::Faired(report) => return faired(report, done, console),
+        Extent::Copied => {
+            let [vertices, faces] = done.size;
+            let file = written(done);
+            return console.say(&format!("{file}{vertices} vertices, {faces} faces written"));
+        }
+        Extent::Region(cut) => console.say(&format!(
+            "{} marked, {} cut out",
+            counted(cut.marked_faces, "face"),
+            cut.removed_faces
+        )),
+        _ => {}
     }
     let report = &done.report;
     let is_verbose = console.is_verbose();
@@ -152,8 +163,8 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
     let mut line = format!(
         "{}moved by {} at most, {} root mean square",
         written(done),
-        length(report.moved_max),
-        length(report.moved_rms)
+        length_beside(report.moved_max, report.strength),
+        length_beside(report.moved_rms, report.strength)
     );
     if let Some(drift) = report.volume_drift() {
         line += &format!("; the volume changed by {:+.3} %", 100.0 * drift);
@@ -170,8 +181,11 @@ pub fn faired_region_line(region: &RegionReport) -> String {
         false => format!("inside rim {}", rims.join("+")),
     };
     let mut line = format!(
-        "{name}: {steps} steps, {} vertices, {} faces, {:.2} s",
-        region.new_vertices, region.new_faces, region.seconds
+        "{name}: {}, {} vertices, {} faces, {:.2} s",
+        counted(steps, "step"),
+        region.new_vertices,
+        region.new_faces,
+        region.seconds
     );
     if region.intersecting_faces > 0 {
         line += &format!("; {} faces intersect others", region.intersecting_faces);

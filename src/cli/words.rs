@@ -20,6 +20,7 @@ impl Words for CommandLine {
             Work::Restore(_, params) => restore(params),
             Work::Fair(_, params) => fair(params),
             Work::Repair(params) => repair(params),
+            Work::Copy => Command::new(work.name()),
         };
         let plain = command.clone();
         if let Some(faces) = faces {
@@ -50,6 +51,7 @@ fn parsed(command: &Command) -> Result<Work, String> {
         Parsed::Restore(args) => args.work(),
         Parsed::Fair(args) => args.work(),
         Parsed::Repair(args) => args.work(),
+        Parsed::Convert(_) => Ok(Work::Copy),
         _ => return Err("the command line has no such work".to_owned()),
     };
     let work = work.map_err(|error| format!("{error:#}"))?;

@@ -31,13 +31,15 @@ pub enum Extent {
     Faired(FairReport),
     /// What was wrong. The report of its fills is [`report`](super::JobResult::report), and empty here.
     Repaired(Box<RepairReport>),
+    /// Nothing, and no hole was looked for either: the report of fills is empty.
+    Copied,
 }
 
 impl Extent {
     /// Whether nothing that was to be filled is still open.
     pub(super) fn is_complete(&self, fill: &FillReport) -> bool {
         match self {
-            Self::Faired(_) => true,
+            Self::Faired(_) | Self::Copied => true,
             Self::Repaired(report) => report.after.as_ref().is_none_or(Verdict::is_sound),
             _ => !fill.incomplete(),
         }
@@ -85,6 +87,23 @@ impl From<Faired> for Made {
             first: faired.kept.map_or(First::All, First::Cut),
             report: std::mem::take(&mut faired.report.fill),
             extent: Extent::Faired(faired.report),
+        }
+    }
+}
+
+impl Made {
+    /// A copy of a mesh.
+    pub(super) fn copy(mesh: &Mesh) -> Self {
+        Self {
+            mesh: mesh.clone(),
+            sigma: Vec::new(),
+            first: First::All,
+            extent: Extent::Copied,
+            report: FillReport {
+                vertices: mesh.positions.len(),
+                faces: mesh.faces.len(),
+                ..FillReport::default()
+            },
         }
     }
 }

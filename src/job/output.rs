@@ -149,6 +149,14 @@ impl Output {
         Ok(saved)
     }
 
+    /// Writes a mesh as it was read.
+    pub(super) fn write_copy(&self, input: &Loaded) -> Result<Saved, JobError> {
+        let document = input.document.as_ref();
+        let mut saved = self.write_model(input.mesh.clone(), &input.attributes, document, input)?;
+        saved.notes.extend(self.side_files(input));
+        Ok(saved)
+    }
+
     /// Writes level sets by themselves.
     fn write_whole(&self, mesh: Mesh, input: &Loaded) -> Result<Saved, JobError> {
         let mut saved = self.write_model(mesh, &Attributes::default(), None, input)?;

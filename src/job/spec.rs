@@ -19,6 +19,8 @@ pub enum Work {
     Fair(Option<MaskSpec>, FairParams),
     /// What is wrong is mended, and holes are filled.
     Repair(RepairParams),
+    /// Nothing: the mesh is written as it was read, as far as the format of the output can hold it.
+    Copy,
 }
 
 impl Work {
@@ -29,6 +31,7 @@ impl Work {
             Self::Restore(..) => "restore",
             Self::Fair(..) => "fair",
             Self::Repair(_) => "repair",
+            Self::Copy => "convert",
         }
     }
 
@@ -48,6 +51,7 @@ impl Work {
             }
             Self::Repair(params) => Ok(params.check()?),
             Self::Fair(mask, _) => mask.as_ref().map_or(Ok(()), MaskSpec::check),
+            Self::Copy => Ok(()),
         }
     }
 }

@@ -2,6 +2,8 @@
 
 use std::borrow::Cow;
 
+use glam::DVec3;
+
 use super::draw::{Before, Drawings, Drawn};
 use super::made::{Extent, First, Kept, Made, repaired};
 use super::output::Saved;
@@ -114,29 +116,7 @@ impl<'s> Read<'s> {
     /// When the mask or the parameters do not fit the mesh.
     pub fn plan(self) -> Result<JobResult<'s>, JobError> {
         let Self { spec, loaded } = self;
-        let found = Inspection::new(&loaded.mesh)?;
-        let (extent, report) = match &spec.work {
-            Work::Fill(params) => (Extent::Holes, found.plan(params)?),
-            Work::Repair(params) => {
-                let plan = RepairReport {
-                    before: Some(found.check(&CheckParams::default())),
-                    ..RepairReport::default()
-                };
-                (Extent::Repaired(Box::new(plan)), found.plan(&params.fill)?)
-            }
-            Work::Restore(mask, params) => {
-                let marked = marks(mask, &loaded)?;
-                let mut plan = found.plan_restore(&marked, params)?;
-                let fill = std::mem::take(&mut plan.fill);
-                (Extent::Region(plan), fill)
-            }
-            Work::Fair(mask, params) => {
-                let marked = mask.as_ref().map(|mask| marks(mask, &loaded)).transpose()?;
-                let mut plan = found.plan_fair(marked.as_deref(), params)?;
-                let fill = std::mem::take(&mut plan.fill);
-                (Extent::Faired(plan), fill)
-            }
-        };
+        let (extent, report) = planned(&spec.work, &loaded)?;
         Ok(JobResult {
             spec,
             format: loaded.format,
@@ -161,6 +141,7 @@ impl<'s> Read<'s> {
                 let in_place = self.spec.keeps_vertices(&self.loaded);
                 repaired(&self.loaded, in_place, params, control)?
             }
+            Work::Copy => Made::copy(&self.loaded.mesh),
             work => self.make(&work.inspect(&self.loaded.mesh)?, control)?,
         };
         Ok(self.mended(made))
@@ -192,6 +173,7 @@ impl<'s> Read<'s> {
                 found.restore(&marked, &params, control)?.into()
             }
             Work::Repair(params) => repaired(loaded, keep_vertices, params, control)?,
+            Work::Copy => Made::copy(&loaded.mesh),
             Work::Fair(mask, params) => {
                 let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
                 let mut params = params.clone();
@@ -236,11 +218,45 @@ impl Work {
     fn inspect<'m>(&self, mesh: &'m Mesh) -> Result<Inspection<'m>, JobError> {
         let found = Inspection::new(mesh);
         Ok(match self {
-            Self::Fill(_) | Self::Repair(_) => found?,
+            Self::Fill(_) | Self::Repair(_) | Self::Copy => found?,
             Self::Restore(..) => found.map_err(RestoreError::from)?,
             Self::Fair(..) => found.map_err(FairError::from)?,
         })
     }
+}
+
+/// What would be done with a mesh.
+fn planned(work: &Work, loaded: &Loaded) -> Result<(Extent, FillReport), JobError> {
+    let mesh = &loaded.mesh;
+    Ok(match work {
+        Work::Fill(params) => (Extent::Holes, Inspection::new(mesh)?.plan(params)?),
+        Work::Repair(params) => {
+            let found = Inspection::new(mesh)?;
+            let plan = RepairReport {
+                before: Some(found.check(&CheckParams::default())),
+                ..RepairReport::default()
+            };
+            (Extent::Repaired(Box::new(plan)), found.plan(&params.fill)?)
+        }
+        Work::Restore(mask, params) => {
+            let found = Inspection::new(mesh)?;
+            let marked = marks(mask, loaded)?;
+            let mut plan = found.plan_restore(&marked, params)?;
+            let fill = std::mem::take(&mut plan.fill);
+            (Extent::Region(plan), fill)
+        }
+        Work::Fair(mask, params) => {
+            let found = Inspection::new(mesh)?;
+            let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
+            let mut plan = found.plan_fair(marked.as_deref(), params)?;
+            let fill = std::mem::take(&mut plan.fill);
+            (Extent::Faired(plan), fill)
+        }
+        Work::Copy => {
+            let copied = Made::copy(mesh);
+            (copied.extent, copied.report)
+        }
+    })
 }
 
 /// The marks of a mask, which must mark something.
@@ -281,9 +297,10 @@ impl<'s> Mended<'s> {
 
     /// The mesh with what it carries, in full precision.
     pub fn model(&self) -> Model {
-        match self.whole {
-            true => self.mesh.clone().into(),
-            false => transfer(&self.first.mesh, &self.first.attributes, self.mesh.clone()),
+        match (self.whole, &self.extent) {
+            (true, _) => self.mesh.clone().into(),
+            (false, Extent::Copied) => self.first.clone().into(),
+            (false, _) => transfer(&self.first.mesh, &self.first.attributes, self.mesh.clone()),
         }
     }
 
@@ -311,6 +328,11 @@ impl<'s> Mended<'s> {
         self.mesh.positions.len() - self.kept_size()[0]
     }
 
+    /// The vertices, those of the input that are kept first, in full precision, without the copies that [`Mended::model`] may add.
+    pub fn positions(&self) -> &[DVec3] {
+        &self.mesh.positions
+    }
+
     /// Where the mesh was read from.
     pub fn source(&self) -> &Place {
         &self.spec.source.place
@@ -331,29 +353,39 @@ impl<'s> Mended<'s> {
             what: "there is no output to write to".to_owned(),
         })?;
         let regions: &mut [RegionReport] = &mut self.report.regions;
-        let saved =
-            output.write_mended(self.mesh, &self.first, self.whole, &self.sigma, regions)?;
+        let saved = match &self.extent {
+            Extent::Copied => output.write_copy(&self.first)?,
+            _ => output.write_mended(self.mesh, &self.first, self.whole, &self.sigma, regions)?,
+        };
         let Saved { mesh, notes, bytes } = saved;
         let notes_read = self.first.notes.len();
-        let notes = [self.first.notes, notes].concat();
+        let notes = [&self.first.notes[..], &notes].concat();
         if let Extent::Repaired(report) = &mut self.extent {
             report.after = Some(Inspection::new(&mesh)?.check(&CheckParams::default()));
         }
-        spec.drawings.write(&Drawn {
-            command: spec.work.name(),
-            places: [&spec.source.place, &output.place],
-            before: self.before.as_ref(),
-            first: &self.first.mesh,
-            after: &mesh,
-            kept: if self.whole {
-                0
-            } else {
-                self.first.mesh.faces.len()
-            },
-            errors: &self.sigma,
-            notes: &notes,
-            report: &self.report,
-        })?;
+        let (input, drawings) = (&spec.source.place, &spec.drawings);
+        match &self.extent {
+            Extent::Copied if !drawings.is_wanted() => {}
+            Extent::Copied => {
+                let found = Inspection::new(&self.first.mesh)?;
+                drawings.write_looked_at(input, &self.first, &found)?;
+            }
+            _ => drawings.write(&Drawn {
+                command: spec.work.name(),
+                places: [input, &output.place],
+                before: self.before.as_ref(),
+                first: &self.first.mesh,
+                after: &mesh,
+                kept: if self.whole {
+                    0
+                } else {
+                    self.first.mesh.faces.len()
+                },
+                errors: &self.sigma,
+                notes: &notes,
+                report: &self.report,
+            })?,
+        }
         Ok(JobResult {
             spec: self.spec,
             format: self.first.format,

@@ -17,6 +17,19 @@ pub fn length(x: f64) -> String {
     }
 }
 
+/// As [`length`], of what belongs to something of a size: 0 for what is nothing but rounding beside it.
+pub fn length_beside(x: f64, size: f64) -> String {
+    length(beside(x, size))
+}
+
+/// A length that belongs to something of a size: 0 where it is nothing but rounding beside it.
+pub fn beside(x: f64, size: f64) -> f64 {
+    match x.abs() <= NOTHING * size.abs() {
+        true => 0.0,
+        false => x,
+    }
+}
+
 /// The coordinates of a point with commas between them: five decimals, or powers of ten where they and the size of what the
 /// point belongs to are very large or small.
 pub fn point(p: DVec3, size: f64) -> String {
@@ -55,6 +68,12 @@ mod tests {
             assert!(point(DVec3::splat(-x), x).len() <= 3 * 14 + 4, "{x}");
             x *= 7.0;
         }
+    }
+
+    #[test]
+    fn lengths_that_are_rounding_are_nothing() {
+        assert_eq!(length_beside(-4.4e-16, 2.0), "0.000000");
+        assert_eq!(length_beside(4.4e-16, 1e-12), "4.40000e-16");
     }
 
     #[test]

@@ -29,7 +29,7 @@ pub use attributes::Attributes;
 pub use chains::{ChainReason, OpenChain};
 pub use fans::fans;
 pub use holes::{Hole, find_holes};
-pub use lengths::{length, point};
+pub use lengths::{beside, length, length_beside, point};
 pub use measures::area_vector;
 pub use model::Model;
 pub use origins::{FaceOrigin, Origins};

@@ -7,7 +7,7 @@ use crate::flow::Energy;
 use crate::mend::{
     ClosedBy, FillReport, FinishReport, HoleOutcome, PatchStart, RegionReport, TriangulatedReason,
 };
-use crate::mesh::{Defects, Hole, OpenChain, length, point};
+use crate::mesh::{Defects, Hole, OpenChain, length, length_beside, point};
 
 /// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.
 const MOST_JOINED: usize = 12;
@@ -67,7 +67,7 @@ fn hole_cells(h: &Hole) -> [String; 10] {
         h.edges.to_string(),
         length(h.length),
         length(h.diameter),
-        length(h.height),
+        length_beside(h.height, h.diameter),
         format!("{:.4}", h.planarity),
         point(h.centre, h.diameter),
         normal.join(", "),
@@ -101,7 +101,10 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
     ];
     all.iter()
         .filter(|(n, _)| *n > 0)
-        .map(|(n, what)| format!("{n} {what}"))
+        .map(|(n, what)| match n {
+            1 => format!("1 {}", singular(what)),
+            _ => format!("{n} {what}"),
+        })
         .collect()
 }
 
@@ -170,6 +173,30 @@ fn finished(finish: &FinishReport) -> String {
     text
 }
 
+/// A number of things: the noun is in the singular where there is one.
+pub fn counted(n: usize, noun: &str) -> String {
+    let s = if n == 1 { "" } else { "s" };
+    format!("{n} {noun}{s}")
+}
+
+/// The name of some things for one of them: its first noun in the singular.
+fn singular(what: &str) -> String {
+    let nouns = [
+        ("vertices ", "vertex "),
+        ("faces ", "face "),
+        ("edges ", "edge "),
+        ("pieces ", "piece "),
+    ];
+    let spaced = format!("{what} ");
+    let at = nouns
+        .iter()
+        .filter_map(|(many, one)| Some((spaced.find(many)?, many, one)));
+    match at.min_by_key(|(at, ..)| *at) {
+        Some((_, many, one)) => spaced.replacen(many, one, 1).trim_end().to_owned(),
+        None => what.to_owned(),
+    }
+}
+
 /// How the level set found the surface of a region.
 fn solved(r: &RegionReport) -> String {
     let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
@@ -178,8 +205,9 @@ fn solved(r: &RegionReport) -> String {
         .last()
         .map_or((0.0, 0.0), |l| (l.flow.energy_before, l.flow.energy_after));
     let mut text = format!(
-        "{:.0} voxels across, {steps} steps, energy {before:.4} -> {after:.4}",
-        r.diameter / r.voxel.unwrap_or(f64::NAN)
+        "{:.0} voxels across, {}, energy {before:.4} -> {after:.4}",
+        r.diameter / r.voxel.unwrap_or(f64::NAN),
+        counted(steps, "step")
     );
     if let Some(seam) = r.seam_angle_mean {
         text += &format!(", seam {seam:.1} degrees");
@@ -198,7 +226,7 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
         let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
         let movement = flow.movement;
         lines.push(format!(
-            "  voxel {}{}: {} nodes, {} unknowns, {} steps, {} iterations, last movement {:.1e} voxels{}, \
+            "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last movement {:.1e} voxels{}, \
              sampled in {:.2} s, solved in {:.2} s",
             length(level.voxel),
             match flow.energy {
@@ -207,8 +235,8 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
             },
             level.nodes,
             flow.unknowns,
-            flow.steps.len(),
-            iterations,
+            counted(flow.steps.len(), "step"),
+            counted(iterations, "iteration"),
             movement,
             if flow.converged { "" } else { " (not steady)" },
             level.seconds[0],
@@ -419,5 +447,27 @@ mod tests {
         assert!(ranges(&odd).ends_with("47 and 76 more"), "{}", ranges(&odd));
         assert_eq!(joined(&[3, 7]), "3+7");
         assert!(joined(&odd).ends_with("+23 and 88 more"));
+    }
+
+    #[test]
+    fn nouns_agree_with_their_numbers() {
+        assert_eq!(counted(1, "step"), "1 step");
+        assert_eq!(counted(0, "step"), "0 steps");
+        let of = |small_components, duplicate_vertices| Defects {
+            small_components,
+            duplicate_vertices,
+            ..Defects::default()
+        };
+        let one = [
+            "1 vertex at the position of an earlier one",
+            "1 piece of one or two triangles",
+        ];
+        assert_eq!(defect_lines(&of(1, 1)), one);
+        assert_eq!(
+            defect_lines(&of(2, 0)),
+            ["2 pieces of one or two triangles"]
+        );
+        let turned = singular("edges whose two faces are oriented against each other");
+        assert!(turned.starts_with("edge whose two faces"));
     }
 }

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use glam::DVec3;
 use serde_json::json;
 
+use super::choices::Choices;
 use super::events::{Events, Teller};
 use super::make::Order;
 use super::session::{Busy, Session};
@@ -36,6 +37,8 @@ pub struct App {
     pub session: Mutex<Session>,
     /// Where steps that are not saved are kept.
     pub store: Store,
+    /// The file of an earlier session whose steps were not saved, where it is not gone on with.
+    pub earlier: Option<PathBuf>,
     /// What pages are told.
     pub events: Events,
     /// The threads that steps are made on.
@@ -52,17 +55,22 @@ impl App {
         self.session.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Keeps the steps that are not saved, and tells pages that something has changed.
+    /// Keeps what is not saved, and tells pages that something has changed.
     pub fn changed(&self) {
+        self.keep();
+        self.events.tell("state", &json!({}));
+    }
+
+    /// Keeps the steps and the choices that are not saved.
+    pub fn keep(&self) {
         // Steps that are made again are in the file until all of them are.
         let is_again = |b: &Busy| b.kind == AGAIN;
         if !self.session().busy.as_ref().is_some_and(is_again) {
             self.store.keep(|| {
                 let session = self.session();
-                session.is_unsaved().then(|| session.current().clone())
+                session.is_kept().then(|| session.kept())
             });
         }
-        self.events.tell("state", &json!({}));
     }
 
     /// Begins a step on a thread of its own and returns the number of its job; none where another is being made.
@@ -78,11 +86,19 @@ impl App {
         })
     }
 
-    /// Makes the steps of an earlier session again; `own` says whether they were kept where this session keeps its own.
+    /// Makes the steps of an earlier session again, and takes what was chosen on the file and after each; `own` says whether they were kept where this session keeps its own.
     ///
     /// # Errors
     /// When there is no thread for it.
-    pub fn resume(self: &Arc<Self>, steps: Vec<KeptStep>, own: bool) -> std::io::Result<()> {
+    pub fn resume(
+        self: &Arc<Self>,
+        (steps, choices): (Vec<KeptStep>, Vec<Choices>),
+        own: bool,
+    ) -> std::io::Result<()> {
+        let mut choices = choices.into_iter();
+        if let Some(choices) = choices.next() {
+            self.session().restore_choices(choices);
+        }
         self.start(AGAIN, move |app, control| {
             for step in steps {
                 let parent = app.session().current().clone();
@@ -91,6 +107,9 @@ impl App {
                 let order = order.map_err(|wrong| wrong.error)?;
                 let state = app.make(order, &parent, control)?;
                 app.session().add(state, false);
+                if let Some(choices) = choices.next() {
+                    app.session().restore_choices(choices);
+                }
                 app.changed();
             }
             if own {

@@ -7,11 +7,12 @@ const HTML: &str = include_str!("page/page.html");
 const OWN_STYLE: &str = include_str!("page/page.css");
 const WORKER: &str = include_str!("page/worker.js");
 /// The page's own scripts, after those of the viewer, in the order of `page/order.txt`.
-const OWN: [(&str, &str); 11] = [
+const OWN: [(&str, &str); 12] = [
     ("net.js", include_str!("page/net.js")),
     ("model.js", include_str!("page/model.js")),
     ("topology.js", include_str!("page/topology.js")),
     ("mask.js", include_str!("page/mask.js")),
+    ("choices.js", include_str!("page/choices.js")),
     ("paint.js", include_str!("page/paint.js")),
     ("fields.js", include_str!("page/fields.js")),
     ("display.js", include_str!("page/display.js")),

@@ -1,9 +1,12 @@
 //! What of a mesh is the same in the one that was made of it.
 
-use crate::job::Kept;
-use crate::mesh::Mesh;
+use std::collections::HashMap;
+
+use glam::DVec3;
 
 use super::runs::Runs;
+use crate::job::Kept;
+use crate::mesh::Mesh;
 
 /// Which vertices and faces of a mesh are the first ones of another, in order.
 #[derive(Clone, Debug, Default)]
@@ -50,6 +53,71 @@ impl Delta {
     }
 }
 
+/// The numbers that the vertices and the faces of a mesh have in one that was made of it.
+pub struct Numbers {
+    /// For each vertex of the old mesh.
+    pub vertices: Vec<Option<u32>>,
+    /// For each face of the old mesh.
+    pub faces: Vec<Option<u32>>,
+}
+
+impl Numbers {
+    /// Those in a mesh of which it is known what is kept, or where it is not found by places.
+    pub fn new(before: &Mesh, after: &Mesh, delta: Option<&Delta>) -> Self {
+        let Some(delta) = delta else {
+            return Self::by_position(before, after);
+        };
+        let numbered = |runs: &Runs, count: usize| {
+            let mut number = vec![None; count];
+            for (new, old) in (0..).zip(runs.numbers()) {
+                number[old] = Some(new);
+            }
+            number
+        };
+        Self {
+            vertices: numbered(&delta.vertices, before.positions.len()),
+            faces: numbered(&delta.faces, before.faces.len()),
+        }
+    }
+
+    /// The same where the order is another: vertices at exactly the same place, and faces between them, turned over or not.
+    pub fn by_position(before: &Mesh, after: &Mesh) -> Self {
+        let bits = |p: &DVec3| p.to_array().map(f64::to_bits);
+        let mut place = HashMap::new();
+        for (v, p) in (0u32..).zip(&after.positions) {
+            place.entry(bits(p)).or_insert(v);
+        }
+        let find = |p: &DVec3| place.get(&bits(p)).copied();
+        let vertices: Vec<Option<u32>> = before.positions.iter().map(find).collect();
+        let sorted = |face: [Option<u32>; 3]| {
+            let mut face = [face[0]?, face[1]?, face[2]?];
+            face.sort_unstable();
+            Some(face)
+        };
+        let mut numbers = HashMap::new();
+        for (f, face) in (0u32..).zip(&after.faces) {
+            if let Some(face) = sorted(face.map(|v| find(&after.positions[v as usize]))) {
+                numbers.entry(face).or_insert(f);
+            }
+        }
+        let number = |face: &[u32; 3]| {
+            let face = sorted(face.map(|v| vertices[v as usize]))?;
+            numbers.get(&face).copied()
+        };
+        let faces = before.faces.iter().map(number).collect();
+        Self { vertices, faces }
+    }
+}
+
+/// The numbers of a rim's vertices from the one on at which they are the least in the order of a dictionary: the same whichever
+/// vertex it was found from.
+pub fn rim_key(rim: &[u32]) -> Vec<u32> {
+    let least = rim.iter().min();
+    let starts = (0..rim.len()).filter(|&i| Some(&rim[i]) == least);
+    let from = |start: usize| [&rim[start..], &rim[..start]].concat();
+    starts.map(from).min().unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
     use glam::DVec3;
@@ -80,5 +148,21 @@ mod tests {
         assert!(Delta::new(&old, &cut, None).is_none());
         let turned = mesh(&points[1..], &[[2, 1, 0]]);
         assert!(Delta::new(&old, &turned, Some(&kept)).is_none());
+    }
+
+    #[test]
+    fn vertices_and_faces_are_found_in_another_order() {
+        let at = |x: f64| DVec3::new(x, x * x, 0.0);
+        let before = Mesh::new(
+            (0..4).map(|i| at(f64::from(i))).collect(),
+            vec![[0, 1, 2], [1, 3, 2]],
+        );
+        let after = Mesh::new(
+            (1..4).rev().map(|i| at(f64::from(i))).collect(),
+            vec![[0, 1, 2]],
+        );
+        let Numbers { vertices, faces } = Numbers::by_position(&before, &after);
+        assert_eq!(vertices, [None, Some(2), Some(1), Some(0)]);
+        assert_eq!(faces, [None, Some(0)], "of the same corners, turned over");
     }
 }

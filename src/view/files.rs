@@ -55,8 +55,11 @@ pub fn to_read(root: &Path, name: &str) -> Result<PathBuf, Denied> {
 /// A path below a folder, whose own folder is there and not elsewhere by a link.
 fn inside(root: &Path, name: &str) -> Result<PathBuf, Denied> {
     let wrong = |what: &str| Err(Denied::Wrong(what.to_owned()));
-    if name.trim().is_empty() || name.contains('\0') || name.len() > LONGEST {
+    if name.trim().is_empty() || name.len() > LONGEST {
         return wrong("the name of a file is needed");
+    }
+    if name.contains(char::is_control) {
+        return wrong("the name of the file has control characters, such as a line break");
     }
     if name.ends_with(['/', std::path::MAIN_SEPARATOR]) {
         return wrong("that is the name of a folder; name a file in it");
@@ -153,7 +156,17 @@ mod tests {
                 "{name}"
             );
         }
-        for name in ["", " ", "sub", "sub/", "none/new.ply", "a\0b"] {
+        for name in [
+            "",
+            " ",
+            "sub",
+            "sub/",
+            "none/new.ply",
+            "a\0b",
+            "a\nb.ply",
+            "\u{1b}[2J.ply",
+            "a\u{85}.ply",
+        ] {
             let denied = to_write(&root, name, true);
             assert!(
                 matches!(denied, Err(Denied::Wrong(_))),

@@ -13,7 +13,8 @@ use super::words::Words;
 use crate::io::Format;
 use crate::job::{Drawings, Extent, JobError, JobResult, JobSpec, MaskSpec, Output, Source, Work};
 use crate::mend::{Control, FairParams, FillParams, RepairParams, RestoreParams};
-use crate::report::tally_line;
+use crate::mesh::length_beside;
+use crate::report::{counted, tally_line};
 
 /// What a step is to do, as the page asks for it.
 #[derive(Clone, Debug, Deserialize)]
@@ -209,11 +210,13 @@ pub fn format_between(file: Format) -> Format {
 fn summary(done: &JobResult) -> String {
     let fill = || tally_line(&done.report);
     match &done.extent {
-        Extent::Region(cut) => format!("{} faces cut out; {}", cut.removed_faces, fill()),
+        Extent::Region(cut) => {
+            format!("{} cut out; {}", counted(cut.removed_faces, "face"), fill())
+        }
         Extent::Faired(report) => format!(
             "moved by {} at most, {} root mean square",
-            crate::mesh::length(report.moved_max),
-            crate::mesh::length(report.moved_rms)
+            length_beside(report.moved_max, report.strength),
+            length_beside(report.moved_rms, report.strength)
         ),
         Extent::Repaired(report) => {
             let mut lines = crate::report::repair_lines(report);
@@ -221,5 +224,6 @@ fn summary(done: &JobResult) -> String {
             lines.join("; ")
         }
         Extent::Holes => fill(),
+        Extent::Copied => "nothing changed".to_owned(),
     }
 }

@@ -7,8 +7,11 @@
 mod api;
 mod app;
 mod assets;
+mod choices;
+mod connections;
 mod container;
 mod delta;
+mod errors;
 mod events;
 mod files;
 mod gate;

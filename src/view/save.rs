@@ -7,7 +7,7 @@ use super::recipe::{Places, Recipe};
 use super::state::{State, between};
 use crate::io::Format;
 use crate::job::{Drawings, JobError, JobSpec, Output, Source, Work, inspect};
-use crate::mend::{Control, FillParams};
+use crate::mend::Control;
 
 /// What was written.
 pub struct Saved {
@@ -53,7 +53,7 @@ impl App {
                 .to(output)
                 .write()?,
             None => {
-                let mut spec = JobSpec::plan(self.source_of(state), copying(state));
+                let mut spec = JobSpec::plan(self.source_of(state), Work::Copy);
                 spec.output = Some(output);
                 let read = spec.with(state.loaded.clone());
                 let mended = read.mend(&Control::new())?.into_owned();
@@ -128,7 +128,7 @@ impl App {
         let format = format.ok_or("the extension of the saved file tells no format")?;
         let last = match self.is_last(state, format) {
             true => None,
-            false => Some(self.words.command(&copying(state), None)?),
+            false => Some(self.words.command(&Work::Copy, None)?),
         };
         let places = Places {
             folder,
@@ -139,12 +139,4 @@ impl App {
         };
         Ok(Recipe::new(state, last, ascii, &places))
     }
-}
-
-/// What changes nothing: all holes stay open.
-fn copying(state: &State) -> Work {
-    let mut params = FillParams::default();
-    let open = state.holes.iter().filter(|hole| !hole.outer_border);
-    params.keep_open = open.map(|hole| hole.id).collect();
-    Work::Fill(params)
 }

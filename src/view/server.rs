@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use super::api::router;
 use super::app::App;
+use super::connections;
 use super::events::Events;
 use super::gate::Gate;
 use super::make::format_between;
@@ -133,6 +134,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
             centre: 0.5 * (low + high),
             session: Mutex::new(Session::new(first)),
             store,
+            earlier: earlier.clone(),
             events: Events::default(),
             pool,
             aside,
@@ -149,7 +151,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
             earlier,
             unsaved: Box::new(unsaved),
         });
-        axum::serve(listener, router(app, gate)).await?;
+        connections::serve(listener, router(app, gate)).await?;
         Ok(())
     })
 }
@@ -157,7 +159,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
 /// Tells the file that keeps steps that are not saved, if there are any.
 fn unsaved(app: Arc<App>) -> impl Fn() -> Option<PathBuf> + Send + Sync {
     move || {
-        let is_unsaved = app.session().is_unsaved();
+        let is_unsaved = app.session().is_kept();
         let is_kept = app.store.error().is_none();
         (is_unsaved && is_kept).then(|| app.store.path().to_path_buf())
     }

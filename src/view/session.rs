@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::SystemTime;
 
+use super::choices::{Change, Choices};
 use super::state::State;
+use super::store::{Keep, KeptStep};
 use crate::mend::Cancel;
 
 /// Most meshes that are kept to be looked at.
@@ -28,6 +30,10 @@ pub struct Session {
     saved: u32,
     /// Where meshes were saved last, and whether as text.
     outputs: BTreeMap<u32, (PathBuf, bool)>,
+    /// What is chosen on each mesh.
+    choices: BTreeMap<u32, Choices>,
+    /// How often something was chosen, and how often when a mesh was saved last.
+    chosen: [u64; 2],
 }
 
 /// A job that is being done.
@@ -55,6 +61,8 @@ impl Session {
             busy: None,
             saved: 0,
             outputs: BTreeMap::new(),
+            choices: BTreeMap::new(),
+            chosen: [0, 0],
         }
     }
 
@@ -123,11 +131,12 @@ impl Session {
         self.next_state += 1;
         state.id = id;
         self.states.insert(id, Arc::new(state));
+        self.carry(id);
         if preview {
             self.previews.push(id);
             if self.previews.len() > PREVIEWS {
                 let oldest = self.previews.remove(0);
-                self.states.remove(&oldest);
+                self.forget(oldest);
             }
         } else {
             self.append(id);
@@ -147,6 +156,8 @@ impl Session {
             return Err("the preview was made of another mesh than the current one");
         }
         self.previews.remove(place);
+        // What was chosen since it was made counts too.
+        self.carry(id);
         self.append(id);
         Ok(())
     }
@@ -156,23 +167,94 @@ impl Session {
         let place = self.previews.iter().position(|i| *i == id);
         if let Some(place) = place {
             self.previews.remove(place);
-            self.states.remove(&id);
+            self.forget(id);
         }
         place.is_some()
     }
 
     /// Puts a mesh behind the current one.
     fn append(&mut self, id: u32) {
-        for gone in self.line.drain(self.at + 1..) {
-            self.states.remove(&gone);
+        for gone in self.line.split_off(self.at + 1) {
+            self.forget(gone);
         }
         self.line.push(id);
         self.at = self.line.len() - 1;
     }
 
+    /// Drops a mesh and what was chosen on it.
+    fn forget(&mut self, id: u32) {
+        self.states.remove(&id);
+        self.choices.remove(&id);
+    }
+
+    /// Carries what is chosen on a mesh's parent to it.
+    fn carry(&mut self, id: u32) {
+        let state = &self.states[&id];
+        if let Some(parent) = &state.parent {
+            let carried = self.choices(parent.id).carried(parent, state);
+            self.choices.insert(id, carried);
+        }
+    }
+
+    /// What is chosen on a mesh.
+    pub fn choices(&self, id: u32) -> Choices {
+        self.choices.get(&id).cloned().unwrap_or_default()
+    }
+
+    /// Whether faces of any of its meshes are marked, or were for a step.
+    pub fn was_masked(&self) -> bool {
+        let by_step = |s: &Arc<State>| s.step.as_ref().is_some_and(|step| step.mask.is_some());
+        let marked = self.choices.values().any(|c| !c.mask().0.is_empty());
+        marked || self.states.values().any(by_step)
+    }
+
+    /// Takes what is chosen on a mesh.
+    ///
+    /// # Errors
+    /// As [`Choices::change`]; none where the mesh is no more.
+    pub fn choose(&mut self, change: &Change) -> Option<Result<(), (String, &'static str)>> {
+        let state = self.states.get(&change.id)?.clone();
+        let choices = self.choices.entry(change.id).or_default();
+        self.chosen[0] += 1;
+        Some(choices.change(change, &state))
+    }
+
+    /// Takes what was chosen on the current mesh in an earlier session.
+    pub fn restore_choices(&mut self, choices: Choices) {
+        let state = self.current().clone();
+        self.choices.insert(state.id, choices.checked(&state));
+    }
+
+    /// What a file of the session holds.
+    pub fn kept(&self) -> Keep {
+        let current = self.current();
+        let step = |s: &super::state::StepDone| KeptStep {
+            work: s.work.clone(),
+            mask: s.mask.clone(),
+        };
+        let mut choices = Vec::new();
+        let mut at = Some(current);
+        while let Some(state) = at {
+            choices.push(self.choices(state.id));
+            at = state.parent.as_ref();
+        }
+        choices.reverse();
+        Keep {
+            of: (current.id, self.chosen[0]),
+            steps: current.steps().into_iter().map(step).collect(),
+            choices,
+        }
+    }
+
+    /// Whether there is anything that a file of the session has to keep: steps that no saved file has, or choices made since.
+    pub fn is_kept(&self) -> bool {
+        self.is_unsaved() || self.chosen[0] != self.chosen[1]
+    }
+
     /// A mesh was saved.
     pub fn was_saved(&mut self, id: u32, path: PathBuf, ascii: bool) {
         self.saved = id;
+        self.chosen[1] = self.chosen[0];
         self.outputs.insert(id, (path, ascii));
     }
 

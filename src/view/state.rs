@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, OnceLock};
 
 use serde_json::Value;
 
-use super::delta::Delta;
+use super::delta::{Delta, Numbers};
+use super::errors::Errors;
 use super::runs::Runs;
 use super::texture::Textures;
 use super::words::Command;
@@ -13,7 +14,8 @@ use crate::check::CheckParams;
 use crate::io::Loaded;
 use crate::job::{Drawings, JobError, Mended, Source, Work, inspect};
 use crate::mend::FillReport;
-use crate::mesh::Hole;
+use crate::mesh::{Hole, Mesh};
+use crate::report::counted;
 
 /// A mesh of the session.
 pub struct State {
@@ -35,6 +37,8 @@ pub struct State {
     pub origin: Vec<Origin>,
     /// For each face the region that made it in this step, from 1; else 0.
     pub region: Vec<u16>,
+    /// The expected errors of its vertices.
+    pub errors: Errors,
     /// What of the parent is kept, where that is known.
     pub delta: Option<Delta>,
     textures: OnceLock<Textures>,
@@ -89,6 +93,7 @@ impl State {
             step: None,
             holes,
             inspected,
+            errors: Errors::read(&loaded),
             loaded,
             origin: vec![Origin::File; faces],
             region: vec![0; faces],
@@ -118,18 +123,12 @@ impl State {
             false => Delta::new(&parent.loaded.mesh, &loaded.mesh, kept),
         };
         let faces = loaded.mesh.faces.len();
-        let mut origin: Vec<Origin> = match &delta {
-            Some(delta) => delta
-                .faces
-                .numbers()
-                .map(|f| parent.origin[f].aged())
-                .collect(),
-            None => vec![Origin::File; first.min(faces)],
-        };
-        let old = origin.len();
-        origin.resize(faces, Origin::New);
+        // A repair that renumbers vertices keeps faces that are not the same by their numbers: they are found by their places.
+        let delta = delta.filter(|delta| delta.faces.count() == first.min(faces));
+        let origin = origins(parent, &loaded.mesh, delta.as_ref());
+        let errors = Errors::next(&parent.errors, &step.mended, &parent.loaded, &loaded);
         let mut region = vec![0; faces];
-        let mut at = old;
+        let mut at = first.min(faces);
         for (number, made) in (1..).zip(&report.regions) {
             let end = faces.min(at + made.new_faces);
             region[at..end].fill(u16::try_from(number).unwrap_or(u16::MAX));
@@ -145,6 +144,7 @@ impl State {
             inspected,
             origin,
             region,
+            errors,
             delta,
             textures: OnceLock::new(),
             checked: Mutex::default(),
@@ -179,6 +179,24 @@ impl Origin {
     }
 }
 
+/// For each face of a mesh from where it is: as in the mesh that it was made of, where that has the face.
+fn origins(parent: &State, mesh: &Mesh, delta: Option<&Delta>) -> Vec<Origin> {
+    let mut origin = vec![Origin::New; mesh.faces.len()];
+    let kept: Vec<(usize, usize)> = match delta {
+        Some(delta) => delta.faces.numbers().enumerate().collect(),
+        None => {
+            let numbers = Numbers::by_position(&parent.loaded.mesh, mesh).faces;
+            let numbers = numbers.into_iter().enumerate();
+            let numbers = numbers.filter_map(|(old, new)| Some((new? as usize, old)));
+            numbers.collect()
+        }
+    };
+    for (new, old) in kept {
+        origin[new] = parent.origin[old].aged();
+    }
+    origin
+}
+
 /// The holes of a mesh, and all that `isomend inspect` tells of it.
 fn looked_at(source: &Source, loaded: &Loaded) -> Result<(Vec<Hole>, Value), JobError> {
     let inspected = inspect(source, loaded, None, &Drawings::default())?;
@@ -199,10 +217,10 @@ impl StepDone {
         match (&self.work, marked) {
             (Work::Fill(params), _) => match &params.holes {
                 Some(holes) if holes.len() == 1 => format!("fill hole {}", holes[0]),
-                Some(holes) => format!("fill {} holes", holes.len()),
+                Some(holes) => format!("fill {}", counted(holes.len(), "hole")),
                 None => "fill all holes".to_owned(),
             },
-            (work, Some(faces)) => format!("{} {faces} faces", work.name()),
+            (work, Some(faces)) => format!("{} {}", work.name(), counted(faces, "face")),
             (work, None) => work.name().to_owned(),
         }
     }

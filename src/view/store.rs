@@ -2,14 +2,14 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use flate2::Crc;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::choices::Choices;
 use super::runs::Runs;
-use super::state::State;
 use crate::io::save;
 use crate::job::Work;
 
@@ -55,6 +55,19 @@ struct Kept {
     version: String,
     input: Mark,
     steps: Vec<KeptStep>,
+    /// What is chosen on the file as it was read, and on the mesh of each step.
+    #[serde(default)]
+    choices: Vec<Choices>,
+}
+
+/// Steps to a mesh, and what is chosen on the meshes on the way.
+pub struct Keep {
+    /// The mesh, and how often something was chosen.
+    pub of: (u32, u64),
+    /// The steps.
+    pub steps: Vec<KeptStep>,
+    /// What is chosen on the file as it was read, and on the mesh of each step.
+    pub choices: Vec<Choices>,
 }
 
 /// By what a file is known again.
@@ -98,8 +111,8 @@ pub struct Store {
 struct Now {
     /// Whether the file on disk is this session's.
     own: bool,
-    /// The mesh whose steps it has.
-    kept: Option<u32>,
+    /// The mesh whose steps it has, and how often something was chosen before.
+    kept: Option<(u32, u64)>,
     /// Why it could not be written last.
     error: Option<String>,
 }
@@ -126,11 +139,11 @@ impl Store {
         self.now().error.clone()
     }
 
-    /// The steps that a file keeps, of this mesh.
+    /// The steps that a file keeps, of this mesh, and what was chosen on each of its meshes.
     ///
     /// # Errors
     /// [`ResumeError`].
-    pub fn read(&self, file: Option<&Path>) -> Result<Vec<KeptStep>, ResumeError> {
+    pub fn read(&self, file: Option<&Path>) -> Result<(Vec<KeptStep>, Vec<Choices>), ResumeError> {
         let path = file.unwrap_or(&self.path).to_path_buf();
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
@@ -147,7 +160,7 @@ impl Store {
             let input = self.input.clone();
             return Err(ResumeError::Other { path, input });
         }
-        Ok(kept.steps)
+        Ok((kept.steps, kept.choices))
     }
 
     /// From now on the file is this session's, which has all that was in it.
@@ -155,33 +168,31 @@ impl Store {
         self.now().own = true;
     }
 
-    /// Keeps the steps to the mesh that `state` tells; none where all are saved. The file of another session is moved aside.
-    pub fn keep(&self, state: impl FnOnce() -> Option<Arc<State>>) {
-        // Before the state is asked for, so that the last to write has the last state.
+    /// Keeps what `session` tells; none where all is saved. The file of another session is moved aside.
+    pub fn keep(&self, session: impl FnOnce() -> Option<Keep>) {
+        // Before the session is asked for, so that the last to write has the last state of it.
         let mut now = self.now();
-        let state = state();
-        let id = state.as_ref().map(|s| s.id);
-        if now.own && id.is_some() && id == now.kept {
+        let keep = session();
+        let of = keep.as_ref().map(|keep| keep.of);
+        if now.own && of.is_some() && of == now.kept {
             return;
         }
-        now.error = match state.as_deref() {
-            Some(state) => self.write(&now, state).err().map(|e| e.to_string()),
+        let is_kept = keep.is_some();
+        now.error = match keep {
+            Some(keep) => self.write(&now, keep).err().map(|e| e.to_string()),
             None if now.own => fs::remove_file(&self.path).err().map(|e| e.to_string()),
             None => None,
         };
-        now.own = state.is_some() && now.error.is_none();
-        now.kept = id;
+        now.own = is_kept && now.error.is_none();
+        now.kept = of;
     }
 
-    fn write(&self, now: &Now, state: &State) -> std::io::Result<()> {
-        let step = |s: &super::state::StepDone| KeptStep {
-            work: s.work.clone(),
-            mask: s.mask.clone(),
-        };
+    fn write(&self, now: &Now, keep: Keep) -> std::io::Result<()> {
         let kept = Kept {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             input: self.mark,
-            steps: state.steps().into_iter().map(step).collect(),
+            steps: keep.steps,
+            choices: keep.choices,
         };
         if !now.own && self.path.exists() {
             fs::rename(&self.path, self.path.with_extension("json.old"))?;

@@ -307,3 +307,91 @@ fn values_and_defects_are_sent() {
             .is_empty()
     );
 }
+
+#[test]
+fn expected_errors_are_told_in_every_format() {
+    let desk = Desk::new();
+    for format in [Format::Ply, Format::Obj, Format::Glb] {
+        let name = input(&desk, format);
+        let served = Served::new(&desk, &[&name]);
+        assert_eq!(served.state()["errors"], false);
+        assert_eq!(served.get("api/values/0?name=sigma").status, 404);
+        served.step(&fill(2));
+        served.step(&fill(1));
+        let state = served.state();
+        assert_eq!(state["errors"], true, "{name}");
+        let listed = state["attributes"].as_array().unwrap().iter();
+        let names: Vec<&Value> = listed.map(|a| &a["name"]).collect();
+        assert!(!names.contains(&&json!("isomend_sigma")), "{names:?}");
+        let (header, array) = served.arrays("api/values/2?name=sigma");
+        assert_eq!(header["unit"], "in the mesh's units");
+        assert_eq!(header["low"], 0.0);
+        let high = header["high"].as_f64().unwrap();
+        assert!(high > 0.0 && high < 1.0, "{name}: {high}");
+        let float = |b: &[u8]| f32::from_le_bytes(b.try_into().unwrap());
+        let errors: Vec<f32> = array("values").chunks(4).map(float).collect();
+        let count = |id: usize| state["states"][id]["vertices"].as_u64().unwrap() as usize;
+        let known = |part: &[f32]| part.iter().filter(|e| **e > 0.0).count();
+        assert!(
+            errors[..count(0)].iter().all(|e| *e == 0.0),
+            "{name}: of the file"
+        );
+        // Those of the step before too.
+        assert!(
+            known(&errors[count(0)..count(1)]) > 0,
+            "{name}: of the first step"
+        );
+        assert!(known(&errors[count(1)..]) > 0, "{name}: of the last step");
+        assert!(
+            errors.iter().all(|e| e.is_nan() || *e >= 0.0),
+            "{name}: no sentinel"
+        );
+    }
+}
+
+#[test]
+fn values_of_corners_are_sent() {
+    let desk = Desk::new();
+    let name = input_with_materials(&desk);
+    let served = Served::new(&desk, &[&name]);
+    let state = served.state();
+    let all = state["attributes"].as_array().unwrap();
+    assert!(all.iter().any(|a| a["on"] == "corner"), "{all:?}");
+    for attribute in all {
+        let name = attribute["name"].as_str().unwrap().replace(' ', "%20");
+        let (header, _) = served.arrays(&format!("api/values/0?name=attribute:{name}"));
+        assert_eq!(header["on"], attribute["on"]);
+        let corners = 3 * state["states"][0]["faces"].as_u64().unwrap();
+        if attribute["on"] == "corner" {
+            assert_eq!(header["arrays"][0]["count"], corners);
+        }
+    }
+}
+
+#[test]
+fn of_a_faired_region_no_error_is_known() {
+    let desk = Desk::new();
+    for format in [Format::Ply, Format::Obj] {
+        let name = input(&desk, format);
+        let served = Served::new(&desk, &[&name]);
+        served.step(&fill(1));
+        let mask = in_ball(&served, [-1.0, 0.0, 0.0], 0.55);
+        let params = json!({ "extent": { "strength": 0.4 } });
+        served.step(&json!({ "kind": "fair", "mask": mask, "params": params }));
+        let float = |b: &[u8]| f32::from_le_bytes(b.try_into().unwrap());
+        let (_, array) = served.arrays("api/values/2?name=sigma");
+        let errors: Vec<f32> = array("values").chunks(4).map(float).collect();
+        let (_, array) = served.arrays("api/mesh/2");
+        let index = |b: &[u8]| u32::from_le_bytes(b.try_into().unwrap()) as usize;
+        let corners: Vec<usize> = array("faces").chunks(4).map(index).collect();
+        let origins = array("origin");
+        let faces = || corners.chunks(3).zip(&origins);
+        let unknown = |face: &[usize]| face.iter().filter(|v| errors[**v].is_nan()).count();
+        let of = |wanted: u8| faces().filter(move |(_, o)| **o == wanted).map(|(f, _)| f);
+        let count = |wanted: u8| of(wanted).map(unknown).sum::<usize>();
+        // Faired, as it was, and of the fill before.
+        assert!(count(1) > of(1).count(), "{name}");
+        assert_eq!((count(0), count(2)), (0, 0), "{name}");
+        assert!(of(2).flatten().any(|v| errors[*v] > 0.0), "{name}");
+    }
+}

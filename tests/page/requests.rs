@@ -210,6 +210,71 @@ fn only_files_below_the_root_are_touched() {
 }
 
 #[test]
+fn names_with_control_characters_are_refused() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let before = desk.files();
+    for path in ["a\nb.ply", "\u{1b}[2Jx.ply", "tab\t.ply"] {
+        let wanted = json!({ "kind": "mesh", "path": path });
+        let answer = served.post("api/save", &wanted);
+        assert_eq!(answer.status, 422, "{path:?}");
+        assert_eq!(answer.json()["where"], "path");
+    }
+    assert_eq!(desk.files(), before);
+}
+
+#[test]
+fn the_address_without_its_last_slash_leads_to_the_page() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let (host, token) = (served.host(), &served.token);
+    let get = |path: &str| served.ask("GET", path, &[("Host", &host)], b"");
+    let answer = get(&format!("/{token}"));
+    assert_eq!(answer.status, 308);
+    let location = format!("location: /{token}/").to_ascii_lowercase();
+    assert!(answer.head.contains(&location), "{}", answer.head);
+    for whole in [format!("http://{host}"), format!("http://{host}/")] {
+        refused(get(&whole), &whole);
+    }
+}
+
+/// Connections that never say what they want are closed, and keep nobody else waiting for long.
+#[test]
+fn slow_requests_do_not_shut_others_out() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let slow = |_| {
+        let mut stream = TcpStream::connect(("127.0.0.1", served.port)).unwrap();
+        stream.write_all(b"GET / HTTP/1.1\r\nHost: ").unwrap();
+        stream
+    };
+    let mut streams: Vec<TcpStream> = (0..100).map(slow).collect();
+    assert_eq!(served.get("api/state").status, 200);
+    let first = &mut streams[0];
+    let wait = std::time::Duration::from_secs(60);
+    first.set_read_timeout(Some(wait)).unwrap();
+    let mut said = Vec::new();
+    assert!(first.read_to_end(&mut said).is_ok(), "it is closed");
+}
+
+#[test]
+fn what_is_not_saved_is_told() {
+    let desk = Desk::new();
+    {
+        let served = Served::new(&desk, &["ball.ply"]);
+        assert_eq!(served.state()["unsaved"], false);
+        assert_eq!(served.state()["earlier"], json!(null));
+        assert_eq!(served.step(&fill(2))["unsaved"], true);
+    }
+    let served = Served::new(&desk, &["ball.ply"]);
+    let earlier = served.state()["earlier"].as_str().unwrap().to_owned();
+    assert!(
+        earlier.ends_with(".ball.ply.isomend-session.json"),
+        "{earlier}"
+    );
+}
+
+#[test]
 fn files_have_the_names_of_their_kinds() {
     let desk = Desk::new();
     let served = Served::new(&desk, &["ball.ply"]);

@@ -5,7 +5,7 @@ use std::fs;
 
 use crate::desk::{self, Desk};
 use crate::served::{Served, in_ball};
-use crate::shapes::sphere;
+use crate::shapes::{cut, sphere};
 use isomend::io::{Format, read_path};
 use serde_json::{Value, json};
 
@@ -221,6 +221,61 @@ fn the_file_itself_can_be_saved_in_another_format_and_drawn() {
     );
 }
 
+/// Two halves of a ball, whose borders face each other across a gap: a fill of all holes joins them.
+fn halves(desk: &Desk) -> isomend::Mesh {
+    let mut mesh = cut(&sphere(8), |p| p.z.abs() < 0.12);
+    for p in &mut mesh.positions {
+        *p = p.as_vec3().as_dvec3();
+    }
+    desk.save("halves.ply", &mesh, Format::Ply);
+    mesh
+}
+
+#[test]
+fn a_mesh_that_was_not_edited_is_saved_as_it_is() {
+    let desk = Desk::new();
+    let mesh = halves(&desk);
+    let served = Served::new(&desk, &["halves.ply"]);
+    served.save("mesh", "copy.ply");
+    let same =
+        fs::read(desk.path("halves.ply")).unwrap() == fs::read(desk.path("copy.ply")).unwrap();
+    assert!(same, "the copy has other bytes");
+    for name in ["copy.obj", "copy.glb"] {
+        served.save("mesh", name);
+        let saved = read_path(&desk.path(name), None).unwrap().mesh;
+        assert_eq!(saved, mesh, "{name}");
+    }
+    let shell = served.get("api/recipe").json()["shell"].to_string();
+    assert!(
+        shell.contains("isomend convert halves.ply -o copy.glb"),
+        "{shell}"
+    );
+}
+
+#[test]
+fn borders_that_are_kept_open_stay_open() {
+    let desk = Desk::new();
+    let mesh = halves(&desk);
+    let served = Served::new(&desk, &["halves.ply"]);
+    let filled = |params: Value| {
+        served.step(&json!({ "kind": "fill", "params": params }));
+        let state = served.state();
+        let faces = state["states"][1]["faces"].as_u64().unwrap() as usize;
+        served.post("api/undo", &json!({}));
+        (faces, state["holes"].as_array().unwrap().len())
+    };
+    assert_eq!(
+        filled(json!({})).1,
+        0,
+        "borders that face each other are joined"
+    );
+    let (faces, holes) = filled(json!({ "flat": [1], "keep_open": [2] }));
+    assert!(
+        faces > mesh.faces.len() && holes == 1,
+        "{holes} holes are open"
+    );
+}
+
 #[cfg(unix)]
 #[test]
 fn unsaved_steps_are_kept_and_made_again() {
@@ -264,4 +319,133 @@ fn unsaved_steps_are_kept_and_made_again() {
     let refused = desk.run(&["view", "ball.ply", "--resume", "--no-browser"]);
     desk::assert_code(&refused, 1);
     assert!(desk::text(&refused.stderr).contains("is not the file of a session"));
+}
+
+/// What is chosen on the current mesh: holes by their numbers, and how many faces are marked.
+fn chosen(served: &Served) -> (Value, u64) {
+    let state = served.state();
+    (state["choices"].clone(), state["marked"].as_u64().unwrap())
+}
+
+#[test]
+fn choices_go_along_with_their_rims() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let post = |name: &str, body: Value| served.post(&format!("api/{name}"), &body);
+    let mask = in_ball(&served, [0.0, 0.0, -1.0], 0.5);
+    let holes = json!({ "1": "open", "2": "flat" });
+    let answer = post("choices", json!({ "id": 0, "holes": holes, "mask": mask }));
+    assert_eq!(answer.status, 200, "{}", answer.json());
+    let (doings, marked) = chosen(&served);
+    assert_eq!(doings, holes);
+    assert!(marked > 0);
+    assert_eq!(served.get("api/marks/0").json()["runs"], mask);
+    for wrong in [
+        json!({ "id": 0, "holes": { "9": "open" } }),
+        json!({ "id": 0, "mask": [[0, 99999]] }),
+    ] {
+        assert_eq!(post("choices", wrong).status, 422);
+    }
+    assert_eq!(
+        post("choices", json!({ "id": 0, "holes": { "1": "eat" } })).status,
+        400
+    );
+    assert_eq!(post("choices", json!({ "id": 9 })).status, 404);
+    // Hole 2 goes; hole 1 is still number 1. What was marked is replaced, and stays marked.
+    served.step(&fill(2));
+    assert_eq!(chosen(&served), (json!({ "1": "open" }), marked));
+    let mask = served.get("api/marks/1").json()["runs"].clone();
+    served.step(&json!({ "kind": "restore", "mask": mask }));
+    let (doings, now) = chosen(&served);
+    assert_eq!(
+        doings,
+        json!({ "1": "open" }),
+        "its vertices have other numbers"
+    );
+    let parts = served.arrays("api/mesh/2").1("origin");
+    let new = parts.iter().filter(|origin| **origin == 1).count() as u64;
+    assert_eq!(
+        now, new,
+        "the new faces in the place of those that were marked"
+    );
+    post("choices", json!({ "id": 2, "mask": [] }));
+    assert_eq!(chosen(&served).1, 0);
+    post("undo", json!({}));
+    post("undo", json!({}));
+    assert_eq!(chosen(&served), (holes, marked));
+    post("redo", json!({}));
+    post("redo", json!({}));
+    assert_eq!(chosen(&served), (json!({ "1": "open" }), 0));
+    assert_eq!(served.state()["masked"], true);
+}
+
+#[test]
+fn holes_that_get_other_numbers_keep_what_is_to_be_done_with_them() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    served.post("api/choices", &json!({ "id": 0, "holes": { "2": "open" } }));
+    let step = json!({ "kind": "fill", "params": { "keep_open": [2] }, "preview": true });
+    served.post("api/step", &step);
+    let state = served.wait(|s| s["busy"].is_null());
+    assert_eq!(state["states"].as_array().unwrap().len(), 2);
+    // What is chosen while a preview stands counts when it is taken.
+    served.post("api/choices", &json!({ "id": 0, "holes": { "2": "flat" } }));
+    served.post("api/adopt", &json!({ "id": 1 }));
+    assert_eq!(
+        chosen(&served).0,
+        json!({ "1": "flat" }),
+        "hole 2 is hole 1 now"
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn choices_are_kept_for_another_session() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let mask = in_ball(&served, [0.0, 0.0, -1.0], 0.5);
+    served.post(
+        "api/choices",
+        &json!({ "id": 0, "holes": { "1": "open" }, "mask": mask }),
+    );
+    let before = chosen(&served);
+    let (_, said) = served.signalled("-INT");
+    assert!(said.contains("--resume"), "choices without a step: {said}");
+    let served = Served::new(&desk, &["--resume", "ball.ply"]);
+    served.wait(|s| s["busy"].is_null());
+    assert_eq!(chosen(&served), before);
+    served.step(&fill(2));
+    served.post("api/choices", &json!({ "id": 1, "holes": { "1": "flat" } }));
+    let after = chosen(&served);
+    served.signalled("-INT");
+    let served = Served::new(&desk, &["--resume", "ball.ply"]);
+    served.wait(|s| s["busy"].is_null() && s["current"] == 1);
+    assert_eq!(chosen(&served), after);
+    served.post("api/undo", &json!({}));
+    assert_eq!(chosen(&served), before);
+}
+
+#[test]
+fn faces_keep_their_origin_through_a_repair() {
+    let desk = Desk::new();
+    // A vertex twice and a face twice, both at the beginning: all others get other numbers, as in a repair of real scans.
+    let mut mesh = desk::ball();
+    let faces = mesh.faces.len();
+    let first = mesh.positions[0];
+    mesh.positions.insert(0, first);
+    for face in &mut mesh.faces {
+        *face = face.map(|v| v + 1);
+    }
+    mesh.faces.insert(0, mesh.faces[9]);
+    desk.save("twice.ply", &mesh, Format::Ply);
+    let served = Served::new(&desk, &["twice.ply"]);
+    served.step(&json!({ "kind": "repair", "params": { "holes": false } }));
+    let origins = served.arrays("api/mesh/1").1("origin");
+    assert_eq!(origins.len(), faces);
+    assert!(origins.iter().all(|origin| *origin == 0), "of the file");
+    served.step(&fill(1));
+    let origins = served.arrays("api/mesh/2").1("origin");
+    let of_file = origins.iter().filter(|origin| **origin == 0).count();
+    assert_eq!(of_file, faces);
+    assert!(origins[faces..].iter().all(|origin| *origin == 1));
 }

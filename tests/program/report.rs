@@ -358,7 +358,17 @@ fn an_output_is_not_written_twice() {
 }
 
 fn scene_of(mesh: &Mesh, limit: usize) -> (Scene, usize) {
+    scene_with(mesh, limit, |error| error)
+}
+
+/// The scene of a fill whose expected errors are changed by a function.
+fn scene_with(
+    mesh: &Mesh,
+    limit: usize,
+    changed: impl Fn(Option<f64>) -> Option<f64>,
+) -> (Scene, usize) {
     let filled = fill(mesh, &FillParams::default()).unwrap();
+    let errors: Vec<Option<f64>> = filled.sigma.iter().map(|e| changed(*e)).collect();
     let rims = filled.report.holes.iter().map(|h| {
         let rim = h.hole.rim.iter();
         rim.map(|&v| mesh.positions[v as usize]).collect()
@@ -370,7 +380,7 @@ fn scene_of(mesh: &Mesh, limit: usize) -> (Scene, usize) {
         gone: vec![false; mesh.faces.len()],
         patches: filled.report.regions.iter().map(|r| r.new_faces).collect(),
         rims: rims.collect(),
-        errors: &filled.sigma,
+        errors: &errors,
     };
     let new = filled.mesh.faces.len() - mesh.faces.len();
     (Scene::new(&change, limit), new)
@@ -405,6 +415,16 @@ fn expected_errors_are_those_of_new_vertices_alone() {
         "{expected} of {} corners",
         3 * new.len()
     );
+    // What is not known is not said to be exact.
+    let (scene, _) = scene_with(&ball(), usize::MAX, |_| None);
+    let unknown = |faces: &[[u32; 3]]| {
+        let corners = faces.iter().flatten();
+        corners
+            .filter(|v| scene.error[**v as usize].is_nan())
+            .count()
+    };
+    assert_eq!(unknown(&scene.faces[..scene.kept]), 0);
+    assert!(unknown(&scene.faces[new.clone()]) > new.len());
 }
 
 #[test]

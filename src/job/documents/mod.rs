@@ -126,6 +126,12 @@ impl<'a> Told<'a> {
             notes,
         } = self;
         let body = match (extent, output) {
+            (Extent::Copied, output) => Body::Copy(CopyBody {
+                dry_run: output.is_none(),
+                input,
+                output,
+                notes,
+            }),
             (Extent::Faired(faired), Some(output)) => Body::Fair(FairBody {
                 input,
                 output,
@@ -209,6 +215,17 @@ enum Body<'a> {
     Fair(FairBody<'a>),
     FairPlan(FairPlanBody<'a>),
     Repair(Box<RepairBody<'a>>),
+    Copy(CopyBody<'a>),
+}
+
+#[derive(Serialize)]
+struct CopyBody<'a> {
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    dry_run: bool,
+    input: FileInfo,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: Option<FileInfo>,
+    notes: &'a [String],
 }
 
 #[derive(Serialize)]

@@ -3,20 +3,27 @@
 const find = (query) => document.querySelector(query);
 const all = (query) => [...document.querySelectorAll(query)];
 
-/** Four digits that count. */
-const digits = (x) => x === 0 ? "0" : Math.abs(x) >= 1e5 || Math.abs(x) < 1e-3 ? x.toExponential(2) : x.toPrecision(3);
+/** Lengths below this part of the size that goes with them are rounding. */
+const NOTHING = 1e-9;
+
+/** Four digits that count; 0 for what is nothing but rounding beside a size. */
+const digits = (x, size = 0) => Math.abs(x) <= NOTHING * Math.abs(size) ? "0" : String(Number(x.toPrecision(4)));
+
+/** The number that a text tells, with a point or a comma; not a number where it tells none. */
+const numberIn = (text) => text.trim() ? Number(text.trim().replace(",", ".")) : NaN;
 
 const GRADIENTS = {
   1: "linear-gradient(90deg,#0a3380,#428fd6 25%,#ededeb 50%,#e66b52 75%,#80081a)",
   2: "linear-gradient(90deg,#332b6b,#29758f 33%,#6bba66 67%,#f7e640)",
 };
 
-/** Says what the colours mean: diverging (1) or rising (2). */
-function showScale(name, low, high, kind) {
+/** Says what the colours mean: diverging (1) or rising (2), and the stripes where something is not known. */
+function showScale(name, low, high, kind, gaps = false) {
   find("#scale").hidden = false;
   find("#scale-name").textContent = name;
   find("#scale-low").textContent = low;
   find("#scale-high").textContent = high;
+  find("#scale-gaps").hidden = !gaps;
   find("#scale-bar").style.background = GRADIENTS[kind];
 }
 
@@ -31,9 +38,9 @@ function directionTo(hole, rim = [], mesh = null) {
 
 /**
  * Turns, shifts and zooms by pointers. `click` is called with the event and where it was; `begin` may take a pointer for another
- * use and then returns what to do with its moves and its end.
+ * use and then returns what to do with its moves and its end; where `turns` says so the right button turns.
  */
-function usePointers(viewer, { click, begin = () => null }) {
+function usePointers(viewer, { click, begin = () => null, turns = () => false }) {
   const { canvas } = viewer;
   const down = new Map();
   let moved = 0, taken = null;
@@ -61,7 +68,7 @@ function usePointers(viewer, { click, begin = () => null }) {
       const span = (p) => Math.max(Math.hypot(p[0] - other[0], p[1] - other[1]), 1);
       viewer.camera.zoom(span(before) / span(now));
       viewer.camera.shift(dx / 2 / half, dy / 2 / half);
-    } else if (event.shiftKey || event.buttons & 6) {
+    } else if (event.shiftKey || event.buttons & (turns() ? 4 : 6)) {
       viewer.camera.shift(dx / half, dy / half);
     } else {
       viewer.camera.orbit(dx / half * 1.6, dy / half * 1.6);

@@ -160,6 +160,11 @@ fn number(x: f64) -> String {
     text.replace('-', "−")
 }
 
+/// As [`number`], of a length that belongs to something of a size: 0 for what is nothing but rounding beside it.
+fn number_beside(x: f64, size: f64) -> String {
+    number(crate::mesh::beside(x, size))
+}
+
 /// Adds formatted text; writing to a string does not fail.
 macro_rules! add {
     ($out:expr, $($rest:tt)*) => {

@@ -73,7 +73,12 @@ pub fn packed(scene: &Scene) -> (String, Header) {
     let values = scene.distance.iter();
     put(1, values.map(|x| scaled(x, distance)).collect());
     let values = scene.error.iter();
-    put(1, values.map(|x| scaled(x, error)).collect());
+    // Errors are not negative: that stands for those that are not known.
+    let scaled_error = |x: &f32| match x.is_nan() {
+        true => -VALUES as i64,
+        false => scaled(x, error),
+    };
+    put(1, values.map(scaled_error).collect());
     let corners = scene.faces.iter().flatten();
     put(1, corners.map(|&v| i64::from(v)).collect());
     put(1, scene.regions.iter().map(|&r| i64::from(r)).collect());

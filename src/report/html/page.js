@@ -16,7 +16,7 @@ function say(text, trouble = false) {
 const SCALES = {
   curvature: { name: "sum of the principal curvatures, 1/length", kind: 1, values: "curvatures" },
   distance: { name: "distance of what is new or gone from the other mesh", kind: 2, values: "distances", skipKept: true },
-  error: { name: "expected error of what is new", kind: 2, values: "errors", skipKept: true },
+  error: { name: "expected error of what is new, in the mesh's units", kind: 2, values: "errors", skipKept: true, gaps: true },
 };
 
 function option(name, value) {
@@ -44,7 +44,7 @@ function showColour() {
   const most = data.scene[viewer.options.colour], two = scale.kind === 1;
   const values = Float32Array.from(viewer.mesh[scale.values], (x) => x / 127);
   surface.setColour({ ...scale, values, on: 0, span: [two ? -1 : 0, 1] });
-  showScale(scale.name, two ? "−" + digits(most) : "0", digits(most), scale.kind);
+  showScale(scale.name, two ? "−" + digits(most) : "0", digits(most), scale.kind, scale.gaps && viewer.mesh.errors.some((x) => x < 0));
 }
 
 // Holes.

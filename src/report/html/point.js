@@ -32,17 +32,18 @@ class Point {
     document.querySelector("#copy-ball").addEventListener("click", () => this.take(true));
   }
 
-  /** Shows a point of the scene, and copies it, or a ball round it. */
+  /** Shows a point of the scene; copies a ball round it where that is asked for. */
   choose(point, ball) {
     this.at = point.map((x, i) => coordinate(x + this.header.origin[i], this.header.radius)).join(",");
     document.querySelector("#point-at").textContent = this.at;
     for (const button of document.querySelectorAll("#point button")) button.disabled = false;
     this.pin(point);
-    return this.take(ball);
+    document.querySelector("#copied").textContent = "";
+    return ball ? this.take(true) : undefined;
   }
 
   async take(ball) {
-    const radius = Number(this.radius.value), said = document.querySelector("#copied");
+    const radius = numberIn(this.radius.value), said = document.querySelector("#copied");
     if (ball && !(radius > 0 && isFinite(radius))) {
       said.textContent = "the radius must be a positive number";
       this.radius.focus();

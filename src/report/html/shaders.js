@@ -65,7 +65,7 @@ flat in uint fact;
 uniform vec3 right, up, towards;
 uniform vec3 base, patch_, chosen, inside, edge, mask, fault;
 uniform int colouring;
-uniform bool marks, faceted, skipKept;
+uniform bool marks, faceted, skipKept, gaps;
 uniform int colours;
 uniform vec3 palette[16];
 uniform float wire, earlier;
@@ -99,7 +99,9 @@ void main() {
   if (origin == 1 && marks && colours > 0) ground = palette[clamp(region - 1, 0, 15)];
   bool valued = colouring != 0 && !(isnan(shown.x) || isinf(shown.x));
   if (colouring == 1 && valued) ground = diverging(2. * clamp(shown.x, 0., 1.) - 1.);
-  if (colouring == 2 && valued && !(skipKept && origin == 0)) ground = rising(clamp(shown.x, 0., 1.));
+  if (colouring == 2 && valued && !(skipKept && origin == 0 && shown.x <= 0.)) ground = rising(clamp(shown.x, 0., 1.));
+  // What is not known has stripes, of no colour of the scale.
+  if (gaps && shown.x < -.01) ground = vec3(mod(gl_FragCoord.x + gl_FragCoord.y, 12.) < 6. ? .72 : .52);
   if (colouring == 3) ground = shown.rgb;
   int layer = int(fact >> 20 & 255u);
   if (colouring == 4 && valued && layer < 255) ground = texture(images, vec3(shown.xy, float(layer))).rgb;

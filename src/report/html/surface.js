@@ -161,11 +161,11 @@ class Surface {
 
   /**
    * Colours by values: `kind` 0 none, 1 diverging, 2 rising, 3 colours, 4 an image; `on` 0 vertices, 1 faces, 2 corners;
-   * `span` are the values at the ends of the scale, or those of 3 and 4 are bytes, and places in `images` of one size.
+   * with `gaps` what is below the scale is not known; `span` are the values at the ends of the scale, or those of 3 and 4 are bytes, and places in `images` of one size.
    */
   setColour(colour) {
     const gl = this.gl;
-    this.colour = { kind: 0, on: 0, span: [0, 1], images: [], skipKept: false, ...colour };
+    this.colour = { kind: 0, on: 0, span: [0, 1], images: [], skipKept: false, gaps: false, ...colour };
     const { kind, values } = this.colour;
     if (kind === 1 || kind === 2) this.put("value", gl.R32F, values, 1);
     if (kind === 3) this.put("colour", gl.RGBA8, values, 4);

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::super::text::reason;
 use super::super::view::Scene;
-use super::{add, escaped, listed, number};
+use super::{add, escaped, listed, number, number_beside};
 use crate::mend::{HoleOutcome, HoleReport, RegionReport};
 
 /// What things are called: after a change, or where a mesh is only looked at.
@@ -92,7 +92,7 @@ impl Words {
                 number(h.hole.length),
                 number(h.hole.diameter),
                 number(h.hole.width),
-                number(h.hole.height),
+                number_beside(h.hole.height, h.hole.diameter),
                 h.hole.planarity,
                 if h.region == 0 {
                     "–".to_owned()

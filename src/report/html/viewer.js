@@ -196,6 +196,7 @@ class Viewer {
     gl.uniform1i(at("valuesOn"), colour.on);
     gl.uniform2fv(at("span"), colour.span);
     gl.uniform1i(at("skipKept"), Boolean(colour.skipKept));
+    gl.uniform1i(at("gaps"), Boolean(colour.gaps));
     gl.uniform1i(at("marks"), mesh.marks);
     const palette = mesh.palette || [];
     gl.uniform1i(at("colours"), palette.length);

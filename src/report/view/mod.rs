@@ -64,7 +64,7 @@ pub struct Scene {
     pub curvature: Vec<f32>,
     /// Distance of the vertices from the other of the two meshes.
     pub distance: Vec<f32>,
-    /// Expected error of the vertices; 0 where they are known, or nothing is.
+    /// Expected error of the vertices: 0 of those that both meshes have, not a number where nothing is known.
     pub error: Vec<f32>,
     /// Faces: those of both meshes, then those only after, then those only before.
     pub faces: Vec<[u32; 3]>,
@@ -109,7 +109,7 @@ impl Scene {
         parts.measure(&after.faces[kept..], &before);
         let new = parts.error.len().saturating_sub(change.errors.len());
         for (own, error) in parts.error[new..].iter_mut().zip(change.errors) {
-            *own = error.map_or(0.0, |e| e as f32);
+            *own = error.map_or(f32::NAN, |e| e as f32);
         }
         parts.add_gone(&before, &change.gone, &after);
         let all_faces = parts.faces.len();

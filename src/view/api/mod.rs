@@ -1,6 +1,7 @@
 //! What the page asks for.
 
 mod asked;
+mod choices;
 mod mesh;
 mod save;
 
@@ -16,7 +17,7 @@ use axum::extract::Path;
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::middleware::from_fn_with_state;
-use axum::response::{IntoResponse, Response};
+use axum::response::{IntoResponse, Redirect, Response};
 use axum::routing::{get, post};
 
 use super::app::App;
@@ -26,6 +27,7 @@ use super::gate::{Gate, keep};
 /// All that is served.
 pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
     Router::new()
+        .route("/{token}", get(with_slash))
         .route("/{token}/", get(|| file(String::new())))
         .route(
             "/{token}/{file}",
@@ -35,6 +37,8 @@ pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
         .route("/{token}/api/events", get(state::events))
         .route("/{token}/api/mesh/{id}", get(mesh::mesh))
         .route("/{token}/api/rims/{id}", get(mesh::rims))
+        .route("/{token}/api/choices", post(choices::choose))
+        .route("/{token}/api/marks/{id}", get(choices::marks))
         .route("/{token}/api/step", post(steps::step))
         .route("/{token}/api/cancel", post(steps::cancel))
         .route("/{token}/api/undo", post(steps::undo))
@@ -53,6 +57,11 @@ pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
         .fallback(|| async { StatusCode::NOT_FOUND })
         .layer(from_fn_with_state(gate, keep))
         .with_state(app)
+}
+
+/// The address of the page without its last slash.
+async fn with_slash(Path(token): Path<String>) -> Redirect {
+    Redirect::permanent(&format!("/{token}/"))
 }
 
 /// A file of the page.

@@ -22,7 +22,7 @@ use super::asked::{Answer, json_answer, work};
 use crate::io::Format;
 use crate::mend::{FairParams, FillParams, RepairParams, RestoreParams};
 use crate::mesh::Attributes;
-use crate::mesh::attributes::{Attribute, Role};
+use crate::mesh::attributes::{Attribute, Role, SIGMA_NAME};
 
 /// Seconds after which a line is sent to a page that is told nothing, so that both sides know of each other.
 const QUIET: u64 = 20;
@@ -42,6 +42,8 @@ fn told(app: &App) -> Value {
     let [undo, redo] = session.ways();
     let busy = session.busy.as_ref().map(busy_row);
     let unsaved = session.is_unsaved();
+    let choices = session.choices(current.id);
+    let masked = session.was_masked();
     drop(session);
     let states: Vec<Value> = states.iter().map(|(s, p)| state_row(s, *p)).collect();
     let images = current.textures().count();
@@ -59,8 +61,12 @@ fn told(app: &App) -> Value {
         "undo": undo,
         "redo": redo,
         "unsaved": unsaved,
+        "earlier": app.earlier.as_ref().map(|file| file.display().to_string()),
         "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
         "holes": hole_rows(&current),
+        "choices": choices.doings(&current),
+        "marked": choices.mask().count(),
+        "masked": masked,
         "defects": current.inspected["defects"],
         "open_chains": current.inspected["open_chains"],
         "pieces": current.inspected["pieces"],
@@ -69,6 +75,7 @@ fn told(app: &App) -> Value {
         "busy": busy,
         "formats": Format::ALL.map(format_row),
         "attributes": attribute_rows(&current.loaded.attributes),
+        "errors": current.errors.is_known(),
         "texture": texture,
         "defaults": {
             "fill": usual::<FillParams>(),
@@ -147,10 +154,9 @@ fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
     let corner = attributes.corner.iter().map(|c| &c.pool);
     let vertex = attributes.vertex.iter().map(row("vertex"));
     let face = attributes.face.iter().map(row("face"));
-    vertex
-        .chain(face)
-        .chain(corner.map(row("corner")))
-        .collect()
+    let rows = vertex.chain(face).chain(corner.map(row("corner")));
+    // Expected errors have a colouring of their own, which knows what is not known.
+    rows.filter(|row| row["name"] != SIGMA_NAME).collect()
 }
 
 /// From where to look: at the largest hole, or from a corner.

@@ -16,7 +16,7 @@ use super::asked::{Answer, Refused, bytes_answer, json_answer, long_work, work};
 use super::mesh::state_of;
 use crate::check::CheckParams;
 use crate::job::{Drawings, check as check_mesh};
-use crate::mesh::attributes::{Attribute, Role, SIGMA_NAME};
+use crate::mesh::attributes::{Attribute, Role};
 use crate::report::view::{curvature, distances};
 
 /// The largest values, this part of all, do not count for the range that is told.
@@ -39,6 +39,8 @@ struct Values {
     values: Vec<f32>,
     /// Whether they are colours, from 0 to 1.
     are_colours: bool,
+    /// The range that is told, where it is not that of the values.
+    range: Option<[f32; 2]>,
 }
 
 impl Values {
@@ -49,11 +51,12 @@ impl Values {
             components: 1,
             values,
             are_colours: false,
+            range: None,
         }
     }
 
     fn packed(self, id: u32, name: &str) -> Vec<u8> {
-        let [low, high] = range(&self.values);
+        let [low, high] = self.range.unwrap_or_else(|| range(&self.values));
         let container = Container::new(json!({
             "id": id, "name": name, "on": self.on, "unit": self.unit, "low": low, "high": high,
         }));
@@ -105,7 +108,7 @@ pub async fn values(
                 };
                 Values::of_vertices(distance(&state, other.as_deref()), "length")
             }
-            "sigma" => Values::of_vertices(sigma(&state), "length"),
+            "sigma" => expected_errors(&state)?,
             name => attribute(&state, name)?,
         };
         Ok(values.packed(id, &name))
@@ -126,51 +129,40 @@ fn distance(state: &MeshState, other: Option<&MeshState>) -> Vec<f32> {
     distances(mesh, &new, &other.loaded.mesh)
 }
 
-/// The expected error of new vertices; 0 for those of the file, not a number where nothing can be said.
-fn sigma(state: &MeshState) -> Vec<f32> {
-    let count = state.loaded.mesh.positions.len();
-    let told = state
-        .loaded
-        .attributes
-        .vertex
-        .iter()
-        .find(|a| a.name == SIGMA_NAME);
-    if let Some(attribute) = told {
-        let value = |v: usize| match attribute.get(v).map(|x| x[0]) {
-            Some(x) if x >= 0.0 => x as f32,
-            _ => f32::NAN,
-        };
-        return (0..count).map(value).collect();
+/// The expected errors of vertices: 0 for those of the file, not a number where nothing can be said.
+fn expected_errors(state: &MeshState) -> Result<Values, Refused> {
+    let errors = &state.errors;
+    if !errors.is_known() {
+        return Err(Refused::missing("no expected error is known"));
     }
-    let mut values = vec![0.0; count];
-    if let Some(step) = &state.step {
-        let first = step.mended.kept_size()[0];
-        let new = values.get_mut(first..).unwrap_or_default();
-        for (slot, sigma) in new.iter_mut().zip(step.mended.sigma()) {
-            *slot = sigma.map_or(f32::NAN, |s| s as f32);
-        }
-    }
-    values
+    let mut values = Values::of_vertices(errors.0.clone(), "in the mesh's units");
+    values.range = Some([0.0, errors.high(OUTLIERS)]);
+    Ok(values)
 }
 
-/// The values of an attribute of vertices or faces, such as `attribute:quality`.
+/// The values of an attribute of vertices, faces or corners, such as `attribute:quality`.
 fn attribute(state: &MeshState, name: &str) -> Result<Values, Refused> {
     let missing = || Refused::missing(format!("there are no values {name}"));
     let name = name.strip_prefix("attribute:").ok_or_else(missing)?;
     let attributes = &state.loaded.attributes;
     let named = |list: &[Attribute]| list.iter().find(|a| a.name == name).cloned();
-    let (on, count, found) = match named(&attributes.vertex) {
-        Some(found) => ("vertex", state.loaded.mesh.positions.len(), found),
-        None => {
-            let found = named(&attributes.face).ok_or_else(missing)?;
-            ("face", state.loaded.mesh.faces.len(), found)
-        }
+    let faces = state.loaded.mesh.faces.len();
+    let corners = attributes.corner.iter().find(|c| c.pool.name == name);
+    let (on, count, found) = match (named(&attributes.vertex), corners) {
+        (Some(found), _) => ("vertex", state.loaded.mesh.positions.len(), found),
+        (None, Some(corners)) => ("corner", 3 * faces, corners.pool.clone()),
+        (None, None) => ("face", faces, named(&attributes.face).ok_or_else(missing)?),
+    };
+    let corners = corners.filter(|_| on == "corner");
+    let value = |item: usize| match corners {
+        Some(corners) => corners.get(item / 3, item % 3),
+        None => found.get(item),
     };
     let unit = found.unit();
     let components = found.components;
     let mut values = Vec::with_capacity(components * count);
     for item in 0..count {
-        match found.get(item) {
+        match value(item) {
             Some(value) => values.extend(value.iter().map(|x| (x / unit) as f32)),
             None => values.extend(std::iter::repeat_n(f32::NAN, components)),
         }
@@ -181,6 +173,7 @@ fn attribute(state: &MeshState, name: &str) -> Result<Values, Refused> {
         components,
         values,
         are_colours: found.role == Role::Colour && matches!(components, 3 | 4),
+        range: None,
     })
 }
 

@@ -32,6 +32,8 @@ class Display {
   constructor(app) {
     this.app = app;
     this.colour = "plain";
+    /** The colouring that is shown; another one may be on its way. */
+    this.coloured = null;
     this.shown = { before: null, after: null };
     this.place = 0;
     for (const input of all("#look .tools fieldset input")) {
@@ -76,7 +78,7 @@ class Display {
     this.side("after", mesh);
     if (old) this.side("before", old);
     else if (viewer.sides.before) delete viewer.sides.before;
-    find("fieldset.change").hidden = !old;
+    find("fieldset.change").disabled = !old;
     if (!old && viewer.options.show !== "after") this.option("show", "after");
     viewer.keep();
     model.forget([after, before]);
@@ -111,6 +113,7 @@ class Display {
     if (!found) return;
     mesh.topology ??= new Topology(mesh, found);
     mesh.mask ??= new Mask(mesh);
+    this.mark(mesh);
     const surface = this.app.viewer.surfaces.get(mesh);
     if (!surface || surface.order) return;
     surface.setOrder(found.order);
@@ -118,11 +121,20 @@ class Display {
     this.app.viewer.costs = {};
   }
 
+  /** Marks the faces of the current mesh that are known to be marked. */
+  mark(mesh) {
+    if (!mesh?.mask || mesh.id !== this.app.model.state.current) return;
+    if (mesh.mask.told !== mesh.mask.changes || !mesh.mask.take(this.app.choices.marks.get(mesh.id) || [])) return;
+    this.app.viewer.surfaces.get(mesh)?.changed();
+    this.app.viewer.refresh();
+  }
+
   /** The colourings that there are now. */
   offer() {
     const { state } = this.app.model, select = find("#colour"), had = this.colour;
     const list = [["plain", "Surface"], ["curvature", "Curvature"]];
     if (this.app.model.current?.parent !== null && this.app.model.current) list.push(["distance", "Distance"]);
+    if (state.errors) list.push(["sigma", "Expected error"]);
     if (state.texture) list.push(["texture", "Texture"]);
     for (const { name } of state.attributes || []) list.push(["attribute:" + name, name]);
     select.replaceChildren(...list.map(([value, text]) => new Option(text, value)));
@@ -141,6 +153,7 @@ class Display {
       for (const { surface } of Object.values(viewer.sides)) surface.setColour({ kind: 0 });
       this.colour = find("#colour").value = "plain";
     }
+    this.coloured = name;
     viewer.refresh();
   }
 
@@ -154,15 +167,19 @@ class Display {
       return null;
     });
     if (!found) return surface.setColour({ kind: 0 });
-    const { header, arrays } = found, values = lengths(arrays.values || arrays.colours, header);
+    const { header, arrays } = found, errors = name === "sigma";
+    let values = lengths(arrays.values || arrays.colours, header);
     const on = { vertex: 0, face: 1, corner: 2 }[header.on || "vertex"];
     if (values instanceof Uint8Array) return surface.setColour({ kind: 3, values, on });
     const kind = name === "curvature" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;
     const span = kind === 1 ? [-most, most] : [header.low, header.high > header.low ? header.high : header.low + 1];
-    surface.setColour({ kind, values, on, span });
+    const gaps = errors && values.some(Number.isNaN);
+    // Below the scale stands for what is not known.
+    if (gaps) values = values.map((x) => Number.isNaN(x) ? -span[1] : x);
+    surface.setColour({ kind, values, on, span, skipKept: errors, gaps });
     if (!told) return;
-    const words = { curvature: "sum of the principal curvatures", distance: "distance from the mesh before the step" }[name] || name.replace("attribute:", "");
-    showScale(words + (header.unit ? ", " + header.unit : ""), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind);
+    const words = { curvature: "sum of the principal curvatures", distance: "distance from the mesh before the step", sigma: "expected error" }[name] || name.replace("attribute:", "");
+    showScale(words + (header.unit ? ", " + header.unit : ""), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind, gaps);
   }
 
   /** The images of the textures, all of the size of the largest. */

@@ -107,7 +107,7 @@ class Form {
 
   readNumber({ input, kind, flag, path, low = 0, high = Infinity }, holder, last) {
     const usual = valueAt(this.defaults, path) ?? null;
-    const text = input.value.trim().replace(",", "."), value = Number(text), positive = ["voxel", "strength", "time"].includes(kind);
+    const text = input.value.trim(), value = numberIn(text), positive = ["voxel", "strength", "time"].includes(kind);
     const within = Number.isFinite(value) && value >= low && value <= high && !(positive && value <= 0);
     const right = !text || text === "auto" || within && (kind !== "whole" || Number.isInteger(value));
     input.setAttribute("aria-invalid", !right);
@@ -134,6 +134,6 @@ class Form {
   /** The options that differ from the defaults, as one would type them. */
   typed() {
     return this.items.filter(({ input, kind, start }) => kind === "flag" || kind === "not" ? input.checked !== start : String(input.value) !== String(start))
-      .map(({ flag, input, kind }) => kind === "flag" || kind === "not" ? flag : `${flag} ${input.value}`);
+      .map(({ flag, input, kind }) => kind === "flag" || kind === "not" ? flag : `${flag} ${input.value.trim().replace(",", ".")}`);
   }
 }

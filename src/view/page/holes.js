@@ -10,7 +10,7 @@ class Holes {
     this.chosen = null;
     for (const query of ["#wider", "#narrower"]) find(query).addEventListener("input", () => this.filter());
     find("#set-all").addEventListener("change", () => {
-      for (const { id } of this.listed()) this.doings.set(id, find("#set-all").value);
+      this.put(this.listed().map(({ id }) => [id, find("#set-all").value]));
       find("#set-all").value = "";
       this.changed();
     });
@@ -21,11 +21,11 @@ class Holes {
   }
 
   /** Takes the holes of a state. */
-  update(holes, fresh) {
+  update({ holes, choices }, fresh) {
     const same = !fresh && holes.length === this.list.length;
     this.list = holes;
     if (same) return;
-    if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, this.isBorder(hole) ? "open" : "fill"]));
+    if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, choices[hole.id] ?? (this.isBorder(hole) ? "open" : "fill")]));
     if (fresh || !holes.some((hole) => hole.id === this.chosen)) {
       this.chosen = null;
       this.app.viewer.selected = { region: 0, rim: -1 };
@@ -41,7 +41,7 @@ class Holes {
   /** The holes that pass the filter. */
   listed() {
     const bound = (query, none) => {
-      const text = find(query).value.trim(), value = Number(text), right = !text || Number.isFinite(value) && value >= 0;
+      const text = find(query).value.trim(), value = numberIn(text), right = !text || Number.isFinite(value) && value >= 0;
       find(query).setAttribute("aria-invalid", !right);
       return text && right ? value : none;
     };
@@ -64,7 +64,7 @@ class Holes {
     button.type = "button";
     button.className = "hole";
     button.dataset.hole = hole.id;
-    const size = `${digits(hole.diameter)} across, ${digits(hole.height)} high, ${hole.edges} edges`;
+    const size = `${digits(hole.diameter)} across, ${digits(hole.height, hole.diameter)} high, ${counted(hole.edges, "edge")}`;
     button.append(part("name", name), part("outcome", hole.outcome || ""), part("size", size));
     button.setAttribute("aria-pressed", hole.id === this.chosen);
     button.addEventListener("click", () => this.choose(hole.id));
@@ -82,8 +82,14 @@ class Holes {
     return groups;
   }
 
+  /** Takes what is to be done with holes, and tells the program. */
+  put(doings) {
+    for (const [id, doing] of doings) this.doings.set(id, doing);
+    this.app.choices.holes(this.app.model.state.current, Object.fromEntries(doings));
+  }
+
   set(id, doing) {
-    this.doings.set(id, doing);
+    this.put([[id, doing]]);
     this.changed();
     if (id === this.chosen) this.tell(this.list.find((hole) => hole.id === id));
   }
@@ -91,7 +97,7 @@ class Holes {
   /** Says what a hole is, and what is to be done with it. */
   tell({ id, diameter, height }) {
     const doing = this.doings.get(id);
-    this.app.say(`Hole ${id}: ${digits(diameter)} across, ${digits(height)} high, to ${DOINGS[doing] || "be in " + doing}`);
+    this.app.say(`Hole ${id}: ${digits(diameter)} across, ${digits(height, diameter)} high, to ${DOINGS[doing] || "be in " + doing}`);
   }
 
   /** Puts a hole into the last bridge, or the first one. */
@@ -134,8 +140,9 @@ class Holes {
     if (alone) throw new Error(`${alone[0]} has one hole only, ${alone[1][0]}: a bridge joins two or more`);
     if (!this.list.length) throw new Error("there are no holes to fill");
     if (!filled.length) throw new Error("every hole is to stay open: choose one to fill");
-    const kept = open.filter((id) => !border.has(id)), named = filled.some((id) => border.has(id)) || filled.length <= kept.length;
-    return { holes: named ? filled : null, keep_open: named ? [] : kept, flat: ids("flat"), bridge: [...this.bridges().values()] };
+    // A border is filled only where it is named, and may be filled where it is not: every row is told.
+    const named = filled.some((id) => border.has(id)) || filled.length <= open.length;
+    return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: [...this.bridges().values()] };
   }
 
   /** The same as options. */
@@ -226,7 +233,7 @@ class Holes {
       const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
       const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
       viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.model.state.scene.up) : viewer.camera.axes, reach });
-      this.app.say(`Face ${face}: ${name}${places.length ? `, in one of ${places.length} places` : ""}`);
+      this.app.say(`Face ${face}: ${name}${places.length ? `, in one of ${counted(places.length, "place")}` : ""}`);
     });
     item.append(button);
     return item;

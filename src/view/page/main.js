@@ -38,6 +38,16 @@ class App {
     return this.mesh()?.mask || null;
   }
 
+  /** How many faces of the mesh that is worked on are marked, also while previews are shown in its place. */
+  marked() {
+    return this.mask()?.count ?? this.choices.count(this.model.state.current);
+  }
+
+  /** The marked faces, as ranges. */
+  marks() {
+    return this.mask()?.runs() ?? this.choices.marks.get(this.model.state.current) ?? [];
+  }
+
   /** Where one looks from first: so near that the mesh just fits. */
   home() {
     const { centre, radius, up, towards } = this.model.state.scene, mesh = this.viewer.sides.after?.mesh;
@@ -68,9 +78,10 @@ class App {
     this.seen = state.current;
     find("#title").textContent = state.file.name;
     document.title = `${state.file.name} – isomend view`;
-    find("#subtitle").textContent = `${counted(current.faces, "face")}, ${counted(state.holes.length, "hole")} · isomend ${state.program.version}`;
+    find("#subtitle").textContent = `${counted(current.faces, "face")}, ${counted(state.holes.length, "hole")} · isomend ${state.program.version}${state.unsaved ? " · not saved" : ""}`;
     if (fresh) this.steps.against = false;
-    this.holes.update(state.holes, fresh);
+    if (fresh) await this.choices.load(state);
+    this.holes.update(state, fresh);
     this.display.offer();
     this.steps.list();
     this.steps.buttons();
@@ -81,14 +92,20 @@ class App {
     find("#previews").hidden = true;
     const before = current.parent === null || current.parent === undefined ? null : Number(find("#against").value);
     await this.display.states(state.current, before);
+    this.display.mark(this.mesh());
     this.painted();
   }
 
   /** What the mask is now. */
   painted(words, trouble) {
-    const mask = this.mask(), count = mask?.count || 0;
-    const marked = mask && count ? `${count.toLocaleString("en")} of ${counted(mask.on.length, "face")} are marked.` : "Nothing is marked.";
-    find("#mask-said").textContent = mask ? marked : "The surface is still being prepared for painting.";
+    const mask = this.mask(), count = this.marked(), all = this.model.current.faces;
+    if (mask && mask.told !== mask.changes) {
+      mask.told = mask.changes;
+      this.choices.mark(mask.mesh.id, mask.runs());
+    }
+    const marked = count ? `${count.toLocaleString("en")} of ${counted(all, "face")} ${count === 1 ? "is" : "are"} marked.` : "Nothing is marked.";
+    const waits = this.steps.previews.length ? "Take or drop the previews to paint." : "The surface is still being prepared for painting.";
+    find("#mask-said").textContent = mask ? marked : `${marked} ${waits}`;
     find("#unstroke").disabled = !mask?.done.length;
     find("#restroke").disabled = !mask?.undone.length;
     if (words !== undefined) find("#paint-trouble").textContent = trouble ? words : "";
@@ -158,7 +175,7 @@ function useMask(app) {
     await act(app.mask());
   }));
   const length = () => {
-    const value = Number(find("#grow-by").value);
+    const value = numberIn(find("#grow-by").value);
     if (!(value > 0 && Number.isFinite(value))) throw new Error("the length to grow or shrink by must be positive");
     return value;
   };
@@ -170,7 +187,7 @@ function useMask(app) {
   for (const input of all("[name=tool]")) input.addEventListener("change", () => app.setTool(input.value));
   find("#erase").addEventListener("change", () => { paint.erases = find("#erase").checked; });
   find("#facing").addEventListener("change", () => { paint.facing = find("#facing").checked; });
-  find("#brush").addEventListener("input", () => find("#brush").setAttribute("aria-invalid", !app.setBrush(Number(find("#brush").value))));
+  find("#brush").addEventListener("input", () => find("#brush").setAttribute("aria-invalid", !app.setBrush(numberIn(find("#brush").value))));
   find("#brush-range").addEventListener("input", () => {
     app.setBrush(app.viewer.camera.radius * 10 ** Number(find("#brush-range").value));
     find("#brush").value = Number(paint.radius.toPrecision(3));
@@ -227,7 +244,7 @@ function useCross(app) {
 function useViewKeys(app) {
   const { display, holes, steps, viewer, paint } = app;
   const option = (name) => display.option(name, !viewer.options[name]);
-  const show = (name) => find("fieldset.change").hidden || display.option("show", name);
+  const show = (name) => find("fieldset.change").disabled || display.option("show", name);
   const press = (query) => find(query).disabled || find(query).click();
   const doing = (what) => holes.chosen !== null && holes.set(holes.chosen, what);
   const tool = (name) => { app.open("paint"); app.setTool(name); };
@@ -270,6 +287,7 @@ async function begin() {
   app.viewer = new Viewer(find("#view"), { radius: scene.radius, faces: states.find((s) => s.id === current).faces, parts: true });
   app.viewer.options.show = "after";
   const { viewer } = app;
+  app.choices = new Choices();
   app.labels = new Labels(viewer, find("#labels"), [], []);
   app.display = new Display(app);
   app.holes = new Holes(app);
@@ -287,7 +305,7 @@ async function begin() {
   useTabs(app);
   useMask(app);
   useCross(app);
-  usePointers(viewer, { click: (event, at) => app.clicked(event, at), begin: (event, at) => app.paint.begin(event, at) });
+  usePointers(viewer, { click: (event, at) => app.clicked(event, at), begin: (event, at) => app.paint.begin(event, at), turns: () => app.paint.tool !== "turn" });
   viewer.canvas.addEventListener("pointermove", (event) => app.paint.ring(event.pointerType === "touch" ? null : [event.offsetX, event.offsetY]));
   viewer.canvas.addEventListener("pointerleave", () => app.paint.ring(null));
   useArrows(viewer);
@@ -313,6 +331,7 @@ async function begin() {
     back: () => app.steps.again().catch((error) => app.say(error.message, true)),
   });
   document.documentElement.dataset.state = "ready";
+  if (state.earlier) app.say(`An earlier session of this file was not saved. ${state.earlier} keeps its steps: isomend view --resume makes them again.`);
   await app.display.ready(viewer.sides.after.mesh);
   app.painted();
 }

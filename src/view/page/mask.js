@@ -8,6 +8,8 @@ class Mask {
     this.mesh = mesh;
     this.on = new Uint8Array(mesh.faces.length / 3);
     this.count = 0;
+    /** How often marks were changed here, and how often when that was told last. */
+    this.changes = this.told = 0;
     this.done = [];
     this.undone = [];
     this.stroke = null;
@@ -26,6 +28,7 @@ class Mask {
       first = Math.min(first, face);
       end = Math.max(end, face + 1);
     }
+    if (first < end) this.changes++;
     return first < end ? [first, end] : null;
   }
 
@@ -79,6 +82,18 @@ class Mask {
 
   runs() {
     return runsOf(this.on);
+  }
+
+  /** Takes marks that are known already; whether they are others. */
+  take(runs) {
+    const wanted = new Uint8Array(this.on.length), marked = [], cleared = [];
+    for (const [first, end] of runs) wanted.fill(1, first, end);
+    for (let f = 0; f < wanted.length; f++) if (wanted[f] !== this.on[f]) (wanted[f] ? marked : cleared).push(f);
+    this.set(marked, 1);
+    this.set(cleared, 0);
+    this.told = this.changes;
+    if (marked.length || cleared.length) this.done = this.undone = [];
+    return marked.length + cleared.length > 0;
   }
 }
 

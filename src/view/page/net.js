@@ -14,8 +14,8 @@ class Refused extends Error {
 }
 
 /** An answer of the program; what is sent goes as JSON. */
-async function ask(path, sent) {
-  const options = sent === undefined ? {} : { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(sent) };
+async function ask(path, sent, more = {}) {
+  const options = sent === undefined ? {} : { ...more, method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(sent) };
   let answer;
   try {
     answer = await fetch("api/" + path, options);
@@ -26,8 +26,8 @@ async function ask(path, sent) {
   return answer;
 }
 
-async function askJson(path, sent) {
-  const text = await (await ask(path, sent)).text();
+async function askJson(path, sent, more) {
+  const text = await (await ask(path, sent, more)).text();
   return text ? JSON.parse(text) : {};
 }
 

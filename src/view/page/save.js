@@ -39,9 +39,8 @@ class Save {
   async write(kind, path, overwrite) {
     const sent = { path, overwrite, kind };
     if (kind === "mask") {
-      const mask = this.app.mask();
-      if (!mask?.count) throw new Error("nothing is marked: there is no mask to save");
-      sent.mask = mask.runs();
+      sent.mask = this.app.marks();
+      if (!sent.mask.length) throw new Error("nothing is marked: there is no mask to save");
     }
     try {
       return await askJson("save", sent);

@@ -14,6 +14,8 @@ class Steps {
     find("#defaults").addEventListener("click", () => { this.forms[this.kind].reset(); this.describe(); });
     find("#fields").addEventListener("submit", (event) => { event.preventDefault(); this.run(this.kind); });
     find("#fields").addEventListener("input", () => this.describe());
+    find("#ask-no").addEventListener("click", () => this.ask(null));
+    find("#ask-yes").addEventListener("click", () => this.asked?.());
     find("#cancel").addEventListener("click", () => this.cancel());
     find("#undo").addEventListener("click", () => this.move("undo"));
     find("#redo").addEventListener("click", () => this.move("redo"));
@@ -48,11 +50,11 @@ class Steps {
   /** Says what would be run, and on what. */
   describe() {
     if (!this.forms.fill) return;
-    const { kind } = this, { holes } = this.app, marked = this.app.mask()?.count || 0;
+    const { kind } = this, { holes } = this.app, marked = this.app.marked();
     const on = {
       fill: "The holes as chosen in the list; the preview is of the chosen hole alone, or of all.",
-      restore: marked ? `The ${marked} marked faces.` : "Mark a region first, in the tab Paint.",
-      fair: marked ? `The ${marked} marked faces.` : "The whole surface: nothing is marked.",
+      restore: marked ? `The ${counted(marked, "marked face")}.` : "Mark a region first, in the tab Paint.",
+      fair: marked ? `The ${counted(marked, "marked face")}.` : "The whole surface: nothing is marked.",
       repair: "The whole mesh.",
     };
     const which = kind === "fill" ? [holes.text()] : marked && kind !== "repair" ? ["--faces mask.txt"] : [];
@@ -62,24 +64,41 @@ class Steps {
   }
 
   /** Starts a step, or a preview that is no step yet. */
-  async run(kind, { preview = false, only = null } = {}) {
+  async run(kind, { preview = false, only = null, sure = false } = {}) {
+    this.ask(null);
     const place = this.app.tab === "mend" ? "#mend-trouble" : this.app.tab === "paint" ? "#paint-trouble" : "#holes-trouble";
     await this.app.attempt(place, async () => {
       if (this.job) throw new Error("a run is on its way: wait for it or cancel it");
       const params = this.forms[kind].read();
       if (kind === "fill") Object.assign(params, this.app.holes.params(only));
-      const mask = kind === "restore" || kind === "fair" ? this.app.mask() : null;
-      if (kind === "restore" && !mask?.count) throw new Error("nothing is marked: paint the region that is to be restored in the tab Paint");
+      const mask = kind === "restore" || kind === "fair" ? this.app.marks() : [];
+      if (kind === "restore" && !mask.length) throw new Error("nothing is marked: paint the region that is to be restored in the tab Paint");
+      // Where something was marked before, all of the surface may not be what is wanted.
+      if (kind === "fair" && !mask.length && this.app.choices.masked && !sure) {
+        return this.ask("Nothing is marked any more: fair the whole surface?", () => this.run(kind, { preview, only, sure: true }));
+      }
       const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : []), ...this.forms[kind].typed()].join(" ");
       this.begin(kind, preview, label);
       try {
-        const { job } = await askJson("step", { kind, params, mask: mask?.count ? mask.runs() : null, preview });
+        await this.app.choices.flush();
+        const { job } = await askJson("step", { kind, params, mask: mask.length ? mask : null, preview });
         if (this.job && !this.ended.has(job)) this.job.id = job;
       } catch (error) {
         this.end();
         throw error;
       }
+      return undefined;
     });
+  }
+
+  /** Asks something before a run; nothing where there are no words. */
+  ask(words, act = null) {
+    this.asked = act;
+    find("#ask").hidden = !words;
+    find("#ask-words").textContent = words || "";
+    if (!words) return;
+    this.app.open("mend");
+    find("#ask-yes").focus();
   }
 
   begin(kind, preview, label) {
@@ -169,6 +188,7 @@ class Steps {
   async move(way) {
     if (find("#" + way).disabled) return;
     await this.app.attempt("#message", async () => {
+      await this.app.choices.flush();
       await askJson(way, {});
       await this.app.refresh();
       this.app.say(`${way === "undo" ? "Undone" : "Redone"}: now ${this.app.model.current.label}.`);
@@ -226,6 +246,7 @@ class Steps {
       await this.app.refresh();
     };
     const take = async () => {
+      await this.app.choices.flush();
       await askJson("adopt", { id });
       for (const other of this.previews) if (other.id !== id) await askJson("discard", { id: other.id }).catch(() => null);
       this.previews = [];
@@ -255,10 +276,11 @@ class Steps {
     button.textContent = s.label;
     if (isCurrent) button.setAttribute("aria-current", "step");
     button.addEventListener("click", () => this.app.attempt("#history-trouble", async () => {
+      await this.app.choices.flush();
       if (!isCurrent) await askJson("goto", { id: s.id });
       await this.app.refresh();
     }));
-    small.textContent = [`${s.faces.toLocaleString("en")} faces`, s.seconds ? `${digits(s.seconds)} s` : "", s.summary].filter(Boolean).join(" · ");
+    small.textContent = [counted(s.faces, "face"), s.seconds ? `${digits(s.seconds)} s` : "", s.summary].filter(Boolean).join(" · ");
     item.append(button, small);
     if (s.parent !== null) item.append(this.report(s.id));
     return item;

@@ -1,0 +1,127 @@
+"""What is chosen on the page of `isomend view`, in Chromium: what a row shows is sent, and masks and choices stay. For view_test.py."""
+
+import re
+
+from view_page import Server
+
+# For each row whether it says that the hole stays open, and whether what is sent says so.
+ROWS = """(() => { const { holes } = isomend, sent = holes.params(), rows = [...document.querySelectorAll("#holes li")];
+  return rows.map((row) => { const id = Number(row.dataset.hole), open = row.querySelector("select").value === "open";
+    return [id, open, sent.holes ? !sent.holes.includes(id) : sent.keep_open.includes(id)]; }); })()"""
+DOINGS = "JSON.stringify([...isomend.holes.doings])"
+
+
+def check_point(page):
+    """A click tells the point and copies nothing; with Alt it copies the ball."""
+    x, y = page.surface()[0]
+    page.run("isomend.point.copied = null")
+    page.click(x, y)
+    page.until("document.querySelector('#point-at').textContent.includes(',')", "the point is told")
+    page.expect(page.run("isomend.point.copied") is None, "a click copies although nobody asked")
+    page.click(x, y, modifiers=1)
+    page.until("!!isomend.point.copied", "the ball is copied")
+    ball = page.run("isomend.point.copied")
+    page.expect(re.fullmatch(r"--ball (-?[\d.e-]+,){3}[\d.e-]+", ball), f"the ball is {ball!r}")
+
+
+def check_rows(page):
+    """What a row shows is what is sent, for every row."""
+    holes = page.state()["holes"]
+    for first in ("fill", "flat", "open"):
+        page.fill_in("#holes li select", first)
+        wrong = [row for row in page.run(ROWS) if row[1] != row[2]]
+        page.expect(not wrong, f"with hole 1 to {first} these rows say something else than what is sent: {wrong}")
+    page.expect(any(hole["outer_border"] for hole in holes), "the mesh of this check has no border")
+    heights = page.run("document.querySelector('#holes').textContent")
+    page.expect(not re.search(r"e-1\d", heights), "rounding is shown as a height")
+
+
+def check_kept(page, server):
+    """Choices outlive the page."""
+    page.fill_in("#holes li select", "flat")
+    page.fill_in("#holes li:nth-child(3) select", "open")
+    before = page.run(DOINGS)
+    page.run("isomend.choices.flush()")
+    page.start(server)
+    page.until("!!isomend.mask()", "the surface is prepared")
+    page.expect(page.run(DOINGS) == before, "a reload loses what was chosen")
+
+
+def check_step(page):
+    """A step moves nothing on the page, and keeps what was chosen for other holes; undo brings it back."""
+    third = page.run("isomend.holes.list[2].diameter")
+    page.run("scrollTo(0, 0)")
+    before, box = page.run(DOINGS), page.view()
+    hole = page.run("isomend.holes.list[4].id")
+    page.run(f"isomend.holes.choose({hole}, false)")
+    page.click_on("#fill-chosen")
+    page.at_rest()
+    page.reaches(1, "the hole is filled")
+    page.run("scrollTo(0, 0)")
+    page.expect(page.view() == box, f"the first step moves the view from {box} to {page.view()}")
+    kept = page.run(f"isomend.holes.doings.get(isomend.holes.list.find((h) => h.diameter === {third}).id)")
+    page.expect(kept == "open", f"after a step the hole that was to stay open is to {kept}")
+    page.expect("not saved" in page.run("document.querySelector('#subtitle').textContent"), "a step that is not saved is not told")
+    page.shot("step")
+    page.fill_in("#colour", "sigma")
+    page.until("isomend.viewer.sides.after.surface.colour.kind === 2", "expected errors are shown")
+    words = page.run("document.querySelector('#scale').innerText")
+    page.expect("expected error, in the mesh's units" in words and "-1" not in words, f"the scale of expected errors says {words!r}")
+    page.settled()
+    page.shot("expected_error")
+    page.fill_in("#colour", "plain")
+    page.click_on("#undo")
+    page.reaches(0, "the step is undone")
+    page.expect(page.run(DOINGS) == before, "undo loses what was chosen")
+
+
+def check_mask(page):
+    """A mask stays for a second preview and after a step; a run without one asks."""
+    page.tab("paint")
+    page.run("isomend.setBrush(isomend.viewer.camera.radius / 12)")
+    page.click_on("[name=tool][value=brush] + span")
+    x, y = page.surface()[0]
+    page.drag([[x, y], [x + 4, y + 4]])
+    marked = page.run("isomend.marked()")
+    page.expect(marked > 0, "the brush marks nothing")
+    axes = page.run("JSON.stringify(isomend.viewer.camera.axes)")
+    for kind, button in (("mousePressed", "right"), ("mouseMoved", "right"), ("mouseReleased", "right")):
+        page.call("Input.dispatchMouseEvent", type=kind, x=x + (0 if kind == "mousePressed" else 40), y=y, button=button, buttons=2, clickCount=1)
+    page.expect(page.run("JSON.stringify(isomend.viewer.camera.axes)") != axes, "the right button does not turn while painting")
+    page.click_on("#to-restore")
+    for number in (1, 2):
+        page.click_on("#preview")
+        page.until(f"!isomend.steps.job && isomend.steps.previews.length === {number}", f"preview {number} is made")
+        page.expect(page.run("document.querySelector('#mend-trouble').textContent") == "", "a preview is refused")
+    page.expect(page.run("isomend.marked()") == marked, "previews lose the mask")
+    page.shot("mask_previews")
+    page.run("[...document.querySelectorAll('#previews button')].find((b) => b.textContent === 'Take').click()")
+    page.until("isomend.model.state.current > 0 && !isomend.steps.previews.length && !!isomend.mask()", "a preview is taken")
+    page.expect(page.run("isomend.marked()") > 0, "the mask is gone after a step")
+    page.settled()
+    page.shot("mask_stays")
+    page.run("document.querySelector('#clear').click()")
+    page.run("isomend.steps.show('fair')")
+    page.fill_in("[id='fair--strength']", "2,5")
+    told = page.run("document.querySelector('#mend-text').textContent")
+    page.expect("--strength 2.5" in told, f"a decimal comma is told as {told}")
+    page.click_on("#run")
+    page.until("!document.querySelector('#ask').hidden", "a run without a mask asks")
+    page.shot("ask")
+    page.click_on("#ask-no")
+    page.expect(page.run("isomend.steps.job === null"), "a run begins although it was not wanted")
+
+
+def choices(page, program, folder, mesh):
+    """All that is chosen on a mesh with borders."""
+    server = Server(program, mesh, folder / "log.txt")
+    try:
+        page.start(server)
+        page.until("!!isomend.mask()", "the surface is prepared")
+        check_rows(page)
+        check_kept(page, server)
+        check_step(page)
+        check_mask(page)
+        page.tell_troubles()
+    finally:
+        server.stop()

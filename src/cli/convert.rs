@@ -1,0 +1,39 @@
+//! `isomend convert`: a mesh in another format.
+
+use clap::Args;
+use isomend::job::Work;
+
+use super::console::Console;
+use super::files::{FilesArgs, Task};
+use super::{CommonArgs, End};
+
+const EXAMPLES: &str = "\
+Examples:
+  isomend convert scan.ply -o scan.glb              another format
+  isomend convert scan.stl -o scan.stl --ascii      the same as text
+  isomend convert a.ply b.obj c.stl -o all/ --to vtp    several, into a folder
+  isomend convert - -o - --to stl < a.ply > a.stl";
+
+/// Write a mesh in another format, or again in the same.
+///
+/// Vertices and faces stay in order and number, open holes stay open; only coordinates are rounded where the format has 32-bit
+/// floats. What the format has no place for is named in a note.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct ConvertArgs {
+    #[command(flatten)]
+    files: FilesArgs,
+
+    #[command(flatten)]
+    pub(super) common: CommonArgs,
+}
+
+/// Reads and writes.
+pub fn run(args: &ConvertArgs, console: &Console) -> anyhow::Result<End> {
+    let task = Task {
+        work: Work::Copy,
+        common: &args.common,
+        strict: false,
+    };
+    args.files.each(&task, console)
+}
