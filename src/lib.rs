@@ -98,6 +98,7 @@ pub mod view;
 // The engine's rooms, open to the project's own tests and benchmarks. They may change in any release.
 #[doc(hidden)]
 pub mod attributes;
+mod cancel;
 #[doc(hidden)]
 pub mod extract;
 #[doc(hidden)]
@@ -133,8 +134,9 @@ pub use finish::{
 pub use flow::{Energy, Variant};
 #[doc(inline)]
 pub use grid::Volume;
+pub use cancel::Cancel;
 pub use mend::{
-    Cancel, Carried, ClosedBy, Control, CrossingPass, Event, FailedReason, FairError, FairExtent,
+    Carried, ClosedBy, Control, CrossingPass, Event, FailedReason, FairError, FairExtent,
     FairParams, FairReport, Faired, FillError, FillParams, FillReport, Filled, Finish,
     FinishReport, HoleOutcome, HoleReport, Inspection, LeftReason, PatchStart, Progress,
     RegionPatch, RegionReport, RegionTask, Regions, RepairParams, RepairReport, Repaired,

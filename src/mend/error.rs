@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::Control;
 use crate::mesh::{LARGEST, Mesh, SMALLEST, length};
 
 /// Why nothing could be filled.
@@ -74,7 +75,7 @@ pub enum FillError {
         fits: f64,
     },
     /// The threads could not be started.
-    #[error("{threads} threads could not be started; take fewer")]
+    #[error("{threads} threads could not be started; take fewer, {} at most", Control::MOST_THREADS)]
     Threads {
         /// So many were asked for.
         threads: usize,

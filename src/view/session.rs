@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::SystemTime;
 
 use super::state::State;
-use crate::mend::Cancel;
+use crate::Cancel;
 
 /// Most meshes that are kept to be looked at.
 const PREVIEWS: usize = 4;
