@@ -23,8 +23,7 @@ pub(super) fn open(
         let is_made = |hole: &Hole| hole.edges > 3 && !was_border(hole);
         match hole.outcome {
             HoleOutcome::Left(LeftReason::SmallComponent) if is_made(&hole.hole) => {
-                let edges = hole.hole.edges;
-                hole.outcome = HoleOutcome::Failed(FailedReason::Crossing(edges));
+                hole.outcome = HoleOutcome::Failed(FailedReason::NothingFits);
             }
             HoleOutcome::Left(_) | HoleOutcome::Failed(_) => {}
             _ => continue,
@@ -41,7 +40,7 @@ pub(super) fn open(
             (1, _) => HoleOutcome::Left(LeftReason::SmallComponent),
             (2, true) => HoleOutcome::Left(LeftReason::SmallComponent),
             (_, true) if hole.outer_border => HoleOutcome::Left(LeftReason::OuterBorder),
-            _ => HoleOutcome::Failed(FailedReason::Crossing(hole.edges)),
+            _ => HoleOutcome::Failed(FailedReason::NothingFits),
         };
         last += 1;
         let mut hole = hole.clone();
