@@ -124,6 +124,7 @@ pub mod stitch;
 pub use glam;
 
 pub use attributes::transfer;
+pub use cancel::Cancel;
 #[doc(inline)]
 pub use extract::{VolumeSurfaceError, level_surface};
 #[doc(inline)]
@@ -134,7 +135,6 @@ pub use finish::{
 pub use flow::{Energy, Variant};
 #[doc(inline)]
 pub use grid::Volume;
-pub use cancel::Cancel;
 pub use mend::{
     Carried, ClosedBy, Control, CrossingPass, Event, FailedReason, FairError, FairExtent,
     FairParams, FairReport, Faired, FillError, FillParams, FillReport, Filled, Finish,

@@ -31,9 +31,12 @@ impl Level {
 
     /// Whether something holds for a free node within a voxel of the zero set.
     fn any_beside(&self, holds: impl Fn(NodeIndex) -> bool + Sync) -> bool {
-        (0..self.grid.len())
-            .into_par_iter()
-            .any(|s| !self.grid.is_cancelled() && self.mask[s] && self.phi[s].abs() < 1.0 && holds(self.grid.node(s)))
+        (0..self.grid.len()).into_par_iter().any(|s| {
+            !self.grid.is_cancelled()
+                && self.mask[s]
+                && self.phi[s].abs() < 1.0
+                && holds(self.grid.node(s))
+        })
     }
 
     /// Fixes the free nodes beside the parts of the zero set that meet no rim: these are no part of the missing surface, and
