@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
@@ -111,9 +110,9 @@ def number(name: str, value: Any) -> float:
 
 
 def positive(name: str, value: Any) -> float:
-    """A positive finite number."""
+    """A positive number. Infinite ones are refused with all others; see :func:`as_json`."""
     given = number(name, value)
-    if not (math.isfinite(given) and given > 0):
+    if not given > 0:
         raise ParameterError(f"{name} must be a positive number, but is {given:g}")
     return given
 

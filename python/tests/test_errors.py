@@ -55,7 +55,6 @@ def test_what_is_no_mesh_is_refused(vertices, faces, what):
         ({"voxel": float("nan")}, isomend.ParameterError, "voxel must be a positive number"),
         ({"voxel": "small"}, isomend.ParameterError, "must be a number"),
         ({"voxel": 1e-9}, isomend.ParameterError, "too large a grid"),
-        ({"edge_ratio": 100}, isomend.ParameterError, "edge ratio"),
         ({"energy": "wilmore"}, isomend.ParameterError, "energy must be one of 'willmore', 'curvature-variation'"),
         ({"voxel": True}, isomend.ParameterError, "voxel must be a number"),
         ({"max_diameter": 0}, isomend.ParameterError, "max_diameter must be a positive number"),
