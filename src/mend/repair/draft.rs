@@ -368,6 +368,7 @@ mod tests {
         let spike = draft.crossing().unwrap();
         assert!(spike.len() > 1);
         assert_eq!(spike, all(&draft));
+        assert_eq!(draft.known.crossing.len(), spike.len());
         assert_eq!(
             draft.known.clear.len() + spike.len(),
             draft.mesh.faces.len()

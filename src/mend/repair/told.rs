@@ -67,3 +67,23 @@ pub(super) fn crossing_faces(draft: &mut Draft, report: &mut FillReport) -> Resu
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mend::Inspection;
+    use crate::mesh::shapes::{icosphere, punch};
+
+    #[test]
+    fn a_hole_for_which_no_patch_was_made_has_no_number_in_its_reason() {
+        let mesh = punch(&icosphere(3), |p| p.z > 0.7);
+        let found = Inspection::new(&mesh).unwrap();
+        let draft = Draft::new(&mesh, found.topology.piece.clone());
+        let mut report = FillReport::default();
+        open(&draft, &mut report, &|_| false).unwrap();
+        let outcomes: Vec<&HoleOutcome> = report.holes.iter().map(|h| &h.outcome).collect();
+        assert_eq!(outcomes, [&HoleOutcome::Failed(FailedReason::NothingFits)]);
+        let said = FailedReason::NothingFits.to_string();
+        assert!(!said.contains(|c: char| c.is_ascii_digit()), "{said}");
+    }
+}
