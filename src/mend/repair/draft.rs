@@ -181,7 +181,8 @@ impl Draft {
             if times[&face] > 1 {
                 // It intersects its double, whatever was known of the one.
                 asked.push(i);
-            } else if let Some(partner) = partner.filter(|p| times.contains_key(*p)) {
+            } else if let Some(partner) = partner.filter(|p| **p != face && times.contains_key(*p))
+            {
                 with[f as usize] = Some(*partner);
             } else if !self.known.clear.contains(&face) {
                 asked.push(i);
