@@ -60,7 +60,7 @@ def _mended_mesh(mesh: Any, mend: Mend) -> Any:
 
     if has("vertices", "faces", "vertex_attributes", "face_attributes"):
         return _trimesh(mesh, mend)
-    if has("points", "regular_faces", "point_data", "cell_data", "triangulate"):
+    if has("points", "is_all_triangles", "n_strips", "point_data", "cell_data", "triangulate"):
         return _pyvista(mesh, mend)
     if has("points", "cells", "point_data", "cell_data", "extract_surface"):
         raise TypeError(
