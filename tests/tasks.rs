@@ -255,9 +255,9 @@ fn a_run_ends_soon_after_it_is_cancelled_whatever_it_does() {
     let sphere = shapes::sphere(24);
     let holed = shapes::cut(&shapes::sphere(60), |p| p.distance(DVec3::Z) < 0.9);
     let mut finer = isomend::FairParams::default();
-    finer.voxel = isomend::VoxelSize::Length(0.025);
+    finer.voxel = isomend::VoxelSize::Length(0.1);
     let mut fills = FillParams::default();
-    fills.voxel = isomend::VoxelSize::Length(0.02);
+    fills.voxel = isomend::VoxelSize::Length(0.06);
     let fair = |control: &Control| {
         inspect(&sphere)
             .unwrap()
