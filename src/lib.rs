@@ -98,6 +98,7 @@ pub mod view;
 // The engine's rooms, open to the project's own tests and benchmarks. They may change in any release.
 #[doc(hidden)]
 pub mod attributes;
+mod cancel;
 #[doc(hidden)]
 pub mod extract;
 #[doc(hidden)]
@@ -123,6 +124,7 @@ pub mod stitch;
 pub use glam;
 
 pub use attributes::transfer;
+pub use cancel::Cancel;
 #[doc(inline)]
 pub use extract::{VolumeSurfaceError, level_surface};
 #[doc(inline)]
@@ -134,7 +136,7 @@ pub use flow::{Energy, Variant};
 #[doc(inline)]
 pub use grid::Volume;
 pub use mend::{
-    Cancel, Carried, ClosedBy, Control, CrossingPass, Event, FailedReason, FairError, FairExtent,
+    Carried, ClosedBy, Control, CrossingPass, Event, FailedReason, FairError, FairExtent,
     FairParams, FairReport, Faired, FillError, FillParams, FillReport, Filled, Finish,
     FinishReport, HoleOutcome, HoleReport, Inspection, LeftReason, PatchStart, Progress,
     RegionPatch, RegionReport, RegionTask, Regions, RepairParams, RepairReport, Repaired,

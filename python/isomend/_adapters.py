@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from isomend._errors import MeshError
 from isomend._mesh import Mended, Model
@@ -14,29 +15,44 @@ if TYPE_CHECKING:
 
     from isomend._params import FillOptions
 
-MeshT = TypeVar("MeshT")
+# Where a mesh has room for metadata, the report of what was done is there under this name, as JSON.
+REPORT = "isomend_report"
 Mend = Callable[[Model], Mended]
 
 
-def fill_mesh(mesh: MeshT, **options: Unpack[FillOptions]) -> MeshT:
+def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillOptions]) -> Any:
     """Fills holes of a mesh of another package; the same type comes back, with its data continued on the patches.
 
     Args:
         mesh: ``trimesh.Trimesh``, ``pyvista.PolyData``, ``meshio.Mesh`` or Open3D's ``TriangleMesh``. It stays as it is.
+        return_report: Whether to return the report beside the mesh; see :attr:`isomend.Mended.report`.
         options: As for :func:`isomend.fill`.
 
     Returns:
-        A new mesh. Where the type has named values of faces, those of patches are marked as ``isomend_patch``.
+        A new mesh, or with ``return_report`` the mesh and the report. Where the type has named values of faces, those of patches are
+        marked as ``isomend_patch``; where it has metadata (trimesh) or field data (pyvista), the report is there as JSON under
+        ``isomend_report``.
 
     Raises:
         TypeError: It is no such mesh.
         MeshError: It holds other cells than triangles, or cannot be measured.
     """
-    filled: MeshT = mend_mesh(mesh, lambda model: model.fill(**options))
-    return filled
+    return mend_mesh(mesh, lambda model: model.fill(**options), return_report)
 
 
-def mend_mesh(mesh: Any, mend: Mend) -> Any:
+def mend_mesh(mesh: Any, mend: Mend, return_report: bool = False) -> Any:
+    """The same mesh after some work on it, and the report if it is asked for."""
+    made: list[Mended] = []
+
+    def noted(model: Model) -> Mended:
+        made.append(mend(model))
+        return made[0]
+
+    out = _mended_mesh(mesh, noted)
+    return (out, made[0].report) if return_report else out
+
+
+def _mended_mesh(mesh: Any, mend: Mend) -> Any:
     """The same mesh after some work on it."""
 
     def has(*names: str) -> bool:
@@ -44,8 +60,12 @@ def mend_mesh(mesh: Any, mend: Mend) -> Any:
 
     if has("vertices", "faces", "vertex_attributes", "face_attributes"):
         return _trimesh(mesh, mend)
-    if has("points", "regular_faces", "point_data", "cell_data", "triangulate"):
+    if has("points", "is_all_triangles", "n_strips", "point_data", "cell_data", "triangulate"):
         return _pyvista(mesh, mend)
+    if has("points", "cells", "point_data", "cell_data", "extract_surface"):
+        raise TypeError(
+            f"{type(mesh).__qualname__} holds cells of a volume or of several kinds; take its surface first: mesh.extract_surface()"
+        )
     if has("points", "cells", "point_data", "cell_data"):
         return _meshio(mesh, mend)
     if has("vertices", "triangles", "vertex_colors", "triangle_normals"):
@@ -76,7 +96,7 @@ def _trimesh(mesh: Any, mend: Mend) -> Any:
     cells["isomend_patch"] = mended.is_patch
     out = type(mesh)(
         vertices=mended.vertices, faces=mended.faces, vertex_attributes=points, face_attributes=cells,
-        metadata=dict(mesh.metadata), process=False, validate=False,
+        metadata=dict(mesh.metadata) | {REPORT: json.dumps(mended.report)}, process=False, validate=False,
         **{name: values for name, values in colours.items() if values is not None},
     )  # fmt: skip
     if kind == "texture" and "uv" in points:
@@ -89,8 +109,7 @@ def _trimesh(mesh: Any, mend: Mend) -> Any:
 def _pyvista(mesh: Any, mend: Mend) -> Any:
     import numpy as np
 
-    whole = mesh if mesh.is_all_triangles else mesh.triangulate()
-    faces = whole.regular_faces
+    whole, faces = triangles_of(mesh)
     if whole.n_cells != len(faces):
         raise MeshError("the mesh has lines, vertices or strips beside its faces; take them away, or extract the surface first")
     if len(faces) == 0:
@@ -106,9 +125,22 @@ def _pyvista(mesh: Any, mend: Mend) -> Any:
     for name, values in mesh.field_data.items():
         out.field_data[name] = values
     out.cell_data["isomend_patch"] = mended.is_patch.astype(np.uint8)
+    out.field_data[REPORT] = [json.dumps(mended.report)]
     if whole.active_scalars_name in out.array_names:
         out.set_active_scalars(whole.active_scalars_name, preference=whole.active_scalars_info.association.name.lower())
     return out
+
+
+def triangles_of(mesh: Any) -> tuple[Any, Any]:
+    """A pyvista mesh whose polygons are cut into triangles, and the faces of these, (n, 3)."""
+    import numpy as np
+
+    whole = mesh if mesh.is_all_triangles else mesh.triangulate()
+    # `regular_faces` fails where lines or vertices are left beside the faces.
+    faces = np.asarray(whole.faces)
+    if faces.size % 4 or np.any(faces[::4] != 3):
+        raise MeshError("the mesh has faces that cannot be cut into triangles; call triangulate() on it and look at its faces")
+    return whole, faces.reshape(-1, 4)[:, 1:]
 
 
 def _kept_types(data: Any) -> dict[str, Any]:

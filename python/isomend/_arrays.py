@@ -26,9 +26,19 @@ ROLES = {
 COMPONENTS = {"normal": (3,), "colour": (3, 4), "uv": (2,)}
 
 
+def unmasked(what: str, values: ArrayLike) -> NDArray[Any]:
+    """An array, without values that are masked."""
+    if np.ma.isMaskedArray(values) and np.any(np.ma.getmaskarray(values)):
+        raise ParameterError(f"{what} is a masked array with masked values; fill these, or take them out")
+    return np.asarray(values)
+
+
 def table(what: str, values: ArrayLike) -> NDArray[Any]:
     """An array of n rows of three numbers."""
-    array = np.asarray(values)
+    try:
+        array = unmasked(what, values)
+    except ParameterError as error:
+        raise MeshError(str(error)) from None
     if array.size == 0 and array.ndim < 2:
         array = array.reshape(0, 3)
     if array.dtype.kind not in "fiu":
@@ -64,7 +74,7 @@ def faces(values: ArrayLike) -> NDArray[np.int64]:
 
 def face_numbers(mask: ArrayLike, count: int) -> list[int]:
     """The numbers of the faces that are marked, by one mark for each face or by their numbers."""
-    array = np.asarray(mask)
+    array = unmasked("the mask", mask)
     if array.ndim != 1:
         raise ParameterError(f"a mask must be an array of one dimension, but its shape is {array.shape}")
     if array.dtype.kind == "b":
@@ -73,6 +83,11 @@ def face_numbers(mask: ArrayLike, count: int) -> list[int]:
         array = np.flatnonzero(array)
     elif array.size and array.dtype.kind not in "iu":
         raise ParameterError(f"a mask holds a mark for each face, or face numbers, but this one is of the type {array.dtype}")
+    elif array.size > 1 and len(array) == count and array.max() <= 1 and array.min() >= 0:
+        raise ParameterError(
+            f"the mask has {count} whole numbers, one for each face, and all are 0 or 1: as marks they must be of the type bool, "
+            "such as mask.astype(bool); as face numbers they would name the faces 0 and 1 alone"
+        )
     numbers: list[int] = array.astype(np.int64).tolist()
     for number in numbers:
         if not 0 <= number < count:
@@ -92,7 +107,7 @@ def given(what: str, data: Mapping[str, ArrayLike] | None, count: int) -> list[G
     """Named values as the library takes them."""
     out: list[Given] = []
     for name, values in (data or {}).items():
-        array = np.asarray(values)
+        array = unmasked(f"{what} '{name}'", values)
         if array.dtype.kind == "b":
             array = array.astype(np.uint8)
         if array.dtype.kind not in "fiu" or array.dtype.itemsize > 8:

@@ -216,7 +216,7 @@ def signed_distance(
     from isomend import _arrays
 
     if threads is not None:
-        threads = _params.whole("threads", threads)
+        threads = _params.count("threads", threads)
     at = _arrays.points("points", points)
     return _isomend.signed_distance(at, _arrays.points("vertices", vertices), _arrays.faces(faces), threads)
 
@@ -227,4 +227,6 @@ def solve_task(task: bytes, *, threads: int | None = None) -> bytes:
     Raises:
         ParameterError: The bytes are no task.
     """
+    if threads is not None:
+        threads = _params.count("threads", threads)
     return _isomend.solve_task(task, threads)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import logging
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 from isomend import _params
 from isomend._errors import EmptyMaskError, IsomendError
@@ -299,6 +299,16 @@ class Mended(_Shape):
         mended._core, mended._made, mended._given = core, {}, model._given
         return mended
 
+    def __iter__(self) -> Iterator[NDArray[Any]]:
+        """The vertices, then the faces: ``vertices, faces = isomend.fill(…)``."""
+        return iter((self.vertices, self.faces))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A result goes through pickle with its arrays, data and report; what it carried beyond these, such as materials, does
+        not."""
+        core = _PickledCore.of(self._core)
+        return _unpickled, (core, self._given)
+
     def __repr__(self) -> str:
         vertices, faces = self._core.size()
         return f"<isomend.Mended of {vertices} vertices and {faces} faces, {int(self.is_patch.sum())} of them new>"
@@ -346,7 +356,50 @@ class Mended(_Shape):
 
     def model(self) -> Model:
         """The mended mesh as a model of its own, to be mended again."""
-        return Model._of(CoreModel.of(self._core))
+        core = self._core
+        return Model._of(core.model() if isinstance(core, _PickledCore) else CoreModel.of(core))
+
+
+@dataclass(frozen=True)
+class _PickledCore:
+    """What a result tells, kept in Python: what is asked of :class:`isomend._isomend.Mended`, but for what needs its files."""
+
+    values: dict[str, Any]
+
+    NAMES: ClassVar[tuple[str, ...]] = (
+        "vertices", "faces", "size", "point_data", "cell_data", "corner_data", "notes", "kept_size", "kept", "sigma", "document",
+        "flawless", "complete",
+    )  # fmt: skip
+
+    @classmethod
+    def of(cls, core: Any) -> _PickledCore:
+        return core if isinstance(core, cls) else cls({name: getattr(core, name)() for name in cls.NAMES})
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_") or name not in self.NAMES:
+            raise AttributeError(name)
+        value = self.values[name]
+        return lambda: value
+
+    def model(self) -> CoreModel:
+        """The mesh with its named values as a model."""
+        from isomend import _arrays
+
+        vertices, faces = self.values["vertices"], self.values["faces"]
+        data = [_arrays.taken(self.values[name]) for name in ("point_data", "cell_data")]
+        of_points = _arrays.given("point_data", data[0], len(vertices))
+        of_faces = _arrays.given("cell_data", data[1], len(faces))
+        return CoreModel.from_arrays(vertices, faces, of_points, of_faces)
+
+    def write(self, path: str | None, to: str | None, ascii: bool) -> tuple[list[str], bytes]:
+        """Writes the mesh with its named values."""
+        return self.model().write(path, to, ascii)
+
+
+def _unpickled(core: Any, given: Any) -> Mended:
+    mended = Mended.__new__(Mended)
+    mended._core, mended._made, mended._given = core, {}, given
+    return mended
 
 
 class StrictError(IsomendError):
@@ -359,6 +412,10 @@ class StrictError(IsomendError):
     def __init__(self, message: str, result: Mended) -> None:
         super().__init__(message)
         self.result = result
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Goes through pickle with its result."""
+        return type(self), (str(self), self.result)
 
 
 def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces: int) -> dict[str, Any]:
@@ -381,7 +438,7 @@ def _mended(
     work = _params.as_json(_work(command, mark, parameters, model._core.size()[1]))
     threads = run.get("threads")
     if threads is not None:
-        threads = _params.whole("threads", threads)
+        threads = _params.count("threads", threads)
     return _judged(Mended._made_of(model, core.mend(work, threads, run.get("progress"))), run)
 
 

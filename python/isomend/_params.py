@@ -62,6 +62,13 @@ class FairOptions(RunOptions, total=False):
     keep_vertices: bool
 
 
+CHOICES = {
+    "surface": ("stitched", "whole"),
+    "finish": ("auto", "willmore", "none"),
+    "energy": ("willmore", "curvature-variation"),
+    "variant": ("I", "II", "gauss-newton"),
+}
+
 RUN = ("threads", "progress", "strict")
 
 
@@ -72,8 +79,10 @@ def taken_apart(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, A
 
 
 def whole(name: str, value: Any) -> int:
-    """A whole number."""
+    """A whole number. `True` and `False` are none."""
     try:
+        if is_bool(value):
+            raise TypeError
         number = operator.index(value)
     except TypeError:
         raise ParameterError(f"{name} must be a whole number, but is {value!r}") from None
@@ -82,12 +91,51 @@ def whole(name: str, value: Any) -> int:
     return number
 
 
+def count(name: str, value: Any) -> int:
+    """A whole number from 1."""
+    number = whole(name, value)
+    if number == 0:
+        raise ParameterError(f"{name} must be a whole number from 1, but is 0")
+    return number
+
+
 def number(name: str, value: Any) -> float:
-    """A number, as Python's or numpy's."""
+    """A number, as Python's or numpy's. `True` and `False` are none."""
     try:
+        if is_bool(value):
+            raise TypeError
         return float(value)
     except (TypeError, ValueError):
         raise ParameterError(f"{name} must be a number, but is {value!r}") from None
+
+
+def positive(name: str, value: Any) -> float:
+    """A positive number. Infinite ones are refused with all others; see :func:`as_json`."""
+    given = number(name, value)
+    if not given > 0:
+        raise ParameterError(f"{name} must be a positive number, but is {given:g}")
+    return given
+
+
+def within(name: str, value: Any, least: float, most: float) -> float:
+    """A number between two bounds."""
+    given = number(name, value)
+    if not least <= given <= most:
+        raise ParameterError(f"{name} must lie between {least:g} and {most:g}, but is {given:g}")
+    return given
+
+
+def choice(name: str, value: Any, choices: tuple[str, ...]) -> str:
+    """One of some words."""
+    if not isinstance(value, str) or value not in choices:
+        words = ", ".join(repr(word) for word in choices)
+        raise ParameterError(f"{name} must be one of {words}, but is {value!r}")
+    return value
+
+
+def is_bool(value: Any) -> bool:
+    """Whether a value is a truth value of Python or numpy."""
+    return isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
 
 
 def wholes(name: str, values: Any) -> list[int]:
@@ -104,11 +152,17 @@ def plain(name: str, value: Any) -> Any:
     if name == "bridge":
         return [wholes("each group of bridge", group) for group in value]
     if name == "voxel":
-        return value if value == "auto" else {"length": number(name, value)}
-    if name in ("max_diameter", "time_step", "edge_ratio", "keep_shape", "strength", "time"):
-        return number(name, value)
+        return value if isinstance(value, str) and value == "auto" else {"length": positive(name, value)}
+    if name in ("max_diameter", "time_step", "strength", "time"):
+        return positive(name, value)
+    if name == "edge_ratio":
+        return within(name, value, 0.05, 20.0)
+    if name == "keep_shape":
+        return within(name, value, 0.0, 1.0)
     if name == "steps":
-        return whole(name, value)
+        return count(name, value)
+    if name in CHOICES:
+        return choice(name, value, CHOICES[name])
     return value
 
 
@@ -137,10 +191,21 @@ def fair_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
 def mask_of(mask: Mask, faces: int) -> dict[str, Any]:
     """A mask in the library's form: from one mark for each face, from face numbers, or as it is."""
     if isinstance(mask, Mapping):
-        return dict(mask)
+        return {name: unpacked(value) for name, value in mask.items()}
     from isomend import _arrays
 
     return {"faces": _arrays.face_numbers(mask, faces)}
+
+
+def unpacked(value: Any) -> Any:
+    """A part of a mask with Python's numbers and lists in place of numpy's."""
+    if isinstance(value, Mapping):
+        return {name: unpacked(part) for name, part in value.items()}
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [unpacked(part) for part in value]
+    return value
 
 
 Work = Union[dict[str, Any], list[Any]]

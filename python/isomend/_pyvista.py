@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import pyvista
 
-from isomend._adapters import mend_mesh
+from isomend._adapters import mend_mesh, triangles_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -26,17 +26,17 @@ class Accessor:
         """Finds holes and defects; see :func:`isomend.inspect`."""
         import isomend
 
-        mesh = self._mesh if self._mesh.is_all_triangles else self._mesh.triangulate()
-        return isomend.inspect(mesh.points, mesh.regular_faces)
+        mesh, faces = triangles_of(self._mesh)
+        return isomend.inspect(mesh.points, faces)
 
-    def fill(self, **options: Unpack[FillOptions]) -> Any:
-        """A mesh whose holes are filled; see :func:`isomend.fill`."""
-        return mend_mesh(self._mesh, lambda model: model.fill(**options))
+    def fill(self, *, return_report: bool = False, **options: Unpack[FillOptions]) -> Any:
+        """A mesh whose holes are filled, with ``return_report`` beside the report; see :func:`isomend.fill_mesh`."""
+        return mend_mesh(self._mesh, lambda model: model.fill(**options), return_report)
 
-    def restore(self, mark: Mask, **options: Unpack[RestoreOptions]) -> Any:
+    def restore(self, mark: Mask, *, return_report: bool = False, **options: Unpack[RestoreOptions]) -> Any:
         """A mesh whose marked faces are replaced; see :func:`isomend.restore`."""
-        return mend_mesh(self._mesh, lambda model: model.restore(mark, **options))
+        return mend_mesh(self._mesh, lambda model: model.restore(mark, **options), return_report)
 
-    def fair(self, mark: Mask | None = None, **options: Unpack[FairOptions]) -> Any:
+    def fair(self, mark: Mask | None = None, *, return_report: bool = False, **options: Unpack[FairOptions]) -> Any:
         """A mesh that is faired; see :func:`isomend.fair`."""
-        return mend_mesh(self._mesh, lambda model: model.fair(mark, **options))
+        return mend_mesh(self._mesh, lambda model: model.fair(mark, **options), return_report)

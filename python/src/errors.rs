@@ -61,6 +61,7 @@ fn fill_exception(error: &FillError) -> &'static str {
         | FillError::Index { .. }
         | FillError::NotFinite { .. }
         | FillError::TooLarge { .. }
+        | FillError::TooMany { .. }
         | FillError::TooSmall { .. } => "MeshError",
         FillError::NoSuchHole { .. } => "HoleIdError",
         FillError::Cancelled => "Cancelled",

@@ -137,7 +137,7 @@ impl Mended {
     }
 
     fn complete(&self) -> bool {
-        matches!(self.mended.extent, job::Extent::Faired(_)) || !self.mended.report.incomplete()
+        self.mended.complete()
     }
 
     /// Writes it; remarks, and the bytes where there is no path.

@@ -26,6 +26,8 @@ pub fn run<T: Send + 'static>(
     progress: Option<&Bound<'_, PyAny>>,
     work: impl FnOnce(&Control) -> Result<T, Failure> + Send + 'static,
 ) -> PyResult<T> {
+    let asked = Control::new().threads(threads.unwrap_or(0));
+    asked.check().map_err(Failure::from)?;
     logging::listen(py)?;
     let cancel = Cancel::new();
     let state = Arc::new(Mutex::new(State::None));

@@ -1,5 +1,6 @@
 """Meshes of other packages."""
 
+import json
 import subprocess
 import sys
 
@@ -113,3 +114,15 @@ def test_open3d(tmp_path):
 def test_what_is_no_mesh_is_refused():
     with pytest.raises(TypeError, match=r"builtins.dict is no mesh of trimesh"):
         isomend.fill_mesh({})
+
+
+def test_pyvista_meshes_of_several_kinds_of_cells(sphere):
+    pyvista = pytest.importorskip("pyvista")
+    mixed = pyvista.Plane(i_resolution=8, j_resolution=8).clip(normal=(1, 0.3, 0), origin=(0.01, 0, 0))
+    if isinstance(mixed, pyvista.PolyData):
+        done, report = isomend.fill_mesh(mixed, return_report=True)
+        assert done.is_all_triangles and done.n_cells > 32
+        assert report["command"] == "fill"
+        assert json.loads(done.field_data["isomend_report"][0])["command"] == "fill"
+    with pytest.raises(TypeError, match="extract_surface"):
+        isomend.fill_mesh(pyvista.PolyData.from_regular_faces(*sphere).cast_to_unstructured_grid())

@@ -169,3 +169,30 @@ def test_a_mended_mesh_is_mended_again():
     second = first.model().fill()
     assert shapes.is_closed(second.faces)
     assert second.vertices[: len(first.vertices)].tobytes() == first.vertices.tobytes()
+
+
+def test_whole_numbers_of_0_and_1_are_no_mask(sphere):
+    vertices, faces = shapes.closed_sphere()
+    mark = vertices[faces].mean(axis=1)[:, 2] > 0.9
+    for wrong in (mark.astype(np.uint8), mark.astype(int), np.zeros(len(faces), int)):
+        with pytest.raises(isomend.ParameterError, match="bool"):
+            isomend.restore(vertices, faces, wrong)
+    with pytest.raises(isomend.ParameterError, match="masked"):
+        isomend.restore(vertices, faces, np.ma.array(mark, mask=mark))
+    by_marks = isomend.restore(vertices, faces, mark)
+    by_numbers = isomend.restore(vertices, faces, np.flatnonzero(mark))
+    assert by_marks.faces.tobytes() == by_numbers.faces.tobytes()
+    assert by_marks.report["removed_faces"] == mark.sum()
+
+
+def test_results_are_pickled_and_unpacked(sphere, filled):
+    import pickle
+
+    vertices, faces = filled
+    assert np.array_equal(vertices, filled.vertices) and np.array_equal(faces, filled.faces)
+    sent = pickle.loads(pickle.dumps(filled))
+    assert sent.vertices.tobytes() == filled.vertices.tobytes() and sent.report == filled.report
+    assert sent.complete and np.array_equal(sent.is_patch, filled.is_patch)
+    assert sent.to_bytes("ply") and len(sent.model().faces) == len(filled.faces)
+    error = pickle.loads(pickle.dumps(isomend.StrictError("not flawless", filled)))
+    assert str(error) == "not flawless" and len(error.result.faces) == len(filled.faces)

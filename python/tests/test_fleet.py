@@ -153,6 +153,8 @@ def test_one_bad_mesh_hurts_itself_only(local, scans, tmp_path):
     assert not (output / "bad.ply").exists() and not (output / "hangs.ply").exists() and not children(output)
     errors = {row["output"]: row["error"] for row in manifest(output)}
     assert "bad.ply" in errors["bad.ply"] and "after 6 s" in errors["hangs.ply"] and "0.1 GB" in errors["large.ply"]
+    done = [row for row in manifest(output) if row["outcome"] == "done"]
+    assert done and not any(row["error"] for row in done)
     assert state.done == 11
     assert fleet.run([scans], output, timeout=6, memory=0.1).earlier == 11
     (scans / "large.ply").unlink()

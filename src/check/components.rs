@@ -108,13 +108,18 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
     let holds = |outer: &Bounds, inner: &Bounds| {
         outer.low.cmple(inner.low).all() && outer.high.cmpge(inner.high).all()
     };
+    // Components that may hold others: thousands of single faces in one place would meet each other's boxes for nothing.
+    let large = (0..boxes.len() as u32).filter(|i| faces[*i as usize].len() >= LEAST_FACES);
+    let large: Vec<u32> = large.collect();
+    let large_boxes: Vec<Bounds> = large.iter().map(|i| boxes[*i as usize]).collect();
+    let tree = BoxTree::new(&large_boxes);
     // Pairs of a component and one whose box holds its box, by the outer one.
-    let tree = BoxTree::new(boxes);
     let mut pairs: Vec<(u32, u32)> = Vec::new();
     for (inner, own) in boxes.iter().enumerate() {
-        tree.for_each(boxes, own, |outer| {
+        tree.for_each(&large_boxes, own, |i| {
+            let outer = large[i as usize];
             let o = outer as usize;
-            if o != inner && faces[o].len() >= LEAST_FACES && holds(&boxes[o], own) {
+            if found[o].area > found[inner].area && holds(&boxes[o], own) {
                 pairs.push((outer, inner as u32));
             }
         });
@@ -142,10 +147,6 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
     for (outer, inner) in inside {
         let area = |i: usize| found[i].area;
         let (outer, inner) = (outer as usize, inner as usize);
-        // Of two that cross, each may seem to lie in the other.
-        if area(outer) <= area(inner) {
-            continue;
-        }
         let nearer = found[inner].inside.is_none_or(|o| area(outer) < area(o));
         found[inner].depth += 1;
         if nearer {

@@ -28,11 +28,6 @@ pub fn count(text: &str) -> Result<usize, String> {
     }
 }
 
-/// Most threads; more than a machine has only cost memory.
-const MOST_THREADS: usize = 1024;
-/// Most steps of a flow on a grid: each is kept in the report.
-const MOST_STEPS: usize = 1_000_000;
-
 /// A positive whole number with a largest value.
 fn count_to(text: &str, most: usize) -> Result<usize, String> {
     match count(text) {
@@ -43,12 +38,12 @@ fn count_to(text: &str, most: usize) -> Result<usize, String> {
 
 /// A number of threads.
 pub fn threads(text: &str) -> Result<usize, String> {
-    count_to(text, MOST_THREADS)
+    count_to(text, isomend::Control::MOST_THREADS)
 }
 
 /// A number of steps.
 pub fn steps(text: &str) -> Result<usize, String> {
-    count_to(text, MOST_STEPS)
+    count_to(text, isomend::FillParams::MOST_STEPS)
 }
 
 /// A number of samples of a surface.

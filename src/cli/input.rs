@@ -1,10 +1,9 @@
 //! Reading the input.
 
-use std::io::Read;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use isomend::io::{Format, IoError, Loaded};
+use isomend::io::{Format, IoError, Loaded, read_stream};
 use isomend::job::{JobError, Place, Source};
 
 use super::console::Console;
@@ -63,11 +62,7 @@ pub fn told(error: JobError, source: &Source) -> anyhow::Error {
 
 /// All bytes of standard input.
 pub fn standard_input() -> anyhow::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    std::io::stdin()
-        .lock()
-        .read_to_end(&mut bytes)
-        .context("cannot read standard input")?;
+    let bytes = read_stream(std::io::stdin().lock()).context("cannot read standard input")?;
     if bytes.is_empty() {
         bail!("standard input is empty");
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::layout::Layout;
+use crate::cancel::Cancel;
 use crate::grid::{ABSENT, NodeIndex, SparseGrid, add, dilate};
 
 /// Half width of the weight χ, in voxels.
@@ -45,6 +46,8 @@ pub struct Band {
     pub unknown: Vec<bool>,
     /// Number of unknowns.
     pub unknowns: usize,
+    /// The token that stops what is computed on the band.
+    pub cancel: Cancel,
 }
 
 fn corner(a: usize) -> NodeIndex {
@@ -61,7 +64,7 @@ impl Band {
             .collect();
         let reach = dilate(grid, &residual);
         let mut slots: Vec<u32> = (0..grid.len() as u32)
-            .filter(|&s| reach[s as usize])
+            .filter(|&s| reach[s as usize] && !grid.is_cancelled())
             .collect();
         slots.par_sort_unstable_by_key(|&s| grid.node(s as usize));
         let mut number = vec![NONE; grid.len()];
@@ -73,6 +76,9 @@ impl Band {
         let cells: Vec<Cell> = nodes
             .par_iter()
             .filter_map(|&n| {
+                if grid.is_cancelled() {
+                    return None;
+                }
                 let c: [u32; 8] = std::array::from_fn(|a| lookup(add(n, corner(a))));
                 let whole = c.iter().all(|&v| v != NONE);
                 let touches = || c.iter().any(|&v| residual[slots[v as usize] as usize]);
@@ -108,6 +114,7 @@ impl Band {
             layout,
             cells,
             node_cells,
+            cancel: grid.cancel().clone(),
         }
     }
 

@@ -81,6 +81,9 @@ pub fn nodal(band: &Band, phi: &[f64]) -> (Vec<f64>, Vec<f64>) {
             mass.extend(slab_mass);
         },
     );
+    // A stopped computation has left the rest out.
+    r.resize(count, 0.0);
+    mass.resize(count, 1.0);
     (r, mass)
 }
 
@@ -256,6 +259,9 @@ fn add_products(
 /// Nodes that are visited at a time. Cells at the border of two slabs are computed twice; with so many nodes they are few.
 const SLAB: usize = 32_768;
 
+/// Cells of a slab between two looks at the band's token: their matrices take about 10 ms of one thread.
+const ASKED: usize = 8192;
+
 /// What was made of the cells round the nodes of a slab.
 pub struct SlabCells<C> {
     first: usize,
@@ -271,7 +277,7 @@ impl<C> SlabCells<C> {
 }
 
 /// Runs over `count` nodes of a band, the i-th of which is `node(i)` (rising), slab by slab, with what `make` has of the cells
-/// round them; that of a slab is kept while it lasts.
+/// round them; that of a slab is kept while it lasts. Leaves the remaining slabs out once the band's token is set.
 pub fn in_slabs<C: Send + Sync>(
     band: &Band,
     count: usize,
@@ -280,6 +286,9 @@ pub fn in_slabs<C: Send + Sync>(
     mut run: impl FnMut(Range<usize>, &SlabCells<C>),
 ) {
     for start in (0..count).step_by(SLAB) {
+        if band.cancel.is_cancelled() {
+            return;
+        }
         let range = start..count.min(start + SLAB);
         let (mut first, mut end) = (0, band.cells.len());
         if count > SLAB {
@@ -292,7 +301,14 @@ pub fn in_slabs<C: Send + Sync>(
             }
             first = first.min(end);
         }
-        let cells = (first..end).into_par_iter().map(&make).collect();
+        let mut cells = Vec::with_capacity(end - first);
+        for from in (first..end).step_by(ASKED) {
+            if band.cancel.is_cancelled() {
+                return;
+            }
+            let part = from..end.min(from + ASKED);
+            cells.par_extend(part.into_par_iter().map(&make));
+        }
         run(range, &SlabCells { first, cells });
     }
 }
@@ -311,6 +327,9 @@ pub fn stencils<C: Send + Sync>(
         for (list, which) in lists.iter_mut().zip(which) {
             let row = |&i: &u32| {
                 let mut row = [0.0; 27];
+                if band.cancel.is_cancelled() {
+                    return Stencil::new(&row);
+                }
                 band.each_cell(i as usize, |c, a| {
                     let matrix = which(cells.get(c));
                     for b in 0..8 {
@@ -323,6 +342,9 @@ pub fn stencils<C: Send + Sync>(
             list.par_extend(rows[slab.clone()].par_iter().map(row));
         }
     });
+    lists
+        .iter_mut()
+        .for_each(|l| l.resize(rows.len(), Stencil::new(&[0.0; 27])));
     lists
 }
 

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::system::System;
+use crate::cancel::Cancel;
 use crate::grid::{BLOCK, NodeIndex, SparseGrid, add};
 use crate::linalg::{Csr, Multigrid};
 
@@ -31,7 +32,11 @@ struct CoarseNodes {
 
 impl CoarseNodes {
     /// The nodes that carry weight for one of the points and that `exists` allows.
-    fn new(points: &[Option<[f64; 3]>], exists: impl Fn(NodeIndex) -> bool) -> Self {
+    fn new(
+        points: &[Option<[f64; 3]>],
+        exists: impl Fn(NodeIndex) -> bool,
+        cancel: &Cancel,
+    ) -> Self {
         let (mut low, mut high) = ([i32::MAX; 3], [i32::MIN; 3]);
         for p in points.iter().flatten() {
             for d in 0..3 {
@@ -45,7 +50,11 @@ impl CoarseNodes {
         let blocks: [i32; 3] = std::array::from_fn(|d| (high[d] - low[d]) / BLOCK + 1);
         let mut touched = vec![false; blocks.iter().map(|&b| b as usize).product()];
         let used = || {
-            let weights = points.iter().flatten().flat_map(|&p| trilinear(p));
+            let points = points
+                .iter()
+                .take_while(|_| !cancel.is_cancelled())
+                .flatten();
+            let weights = points.flat_map(|&p| trilinear(p));
             weights
                 .filter(|w| w.1 > LEAST)
                 .map(|(n, _)| std::array::from_fn(|d| n[d] - low[d]))
@@ -107,10 +116,11 @@ fn trilinear(p: [f64; 3]) -> [(NodeIndex, f64); 8] {
 fn interpolation(
     points: &[Option<[f64; 3]>],
     exists: impl Fn(NodeIndex) -> bool,
+    cancel: &Cancel,
 ) -> (Csr, CoarseNodes) {
-    let lattice = CoarseNodes::new(points, exists);
+    let lattice = CoarseNodes::new(points, exists, cancel);
     let matrix = Csr::from_rows(points.len(), lattice.nodes.len(), |i, sink| {
-        if let Some(p) = points[i] {
+        if let Some(p) = points[i].filter(|_| !cancel.is_cancelled()) {
             for (n, w) in trilinear(p) {
                 if let (true, Some(c)) = (w > LEAST, lattice.number(n)) {
                     sink.add(c, w);
@@ -128,7 +138,7 @@ fn interpolation(
 /// them are rough, and the coarse levels would take smooth movements for stiff ones.
 pub fn feet(band: &Band, grid: &SparseGrid, phi: &[f64]) -> Vec<[f32; 3]> {
     let foot = |&i: &u32| {
-        if !band.unknown[i as usize] {
+        if !band.unknown[i as usize] || grid.is_cancelled() {
             return [0.0; 3];
         }
         let slot = band.slots[i as usize] as usize;
@@ -159,8 +169,8 @@ fn halved(band: &Band, grid: &SparseGrid, feet: &[[f32; 3]]) -> Vec<Option<[f64;
     points
 }
 
-/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made. The caller then preconditions
-/// with the diagonal.
+/// The hierarchy for a system, with the closest points from [`feet`]; none where it cannot be made, and once the grid's token is
+/// set. The caller then preconditions with the diagonal.
 pub fn hierarchy(
     grid: &SparseGrid,
     mask: &[bool],
@@ -169,11 +179,16 @@ pub fn hierarchy(
     system: &System,
 ) -> Option<Multigrid> {
     let free = |n: NodeIndex| grid.slot(n).is_none_or(|s| mask[s]);
-    let (first, mut lattice) = interpolation(&halved(band, grid, feet), |n| free(n.map(|i| 2 * i)));
+    let cancel = grid.cancel();
+    let exists = |n: NodeIndex| free(n.map(|i| 2 * i));
+    let (first, mut lattice) = interpolation(&halved(band, grid, feet), exists, cancel);
     if lattice.nodes.is_empty() {
         return None;
     }
     let matrix = system.galerkin(&first);
+    if cancel.is_cancelled() {
+        return None;
+    }
     let mut coarser = Vec::new();
     // Node n of a coarse lattice lies at scale n + first.
     let (mut scale, mut first_node) = (2, 0);
@@ -186,7 +201,7 @@ pub fn hierarchy(
             .map(|n| Some(n.map(|i| 0.5 * f64::from(i) - 0.25)))
             .collect();
         let at = |n: NodeIndex| free(n.map(|i| scale * i + first_node));
-        let (p, next) = interpolation(&points, at);
+        let (p, next) = interpolation(&points, at, cancel);
         if next.nodes.is_empty() || next.nodes.len() >= lattice.nodes.len() {
             break;
         }

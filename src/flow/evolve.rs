@@ -164,6 +164,9 @@ impl Evolution {
         watch: &mut dyn FnMut(&EvolutionStep) -> bool,
     ) -> Pause {
         while self.time < until {
+            if grid.is_cancelled() {
+                return Pause::Stopped;
+            }
             let distances = redistance(grid, phi, mask, REACH);
             let band = Band::new(grid, &distances, mask, WillmoreBand::NEEDS.dilations);
             self.unknowns = band.unknowns;
@@ -203,6 +206,9 @@ impl Evolution {
     ) -> Option<Pause> {
         let (mut refused, mut band_steps) = (0, 0);
         while self.time < until && !state.is_stale() {
+            if grid.is_cancelled() {
+                return Some(Pause::Stopped);
+            }
             let settings = self.next_step(self.next.min((PART * self.time).max(FIRST)), until);
             let time_step = settings.time_step;
             let (direction, at) = state.direction(grid, mask, &settings);

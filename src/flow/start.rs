@@ -4,6 +4,7 @@ use std::sync::Mutex;
 
 use rayon::prelude::*;
 
+use crate::cancel::Cancel;
 use crate::grid::{NodeIndex, SparseGrid, as_point, linear, value_and_gradient};
 use crate::linalg::{CgOutcome, Jacobi, LinearOperator, conjugate_gradient};
 
@@ -27,6 +28,7 @@ struct Bilaplacian {
     jacobi: Vec<f64>,
     /// The Laplacian, kept from one product to the next.
     laplacian: Mutex<Vec<f64>>,
+    cancel: Cancel,
 }
 
 impl Bilaplacian {
@@ -59,6 +61,10 @@ impl LinearOperator for Bilaplacian {
 
     fn jacobi(&self) -> &[f64] {
         &self.jacobi
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
     }
 }
 
@@ -98,11 +104,15 @@ fn fill(
     };
     let grown = |set: &[bool]| -> Vec<bool> {
         let slots = (0..grid.len()).into_par_iter();
-        slots.map(|s| there[s] && touches(s, set)).collect()
+        slots
+            .map(|s| !grid.is_cancelled() && there[s] && touches(s, set))
+            .collect()
     };
     let one = grown(mask);
     let two = grown(&one);
-    let slots: Vec<usize> = (0..grid.len()).filter(|&s| two[s]).collect();
+    let slots: Vec<usize> = (0..grid.len())
+        .filter(|&s| two[s] && !grid.is_cancelled())
+        .collect();
     let mut number = vec![slots.len() as u32; grid.len()];
     for (i, &s) in slots.iter().enumerate() {
         number[s] = i as u32;
@@ -124,6 +134,7 @@ fn fill(
         near,
         free,
         laplacian: Mutex::default(),
+        cancel: grid.cancel().clone(),
     };
     let spread = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
         slots.iter().map(|&s| of(s)).chain([0.0]).collect()
@@ -161,7 +172,7 @@ fn from_every_other(
     if mask.iter().filter(|&&m| m).count() < FEW {
         return None;
     }
-    let half = SparseGrid::new(grid.dims().map(|d| d / 2), |_| true);
+    let half = SparseGrid::new(grid.dims().map(|d| d / 2), |_| true).stopped_by(grid.cancel());
     let source: Vec<Option<usize>> = (0..half.len())
         .map(|s| {
             let slot = grid.slot(half.node(s).map(|i| 2 * i))?;
@@ -177,6 +188,12 @@ fn from_every_other(
         let smooth = value_and_gradient(&half, &values, p).map(|v| v.0);
         smooth.or_else(|| linear(&half, &values, p)).unwrap_or(0.0)
     };
-    let guess = |s: usize| if mask[s] { prolonged(s) } else { 0.0 };
+    let guess = |s: usize| {
+        if mask[s] && !grid.is_cancelled() {
+            prolonged(s)
+        } else {
+            0.0
+        }
+    };
     Some((0..grid.len()).into_par_iter().map(guess).collect())
 }

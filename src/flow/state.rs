@@ -340,6 +340,9 @@ impl<E: BandEnergy> BandState<E> {
         let mut trial = self.values.clone();
         let mut reached = None;
         for _ in 0..8 {
+            if self.energy.band().cancel.is_cancelled() {
+                break;
+            }
             for (t, (v, d)) in trial.iter_mut().zip(self.values.iter().zip(d)) {
                 *t = v + fraction * d;
             }

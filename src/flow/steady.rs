@@ -43,6 +43,9 @@ pub(super) fn relax_with<E: BandEnergy>(
             None => run.new_band(grid, phi, mask, pull),
         };
         let Some(mut band) = band else { break };
+        if grid.is_cancelled() {
+            break;
+        }
         run.outcome.unknowns = band.energy.band().unknowns;
         if run.outcome.unknowns == 0 {
             run.outcome.converged = true;

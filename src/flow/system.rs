@@ -13,6 +13,7 @@ use super::band::{Band, NONE};
 use super::layout::{CHUNK, Layout};
 use super::pull::BandPull;
 use super::stencil::Stencil;
+use crate::cancel::Cancel;
 use crate::linalg::{Accumulator, Csr, LinearOperator, Real};
 
 /// Rows that are multiplied with a prolongation at a time.
@@ -55,6 +56,7 @@ pub struct System {
     weights: Vec<RowWeights>,
     jacobi: Vec<f64>,
     scratch: Mutex<Scratch>,
+    cancel: Cancel,
 }
 
 impl System {
@@ -66,6 +68,7 @@ impl System {
             weights,
             jacobi: Vec::new(),
             scratch: Mutex::default(),
+            cancel: band.cancel.clone(),
         };
         system.jacobi = system.inverse_diagonal();
         system
@@ -98,6 +101,9 @@ impl System {
         let mut out = vec![0.0; layout.len];
         out.par_chunks_mut(CHUNK).enumerate().for_each(|(c, out)| {
             for (r, place) in layout.rows_of(c) {
+                if self.cancel.is_cancelled() {
+                    return;
+                }
                 if !self.weights[r].unknown {
                     continue;
                 }
@@ -130,12 +136,15 @@ impl System {
         &self.layout
     }
 
-    /// `Pᵀ A P` for a prolongation `P` whose rows run over the positions, summed over slabs of rows.
+    /// `Pᵀ A P` for a prolongation `P` whose rows run over the positions, summed over slabs of rows; empty once the token is set.
     pub fn galerkin(&self, p: &Csr) -> Csr {
         let rows = self.layout.rows.len();
         // Sums of 1, 2, 4 … slabs: each entry is added a few times only.
         let mut sums: Vec<(u32, Csr)> = Vec::new();
         for first in (0..rows).step_by(SLAB) {
+            if self.cancel.is_cancelled() {
+                return Csr::default();
+            }
             let (mut order, mut sum) = (0, self.galerkin_of(p, first..rows.min(first + SLAB)));
             while let Some((_, before)) = sums.pop_if(|s| s.0 == order) {
                 sum = before.plus(&sum);
@@ -154,6 +163,9 @@ impl System {
         let layout = &*self.layout;
         let (first, count) = (range.start, range.len());
         let times = |stencil: &Stencil, r: usize, sink: &mut Accumulator| {
+            if self.cancel.is_cancelled() {
+                return;
+            }
             for k in 0..27 {
                 let entry = stencil.entry(k);
                 if entry != 0.0 {
@@ -243,6 +255,9 @@ impl System {
             .as_ref()
             .unwrap_or(&self.factors.curvature);
         let first = |(c, out): (usize, &mut [T])| {
+            if self.cancel.is_cancelled() {
+                return;
+            }
             for (r, place) in layout.rows_of(c) {
                 let weight = self.weights[r].residual;
                 if weight != 0.0 {
@@ -256,6 +271,9 @@ impl System {
             between.resize(layout.len, T::ZERO);
             let t = &t[..];
             each_chunk(between, |(c, out)| {
+                if self.cancel.is_cancelled() {
+                    return;
+                }
                 for (r, place) in layout.rows_of(c) {
                     if self.weights[r].residual != 0.0 {
                         out[place] = middle[r].apply(&layout.starts[r], c * CHUNK + place, t);
@@ -270,6 +288,9 @@ impl System {
         };
         let second = |(c, out): (usize, &mut [T])| {
             out.fill(T::ZERO);
+            if self.cancel.is_cancelled() {
+                return;
+            }
             for (r, place) in layout.rows_of(c) {
                 let weights = &self.weights[r];
                 if weights.unknown {
@@ -338,6 +359,10 @@ impl LinearOperator for System {
 
     fn jacobi(&self) -> &[f64] {
         &self.jacobi
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
     }
 }
 

@@ -87,6 +87,7 @@ impl BandEnergy for WillmoreBand {
                 },
             );
         });
+        gradient.resize(phi.len(), 0.0);
         gradient
     }
 

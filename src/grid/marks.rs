@@ -13,6 +13,9 @@ const AXES: [(u32, u64, u64); 3] = [
 
 /// Marks the nodes within one step (26 neighbours) of a marked one.
 pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
+    if grid.is_cancelled() {
+        return marked.to_vec();
+    }
     let word = |nodes: &[bool]| {
         let bits = nodes.iter().enumerate();
         bits.fold(0, |word, (i, &m)| word | u64::from(m) << i)

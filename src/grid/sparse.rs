@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::cancel::Cancel;
+
 /// Nodes along the edge of a block.
 pub const BLOCK: i32 = 4;
 /// Nodes of a block.
@@ -76,6 +78,7 @@ pub struct SparseGrid {
     block_dims: NodeIndex,
     map: Vec<u32>,
     blocks: Vec<NodeIndex>,
+    cancel: Cancel,
 }
 
 impl SparseGrid {
@@ -102,7 +105,26 @@ impl SparseGrid {
             block_dims,
             map,
             blocks,
+            cancel: Cancel::new(),
         }
+    }
+
+    /// Stops what is computed on the grid once a token is set.
+    #[must_use]
+    pub fn stopped_by(mut self, cancel: &Cancel) -> Self {
+        self.cancel = cancel.clone();
+        self
+    }
+
+    /// The token that stops what is computed on the grid.
+    pub fn cancel(&self) -> &Cancel {
+        &self.cancel
+    }
+
+    /// Whether what is computed on the grid is to stop.
+    #[inline]
+    pub fn is_cancelled(&self) -> bool {
+        self.cancel.is_cancelled()
     }
 
     /// Nodes along each axis of the whole box.

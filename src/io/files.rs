@@ -17,11 +17,60 @@ use crate::mesh::{Attributes, Mesh};
 /// When the file cannot be read, its format is not supported, or its content is damaged or holds no surface. The message
 /// begins with the path.
 pub fn read_path(path: &Path, format: Option<Format>) -> Result<Loaded, IoError> {
-    let bytes = fs::read(path).map_err(|cause| IoError::Read {
+    let bytes = bytes_of(path)?;
+    read_as(path, &bytes, format, &beside(path))
+}
+
+/// The most bytes that are read from a stream, whose end is not known before: 2 GiB.
+pub const MOST_STREAM: u64 = 2 << 30;
+
+/// Reads a stream to its end.
+///
+/// # Errors
+/// When it cannot be read, or goes on after [`MOST_STREAM`] bytes.
+pub fn read_stream(stream: impl Read) -> std::io::Result<Vec<u8>> {
+    within(stream, MOST_STREAM)
+}
+
+/// Reads a stream of at most so many bytes to its end.
+fn within(stream: impl Read, most: u64) -> std::io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    stream.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most {
+        let what = format!("it goes on after {most} bytes; save it as a file first");
+        return Err(std::io::Error::other(what));
+    }
+    Ok(bytes)
+}
+
+/// The bytes of a file, or of what a pipe brings. Devices, which may have no end, are refused.
+fn bytes_of(path: &Path) -> Result<Vec<u8>, IoError> {
+    let read = || {
+        let file = fs::File::open(path)?;
+        let kind = file.metadata()?.file_type();
+        if kind.is_file() || kind.is_dir() {
+            return fs::read(path);
+        }
+        if is_device(kind) {
+            return Err(std::io::Error::other("it is a device, not a file"));
+        }
+        read_stream(file)
+    };
+    read().map_err(|cause| IoError::Read {
         path: path.to_path_buf(),
         cause,
-    })?;
-    read_as(path, &bytes, format, &beside(path))
+    })
+}
+
+#[cfg(unix)]
+fn is_device(kind: fs::FileType) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    kind.is_char_device() || kind.is_block_device()
+}
+
+#[cfg(not(unix))]
+fn is_device(_: fs::FileType) -> bool {
+    false
 }
 
 /// As [`read_path`], from the bytes that the file would hold. What it refers to by name is loaded by `resolve`.
@@ -151,10 +200,7 @@ pub fn write_model(
 /// # Errors
 /// When the file cannot be read or holds no such volume. The message begins with the path.
 pub fn read_volume_path(path: &Path, array: Option<&str>) -> Result<Volume, IoError> {
-    let bytes = fs::read(path).map_err(|cause| IoError::Read {
-        path: path.to_path_buf(),
-        cause,
-    })?;
+    let bytes = bytes_of(path)?;
     read_volume_bytes(&bytes, array).map_err(|error| error.in_file(path))
 }
 
@@ -179,6 +225,17 @@ pub fn write_volume_path(
 mod tests {
     use super::super::samples::open_tetrahedron;
     use super::*;
+
+    #[test]
+    #[cfg(unix)]
+    fn what_has_no_end_is_refused() {
+        for name in ["/dev/zero", "/dev/urandom"] {
+            let error = read_path(Path::new(name), None).unwrap_err();
+            assert!(error.to_string().contains("device"), "{error}");
+        }
+        assert_eq!(within(&b"1234"[..], 4).unwrap(), b"1234");
+        assert!(within(std::io::repeat(0), 1000).is_err());
+    }
 
     #[test]
     fn every_format_goes_through_a_file() {

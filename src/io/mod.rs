@@ -40,7 +40,8 @@ mod vtk;
 pub use self::gltf::{Document, Image};
 pub use error::{IoError, Place};
 pub use files::{
-    beside, read_as, read_path, read_volume_path, write_model, write_path, write_volume_path,
+    MOST_STREAM, beside, read_as, read_path, read_stream, read_volume_path, write_model,
+    write_path, write_volume_path,
 };
 pub use format::Format;
 pub use save::save;

@@ -1,7 +1,6 @@
 //! What a job's work makes, before it is written.
 
 use super::JobError;
-use crate::check::Verdict;
 use crate::io::Loaded;
 use crate::mend::{
     Carried, Control, FairReport, Faired, FillReport, Filled, RepairParams, RepairReport,
@@ -36,12 +35,16 @@ pub enum Extent {
 }
 
 impl Extent {
-    /// Whether nothing that was to be filled is still open.
+    /// Whether the work is complete: after a fill or a restoration no hole that was to be filled is open, after a repair the mesh is
+    /// sound; a fairing always is.
     pub(super) fn is_complete(&self, fill: &FillReport) -> bool {
         match self {
             Self::Faired(_) | Self::Copied => true,
-            Self::Repaired(report) => report.after.as_ref().is_none_or(Verdict::is_sound),
-            _ => !fill.incomplete(),
+            Self::Repaired(report) => match &report.after {
+                Some(verdict) => verdict.is_sound(),
+                None => !fill.incomplete(),
+            },
+            Self::Holes | Self::Region(_) => !fill.incomplete(),
         }
     }
 }

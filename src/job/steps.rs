@@ -265,6 +265,11 @@ fn marks(mask: &MaskSpec, loaded: &Loaded) -> Result<Vec<bool>, JobError> {
 }
 
 impl<'s> Mended<'s> {
+    /// Whether nothing that was to be filled is still open.
+    pub fn complete(&self) -> bool {
+        self.extent.is_complete(&self.report)
+    }
+
     /// The same with a job of its own.
     pub fn into_owned(self) -> Mended<'static> {
         Mended {

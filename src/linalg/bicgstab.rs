@@ -34,6 +34,9 @@ pub fn bicgstab(
         let mut p = r.clone();
         let mut rho = dot(&shadow, &r);
         while iterations < max_iterations {
+            if operator.is_cancelled() {
+                break 'restart;
+            }
             iterations += 1;
             preconditioner.apply(&p, &mut y);
             operator.apply(&y, &mut v);

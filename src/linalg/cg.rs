@@ -18,6 +18,10 @@ pub trait LinearOperator: Sync {
     }
     /// The inverse of the preconditioner, one positive factor for each unknown.
     fn jacobi(&self) -> &[f64];
+    /// Whether solvers are to stop where they are: their result will not be used.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
 }
 
 /// An approximate inverse, symmetric and positive definite.
@@ -99,6 +103,9 @@ pub fn conjugate_gradient(
         }
     };
     while iterations < max_iterations && rz > 0.0 && !reached(rr, &z, x) {
+        if operator.is_cancelled() {
+            break;
+        }
         operator.apply(&p, &mut z);
         let curvature = dot(&p, &z);
         if curvature <= 0.0 || !curvature.is_finite() {

@@ -82,7 +82,8 @@ pub struct Multigrid {
 
 impl Multigrid {
     /// From the fine operator, the prolongation to the finest level, the Galerkin matrix of the first coarse level, and the prolongations
-    /// between the coarse levels, finest first. None where the coarsest matrix is not positive definite.
+    /// between the coarse levels, finest first. None where the coarsest matrix is not positive definite, and once the operator is
+    /// cancelled.
     pub fn new(
         operator: &impl LinearOperator,
         prolongation: Csr,
@@ -96,6 +97,9 @@ impl Multigrid {
         let mut levels = Vec::new();
         let mut matrix = shifted(first);
         for p in coarser {
+            if operator.is_cancelled() {
+                return None;
+            }
             if matrix.rows() <= DIRECT {
                 break;
             }
@@ -385,6 +389,9 @@ impl<A: LinearOperator> Preconditioner for MultigridCycle<'_, A> {
         coarse
             .smoother
             .run(&apply, &self.inverse_diagonal, fine, true);
+        if self.operator.is_cancelled() {
+            return;
+        }
         fine.subtract(&apply);
         coarse.restriction.apply(&fine.rest, &mut coarser[0].b);
         coarse.cycle(0, coarser);

@@ -36,7 +36,9 @@ impl RegionWork<'_> {
         let begun = Instant::now();
         let (mut solved, region, data) = self.solve(now, from);
         self.log_try(now, &region, &solved, begun);
-        if let Some(lower) = self.lower(now, &solved) {
+        if !self.cancel.is_cancelled()
+            && let Some(lower) = self.lower(now, &solved)
+        {
             solved = lower;
         }
         let report = RegionReport {
@@ -172,7 +174,9 @@ impl RegionWork<'_> {
             coarse,
         );
         let kept = self.damaged.map(|d| d.kept(region.diameter, region.voxel));
-        let data = MeshData::new(self.known, self.mesh, self.holes).keeping(kept);
+        let data = MeshData::new(self.known, self.mesh, self.holes)
+            .keeping(kept)
+            .stopped_by(self.cancel);
         let may_refine = self.params.voxel == VoxelSize::Auto;
         let settings = NestedSettings {
             lattice: region.lattice,

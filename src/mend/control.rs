@@ -1,34 +1,13 @@
 //! How a run is run: its threads, what it tells of its progress, and how it is stopped.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Mutex, PoisonError};
 
 use super::FillError;
 use super::report::RegionReport;
+use crate::cancel::Cancel;
 
 /// Told of each [`Step`], often and from several threads.
 pub type Progress<'a> = dyn Fn(&Step) + Sync + 'a;
-
-/// Stops runs: a token that several threads may share.
-#[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<AtomicBool>);
-
-impl Cancel {
-    /// A token that is not set.
-    pub fn new() -> Self {
-        Self::default()
-    }
-
-    /// Stops the runs that were given this token, for good.
-    pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
-    }
-
-    /// Whether it was set.
-    pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
-    }
-}
 
 /// How a run is run. The result does not depend on it.
 ///
@@ -53,7 +32,10 @@ impl<'a> Control<'a> {
         Self::default()
     }
 
-    /// Runs on so many threads of its own; 0 is one per core.
+    /// The largest number of threads. More than a machine has cost memory and gain nothing.
+    pub const MOST_THREADS: usize = 1024;
+
+    /// Runs on so many threads of its own, at most [`Control::MOST_THREADS`]; 0 is one per core.
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         let threads = Some(threads);
@@ -74,6 +56,17 @@ impl<'a> Control<'a> {
         Self { cancel, ..self }
     }
 
+    /// Whether its parameters are within their bounds. Every run checks that first.
+    ///
+    /// # Errors
+    /// [`FillError::Threads`] for more than [`Control::MOST_THREADS`] threads.
+    pub fn check(&self) -> Result<(), FillError> {
+        match self.threads {
+            Some(threads) if threads > Self::MOST_THREADS => Err(FillError::Threads { threads }),
+            _ => Ok(()),
+        }
+    }
+
     /// Runs something on the threads asked for.
     pub(super) fn install<R: Send, E: From<FillError> + Send>(
         &self,
@@ -82,6 +75,7 @@ impl<'a> Control<'a> {
         let Some(threads) = self.threads else {
             return run();
         };
+        self.check()?;
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.map_err(|_| FillError::Threads { threads })?
             .install(run)
@@ -117,6 +111,8 @@ pub enum Event<'a> {
 /// Counts the regions of a run, and asks whether it is to go on.
 pub(super) struct Watch<'a> {
     control: Control<'a>,
+    /// The caller's token, or one that is never set.
+    cancel: Cancel,
     /// The work that each region is expected to be.
     work: Vec<f64>,
     /// The sum of it.
@@ -129,16 +125,22 @@ impl<'a> Watch<'a> {
     pub(super) fn new(control: Control<'a>, work: Vec<f64>) -> Self {
         Self {
             control,
+            cancel: control.cancel.cloned().unwrap_or_default(),
             all: work.iter().sum(),
             work,
             done: Mutex::new((0, 0.0)),
         }
     }
 
-    /// Whether the run is to go on. All of the engine's loops ask here.
+    /// Whether the run is to go on; reports that it works. Loops ask here once in many milliseconds, and [`Watch::token`] more often.
     pub(super) fn keep_going(&self) -> bool {
         self.tell(Event::Working);
-        !self.control.cancel.is_some_and(Cancel::is_cancelled)
+        !self.cancel.is_cancelled()
+    }
+
+    /// The token that stops the run.
+    pub(super) fn token(&self) -> &Cancel {
+        &self.cancel
     }
 
     /// A region is begun.

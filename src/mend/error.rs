@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::Control;
 use crate::mesh::{LARGEST, Mesh, SMALLEST, length};
 
 /// Why nothing could be filled.
@@ -11,6 +12,18 @@ pub enum FillError {
     /// The mesh has no faces.
     #[error("the mesh has no faces; there is nothing to fill")]
     Empty,
+    /// More vertices or faces than can be numbered.
+    #[error(
+        "the mesh has {count} {what}, but at most {most} can be numbered; cut it into parts, or make it coarser"
+    )]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// So many there are.
+        count: usize,
+        /// So many there may be.
+        most: usize,
+    },
     /// A face refers to a vertex that is not there.
     #[error("face {face} refers to vertex {vertex}, but there are only {count} vertices")]
     Index {
@@ -74,7 +87,10 @@ pub enum FillError {
         fits: f64,
     },
     /// The threads could not be started.
-    #[error("{threads} threads could not be started; take fewer")]
+    #[error(
+        "{threads} threads could not be started; take fewer, {} at most",
+        Control::MOST_THREADS
+    )]
     Threads {
         /// So many were asked for.
         threads: usize,

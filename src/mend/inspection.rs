@@ -112,11 +112,29 @@ impl From<Mesh> for Cow<'_, Mesh> {
     }
 }
 
+/// The largest number of faces: half-edges, three for each face, are numbered by 32 bits, and the last number stands for none.
+const MOST_FACES: usize = (u32::MAX / 3) as usize - 1;
+/// The largest number of vertices, for the same reason.
+const MOST_VERTICES: usize = u32::MAX as usize - 1;
+
+/// Refuses more vertices or faces than 32 bits can number.
+fn validate_size(vertices: usize, faces: usize) -> Result<(), FillError> {
+    let too_many = |what, count, most| Err(FillError::TooMany { what, count, most });
+    if faces > MOST_FACES {
+        return too_many("faces", faces, MOST_FACES);
+    }
+    if vertices > MOST_VERTICES {
+        return too_many("vertices", vertices, MOST_VERTICES);
+    }
+    Ok(())
+}
+
 /// Refuses what cannot be measured.
 pub(super) fn validate(mesh: &Mesh) -> Result<(), FillError> {
     if mesh.faces.is_empty() {
         return Err(FillError::Empty);
     }
+    validate_size(mesh.positions.len(), mesh.faces.len())?;
     let count = mesh.positions.len();
     for (face, f) in mesh.faces.iter().enumerate() {
         if let Some(&vertex) = f.iter().find(|&&v| v as usize >= count) {
@@ -141,4 +159,20 @@ pub(super) fn validate(mesh: &Mesh) -> Result<(), FillError> {
         return Err(FillError::TooSmall { extent });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_half_edges_than_32_bits_number_are_refused() {
+        assert!(validate_size(3, MOST_FACES).is_ok());
+        let last = 3 * (MOST_FACES as u64 + 1) - 1;
+        assert!(last < u64::from(u32::MAX));
+        for (vertices, faces) in [(3, MOST_FACES + 1), (MOST_VERTICES + 1, 1)] {
+            let refused = validate_size(vertices, faces);
+            assert!(matches!(refused, Err(FillError::TooMany { .. })));
+        }
+    }
 }

@@ -30,7 +30,7 @@ pub mod volume;
 use crate::mesh::Mesh;
 use control::Watch;
 
-pub use control::{Cancel, Control, Event, Progress, Step};
+pub use control::{Control, Event, Progress, Step};
 pub use error::{FillError, RestoreError};
 pub use fair::{FairError, Faired};
 pub use finished::{FinishReport, PatchStart};

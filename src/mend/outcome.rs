@@ -70,6 +70,9 @@ pub enum TriangulatedReason {
     /// It was to get a flat cap, which could not be had or crossed more.
     #[error("it was to be closed flat")]
     Flat,
+    /// In a repair: its last steps left it, after which no level set is solved.
+    #[error("the last steps of the repair left it open")]
+    LastSteps,
     /// The level set found no surface: what the last try failed with.
     #[error(transparent)]
     NoSurface(TryFailure),
@@ -94,6 +97,9 @@ pub enum FailedReason {
     /// In a repair: every patch crossed other faces; that of the last try with so many.
     #[error("whatever would close it crosses other faces: {0} of a patch did")]
     Crossing(usize),
+    /// In a repair: no patch was made for it, because its last steps left it; what is tried in its place crosses other faces.
+    #[error("whatever would close it crosses other faces")]
+    NothingFits,
 }
 
 /// Why a try at a region failed.

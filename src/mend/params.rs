@@ -75,6 +75,9 @@ pub struct FillParams {
 }
 
 impl FillParams {
+    /// The largest number of steps on a grid: each is kept in the report.
+    pub const MOST_STEPS: usize = 1_000_000;
+
     /// Length of the patch's edges over that of the edges round the hole.
     pub fn edge_ratio(&self) -> f64 {
         let usual = || match self.finishes() {
@@ -115,6 +118,19 @@ impl FillParams {
         if self.surface == SurfaceKind::Whole && !self.flat.is_empty() {
             return Err(FillError::Parameter {
                 what: "flat caps come without a level set: they can only be stitched in",
+            });
+        }
+        if self.max_diameter.is_some_and(|d| d.is_nan() || d <= 0.0) {
+            return Err(FillError::Parameter {
+                what: "the largest diameter must be a positive length",
+            });
+        }
+        if self
+            .steps
+            .is_some_and(|n| !(1..=Self::MOST_STEPS).contains(&n))
+        {
+            return Err(FillError::Parameter {
+                what: "the number of steps must be a whole number from 1 to 1000000",
             });
         }
         if self.time_step.is_some_and(|t| t.is_nan() || t <= 0.0) {

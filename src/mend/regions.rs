@@ -171,6 +171,7 @@ impl<'a> Regions<'a> {
                 damaged: self.damaged,
                 extent: self.damaged.and_then(|d| d.extent(group)),
                 keep_going: &|| watch.keep_going(),
+                cancel: watch.token(),
             };
             let patch = work.fill();
             watch.end(i, &patch.report);

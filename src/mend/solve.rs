@@ -6,12 +6,13 @@ use glam::DVec3;
 
 use super::damaged::Damaged;
 use super::finished::FinishedPatch;
-use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
+use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason, TryFailure};
 use super::params::{FillParams, SurfaceKind};
 use super::patch::RegionPatch;
 use super::report::{FEW_EDGES, RegionReport};
 use super::tried::{Found, Unsteady};
 use super::tries::{Prospects, Try, Verdict, cost, next_try};
+use crate::cancel::Cancel;
 use crate::mesh::{Hole, Mesh};
 use crate::region::{BoxSize, LevelSurface, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
@@ -51,6 +52,8 @@ pub(super) struct RegionWork<'a> {
     pub(super) extent: Option<(DVec3, DVec3)>,
     /// Whether the run is to go on.
     pub(super) keep_going: &'a (dyn Fn() -> bool + Sync),
+    /// The token that stops it, which inner loops read.
+    pub(super) cancel: &'a Cancel,
 }
 
 /// Whether holes are one loop of so few edges that its triangulation needs no new vertices.
@@ -114,7 +117,9 @@ impl RegionWork<'_> {
     /// Fills the region.
     pub(super) fn fill(&self) -> RegionPatch {
         let clock = Instant::now();
-        let mut filled = if is_trivial(self.holes, self.params) {
+        let mut filled = if self.cancel.is_cancelled() {
+            self.stopped(RegionReport::default())
+        } else if is_trivial(self.holes, self.params) {
             self.triangulate(TriangulatedReason::FewEdges, RegionReport::default())
         } else if self.holes.iter().all(|h| self.params.is_flat(h.id)) {
             self.close_flat()
@@ -159,6 +164,10 @@ impl RegionWork<'_> {
                 |k: &&Unsteady| now.refine > 1.0 && k.solved.movement() < WORTH_A_START;
             let from = kept.as_ref().filter(is_worth_it);
             let mut tried = self.try_once(&now, from.map(|k| &k.solved.level));
+            if self.cancel.is_cancelled() {
+                last = tried.report;
+                break;
+            }
             prospects.spent += cost(&tried.report.levels);
             tried.report.earlier_tries = failures(&history);
             match tried.patch {
@@ -187,6 +196,9 @@ impl RegionWork<'_> {
                 return instead;
             }
         }
+        if self.cancel.is_cancelled() {
+            return self.stopped(last);
+        }
         if let Some((patch, report)) = best.or_else(|| self.patch_of(kept?, &history)) {
             return match self.finish(Some(patch.clone())) {
                 Some(finished) => self.accept(finished, report),
@@ -196,6 +208,13 @@ impl RegionWork<'_> {
         last.earlier_tries = failures(&history);
         let why = last.earlier_tries.last().cloned();
         self.without_level_set(why.unwrap_or(TryFailure::Stopped), last)
+    }
+
+    /// A region that was stopped: its holes stay open, and the run ends with an error.
+    fn stopped(&self, mut report: RegionReport) -> RegionPatch {
+        report.closed_by = Some(ClosedBy::Nothing);
+        let outcome = HoleOutcome::Failed(FailedReason::NotReached);
+        self.all(Mesh::default(), report, outcome)
     }
 
     /// What of the region bears on its tries.

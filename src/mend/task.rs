@@ -152,9 +152,11 @@ impl RegionTask {
             damaged: None,
             extent: None,
             keep_going: &|| watch.keep_going(),
+            cancel: watch.token(),
         };
         let mut patch = work.fill();
         watch.end(0, &patch.report);
+        watch.finish()?;
         self.renumber(&mut patch.mesh);
         Ok(patch)
     }

@@ -23,7 +23,6 @@ pub struct Defects {
     /// Vertices that share their position with an earlier one.
     pub duplicate_vertices: usize,
     /// Pieces of one or two triangles.
-    #[serde(rename = "crumbs")]
     pub small_components: usize,
     /// Faces that had to be turned over, for the computation only, to agree with their piece.
     pub faces_turned: usize,

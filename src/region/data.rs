@@ -6,6 +6,7 @@ use super::cap::CappedRims;
 use super::distance::{DistanceData, NodeData, Wanted};
 use super::level::Level;
 use super::sphere::Sphere;
+use crate::cancel::Cancel;
 use crate::mesh::{Hole, Mesh};
 use crate::sdf::{DistanceSample, Sampler, Surface};
 
@@ -19,6 +20,7 @@ pub struct MeshData<'a> {
     neighbourhoods: Vec<Neighbourhood>,
     sphere: Option<Sphere>,
     kept: Option<KeptShape<'a>>,
+    cancel: Option<&'a Cancel>,
 }
 
 /// A surface whose shape is kept.
@@ -80,12 +82,19 @@ impl<'a> MeshData<'a> {
             neighbourhoods,
             sphere: Sphere::new(mesh, holes),
             kept: None,
+            cancel: None,
         }
     }
 
     /// Lets the flow start from a surface and be pulled towards it.
     pub fn keeping(self, kept: Option<KeptShape<'a>>) -> Self {
         Self { kept, ..self }
+    }
+
+    /// Stops what is computed from the data once a token is set.
+    pub fn stopped_by(self, cancel: &'a Cancel) -> Self {
+        let cancel = Some(cancel);
+        Self { cancel, ..self }
     }
 }
 
@@ -162,6 +171,10 @@ impl DistanceData for MeshData<'_> {
         self.sphere
     }
 
+    fn cancel(&self) -> Option<&Cancel> {
+        self.cancel
+    }
+
     fn rims(&self) -> Vec<DVec3> {
         match self.kept {
             Some(_) => Vec::new(),
@@ -198,11 +211,18 @@ pub struct LevelSurface<'a> {
 }
 
 impl Surface for LevelSurface<'_> {
+    fn is_cancelled(&self) -> bool {
+        self.level.grid.is_cancelled()
+    }
+
     fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)> {
         self.level.project(p)
     }
 
     fn depth(&self, p: DVec3) -> f64 {
+        if self.is_cancelled() {
+            return -f64::MAX;
+        }
         let Some((closest, on_rim)) = self.data.sampler.closest_of_all(&self.data.rims.rims, p)
         else {
             return -f64::MAX;

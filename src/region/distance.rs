@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::sphere::Sphere;
+use crate::cancel::Cancel;
 
 /// What is known at a point.
 #[derive(Clone, Copy, Debug)]
@@ -54,6 +55,10 @@ pub trait DistanceData: Sync {
     }
     /// The sphere that continues the surface at the rims; none where they lie on none.
     fn sphere(&self) -> Option<Sphere> {
+        None
+    }
+    /// The token that stops what is computed from the data; none where nothing does.
+    fn cancel(&self) -> Option<&Cancel> {
         None
     }
     /// Positions of the rims' vertices, where only the zero set that meets a rim evolves.

@@ -35,6 +35,10 @@ impl Level {
     /// The coarsest level: every node of a box of `dims` nodes.
     pub fn coarsest(lattice: Lattice, dims: NodeIndex, data: &dyn DistanceData) -> Self {
         let grid = SparseGrid::new(dims, |_| true);
+        let grid = match data.cancel() {
+            Some(cancel) => grid.stopped_by(cancel),
+            None => grid,
+        };
         let (phi, mask) = Sampling {
             lattice: &lattice,
             grid: &grid,
@@ -65,7 +69,7 @@ impl Level {
         let guesses: Vec<Option<f64>> = (0..self.grid.len())
             .into_par_iter()
             .map(|s| {
-                if !self.mask[s] {
+                if !self.mask[s] || self.grid.is_cancelled() {
                     return Some(self.phi[s]);
                 }
                 let x = self.lattice.to_world(as_point(self.grid.node(s)));
@@ -112,7 +116,8 @@ impl Level {
         let (target, weight) = (0..self.grid.len())
             .into_par_iter()
             .map(|s| {
-                let wanted = self.mask[s] && self.phi[s].abs() < PULLED;
+                let near = self.mask[s] && self.phi[s].abs() < PULLED;
+                let wanted = near && !self.grid.is_cancelled();
                 let x = self.lattice.to_world(as_point(self.grid.node(s)));
                 let kept = wanted.then(|| data.kept_shape(x)).flatten();
                 kept.map_or((0.0, 0.0), |d| (d / voxel, weight))
@@ -130,7 +135,8 @@ impl Level {
         let coarser = Coarser::new(&self.grid, &self.phi, &self.mask);
         let near = dilate(&self.grid, coarser.near_free());
         let dims = self.grid.dims().map(|d| 2 * d - 1);
-        let grid = SparseGrid::new(dims, |corner| self.wants(corner, &near));
+        let grid = SparseGrid::new(dims, |corner| self.wants(corner, &near))
+            .stopped_by(self.grid.cancel());
         let (phi, mask) = Sampling {
             lattice: &lattice,
             grid: &grid,
@@ -163,7 +169,8 @@ impl Level {
         }
         let grid = SparseGrid::new(self.grid.dims(), |corner| {
             self.grid.slot(corner).is_some() || wanted[at(corner.map(|i| i / BLOCK))]
-        });
+        })
+        .stopped_by(self.grid.cancel());
         if grid.len() == self.grid.len() {
             return None;
         }
@@ -202,6 +209,9 @@ impl Level {
     fn wants(&self, corner: NodeIndex, near: &[bool]) -> bool {
         let half = BLOCK / 2;
         let mut wanted = false;
+        if self.grid.is_cancelled() {
+            return false;
+        }
         for i in 0..=half {
             for j in 0..=half {
                 for k in 0..=half {
@@ -230,6 +240,9 @@ fn take_signs(grid: &SparseGrid, phi: &mut [f64], mut open: Vec<usize>) {
                 closed[near].then(|| STORED.copysign(phi[near]))
             })
         };
+        if grid.is_cancelled() {
+            return;
+        }
         let found: Vec<(usize, f64)> = open.iter().filter_map(|&s| Some((s, sign(s)?))).collect();
         if found.is_empty() {
             return;

@@ -193,6 +193,9 @@ fn evolve_nested(
     let mut level = Level::coarsest(settings.lattice, settings.dims, data);
     level.start_from_guess(data);
     for _ in 0..settings.refinements {
+        if !keep_going() {
+            break;
+        }
         level = level.refined(data);
         level.start_from_guess(data);
     }
@@ -203,6 +206,9 @@ fn evolve_nested(
     let mut evolution = Evolution::new(settings.flow);
     evolution.pace = span.pace;
     let pause = loop {
+        if !keep_going() {
+            break Pause::Stopped;
+        }
         let pause = evolution.run(&level.grid, &mut level.phi, &level.mask, until, &mut |_| {
             keep_going()
         });
@@ -295,8 +301,8 @@ fn relax_nested(
             clock = Instant::now();
         }
         let flow = &reports[reports.len() - 1].flow;
-        let lost =
-            !last && (flow.has_diverged() || settings.give_up_early && is_far_from_steady(flow));
+        let lost = level.grid.is_cancelled()
+            || !last && (flow.has_diverged() || settings.give_up_early && is_far_from_steady(flow));
         if lost {
             break;
         }

@@ -201,6 +201,7 @@ impl Sampling<'_> {
         phi.par_iter_mut().enumerate().for_each(|(s, v)| {
             let n = self.grid.node(s);
             if mask[s]
+                && !self.grid.is_cancelled()
                 && coarser.tells(n).is_none()
                 && let Some(prolonged) = coarser.prolonged(n)
             {
@@ -233,7 +234,8 @@ impl Sampling<'_> {
             origin: self.lattice.origin,
             voxel: 2.0 * self.lattice.voxel,
         };
-        let grid = SparseGrid::new(self.grid.dims().map(|d| d / 2), |_| true);
+        let grid = SparseGrid::new(self.grid.dims().map(|d| d / 2), |_| true)
+            .stopped_by(self.grid.cancel());
         let Asked { phi, free, .. } = Sampling {
             lattice: &lattice,
             grid: &grid,
@@ -303,6 +305,9 @@ impl Sampling<'_> {
             // Walks the block so that each node bounds the distance of the next.
             let mut last: Option<(DVec3, NodeData, Option<DVec3>)> = None;
             for (i, sample) in samples.iter_mut().enumerate() {
+                if self.grid.is_cancelled() {
+                    return;
+                }
                 let n = self.grid.node(b * BLOCK_NODES + i);
                 let (rough, within) = match known(n) {
                     Known::Node(value, free) => {

@@ -31,9 +31,12 @@ impl Level {
 
     /// Whether something holds for a free node within a voxel of the zero set.
     fn any_beside(&self, holds: impl Fn(NodeIndex) -> bool + Sync) -> bool {
-        (0..self.grid.len())
-            .into_par_iter()
-            .any(|s| self.mask[s] && self.phi[s].abs() < 1.0 && holds(self.grid.node(s)))
+        (0..self.grid.len()).into_par_iter().any(|s| {
+            !self.grid.is_cancelled()
+                && self.mask[s]
+                && self.phi[s].abs() < 1.0
+                && holds(self.grid.node(s))
+        })
     }
 
     /// Fixes the free nodes beside the parts of the zero set that meet no rim: these are no part of the missing surface, and
@@ -82,6 +85,9 @@ impl Level {
             }
         }
         while let Some(s) = open.pop() {
+            if grid.is_cancelled() {
+                break;
+            }
             (0..27).for_each(|k| visit(&mut open, add(grid.node(s), offset(k))));
         }
         attached
@@ -97,6 +103,9 @@ impl Level {
         let cells: Vec<NodeIndex> = (0..grid.len())
             .into_par_iter()
             .filter_map(|s| {
+                if grid.is_cancelled() {
+                    return None;
+                }
                 let n = grid.node(s);
                 let mut signs = [false; 2];
                 for a in 0..8 {
@@ -109,7 +118,12 @@ impl Level {
                 (signs[0] && signs[1]).then_some(n)
             })
             .collect();
-        let iso = marching_cubes(&cells, |n| grid.slot(n).map_or(f64::MAX, |s| level.phi[s]));
+        // A stopped extraction finds no surface in the remaining cells.
+        let value = |n: NodeIndex| grid.slot(n).map_or(f64::MAX, |s| level.phi[s]);
+        let iso = marching_cubes(&cells, |n| match grid.is_cancelled() {
+            true => f64::MAX,
+            false => value(n),
+        });
         let positions: Vec<DVec3> = iso
             .positions
             .par_iter()

@@ -38,7 +38,7 @@ fn neighbours(grid: &SparseGrid, slot: usize) -> impl Iterator<Item = usize> {
 }
 
 /// The point of the zero set of the tricubic interpolant closest to `x`, from the start `p` (lattice coordinates):
-/// damped steps along the gradient and along the zero set. None where it does not converge.
+/// damped steps along the gradient and along the zero set. None where it does not converge, and once the grid's token is set.
 ///
 /// A step of the part s leaves `1 − s (1 + κd)` of what is to go along a zero set with curvature κ: the next one's part is
 /// taken from what the last has left.
@@ -48,6 +48,9 @@ pub fn project_on_zero_set(
     x: DVec3,
     mut p: DVec3,
 ) -> Option<DVec3> {
+    if grid.is_cancelled() {
+        return None;
+    }
     let mut patch = Tricubic::default();
     let mut last: Option<(DVec3, f64)> = None;
     for _ in 0..ITERATIONS {
@@ -113,13 +116,16 @@ pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> 
     };
     let mut layer = front.seed(reach);
     for _ in 0..(reach as usize + 3) {
-        if layer.is_empty() {
+        if layer.is_empty() || grid.is_cancelled() {
             break;
         }
         layer = front.advance(&layer, reach);
     }
     let mut changed: Option<Vec<usize>> = None;
     for _ in 0..SWEEPS {
+        if grid.is_cancelled() {
+            break;
+        }
         let found = front.sweep(changed.as_deref());
         if found.is_empty() {
             break;
@@ -175,6 +181,9 @@ impl Front<'_> {
     }
 
     fn free_seed(&self, slot: usize) -> Option<DVec3> {
+        if self.grid.is_cancelled() {
+            return None;
+        }
         let n = self.grid.node(slot);
         let positive = self.phi[slot] > 0.0;
         if !neighbours(self.grid, slot).any(|s| (self.phi[s] > 0.0) != positive) {
@@ -252,6 +261,9 @@ impl Front<'_> {
 
     /// The nearest foot among the neighbours that have one, and the sign there.
     fn best_neighbour(&self, slot: usize) -> Option<(f64, DVec3, f64)> {
+        if self.grid.is_cancelled() {
+            return None;
+        }
         let x = as_point(self.grid.node(slot));
         let mut best: Option<(f64, DVec3, f64)> = None;
         for s in neighbours(self.grid, slot) {

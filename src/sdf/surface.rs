@@ -12,4 +12,9 @@ pub trait Surface: Sync {
     /// The distance from `p` to the rim if `p` belongs to the hole, which is where its closest point on the input mesh lies
     /// on a rim edge of the region; otherwise the negative distance to the mesh.
     fn depth(&self, p: DVec3) -> f64;
+
+    /// Whether work on the surface is to stop: its result will not be used.
+    fn is_cancelled(&self) -> bool {
+        false
+    }
 }

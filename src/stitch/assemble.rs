@@ -28,6 +28,7 @@ pub(super) fn assemble(input: &StitchInput) -> Result<Assembled, StitchError> {
     let mut report = StitchReport::default();
     let rims = Rims::new(input)?;
     let kept = cut::cut(input);
+    input.go_on()?;
     let (gaps, dropped) = matching::gaps(input, &rims, &kept)?;
     let centre = centre(input, &rims);
     let mut mesh = PatchMesh::default();
@@ -35,6 +36,7 @@ pub(super) fn assemble(input: &StitchInput) -> Result<Assembled, StitchError> {
     let inner = add_kept(input, &kept, &dropped, centre, &mut mesh);
     let loops = Loops { rim, inner };
     for gap in &gaps {
+        input.go_on()?;
         gap::fill(input, &rims, gap, &loops, &mut mesh, &mut report)?;
     }
     mesh.connect().map_err(|e| e.moved(centre))?;

@@ -91,6 +91,9 @@ pub enum StitchError {
         /// All faces.
         faces: usize,
     },
+    /// The caller asked to stop.
+    #[error("stopped before it was done")]
+    Cancelled,
     /// The faces do not form a manifold.
     #[error("the patch is not a manifold near {position}; use a finer grid there")]
     NotManifold {

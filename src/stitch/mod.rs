@@ -76,6 +76,16 @@ pub struct StitchParams {
     pub facet_compensation: f64,
 }
 
+impl StitchInput<'_> {
+    /// An error once the surface is cancelled.
+    fn go_on(&self) -> Result<(), StitchError> {
+        match self.surface.is_cancelled() {
+            true => Err(StitchError::Cancelled),
+            false => Ok(()),
+        }
+    }
+}
+
 impl Default for StitchParams {
     fn default() -> Self {
         Self {
@@ -123,7 +133,11 @@ pub struct StitchReport {
 }
 
 /// Joins the extracted surface to the rim.
+///
+/// # Errors
+/// When it cannot be joined; [`StitchError::Cancelled`] once the surface is.
 pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
+    input.go_on()?;
     let mut patch = assemble::assemble(input)?;
     remesh::remesh(input, &mut patch)?;
     let mut surroundings = check::Surroundings::new(input, &patch);
@@ -135,7 +149,7 @@ pub fn stitch(input: &StitchInput) -> Result<Patch, StitchError> {
 /// smooth surface. `extracted` must be manifold and close to `surface`, `voxel` the spacing of the lattice it comes from.
 ///
 /// # Errors
-/// When `extracted` is not manifold.
+/// When `extracted` is not manifold; [`StitchError::Cancelled`] once `surface` is.
 pub fn remesh_closed(
     extracted: &Mesh,
     surface: &dyn Surface,

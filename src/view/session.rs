@@ -8,7 +8,7 @@ use std::time::SystemTime;
 use super::choices::{Change, Choices};
 use super::state::State;
 use super::store::{Keep, KeptStep};
-use crate::mend::Cancel;
+use crate::Cancel;
 
 /// Most meshes that are kept to be looked at.
 const PREVIEWS: usize = 4;

@@ -192,3 +192,13 @@ fn what_cannot_be_measured_is_refused() {
     let done = desk.run(&["check", "ball.ply", "--thin", "-1"]);
     assert_code(&done, 2);
 }
+
+#[test]
+fn thousands_of_faces_in_one_place_are_checked_in_time() {
+    let corners = [DVec3::ZERO, DVec3::X, DVec3::Y];
+    let mesh = Mesh::new(corners.to_vec(), vec![[0, 1, 2]; 60_000]);
+    let begun = std::time::Instant::now();
+    assert!(!verdict(&mesh).is_sound());
+    // It took a minute when each face was held against each.
+    assert!(begun.elapsed().as_secs() < 20);
+}

@@ -224,6 +224,14 @@ fn what_makes_no_sense_is_refused() {
     tiny.voxel = isomend::VoxelSize::Length(1e-5);
     let error = fair(&mesh, None, &tiny).unwrap_err();
     assert!(matches!(error, FairError::TooFine { .. }), "{error}");
+    let edge = 1.0 / 6.0;
+    let error = fair(&mesh, None, &strength(edge)).unwrap_err();
+    let FairError::TooWeak { fits, .. } = error else {
+        panic!("{error}");
+    };
+    assert!((2.0 * edge..6.0 * edge).contains(&fits), "{fits}");
+    assert!(error.to_string().contains("the smallest strength"));
+    assert!(fair(&mesh, None, &strength(1.001 * fits)).is_ok());
     let cap = shapes::cut(&mesh, |p| p.z < 0.8);
     let error = fair(&cap, None, &strength(2.0)).unwrap_err();
     assert!(matches!(error, FairError::OnlyBorder { .. }), "{error}");

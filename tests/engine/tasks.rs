@@ -176,3 +176,96 @@ fn regions_of_a_large_mesh_look_round_themselves_alone_and_give_the_same() {
         assert!((p.length() - 1.0).abs() < 1e-5);
     }
 }
+
+#[test]
+fn threads_beyond_the_bound_are_refused() {
+    let many = Control::new().threads(Control::MOST_THREADS + 1);
+    let mesh = ball();
+    let found = inspect(&mesh).unwrap();
+    let stopped = found.fill(&FillParams::default(), &many);
+    assert!(matches!(stopped, Err(FillError::Threads { .. })));
+    let mut params = FillParams::default();
+    params.steps = Some(FillParams::MOST_STEPS + 1);
+    assert!(matches!(params.check(), Err(FillError::Parameter { .. })));
+    params.steps = Some(0);
+    assert!(matches!(params.check(), Err(FillError::Parameter { .. })));
+    params.steps = None;
+    params.max_diameter = Some(0.0);
+    assert!(matches!(params.check(), Err(FillError::Parameter { .. })));
+}
+
+/// How long a run may go on after it is cancelled, in seconds of CPU time.
+#[cfg(target_os = "linux")]
+const MOST_AFTER: f64 = 0.05;
+
+/// CPU time of a thread, in seconds.
+#[cfg(target_os = "linux")]
+fn cpu(thread: &std::path::Path) -> f64 {
+    let told = std::fs::read_to_string(thread.join("schedstat")).unwrap();
+    let nanoseconds: f64 = told.split_whitespace().next().unwrap().parse().unwrap();
+    1e-9 * nanoseconds
+}
+
+/// Runs some work on one thread, all of it and then cancelled at moments of it that look like chance; the longest CPU time that it
+/// went on for then.
+#[cfg(target_os = "linux")]
+fn longest_after_cancel(moments: usize, work: &(dyn Fn(&Control) -> bool + Sync)) -> f64 {
+    use std::sync::Mutex;
+    use std::time::Duration;
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pool = pool.unwrap();
+    let own = pool.install(|| std::fs::read_link("/proc/thread-self").unwrap());
+    let own = std::path::Path::new("/proc").join(own);
+    let begun = cpu(&own);
+    assert!(pool.install(|| work(&Control::new())), "the whole run");
+    let all = cpu(&own) - begun;
+    let mut longest: f64 = 0.0;
+    for i in 0..moments {
+        let chance = (12.9898 * (i + 1) as f64).sin() * 43_758.545_3;
+        let until = cpu(&own) + all * (chance - chance.floor());
+        let (cancel, at) = (Cancel::new(), Mutex::new(None));
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                while cpu(&own) < until {
+                    std::thread::sleep(Duration::from_micros(500));
+                }
+                *at.lock().unwrap() = Some(cpu(&own));
+                cancel.cancel();
+            });
+            let control = Control::new().cancel(&cancel);
+            let done = pool.install(|| (work(&control), cpu(&own)));
+            // A run that was faster this time may have ended before.
+            match *at.lock().unwrap() {
+                Some(at) if !done.0 => longest = longest.max(done.1 - at),
+                _ => {
+                    let spin = || (0..1000).fold(0.0, |sum, i| sum + f64::from(i).sqrt());
+                    while pool.install(|| std::hint::black_box(spin()) > 0.0) && cpu(&own) < until {
+                    }
+                }
+            }
+        });
+    }
+    longest
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_run_ends_soon_after_it_is_cancelled_whatever_it_does() {
+    let sphere = shapes::sphere(24);
+    let holed = shapes::cut(&shapes::sphere(60), |p| p.distance(DVec3::Z) < 0.9);
+    let mut finer = isomend::FairParams::default();
+    finer.voxel = isomend::VoxelSize::Length(0.1);
+    let mut fills = FillParams::default();
+    fills.voxel = isomend::VoxelSize::Length(0.06);
+    let fair = |control: &Control| {
+        inspect(&sphere)
+            .unwrap()
+            .fair(None, &finer, control)
+            .is_ok()
+    };
+    let fill = |control: &Control| inspect(&holed).unwrap().fill(&fills, control).is_ok();
+    let after = longest_after_cancel(50, &fair);
+    assert!(after < MOST_AFTER, "fair: {after} s");
+    let after = longest_after_cancel(50, &fill);
+    assert!(after < MOST_AFTER, "fill: {after} s");
+}

@@ -72,7 +72,9 @@ def mend(path: str, output: str, known: str | None, bounds: Bounds) -> dict[str,
 def _in_child(path: str, output: Path, bounds: Bounds) -> dict[str, Any]:
     report, told, peak = (output.parent / name for name in (".report.json", ".told", ".peak"))
     most = 2 * bounds.memory + SPACE if bounds.memory else 0
-    command = [sys.executable, "-m", "isomend.fleet._child", str(os.getpid()), str(most), str(peak)]
+    # `-m` would warn that the package has imported the module already.
+    start = "from isomend.fleet._child import main; main()"
+    command = [sys.executable, "-c", start, str(os.getpid()), str(most), str(peak)]
     command += ["fill", path, "-o", str(output), "--json", str(report), "-q", "--threads", str(bounds.threads), *bounds.arguments]
     with open(told, "wb") as errors:
         child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=errors, stderr=errors, start_new_session=True)
@@ -101,7 +103,8 @@ def _in_child(path: str, output: Path, bounds: Bounds) -> dict[str, Any]:
         report.unlink()
         told.unlink()
         size = {"vertices": told_of["input"]["vertices"], "faces": told_of["input"]["faces"]}
-        return row | size | counts | {"outcome": "done" if child.returncode == 0 else "in_part", "error": message}
+        done = child.returncode == 0
+        return row | size | counts | {"outcome": "done" if done else "in_part", "error": "" if done else message}
     if child.returncode < 0:
         name = signal.Signals(-child.returncode).name
         return row | {"outcome": "crashed", "error": f"ended by {name}: {message}".rstrip(": ")}

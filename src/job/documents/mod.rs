@@ -162,7 +162,7 @@ impl<'a> Told<'a> {
                 notes,
                 flawless: report.flawless(),
                 outcomes: report.tally(),
-                complete: !report.incomplete(),
+                complete: extent.is_complete(report),
                 cut: extent.cut(),
                 fill: FillRow::new(report),
             }),

@@ -77,7 +77,9 @@ impl OutcomeRow<'_> {
             HoleOutcome::Failed(FailedReason::NoTriangulation { .. }) => {
                 ("failed", Some("no_triangulation"))
             }
-            HoleOutcome::Failed(FailedReason::Crossing(_)) => ("failed", Some("crossing")),
+            HoleOutcome::Failed(FailedReason::Crossing(_) | FailedReason::NothingFits) => {
+                ("failed", Some("crossing"))
+            }
         };
         Self {
             hole: HoleRow::new(&report.hole),
@@ -94,6 +96,7 @@ fn triangulated(why: &TriangulatedReason) -> &'static str {
         TriangulatedReason::FewEdges => "few_edges",
         TriangulatedReason::Seam => "seam",
         TriangulatedReason::Flat => "flat",
+        TriangulatedReason::LastSteps => "last_steps",
         TriangulatedReason::NoSurface(why) => failure(why),
     }
 }

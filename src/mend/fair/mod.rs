@@ -40,6 +40,18 @@ pub enum FairError {
         /// One that fits.
         fits: f64,
     },
+    /// The features that are to go are narrower than the mesh and its grid resolve.
+    #[error(
+        "a strength of {} is too fine: neither the mesh nor a grid of a size that ends in minutes resolves features so narrow; \
+         the smallest strength for this surface is about {fits:.4e}. Take at least that, mark a smaller region, or give a voxel size",
+        length(*strength)
+    )]
+    TooWeak {
+        /// The strength asked for, or that of the time asked for.
+        strength: f64,
+        /// The least that makes sense.
+        fits: f64,
+    },
     /// A length is larger than what is faired.
     #[error(
         "{what} of {} is too large for what is faired, whose diagonal is {diagonal:.4e}; the largest that makes sense is \

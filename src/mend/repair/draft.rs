@@ -1,6 +1,6 @@
 //! A mesh in the course of a repair, with what of the input lives on in it.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -26,9 +26,17 @@ pub(super) struct Draft {
     component: Vec<u32>,
     /// Faces of the input that are scraps of their component; see [`super::scraps`]. None where there are no scraps.
     scrap: HashSet<u32>,
-    /// Faces none of which crosses another one of them, by their welded corners in rising order: what changes elsewhere does not
-    /// alter that.
-    clear: Arc<HashSet<[u32; 3]>>,
+    known: Arc<Known>,
+}
+
+/// Which faces intersect others, by their welded corners in rising order, as was found last. Vertices do not move, so that only
+/// faces that were added or taken out alter it.
+#[derive(Default)]
+struct Known {
+    /// Faces none of which intersects another one of them.
+    clear: HashSet<[u32; 3]>,
+    /// Faces that intersect others, each with one of these: as long as that is there, it does.
+    crossing: HashMap<[u32; 3], [u32; 3]>,
 }
 
 /// The corners of a face in rising order.
@@ -65,7 +73,7 @@ impl Draft {
         Self {
             component,
             scrap: HashSet::new(),
-            clear: Arc::default(),
+            known: Arc::default(),
             origins: Origins::of(mesh),
             sigma: vec![None; mesh.positions.len()],
             region: vec![NONE; mesh.faces.len()],
@@ -150,44 +158,58 @@ impl Draft {
         goes.len()
     }
 
-    /// The faces that cross others, in rising order.
+    /// The faces that intersect others, in rising order.
     pub(super) fn crossing(&mut self) -> Result<Vec<u32>, FillError> {
-        let (crossing, clear) = self.crossing_in(&self.inspect()?);
-        self.clear = clear;
+        let (crossing, known) = self.crossing_in(&self.inspect()?);
+        self.known = known;
         Ok(crossing)
     }
 
-    /// The faces that cross others, and those that do not. Only faces of which it is not known yet are asked.
-    fn crossing_in(&self, found: &Inspection) -> (Vec<u32>, Arc<HashSet<[u32; 3]>>) {
+    /// The faces that intersect others, and what is known of all then. Only faces of which it is not known yet are tested.
+    fn crossing_in(&self, found: &Inspection) -> (Vec<u32>, Arc<Known>) {
         let (mesh, topology) = (&found.mesh, &found.topology);
         let key = |f: u32| sorted(mesh.faces[f as usize]);
         let all: Vec<u32> = topology.faces().collect();
-        let mut seen = HashSet::with_capacity(all.len());
-        // A face that is there twice crosses its double, whatever was known of the one.
-        let mut unknown = |f: u32| {
+        let mut times: HashMap<[u32; 3], u32> = HashMap::with_capacity(all.len());
+        all.iter()
+            .for_each(|f| *times.entry(key(*f)).or_insert(0) += 1);
+        let mut with: Vec<Option<[u32; 3]>> = vec![None; mesh.faces.len()];
+        let mut asked: Vec<u32> = Vec::new();
+        for (i, &f) in (0..).zip(&all) {
             let face = key(f);
-            !self.clear.contains(&face) || !seen.insert(face)
-        };
-        let numbers = (0..).zip(&all).filter(|(_, f)| unknown(**f));
-        let asked: Vec<u32> = numbers.map(|(i, _)| i).collect();
-        let mut crosses = vec![false; mesh.faces.len()];
-        if asked.len() == all.len() {
-            for (f, _) in crossing(mesh, topology) {
-                crosses[f as usize] = true;
+            let partner = self.known.crossing.get(&face);
+            if times[&face] > 1 {
+                // It intersects its double, whatever was known of the one.
+                asked.push(i);
+            } else if let Some(partner) = partner.filter(|p| **p != face && times.contains_key(*p))
+            {
+                with[f as usize] = Some(*partner);
+            } else if !self.known.clear.contains(&face) {
+                asked.push(i);
             }
+        }
+        let mut pair = |f: u32, g: u32| with[f as usize] = with[f as usize].or(Some(key(g)));
+        if asked.len() == all.len() {
+            crossing(mesh, topology)
+                .into_iter()
+                .for_each(|(f, g)| pair(f, g));
         } else if !asked.is_empty() {
             let faces: Vec<[u32; 3]> = all.iter().map(|f| mesh.faces[*f as usize]).collect();
-            for i in intersecting_pairs(&mesh.positions, &faces, &asked).as_flattened() {
-                crosses[all[*i as usize] as usize] = true;
+            for [i, j] in intersecting_pairs(&mesh.positions, &faces, &asked) {
+                let [f, g] = [i, j].map(|i| all[i as usize]);
+                pair(f, g);
+                pair(g, f);
             }
         }
-        let wrong = |f: &u32| crosses[*f as usize];
-        let crossing: Vec<u32> = all.iter().copied().filter(wrong).collect();
-        if asked.is_empty() {
-            return (crossing, self.clear.clone());
-        }
-        let clear = all.iter().filter(|f| !wrong(f)).map(|f| key(*f)).collect();
-        (crossing, Arc::new(clear))
+        let partner = |f: &u32| with[*f as usize];
+        let crossing = all.iter().copied().filter(|f| partner(f).is_some());
+        let known = Known {
+            clear: (all.iter().filter(|f| partner(f).is_none()))
+                .map(|f| key(*f))
+                .collect(),
+            crossing: (all.iter().filter_map(|f| Some((key(*f), partner(f)?)))).collect(),
+        };
+        (crossing.collect(), Arc::new(known))
     }
 
     /// How far from sound it is.
@@ -202,7 +224,7 @@ impl Draft {
         let around = VertexFaces::new(mesh);
         let vertices = (0..mesh.positions.len() as u32).into_par_iter();
         let pinched = vertices.filter(|v| fans(mesh, topology, &around, *v).len() > 1);
-        let (crossing, clear) = self.crossing_in(&found);
+        let (crossing, known) = self.crossing_in(&found);
         let faults = Faults {
             lost_components: all.iter().filter(lost).count(),
             crossing: crossing.len(),
@@ -210,7 +232,7 @@ impl Draft {
             open: found.holes.len() + found.open_chains.len(),
         };
         drop(found);
-        self.clear = clear;
+        self.known = known;
         Ok(faults)
     }
 
@@ -338,7 +360,7 @@ mod tests {
             pairs.iter().map(|(f, _)| *f).collect()
         };
         assert!(draft.crossing().unwrap().is_empty());
-        assert_eq!(draft.clear.len(), ball.faces.len());
+        assert_eq!(draft.known.clear.len(), ball.faces.len());
         // A face that pierces the ball, then one that is there twice.
         let first = draft.mesh.positions.len() as u32;
         let spike = [0.5, 1.0, 2.0].map(|s| s * glam::DVec3::new(0.3, 0.1 * s, 1.0));
@@ -347,12 +369,19 @@ mod tests {
         let spike = draft.crossing().unwrap();
         assert!(spike.len() > 1);
         assert_eq!(spike, all(&draft));
-        assert_eq!(draft.clear.len() + spike.len(), draft.mesh.faces.len());
+        assert_eq!(draft.known.crossing.len(), spike.len());
+        assert_eq!(
+            draft.known.clear.len() + spike.len(),
+            draft.mesh.faces.len()
+        );
         let [a, b, c] = ball.faces[7];
         draft.mesh.faces.push([b, c, a]);
         let double = draft.crossing().unwrap();
         assert!(double.contains(&7));
         assert_eq!(double, all(&draft));
+        draft.mesh.faces.truncate(ball.faces.len() + 1);
+        assert_eq!(draft.crossing().unwrap(), spike);
+        // Faces that intersected it intersect nothing once it is gone.
         draft.mesh.faces.truncate(ball.faces.len());
         assert!(draft.crossing().unwrap().is_empty());
     }

@@ -126,11 +126,22 @@ fn tell(
     }
 }
 
-/// What is told of a hole whose patch crossed others with so many faces.
-pub(super) fn triangulated(crossing: usize) -> HoleOutcome {
+/// The outcome of a hole that is closed by triangles after its patch crossed others with so many faces.
+fn triangulated(crossing: usize) -> HoleOutcome {
     HoleOutcome::Triangulated(TriangulatedReason::NoSurface(TryFailure::Crossing(
         crossing,
     )))
+}
+
+/// The outcome of a hole that was open and is closed by triangles, or by an offset shell.
+pub(super) fn closed_after(before: &HoleOutcome) -> HoleOutcome {
+    match before {
+        HoleOutcome::Failed(FailedReason::Crossing(n)) => triangulated(*n),
+        HoleOutcome::Failed(FailedReason::NoTriangulation { after, .. }) => {
+            HoleOutcome::Triangulated(after.clone())
+        }
+        _ => HoleOutcome::Triangulated(TriangulatedReason::LastSteps),
+    }
 }
 
 /// The regions whose patches cross others, with how many faces cross because of them.

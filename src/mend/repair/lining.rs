@@ -8,13 +8,10 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::clear::Ground;
 use super::draft::{Draft, sorted};
-use super::flat::{push, triangulated};
+use super::flat::{closed_after, push};
 use super::layer::{Layer, Lined, edges_of};
 use super::{Edge, edges};
-use crate::mend::{
-    ClosedBy, FailedReason, FillError, FillReport, HoleOutcome, HoleReport, Inspection,
-    RegionReport, TriangulatedReason, TryFailure,
-};
+use crate::mend::{ClosedBy, FillError, FillReport, HoleReport, Inspection, RegionReport};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, VertexFaces};
@@ -136,7 +133,7 @@ pub(super) fn tell_gone(
     };
     for hole in &mut report.holes {
         if chosen(hole) && !edges(&hole.hole.rim).any(|e| open.contains(&e)) {
-            hole.outcome = outcome(&hole.outcome);
+            hole.outcome = closed_after(&hole.outcome);
             hole.region = last.id;
             last.holes.push(hole.hole.id);
         }
@@ -405,7 +402,7 @@ impl Linings {
             let mut holes = Vec::new();
             for told in &group.told {
                 let hole = &mut report.holes[*told];
-                hole.outcome = outcome(&hole.outcome);
+                hole.outcome = closed_after(&hole.outcome);
                 hole.region = region + 1;
                 holes.push(hole.hole.id);
             }
@@ -418,16 +415,5 @@ impl Linings {
                 ..RegionReport::default()
             });
         }
-    }
-}
-
-/// What is told of a hole that was lined.
-fn outcome(before: &HoleOutcome) -> HoleOutcome {
-    match before {
-        HoleOutcome::Failed(FailedReason::Crossing(n)) => triangulated(*n),
-        HoleOutcome::Failed(FailedReason::NoTriangulation { after, .. }) => {
-            HoleOutcome::Triangulated(after.clone())
-        }
-        _ => HoleOutcome::Triangulated(TriangulatedReason::NoSurface(TryFailure::Crossing(0))),
     }
 }

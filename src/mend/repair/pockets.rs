@@ -66,12 +66,17 @@ impl Run<'_> {
         if !holes.iter().any(|h| near(h, &blocked.rims)) {
             return Ok(());
         }
-        let before = self.state()?;
-        let before_cut = before.1;
+        let mut before = (self.draft.clone(), self.report.clone(), self.lost);
+        // Most faces cannot be cut out, and then nothing need be known of the draft.
+        let mut faults_before = None;
         for _ in 0..LININGS {
             let most = self.most_lost();
             let Some(own) = lining::cut(&mut self.draft, &mut blocked, most)? else {
                 break;
+            };
+            let before_cut = match faults_before {
+                Some(faults) => faults,
+                None => *faults_before.insert(before.0.faults()?),
             };
             self.lost += own;
             let origin = self.draft.origins.vertices.clone();
@@ -93,7 +98,9 @@ impl Run<'_> {
             };
             blocked.faces = next.faces;
         }
-        (self.draft, self.report, self.lost) = before.0;
+        if faults_before.is_some() {
+            (self.draft, self.report, self.lost) = before;
+        }
         Ok(())
     }
 }

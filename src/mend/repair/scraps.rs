@@ -132,8 +132,7 @@ pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillEr
     for hole in &mut report.holes {
         let is_one = edges(&hole.hole.rim).any(|e| rims.contains(&e));
         if is_one && matches!(hole.outcome, HoleOutcome::Left(_)) {
-            let edges = hole.hole.edges;
-            hole.outcome = HoleOutcome::Failed(FailedReason::Crossing(edges));
+            hole.outcome = HoleOutcome::Failed(FailedReason::NothingFits);
         }
     }
     Ok(())

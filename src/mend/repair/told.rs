@@ -23,8 +23,7 @@ pub(super) fn open(
         let is_made = |hole: &Hole| hole.edges > 3 && !was_border(hole);
         match hole.outcome {
             HoleOutcome::Left(LeftReason::SmallComponent) if is_made(&hole.hole) => {
-                let edges = hole.hole.edges;
-                hole.outcome = HoleOutcome::Failed(FailedReason::Crossing(edges));
+                hole.outcome = HoleOutcome::Failed(FailedReason::NothingFits);
             }
             HoleOutcome::Left(_) | HoleOutcome::Failed(_) => {}
             _ => continue,
@@ -41,7 +40,7 @@ pub(super) fn open(
             (1, _) => HoleOutcome::Left(LeftReason::SmallComponent),
             (2, true) => HoleOutcome::Left(LeftReason::SmallComponent),
             (_, true) if hole.outer_border => HoleOutcome::Left(LeftReason::OuterBorder),
-            _ => HoleOutcome::Failed(FailedReason::Crossing(hole.edges)),
+            _ => HoleOutcome::Failed(FailedReason::NothingFits),
         };
         last += 1;
         let mut hole = hole.clone();
@@ -67,4 +66,24 @@ pub(super) fn crossing_faces(draft: &mut Draft, report: &mut FillReport) -> Resu
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mend::Inspection;
+    use crate::mesh::shapes::{icosphere, punch};
+
+    #[test]
+    fn a_hole_for_which_no_patch_was_made_has_no_number_in_its_reason() {
+        let mesh = punch(&icosphere(3), |p| p.z > 0.7);
+        let found = Inspection::new(&mesh).unwrap();
+        let draft = Draft::new(&mesh, found.topology.piece.clone());
+        let mut report = FillReport::default();
+        open(&draft, &mut report, &|_| false).unwrap();
+        let outcomes: Vec<&HoleOutcome> = report.holes.iter().map(|h| &h.outcome).collect();
+        assert_eq!(outcomes, [&HoleOutcome::Failed(FailedReason::NothingFits)]);
+        let said = FailedReason::NothingFits.to_string();
+        assert!(!said.contains(|c: char| c.is_ascii_digit()), "{said}");
+    }
 }

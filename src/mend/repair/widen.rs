@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
-use super::flat::{push, triangulated};
+use super::flat::{closed_after, push};
 use crate::mend::{
     ClosedBy, FailedReason, FillError, FillReport, HoleOutcome, HoleReport, Inspection,
     RegionReport,
@@ -84,6 +84,7 @@ fn zones(
         return Ok(Vec::new());
     }
     let found = draft.inspect()?;
+    let of_piece = faces_of_pieces(&found);
     let mut taken = vec![false; found.mesh.faces.len()];
     let mut left = most;
     let mut zones: Vec<Zone> = Vec::new();
@@ -91,7 +92,8 @@ fn zones(
         let Some(&told) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) else {
             continue;
         };
-        let faces: Vec<u32> = around(&found, hole, rings)
+        let own = &of_piece[hole.piece as usize];
+        let faces: Vec<u32> = around(&found, own, hole, rings)
             .into_iter()
             .filter(|f| !taken[*f as usize])
             .collect();
@@ -118,14 +120,20 @@ fn zones(
     Ok(zones)
 }
 
-/// The faces of a hole's component within so many rings of its rim.
-fn around(found: &Inspection, hole: &Hole, rings: usize) -> BTreeSet<u32> {
-    let (mesh, topology) = (&found.mesh, &found.topology);
+/// The faces of each component, in rising order.
+fn faces_of_pieces(found: &Inspection) -> Vec<Vec<u32>> {
+    let topology = &found.topology;
+    let mut faces = vec![Vec::new(); topology.piece_faces.len()];
+    for f in topology.faces() {
+        faces[topology.piece[f as usize] as usize].push(f);
+    }
+    faces
+}
+
+/// The faces within so many rings of a hole's rim, of those of its component, which are its `own`.
+fn around(found: &Inspection, own: &[u32], hole: &Hole, rings: usize) -> BTreeSet<u32> {
+    let mesh = &found.mesh;
     let mut near: HashSet<u32> = hole.rim.iter().copied().collect();
-    let own: Vec<u32> = topology
-        .faces()
-        .filter(|f| topology.piece[*f as usize] == hole.piece)
-        .collect();
     let mut faces = BTreeSet::new();
     for _ in 0..rings {
         let touches = |f: &&u32| mesh.faces[**f as usize].iter().any(|v| near.contains(v));
@@ -241,13 +249,7 @@ fn tell<'a>(
 ) {
     let region = report.regions.len();
     let mut holes = vec![report.holes[told].hole.id];
-    let outcome = match &report.holes[told].outcome {
-        HoleOutcome::Failed(FailedReason::Crossing(n)) => triangulated(*n),
-        HoleOutcome::Failed(FailedReason::NoTriangulation { after, .. }) => {
-            HoleOutcome::Triangulated(after.clone())
-        }
-        other => other.clone(),
-    };
+    let outcome = closed_after(&report.holes[told].outcome);
     report.holes[told].outcome = outcome.clone();
     report.holes[told].region = region + 1;
     let mut diameter = report.holes[told].hole.diameter;
@@ -281,6 +283,7 @@ fn tell<'a>(
 mod tests {
     use super::*;
     use crate::check::{CheckParams, DefectKind};
+    use crate::mend::{TriangulatedReason, TryFailure};
     use crate::mesh::Mesh;
     use crate::mesh::shapes::icosphere;
 
@@ -325,7 +328,8 @@ mod tests {
         assert!((20..400).contains(&lost), "{lost}");
         let after = draft.inspect().unwrap().check(&CheckParams::default());
         assert!(after.is_closed() && after.count(DefectKind::Crossing) == 0);
-        assert_eq!(report.holes[0].outcome, triangulated(7));
+        let why = TriangulatedReason::NoSurface(TryFailure::Crossing(7));
+        assert_eq!(report.holes[0].outcome, HoleOutcome::Triangulated(why));
         assert_eq!(report.holes[0].region, 1);
         let old = draft.region.iter().filter(|r| **r == NONE).count();
         assert_eq!(old + lost, mesh.faces.len());

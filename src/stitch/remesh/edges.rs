@@ -38,6 +38,9 @@ impl Remesher<'_> {
                 return;
             }
             for (_, h) in long {
+                if self.is_cancelled() {
+                    return;
+                }
                 if self.mesh.twin(h).is_some() && self.relative_length(h) > LONG {
                     self.split(h);
                 }
@@ -74,6 +77,9 @@ impl Remesher<'_> {
             short.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let mut changed = false;
             for (_, h) in short {
+                if self.is_cancelled() {
+                    return;
+                }
                 changed |=
                     self.is_live(h) && self.relative_length(h) < SHORT && self.collapse(h, LONG);
             }
@@ -158,6 +164,9 @@ impl Remesher<'_> {
     /// Turns edges where that brings the numbers of faces at the four vertices nearer to their ideal.
     pub(super) fn flip_by_valence(&mut self) {
         for h in self.mesh.interior_edges().collect::<Vec<_>>() {
+            if self.is_cancelled() {
+                return;
+            }
             let Some(t) = self.mesh.twin(h) else { continue };
             let (a, b) = (self.mesh.from(h), self.mesh.to(h));
             let (c, d) = (self.mesh.from(prev(h)), self.mesh.from(prev(t)));
@@ -193,6 +202,9 @@ impl Remesher<'_> {
         for _ in 0..PASSES {
             let mut changed = false;
             for h in self.mesh.interior_edges().collect::<Vec<_>>() {
+                if self.is_cancelled() {
+                    return;
+                }
                 if self.flip_gain(h) > 1e-6 && self.can_flip(h, 0.0) {
                     self.mesh.flip(h);
                     changed = true;

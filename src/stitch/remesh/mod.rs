@@ -38,12 +38,13 @@ const SETTLED: (f64, f64) = (0.06, 0.01);
 ///
 /// # Errors
 /// When splitting long edges does not end: between edges that differ by many orders, or in spikes, short edges cannot be
-/// collapsed as fast as new ones appear.
+/// collapsed as fast as new ones appear; [`StitchError::Cancelled`].
 pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), StitchError> {
     let mut work = Remesher::new(input, patch);
     work.set_sizes(&input.params, input.voxel);
     let most = work.most_faces(&input.params);
     for _ in 0..input.params.iterations {
+        input.go_on()?;
         work.split_long();
         if work.mesh.faces.len() as f64 > most {
             return Err(StitchError::TooManyFaces {
@@ -60,6 +61,7 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), S
         }
     }
     for _ in 0..POLISH {
+        input.go_on()?;
         work.flip_by_shape();
         work.untangle();
         if work.smooth_by_shape() < SETTLED.1 && work.is_large() {
@@ -70,6 +72,7 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), S
         work.compensate(input.params.facet_compensation);
     }
     work.relax_seam();
+    input.go_on()?;
     patch.mesh.compact();
     Ok(())
 }
@@ -98,6 +101,11 @@ impl<'a> Remesher<'a> {
             centre: patch.centre,
             copies,
         }
+    }
+
+    /// Whether the work is to stop where it is.
+    fn is_cancelled(&self) -> bool {
+        self.surface.is_cancelled()
     }
 
     /// Whether the patch has many faces, beside those that are removed.

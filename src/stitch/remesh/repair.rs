@@ -19,7 +19,7 @@ pub(in crate::stitch) fn repair(
     let mesh_len = input.mesh.positions.len();
     let mut hits = surroundings.intersections(patch, mesh_len);
     for round in 0..ROUNDS {
-        if hits.is_empty() {
+        if hits.is_empty() || input.surface.is_cancelled() {
             break;
         }
         let before = patch.mesh.clone();

@@ -69,6 +69,9 @@ impl Remesher<'_> {
         let moved: Vec<Option<(DVec3, DVec3)>> = free
             .par_iter()
             .map(|&v| {
+                if this.is_cancelled() {
+                    return None;
+                }
                 let (p, n) = (this.mesh.position[v as usize], this.mesh.normal[v as usize]);
                 let step = goal(this, v) - p;
                 let step = STEP * (step - step.dot(n) * n);
@@ -80,6 +83,9 @@ impl Remesher<'_> {
             .collect();
         let mut squares = 0.0;
         for (&v, moved) in free.iter().zip(moved) {
+            if self.is_cancelled() {
+                break;
+            }
             let before = self.mesh.position[v as usize];
             if !moved.is_some_and(|(p, n)| self.try_move(v, p, n, keep)) {
                 self.settle(v, keep);

@@ -33,6 +33,9 @@ impl Remesher<'_> {
                 return;
             }
             for f in tilted {
+                if self.is_cancelled() {
+                    return;
+                }
                 self.unfold(f, round > 0);
             }
         }
