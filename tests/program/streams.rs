@@ -283,23 +283,23 @@ fn a_conversion_changes_nothing() {
         "-",
         "-q",
     ]);
-    desk::assert_code(&done, 0);
+    crate::desk::assert_code(&done, 0);
     let again = fs::read(desk.path("again.ply")).unwrap();
     assert!(again == fs::read(desk.path("ball.ply")).unwrap());
     let document: serde_json::Value = serde_json::from_slice(&done.stdout).unwrap();
     assert_eq!(document["command"], "convert");
     assert_eq!(document["input"]["faces"], document["output"]["faces"]);
     let plan = desk.run(&["convert", "ball.ply", "--dry-run"]);
-    assert!(desk::text(&plan.stdout).contains("would be written as they are"));
+    assert!(crate::desk::text(&plan.stdout).contains("would be written as they are"));
     // What an OBJ file names and an STL file has no place for is said.
     desk.text(
         "named.obj",
         "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nusemtl skin\nf 1/1 2/1 3/1\n",
     );
     let done = desk.run(&["convert", "named.obj", "-o", "plain.stl"]);
-    desk::assert_code(&done, 0);
+    crate::desk::assert_code(&done, 0);
     assert!(
-        desk::text(&done.stderr).contains("plain.stl: "),
+        crate::desk::text(&done.stderr).contains("plain.stl: "),
         "a note on what is lost"
     );
 }
