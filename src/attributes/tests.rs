@@ -1,3 +1,4 @@
+#![allow(clippy::too_many_lines)] // A long test tells one story.
 use super::*;
 
 /// A flat sheet of `n` by `n` unit squares without the middle `hole` by `hole` ones, and the same with them filled in, by a

@@ -122,12 +122,7 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     };
     let bytes = volume_to_bytes(volume, NAME, precision)
         .with_context(|| args.output.display().to_string())?;
-    match &output {
-        Place::File(path) => {
-            save(path, &bytes).with_context(|| format!("cannot write {}", path.display()))?;
-        }
-        Place::Bytes(_) => console::write_file_out(&bytes)?,
-    }
+    written(&output, &bytes)?;
     let seconds = Seconds {
         reading,
         measuring: measured.seconds,
@@ -150,6 +145,15 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
         json.write(&Document::new("sdf", body))?;
     }
     Ok(End::Done)
+}
+
+fn written(output: &Place, bytes: &[u8]) -> anyhow::Result<()> {
+    match output {
+        Place::File(path) => {
+            save(path, bytes).with_context(|| format!("cannot write {}", path.display()))
+        }
+        Place::Bytes(_) => console::write_file_out(bytes),
+    }
 }
 
 fn summary(volume: &Volume) -> String {

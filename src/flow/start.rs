@@ -83,6 +83,51 @@ pub fn biharmonic_fill(
     fill(grid, phi, mask, &vec![true; grid.len()], tolerance)
 }
 
+/// The nodes of a fill: the masked ones and two layers round them.
+struct Nodes {
+    /// For each slot of the grid, whether it is masked or in the first layer.
+    one: Vec<bool>,
+    /// The slots of the nodes.
+    slots: Vec<usize>,
+    /// The numbers of the six neighbours of each node, and of one more that stands for what is not there.
+    near: Vec<[u32; 6]>,
+}
+
+impl Nodes {
+    fn new(grid: &SparseGrid, mask: &[bool], there: &[bool]) -> Self {
+        let at = |n: NodeIndex, o: NodeIndex| {
+            let slot = grid.slot([n[0] + o[0], n[1] + o[1], n[2] + o[2]])?;
+            there[slot].then_some(slot)
+        };
+        let touches = |s: usize, set: &[bool]| {
+            set[s]
+                || NEIGHBOURS
+                    .iter()
+                    .any(|&o| at(grid.node(s), o).is_some_and(|t| set[t]))
+        };
+        let grown = |set: &[bool]| -> Vec<bool> {
+            let slots = (0..grid.len()).into_par_iter();
+            slots
+                .map(|s| !grid.is_cancelled() && there[s] && touches(s, set))
+                .collect()
+        };
+        let one = grown(mask);
+        let two = grown(&one);
+        let slots: Vec<usize> = (0..grid.len())
+            .filter(|&s| two[s] && !grid.is_cancelled())
+            .collect();
+        let mut number = vec![slots.len() as u32; grid.len()];
+        for (i, &s) in slots.iter().enumerate() {
+            number[s] = i as u32;
+        }
+        let nowhere = slots.len() as u32;
+        let near_of =
+            |&s: &usize| NEIGHBOURS.map(|o| at(grid.node(s), o).map_or(nowhere, |t| number[t]));
+        let near: Vec<[u32; 6]> = slots.iter().map(near_of).chain([[nowhere; 6]]).collect();
+        Self { one, slots, near }
+    }
+}
+
 /// The fill on the nodes that are `there`.
 fn fill(
     grid: &SparseGrid,
@@ -92,35 +137,8 @@ fn fill(
     tolerance: f64,
 ) -> CgOutcome {
     let guess = from_every_other(grid, phi, mask, there, tolerance);
-    let at = |n: NodeIndex, o: NodeIndex| {
-        let slot = grid.slot([n[0] + o[0], n[1] + o[1], n[2] + o[2]])?;
-        there[slot].then_some(slot)
-    };
-    let touches = |s: usize, set: &[bool]| {
-        set[s]
-            || NEIGHBOURS
-                .iter()
-                .any(|&o| at(grid.node(s), o).is_some_and(|t| set[t]))
-    };
-    let grown = |set: &[bool]| -> Vec<bool> {
-        let slots = (0..grid.len()).into_par_iter();
-        slots
-            .map(|s| !grid.is_cancelled() && there[s] && touches(s, set))
-            .collect()
-    };
-    let one = grown(mask);
-    let two = grown(&one);
-    let slots: Vec<usize> = (0..grid.len())
-        .filter(|&s| two[s] && !grid.is_cancelled())
-        .collect();
-    let mut number = vec![slots.len() as u32; grid.len()];
-    for (i, &s) in slots.iter().enumerate() {
-        number[s] = i as u32;
-    }
+    let Nodes { one, slots, near } = Nodes::new(grid, mask, there);
     let nowhere = slots.len() as u32;
-    let near_of =
-        |&s: &usize| NEIGHBOURS.map(|o| at(grid.node(s), o).map_or(nowhere, |t| number[t]));
-    let near: Vec<[u32; 6]> = slots.iter().map(near_of).chain([[nowhere; 6]]).collect();
     let free: Vec<bool> = slots.iter().map(|&s| mask[s]).chain([false]).collect();
     let has_row = |(&s, near): (&usize, &[u32; 6])| one[s] && near.iter().all(|&j| j < nowhere);
     let operator = Bilaplacian {

@@ -9,7 +9,8 @@ use super::settings::FlowSettings;
 use super::system::System;
 use crate::grid::SparseGrid;
 use crate::linalg::{
-    Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient, solve_spd,
+    CgOutcome, Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
+    solve_spd,
 };
 
 /// Redistancing has changed the shape of the zero set when the surface's energy after it is larger than before by this factor.
@@ -165,25 +166,9 @@ impl<E: BandEnergy> BandState<E> {
             self.coarse_step = settings.time_step;
             self.coarse = Some(hierarchy(grid, mask, band, &self.feet, &system));
         }
-        let tolerance = settings.solver_tolerance;
-        let scaling = Jacobi(system.jacobi());
-        let solved = match &self.coarse {
-            _ if !system.is_symmetric() => {
-                bicgstab(&system, &scaling, &rhs, &mut d, tolerance, 1000)
-            }
-            Some(Some(coarse)) if !short => {
-                let cycle = MultigridCycle::new(&system, coarse);
-                conjugate_gradient(&system, &cycle, &rhs, &mut d, tolerance, 60)
-            }
-            _ => conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500),
-        };
-        // Rounding can make the multigrid cycle indefinite, and conjugate gradients then stop before the first iteration. That
-        // does not mean that the surface is steady: the diagonal is tried instead.
-        let solved = if solved.iterations == 0 && system.is_symmetric() {
-            conjugate_gradient(&system, &scaling, &rhs, &mut d, tolerance, 500)
-        } else {
-            solved
-        };
+        let coarse = self.coarse.as_ref().and_then(Option::as_ref);
+        let coarse = coarse.filter(|_| !short);
+        let solved = solve(&system, coarse, &rhs, &mut d, settings.solver_tolerance);
         let mut d = layout.gathered(&d);
         let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);
         let slope_of = |d: &[f64]| -> f64 { gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
@@ -377,4 +362,29 @@ fn movements(d: &[f64], values: &[f64], unknown: &[bool]) -> (f64, f64) {
         }
     }
     (top, (sum / f64::max(count, 1.0)).sqrt())
+}
+
+/// Solves a step's system: by BiCGstab where it is not symmetric, else by conjugate gradients, with a multigrid cycle where there is a
+/// hierarchy of coarser lattices.
+fn solve(
+    system: &System,
+    coarse: Option<&Multigrid>,
+    rhs: &[f64],
+    d: &mut [f64],
+    tolerance: f64,
+) -> CgOutcome {
+    let scaling = Jacobi(system.jacobi());
+    if !system.is_symmetric() {
+        return bicgstab(system, &scaling, rhs, d, tolerance, 1000);
+    }
+    if let Some(coarse) = coarse {
+        let cycle = MultigridCycle::new(system, coarse);
+        let solved = conjugate_gradient(system, &cycle, rhs, d, tolerance, 60);
+        if solved.iterations > 0 {
+            return solved;
+        }
+        // Rounding can make the cycle indefinite, and conjugate gradients then stop before the first iteration, which does not mean
+        // that the surface is steady: the diagonal is tried instead.
+    }
+    conjugate_gradient(system, &scaling, rhs, d, tolerance, 500)
 }

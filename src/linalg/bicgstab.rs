@@ -25,7 +25,8 @@ pub fn bicgstab(
     let mut best = (reference, x.to_vec());
     let (mut iterations, mut restarts) = (0, 0);
     let (mut y, mut v, mut z, mut t) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-    'restart: while best.0 > goal && iterations < max_iterations && restarts < 3 {
+    let goes_on = |iterations| iterations < max_iterations && !operator.is_cancelled();
+    'restart: while best.0 > goal && goes_on(iterations) && restarts < 3 {
         restarts += 1;
         x.copy_from_slice(&best.1);
         operator.apply(x, &mut v);
@@ -33,10 +34,7 @@ pub fn bicgstab(
         let shadow = r.clone();
         let mut p = r.clone();
         let mut rho = dot(&shadow, &r);
-        while iterations < max_iterations {
-            if operator.is_cancelled() {
-                break 'restart;
-            }
+        while goes_on(iterations) {
             iterations += 1;
             preconditioner.apply(&p, &mut y);
             operator.apply(&y, &mut v);

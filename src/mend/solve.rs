@@ -183,11 +183,7 @@ impl RegionWork<'_> {
                 }
                 None => last = tried.report,
             }
-            let movement = |u: &Unsteady| u.solved.movement();
-            kept = [kept, tried.unsteady]
-                .into_iter()
-                .flatten()
-                .min_by(|a, b| movement(a).total_cmp(&movement(b)));
+            kept = nearer_steady(kept, tried.unsteady);
             history.push((now, tried.verdict));
             if history.len() == 1
                 && best.is_none()
@@ -199,13 +195,24 @@ impl RegionWork<'_> {
         if self.cancel.is_cancelled() {
             return self.stopped(last);
         }
-        if let Some((patch, report)) = best.or_else(|| self.patch_of(kept?, &history)) {
+        let best = best.or_else(|| self.patch_of(kept?, &history));
+        self.concluded(best, &history, last)
+    }
+
+    /// The finished patch of the best attempt; where there is none, what closes the region without a level set.
+    fn concluded(
+        &self,
+        best: Option<(Patch, RegionReport)>,
+        history: &[(Try, Verdict)],
+        mut last: RegionReport,
+    ) -> RegionPatch {
+        if let Some((patch, report)) = best {
             return match self.finish(Some(patch.clone())) {
                 Some(finished) => self.accept(finished, report),
                 None => self.accept(FinishedPatch::unfinished(patch), report),
             };
         }
-        last.earlier_tries = failures(&history);
+        last.earlier_tries = failures(history);
         let why = last.earlier_tries.last().cloned();
         self.without_level_set(why.unwrap_or(TryFailure::Stopped), last)
     }
@@ -323,6 +330,13 @@ pub(super) fn failures(history: &[(Try, Verdict)]) -> Vec<TryFailure> {
         Verdict::Sound => None,
     };
     history.iter().filter_map(failure).collect()
+}
+
+/// The unconverged solution whose last update was smaller; the first of two alike.
+fn nearer_steady<'a>(a: Option<Unsteady<'a>>, b: Option<Unsteady<'a>>) -> Option<Unsteady<'a>> {
+    let movement = |u: &Unsteady| u.solved.movement();
+    let both = [a, b].into_iter().flatten();
+    both.min_by(|a, b| movement(a).total_cmp(&movement(b)))
 }
 
 #[cfg(test)]

@@ -264,6 +264,26 @@ impl Region {
         self.dims.map(|n| n as usize * finer)
     }
 
+    /// The voxel size for holes whose widest and smallest have some diameters.
+    fn automatic(holes: &[&Hole], diameter: f64, smallest: f64, size: &BoxSize) -> f64 {
+        let edges: f64 = holes.iter().map(|h| h.edges as f64).sum();
+        let edge = holes.iter().map(|h| h.length).sum::<f64>() / edges;
+        let narrow = holes
+            .iter()
+            .filter(|h| h.edges > 8)
+            .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(NARROWEST))
+            .fold(1.0, f64::max);
+        let (across, by_edges) = match size.coarse {
+            true => (ACROSS_COARSE * narrow.sqrt(), 0.0),
+            false => (ACROSS * narrow, (diameter / edge).min(64.0)),
+        };
+        let wanted = across
+            .max(by_edges)
+            .max((ACROSS_SMALLEST * diameter / smallest).min(96.0));
+        let refined = (wanted * size.refine).min(ACROSS_RETRY.max(wanted));
+        diameter / refined.min(ACROSS_LIMIT)
+    }
+
     /// The lattice of holes that are filled together. The box holds `part` too, where there is a surface to start from.
     pub fn new(mesh: &Mesh, holes: &[&Hole], size: &BoxSize, part: Option<(DVec3, DVec3)>) -> Self {
         let BoxSize {
@@ -281,25 +301,7 @@ impl Region {
             .fold(diameter, f64::min);
         let voxel = match voxel {
             VoxelSize::Length(v) => v.max(Self::finest(diameter)),
-            VoxelSize::Auto => {
-                let edge = chosen().map(|h| h.length).sum::<f64>()
-                    / chosen().map(|h| h.edges as f64).sum::<f64>();
-                let narrow = chosen()
-                    .filter(|h| h.edges > 8)
-                    .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(NARROWEST))
-                    .fold(1.0, f64::max);
-                let (across, by_edges) = match is_coarse {
-                    true => (ACROSS_COARSE * narrow.sqrt(), 0.0),
-                    false => (ACROSS * narrow, (diameter / edge).min(64.0)),
-                };
-                let wanted = across
-                    .max(by_edges)
-                    .max((ACROSS_SMALLEST * diameter / smallest).min(96.0));
-                diameter
-                    / (wanted * refine)
-                        .min(ACROSS_RETRY.max(wanted))
-                        .min(ACROSS_LIMIT)
-            }
+            VoxelSize::Auto => Self::automatic(holes, diameter, smallest, size),
         };
         let across = diameter / voxel;
         let narrow = chosen()

@@ -144,14 +144,8 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
         }
     }
     let normal = on_rim.iter().map(|&v| {
-        let of_mesh = sum.get(&v).copied().unwrap_or_default().normalize_or_zero();
-        let of_surface = input.surface.project(at(v)).map(|(_, n)| n);
-        (
-            v,
-            of_surface
-                .filter(|n| n.dot(of_mesh) >= 0.0)
-                .unwrap_or(of_mesh),
-        )
+        let area = sum.get(&v).copied().unwrap_or_default();
+        (v, normal_at(input, v, area))
     });
     Ok(Rims {
         loops: Vec::new(),
@@ -166,6 +160,16 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
         angle_around: (!angles.is_empty())
             .then(|| angles.iter().sum::<f64>() / angles.len() as f64),
     })
+}
+
+/// The surface's normal at a rim vertex, where it does not look against the mesh's, which is that of the sum of area vectors.
+fn normal_at(input: &StitchInput, v: u32, area: DVec3) -> DVec3 {
+    let of_mesh = area.normalize_or_zero();
+    let at = input.mesh.positions[v as usize];
+    let of_surface = input.surface.project(at).map(|(_, n)| n);
+    of_surface
+        .filter(|n| n.dot(of_mesh) >= 0.0)
+        .unwrap_or(of_mesh)
 }
 
 /// The directed rim edges with the loop they come from; edges that are there in both directions cancel.

@@ -1,4 +1,5 @@
 //! The page of `isomend view`: its server, its sessions, its recipes.
+#![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
 
 #[path = "../common/desk.rs"]
 mod desk;

@@ -472,32 +472,6 @@ fn a_hole_that_cannot_be_filled_exits_with_3_and_the_rest_is_written() {
     assert_eq!(desk.files(), ["bad.obj", "ball.ply", "out.obj"]);
 }
 
-#[cfg(unix)]
-#[test]
-fn ctrl_c_leaves_no_file() {
-    let desk = Desk::new();
-    let program = assert_cmd::cargo::cargo_bin("isomend");
-    let mut child = std::process::Command::new(program)
-        .current_dir(desk.folder.path())
-        .args([
-            "fill", "ball.ply", "-o", "out.ply", "-q", "--voxel", "0.005",
-        ])
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(700));
-    let id = child.id().to_string();
-    assert!(
-        std::process::Command::new("kill")
-            .args(["-INT", &id])
-            .status()
-            .unwrap()
-            .success()
-    );
-    assert_eq!(child.wait().unwrap().code(), Some(130));
-    assert_eq!(desk.files(), ["ball.ply"]);
-}
-
 #[test]
 fn a_study_prints_its_table_and_writes_what_was_asked_for() {
     let desk = Desk::new();

@@ -22,7 +22,7 @@ use crate::region::{
     solve_nested,
 };
 use crate::sdf::{Sampler, Surface};
-use crate::stitch::remesh_closed;
+use crate::stitch::{Patch, remesh_closed};
 
 /// The usual strength, in mean edges.
 const STRENGTH_EDGES: f64 = 8.0;
@@ -193,16 +193,9 @@ impl Plan {
         let region = RegionReport {
             id: 1,
             closed_by: Some(ClosedBy::LevelSet),
-            voxel: Some(solved.level.lattice.voxel),
             converged: true,
-            levels: solved.reports.clone(),
-            new_vertices: patch.positions.len(),
-            new_faces: patch.faces.len(),
-            quality_mean: patch.report.quality_mean,
-            intersecting_faces: patch.report.intersecting_faces,
-            components: patch.report.components,
             seconds: clock.elapsed().as_secs_f64(),
-            ..RegionReport::default()
+            ..extracted_report(&solved, &patch)
         };
         watch.end(0, &region);
         let mut report = FairReport {
@@ -353,5 +346,19 @@ impl Sizes {
             return Err(FairError::TooFine { voxel, fits });
         }
         Ok(())
+    }
+}
+
+/// What the solve of a closed surface and the patch made of it say of themselves.
+fn extracted_report(solved: &Solved, patch: &Patch) -> RegionReport {
+    RegionReport {
+        voxel: Some(solved.level.lattice.voxel),
+        levels: solved.reports.clone(),
+        new_vertices: patch.positions.len(),
+        new_faces: patch.faces.len(),
+        quality_mean: patch.report.quality_mean,
+        intersecting_faces: patch.report.intersecting_faces,
+        components: patch.report.components,
+        ..RegionReport::default()
     }
 }

@@ -183,6 +183,20 @@ pub fn patches(
     Ok(report)
 }
 
+/// Columns of the table of a shape.
+const COLUMNS: [&str; 10] = [
+    "D / h",
+    "largest / D",
+    "reference",
+    "rms / D",
+    "order",
+    "normal, degrees",
+    "steps",
+    "iterations",
+    "steady",
+    "s",
+];
+
 fn run_shape(
     report: &mut StudyReport,
     shape: &ExactShape,
@@ -194,21 +208,7 @@ fn run_shape(
     } else {
         ", not critical: the model differs"
     };
-    let mut table = Table::new(
-        &format!("{}{what}", shape.name),
-        &[
-            "D / h",
-            "largest / D",
-            "reference",
-            "rms / D",
-            "order",
-            "normal, degrees",
-            "steps",
-            "iterations",
-            "steady",
-            "s",
-        ],
-    );
+    let mut table = Table::new(&format!("{}{what}", shape.name), &COLUMNS);
     let mut points: Vec<(f64, f64)> = Vec::new();
     for &refinements in &settings.refinements {
         let clock = Instant::now();

@@ -1,5 +1,5 @@
-//! What is left of a file that is being saved when the process is about to end. A test program of its own: while one test
-//! keeps files from being saved, no other may save any.
+//! What is left of a file that is being saved when the process is about to end. It stands apart from other tests of files: while it
+//! keeps files from being saved, none may be saved.
 
 use std::fs;
 use std::path::Path;
