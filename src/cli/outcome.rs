@@ -148,7 +148,7 @@ const HEADING: Cells<'static> = Cells {
 impl Cells<'_> {
     fn line(&self) -> String {
         let line = format!(
-            "{:>NUMBERS$} {:>9} {:>5}  {:<20} {:>14}  {}",
+            "{:>NUMBERS$} {:>9} {:>5}  {:<18} {:>14}  {}",
             self.hole, self.diameter, self.edges, self.closed_by, self.error, self.remark
         );
         line.trim_end().to_owned()

@@ -75,21 +75,27 @@ pub(super) fn blend(
     (surfaces, blended)
 }
 
-/// Sets the error of each surface, the geometric mean of its errors on the rings, and its weight. A surface that has no error on one of
-/// the rings gets no weight.
+/// Sets the error of each surface, the geometric mean of its errors on the rings, and its weight, from these errors without the noise of
+/// the rings. A surface that has no error on one of the rings gets no weight.
 fn weigh(surfaces: &mut [Surface], tries: &[Errors]) {
     let noise = noise_deviation(surfaces);
     let mut sum = 0.0;
     for Surface { found, kriged, .. } in surfaces.iter_mut() {
         let on = |errors: &Errors| {
             let own = errors.iter().find(|e| e.0 == found.candidate);
-            own.map(|e| without_noise(e.1, noise).max(LEAST_ERROR))
+            own.map(|e| e.1)
         };
         let errors: Option<Vec<f64>> = tries.iter().map(on).collect();
-        found.ring_error = errors.map(|e| e.iter().product::<f64>().powf(1.0 / e.len() as f64));
+        let mean = |of: &dyn Fn(f64) -> f64| {
+            let errors = errors.as_ref()?;
+            let product: f64 = errors.iter().map(|e| of(*e).max(LEAST_ERROR)).product();
+            Some(product.powf(1.0 / errors.len() as f64))
+        };
+        found.ring_error = mean(&|e| e);
         let is_one_of_alike = kriged.is_some() || found.chart.is_some();
         let prior = if is_one_of_alike { OF_ALIKE } else { 1.0 };
-        found.weight = found.ring_error.map_or(0.0, |e| prior * e.powi(-SHARPNESS));
+        let error = mean(&|e| without_noise(e, noise));
+        found.weight = error.map_or(0.0, |e| prior * e.powi(-SHARPNESS));
         sum += found.weight;
     }
     surfaces.iter_mut().for_each(|s| s.found.weight /= sum);

@@ -3,6 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use super::FillError;
+use super::error::MOST_THREADS;
 use super::report::RegionReport;
 use crate::cancel::Cancel;
 
@@ -33,7 +34,7 @@ impl<'a> Control<'a> {
     }
 
     /// The largest number of threads. More than a machine has cost memory and gain nothing.
-    pub const MOST_THREADS: usize = 1024;
+    pub const MOST_THREADS: usize = MOST_THREADS;
 
     /// Runs on so many threads of its own, at most [`Control::MOST_THREADS`]; 0 is one per core.
     #[must_use]

@@ -2,8 +2,10 @@
 
 use thiserror::Error;
 
-use super::Control;
 use crate::mesh::{LARGEST, Mesh, SMALLEST, length};
+
+/// Most threads of a run.
+pub(super) const MOST_THREADS: usize = 1024;
 
 /// Why nothing could be filled.
 #[derive(Debug, Error)]
@@ -89,7 +91,7 @@ pub enum FillError {
     /// The threads could not be started.
     #[error(
         "{threads} threads could not be started; take fewer, {} at most",
-        Control::MOST_THREADS
+        MOST_THREADS
     )]
     Threads {
         /// So many were asked for.

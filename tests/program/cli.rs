@@ -119,7 +119,8 @@ fn a_fill_writes_the_mesh_and_talks_on_standard_error_only() {
     assert_eq!(code(&output), 0, "{said}");
     assert!(output.stdout.is_empty());
     assert!(
-        said.contains("hole 1:") && said.contains("2 holes: 2 filled by the level set"),
+        said.contains("expected error")
+            && said.contains("all 2 holes are closed (2 by the level set)"),
         "{said}"
     );
     assert!(!said.contains(['\r', '\x1b']), "no progress bar: {said:?}");

@@ -35,8 +35,10 @@ const LEAST_PER_EDGE: f64 = 1.0 / 3.0;
 const USUAL_SQUARES: f64 = 1e5;
 /// A given voxel is refused where the area is more than so many of its squares: they need about 2.5 GB.
 const MOST_SQUARES: f64 = 1e6;
-/// The least strength in mean edges and in automatic voxels: the mesh cannot hold narrower features, nor the grid resolve them.
-const LEAST_STRENGTH: f64 = 4.0;
+/// The least strength in automatic voxels, below which the grid does not resolve the features that go.
+const LEAST_VOXELS: f64 = 4.0;
+/// The least strength in mean edges: a mesh holds no feature narrower than two of its edges.
+const LEAST_EDGES: f64 = 2.0;
 /// The strength is at most so many diagonals of what is faired, where the voxel does not follow it: by then all is steady.
 const MOST_STRENGTH: f64 = 1e3;
 /// Voxels along the longest side on the coarsest lattice, at most.
@@ -67,7 +69,7 @@ impl Plan {
         let sizes = Sizes::new(found, marked).ok_or(FairError::NoSurface)?;
         let Sizes { edge, area, .. } = sizes;
         let bad = |what| FillError::Parameter { what };
-        let finest = LEAST_STRENGTH * (sizes.area / USUAL_SQUARES).sqrt();
+        let finest = LEAST_VOXELS * (sizes.area / USUAL_SQUARES).sqrt();
         let strength = match params.extent {
             FairExtent::Time(time) => TAU * time.powf(0.25),
             FairExtent::Strength(strength) => strength,
@@ -96,7 +98,7 @@ impl Plan {
             return Err(bad("the voxel size must be a positive length, or automatic").into());
         }
         sizes.check(strength, voxel, params.voxel)?;
-        let fits = finest.max(LEAST_STRENGTH * edge);
+        let fits = finest.max(LEAST_EDGES * edge);
         if params.voxel == VoxelSize::Auto && strength < fits {
             return Err(FairError::TooWeak { strength, fits });
         }
