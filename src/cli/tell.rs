@@ -155,7 +155,6 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
         ));
     }
     for region in &done.report.regions {
-        console.detail(&faired_region_line(region));
         for line in level_lines(region) {
             console.detail(&line);
         }

@@ -31,7 +31,7 @@ fn meshes_go_through_standard_input_and_output() {
             .output()
             .unwrap();
         assert_code(&done, 0);
-        assert!(text(&done.stderr).contains("the hole is closed (1 by the level set)"));
+        assert!(text(&done.stderr).contains("1 of 2 holes closed (1 by the level set)"));
         if format == Format::Ply {
             assert_eq!(done.stdout, fs::read(desk.path("out.stl")).unwrap());
         }
