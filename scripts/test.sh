@@ -71,13 +71,14 @@ environment() {
 
 # The package from the module that was built with the tests, not from a wheel.
 python_tests() {
-    local site=target/ci/site library
-    library=$(ls target/ci/lib_isomend.so target/ci/lib_isomend.dylib 2> /dev/null | head -n 1)
+    local site=target/ci/site library=target/ci/lib_isomend.so
+    [ -e "$library" ] || library=target/ci/lib_isomend.dylib
     rm -rf "$site"
     mkdir -p "$site"
     cp -r python/isomend "$site/isomend"
     cp "$library" "$site/isomend/_isomend.abi3.so"
-    PYTHONPATH=$PWD/$site "$python" -m pytest -q --doctest-modules --pyargs isomend
+    # The adapters of packages that are not there cannot be imported.
+    PYTHONPATH=$PWD/$site "$python" -m pytest -q --doctest-modules --doctest-ignore-import-errors --pyargs isomend
     PYTHONPATH=$PWD/$site "$python" -m pytest -q python/tests
 }
 

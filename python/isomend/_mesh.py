@@ -304,8 +304,8 @@ class Mended(_Shape):
         return iter((self.vertices, self.faces))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A result goes through pickle with its arrays, data and report; what it carried beyond these, such as materials, does
-        not."""
+        """A result goes through pickle with its arrays, its data of vertices and faces, and its report; what it carried beyond
+        these, such as materials and texture coordinates of corners, does not."""
         core = _PickledCore.of(self._core)
         return _unpickled, (core, self._given)
 

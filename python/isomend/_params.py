@@ -191,7 +191,16 @@ def fair_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
 def mask_of(mask: Mask, faces: int) -> dict[str, Any]:
     """A mask in the library's form: from one mark for each face, from face numbers, or as it is."""
     if isinstance(mask, Mapping):
-        return {name: unpacked(value) for name, value in mask.items()}
+        return {name: _part(name, value, faces) for name, value in mask.items()}
+    return _faces(mask, faces)
+
+
+def _part(name: str, value: Any, faces: int) -> Any:
+    """A part of a mask; face numbers as an array are checked like a mask of their own."""
+    return _faces(value, faces)["faces"] if name == "faces" and hasattr(value, "dtype") else unpacked(value)
+
+
+def _faces(mask: Any, faces: int) -> dict[str, Any]:
     from isomend import _arrays
 
     return {"faces": _arrays.face_numbers(mask, faces)}

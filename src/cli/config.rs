@@ -26,10 +26,7 @@ pub fn expand(arguments: Vec<OsString>, program: &Command) -> Result<Vec<OsStrin
     let Some(file) = named_file(&arguments) else {
         return Ok(arguments);
     };
-    let read = || {
-        std::fs::read_to_string(&file)
-            .map_err(|error| Usage(format!("cannot read {}: {error}", file.display())))
-    };
+    let read = || isomend::io::read_text(&file).map_err(|error| Usage(error.to_string()));
     with_file(arguments, program, &file, read)
 }
 

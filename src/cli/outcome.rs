@@ -1,10 +1,12 @@
-//! The holes of a run as a table of at most 80 columns, what to do about those with a problem, and the verdict.
+//! The holes of a run as a table of at most 80 columns, and what to do about those with a problem.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 
 use isomend::job::Work;
-use isomend::report::{chain_lines, defect_lines, ranges};
-use isomend::{ClosedBy, FillReport, HoleOutcome, LeftReason, RegionReport};
+use isomend::report::{chain_lines, defect_lines, left_holes, ranges};
+use isomend::{
+    ClosedBy, FillReport, HoleOutcome, HoleReport, LeftReason, RegionReport, TriangulatedReason,
+};
 
 /// Rows of the table without a problem: the widest holes.
 const LARGEST: usize = 10;
@@ -12,9 +14,6 @@ const LARGEST: usize = 10;
 const MOST_PROBLEMS: usize = 30;
 /// Width of the column of hole numbers, in characters; longer lists end in dots.
 const NUMBERS: usize = 9;
-/// Holes of at most this many edges are closed by triangles between their vertices, which is no remark.
-const FEW_EDGES: usize = 4;
-
 /// What is to be known of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Remark {
@@ -22,6 +21,7 @@ enum Remark {
     Intersects,
     NoSurface,
     Triangles,
+    NoCap,
     NotConverged,
     Bulges,
     Apart,
@@ -29,25 +29,31 @@ enum Remark {
 }
 
 impl Remark {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Open,
         Self::Intersects,
         Self::NoSurface,
         Self::Triangles,
+        Self::NoCap,
         Self::NotConverged,
         Self::Bulges,
         Self::Apart,
         Self::OtherEnergy,
     ];
 
-    /// The most important remark on a region with so many edges of rims.
-    fn of(region: &RegionReport, edges: usize) -> Option<Self> {
+    /// The most important remark on a region, from how its first hole ended.
+    fn of(region: &RegionReport, outcome: Option<&HoleOutcome>) -> Option<Self> {
         let by_level_set = region.closed_by == Some(ClosedBy::LevelSet);
+        let triangulated = match outcome {
+            Some(HoleOutcome::Triangulated(why)) => Some(why),
+            _ => None,
+        };
         Some(match region.closed_by {
             Some(ClosedBy::Nothing) | None => Self::Open,
             _ if region.intersecting_faces > 0 => Self::Intersects,
             Some(ClosedBy::Faired) => Self::NoSurface,
-            Some(ClosedBy::RimTriangles) if edges > FEW_EDGES => Self::Triangles,
+            _ if matches!(triangulated, Some(TriangulatedReason::NoSurface(_))) => Self::Triangles,
+            _ if matches!(triangulated, Some(TriangulatedReason::Flat)) => Self::NoCap,
             _ if by_level_set && !region.levels.is_empty() && !region.converged => {
                 Self::NotConverged
             }
@@ -65,6 +71,7 @@ impl Remark {
             Self::Intersects => "intersects others",
             Self::NoSurface => "no level set",
             Self::Triangles => "no new vertices",
+            Self::NoCap => "no flat cap",
             Self::NotConverged => "not converged",
             Self::Bulges => "bulges",
             Self::Apart => "separate caps",
@@ -73,15 +80,22 @@ impl Remark {
     }
 
     /// What it means and what can be done about it, after `hole 3` or `holes 3, 5`.
-    fn advice(self, ids: &str, fills: bool) -> String {
-        let flat = match fills {
-            true => format!("; for a flat cap: --flat {}", ids.replace(' ', "")),
-            false => String::new(),
+    fn advice(self, ids: &[usize], work: &Work) -> String {
+        let flat = match (work, ids) {
+            (Work::Fill(_), [one]) => format!("; for a flat cap: --flat {one}"),
+            (Work::Fill(_), _) => "; for flat caps: --flat with their numbers".to_owned(),
+            _ => String::new(),
         };
         match self {
-            Self::Open => "nothing could close it; see the reasons below".to_owned(),
-            Self::Intersects => "faces of the patch intersect other faces; `isomend repair` cuts such faces out, a finer --voxel may avoid \
-                                 them"
+            Self::Open => "nothing could close it, for the reasons below".to_owned(),
+            Self::Intersects => {
+                let cuts = match work {
+                    Work::Repair(_) => "",
+                    _ => "`isomend repair` cuts such faces out, ",
+                };
+                format!("faces of the patch intersect other faces; {cuts}a finer --voxel may avoid them")
+            }
+            Self::NoCap => "the flat cap that was asked for could not be made, so triangles between the vertices of the rim close it"
                 .to_owned(),
             Self::NoSurface => format!(
                 "the level set found no surface, so the rim was triangulated and smoothed (-v says why){flat}"
@@ -177,9 +191,12 @@ fn short_list(holes: &[usize]) -> String {
     }
 }
 
-/// A number with so many digits that count.
+/// `x` rounded to `count` significant digits.
 fn digits(x: f64, count: usize) -> String {
-    if x == 0.0 || !x.is_finite() {
+    if !x.is_finite() {
+        return "-".to_owned();
+    }
+    if x == 0.0 {
         return "0".to_owned();
     }
     let rounded: f64 = format!("{x:.*e}", count - 1).parse().unwrap_or(x);
@@ -202,15 +219,23 @@ pub fn lines(report: &FillReport, work: &Work, verbose: bool) -> Vec<String> {
     let mut lines = defect_lines(&report.defects);
     lines.extend(chain_lines(&report.open_chains));
     let rows = rows(report);
-    let shown = shown(&rows, verbose);
+    let (shown, hidden) = shown(&rows, verbose);
     if !shown.is_empty() {
         lines.push(HEADING.line());
         lines.extend(shown.iter().map(|row| row.line()));
     }
     let small = report.regions.len() - rows.len();
-    let more = rows.len() - shown.len();
-    if more > 0 {
-        lines.push(format!("{more} more closed without remark (-v lists them)"));
+    let of_hidden = |remarked: bool| {
+        let own = hidden.iter().filter(|r| r.remark.is_some() == remarked);
+        own.count()
+    };
+    for (more, how) in [
+        (of_hidden(true), "with a remark"),
+        (of_hidden(false), "closed without remark"),
+    ] {
+        if more > 0 {
+            lines.push(format!("{more} more {how} (-v lists them)"));
+        }
     }
     if small > 0 {
         let faces: usize = report.regions.iter().map(|r| r.new_faces).sum();
@@ -221,21 +246,19 @@ pub fn lines(report: &FillReport, work: &Work, verbose: bool) -> Vec<String> {
             faces - of_rows
         ));
     }
-    lines.extend(advice(&rows, matches!(work, Work::Fill(_))));
-    lines.extend(left(report));
+    lines.extend(advice(&rows, work));
+    lines.extend(left(report, work));
     lines
 }
 
 /// The regions but those of small holes without a problem, the widest first.
 fn rows(report: &FillReport) -> Vec<Row<'_>> {
-    let edges = |id: &usize| {
-        let own = report.holes.iter().find(|h| h.hole.id == *id);
-        own.map_or(0, |h| h.hole.edges)
-    };
+    let holes: HashMap<usize, &HoleReport> = report.holes.iter().map(|h| (h.hole.id, h)).collect();
     let mut rows: Vec<Row> = Vec::new();
     for region in &report.regions {
-        let edges = region.holes.iter().map(edges).sum();
-        let remark = Remark::of(region, edges);
+        let own = || region.holes.iter().filter_map(|id| holes.get(id));
+        let edges = own().map(|h| h.hole.edges).sum();
+        let remark = Remark::of(region, own().next().map(|h| &h.outcome));
         if region.has_surface() || remark.is_some() {
             rows.push(Row {
                 region,
@@ -251,97 +274,54 @@ fn rows(report: &FillReport) -> Vec<Row<'_>> {
     rows
 }
 
-/// The rows that are printed: the widest holes, and those with a problem.
-fn shown<'a, 'r>(rows: &'a [Row<'r>], verbose: bool) -> Vec<&'a Row<'r>> {
+/// The rows that are printed, the widest holes and those with a problem, and the others.
+fn shown<'a, 'r>(rows: &'a [Row<'r>], verbose: bool) -> (Vec<&'a Row<'r>>, Vec<&'a Row<'r>>) {
     let mut problems = 0;
     let mut is_shown = |(at, row): &(usize, &Row)| {
         problems += usize::from(row.remark.is_some());
         verbose || *at < LARGEST || row.remark.is_some() && problems <= MOST_PROBLEMS
     };
-    let rows = rows.iter().enumerate();
-    let shown = rows.filter(|row| is_shown(row));
-    shown.map(|(_, row)| row).collect()
+    let (mut shown, mut hidden) = (Vec::new(), Vec::new());
+    for row in rows.iter().enumerate() {
+        match is_shown(&row) {
+            true => shown.push(row.1),
+            false => hidden.push(row.1),
+        }
+    }
+    (shown, hidden)
 }
 
 /// What can be done, the holes with the same remark together.
-fn advice(rows: &[Row], fills: bool) -> Vec<String> {
+fn advice(rows: &[Row], work: &Work) -> Vec<String> {
     let line = |remark: &Remark| {
         let own = rows.iter().filter(|row| row.remark == Some(*remark));
         let ids: BTreeSet<usize> = own.flat_map(|row| row.region.holes.clone()).collect();
         let ids: Vec<usize> = ids.into_iter().collect();
-        let listed: Vec<String> = ids.iter().take(8).map(usize::to_string).collect();
-        let text = remark.advice(&listed.join(","), fills);
-        (!ids.is_empty()).then(|| format!("{}: {text}", holes(&ids)))
+        (!ids.is_empty()).then(|| format!("{}: {}", holes(&ids), remark.advice(&ids, work)))
     };
-    let useful = Remark::ALL.iter().filter(|r| **r != Remark::Open);
-    useful.filter_map(line).collect()
+    Remark::ALL.iter().filter_map(line).collect()
 }
 
 /// The holes that were left open, why, and the option that changes it.
-fn left(report: &FillReport) -> Vec<String> {
-    let mut reasons: Vec<(LeftReason, Vec<usize>)> = Vec::new();
-    for hole in &report.holes {
-        let HoleOutcome::Left(why) = hole.outcome else {
-            continue;
-        };
-        match reasons.iter_mut().find(|(other, _)| *other == why) {
-            Some((_, ids)) => ids.push(hole.hole.id),
-            None => reasons.push((why, vec![hole.hole.id])),
-        }
-    }
+fn left(report: &FillReport, work: &Work) -> Vec<String> {
+    let repairs = matches!(work, Work::Repair(_));
     let line = |(why, ids): &(LeftReason, Vec<usize>)| {
-        let option = match why {
-            LeftReason::TooWide => "; a larger --max-diameter fills it",
-            LeftReason::OuterBorder => "; --holes with its number fills it",
-            LeftReason::NotChosen => "; --holes names those that are filled",
-            LeftReason::KeptOpen => " (--keep-open)",
-            _ => "",
+        let text = match why {
+            LeftReason::OuterBorder if repairs => {
+                "the outer border of an open sheet; --close-borders closes it".to_owned()
+            }
+            LeftReason::KeptOpen if repairs => {
+                "as --keep-holes or --max-diameter asks for".to_owned()
+            }
+            LeftReason::TooWide => format!("{why}; a larger --max-diameter fills it"),
+            LeftReason::OuterBorder => format!("{why}: --holes with its number"),
+            LeftReason::NotChosen => format!("{why}; --holes names those that are filled"),
+            LeftReason::KeptOpen => format!("{why} (--keep-open)"),
+            _ => why.to_string(),
         };
-        format!("{} left open: {why}{option}", holes(ids))
+        format!("{} left open: {text}", holes(ids))
     };
-    reasons.iter().map(line).collect()
-}
-
-/// How it ended, in a line.
-pub fn verdict(report: &FillReport) -> String {
-    let tally = report.tally();
-    if report.holes.is_empty() && report.open_chains.is_empty() {
-        return "no holes: vertices and faces are copied unchanged".to_owned();
-    }
-    let all = report.holes.len();
-    let closed = tally.filled + tally.faired + tally.flat + tally.triangulated;
-    let noun = if all == 1 { "hole" } else { "holes" };
-    let mut line = match closed == all {
-        true if all == 1 => "the hole is closed".to_owned(),
-        true => format!("all {all} holes are closed"),
-        false => format!("{closed} of {all} {noun} closed"),
-    };
-    let ways = [
-        (tally.filled, "by the level set"),
-        (tally.faired, "by smoothed triangles"),
-        (tally.flat, "by flat caps"),
-        (tally.triangulated, "by triangles between rim vertices"),
-    ];
-    let ways = ways.iter().filter(|(count, _)| *count > 0);
-    let ways: Vec<String> = ways.map(|(count, how)| format!("{count} {how}")).collect();
-    if !ways.is_empty() {
-        line += &format!(" ({})", ways.join(", "));
-    }
-    let open = [
-        (tally.left, "left open"),
-        (tally.failed, "could not be closed"),
-        (tally.open_chains, "boundary chains do not close"),
-    ];
-    for (count, what) in open.iter().filter(|(count, _)| *count > 0) {
-        line += &format!(", {count} {what}");
-    }
-    let crossing = match (closed, tally.crossing_patches) {
-        (0, _) => String::new(),
-        (_, 0) => "; no patch intersects other faces".to_owned(),
-        (_, 1) => "; 1 patch intersects other faces".to_owned(),
-        (_, n) => format!("; {n} patches intersect other faces"),
-    };
-    format!("{line}{crossing}; {:.2} s", report.seconds)
+    left_holes(report).iter().map(line).collect()
 }
 
 #[cfg(test)]

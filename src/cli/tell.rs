@@ -3,6 +3,7 @@
 use isomend::job::{Extent, JobResult};
 use isomend::report::{
     counted, length, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines,
+    tally_line,
 };
 use isomend::{FairReport, HoleOutcome, RegionReport, RepairReport, RestoreReport};
 
@@ -94,7 +95,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
         }
     }
     let file = written(done);
-    let verdict = outcome::verdict(report);
+    let verdict = tally_line(report);
     match &done.extent {
         Extent::Repaired(report) => {
             console.say(&verdict);
@@ -165,6 +166,18 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
         length_beside(report.moved_max, report.strength),
         length_beside(report.moved_rms, report.strength)
     );
+    let intersecting: usize = done
+        .report
+        .regions
+        .iter()
+        .map(|r| r.intersecting_faces)
+        .sum();
+    if intersecting > 0 {
+        line += &format!(
+            "; {} intersecting others",
+            counted(intersecting, "new face")
+        );
+    }
     if let Some(drift) = report.volume_drift() {
         line += &format!("; the volume changed by {:+.3} %", 100.0 * drift);
     }

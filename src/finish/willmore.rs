@@ -41,7 +41,7 @@ const STRIP: f64 = 0.1;
 const UNFOLDINGS: usize = 10;
 /// Added to the system's diagonal, in itself.
 const RIDGE: f64 = 1e-10;
-/// A minimum with less ½∫h² than this is not looked at again: a hemisphere has 4π, and less than that is found from any start.
+/// Minima with ½∫h² below this get no second start: a hemisphere has 4π, and every start found minima below that.
 const BENT: f64 = 8.0;
 /// A face is folded when the cosines of its normal with those at its corners are all below this. On patches of real
 /// scans this found all that met themselves and no others.

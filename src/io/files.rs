@@ -32,7 +32,18 @@ pub fn read_stream(stream: impl Read) -> std::io::Result<Vec<u8>> {
     within(stream, MOST_STREAM)
 }
 
-/// Reads a stream of at most so many bytes to its end.
+/// The text of a file, or of what a pipe brings.
+///
+/// # Errors
+/// When it cannot be read, is a device, or no UTF-8.
+pub fn read_text(path: &Path) -> Result<String, IoError> {
+    String::from_utf8(bytes_of(path)?).map_err(|error| IoError::Read {
+        path: path.to_path_buf(),
+        cause: std::io::Error::new(std::io::ErrorKind::InvalidData, error.utf8_error()),
+    })
+}
+
+/// Reads a stream to its end; an error after `most` bytes.
 fn within(stream: impl Read, most: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     stream.take(most + 1).read_to_end(&mut bytes)?;

@@ -40,7 +40,7 @@ mod vtk;
 pub use self::gltf::{Document, Image};
 pub use error::{IoError, Place};
 pub use files::{
-    MOST_STREAM, beside, read_as, read_path, read_stream, read_volume_path, write_model,
+    MOST_STREAM, beside, read_as, read_path, read_stream, read_text, read_volume_path, write_model,
     write_path, write_volume_path,
 };
 pub use format::Format;

@@ -7,7 +7,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::JobError;
-use crate::io::{IoError, Loaded, read_path};
+use crate::io::{Loaded, read_path, read_text};
 use crate::mend::Inspection;
 use crate::mesh::mask::{Mask, Selector};
 use crate::report::missed_lines;
@@ -177,10 +177,7 @@ fn within(path: &Path) -> Result<(Selector, [DVec3; 2]), JobError> {
 /// # Errors
 /// When it cannot be read, or holds something else.
 pub fn face_numbers(path: &Path) -> Result<Vec<usize>, JobError> {
-    let text = std::fs::read_to_string(path).map_err(|cause| IoError::Read {
-        path: path.to_path_buf(),
-        cause,
-    })?;
+    let text = read_text(path)?;
     parse_face_numbers(&text, &path.display().to_string())
 }
 

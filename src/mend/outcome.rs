@@ -97,7 +97,7 @@ pub enum FailedReason {
     /// In a repair: every patch crossed other faces; that of the last try with so many.
     #[error("whatever would close it crosses other faces: {0} of a patch did")]
     Crossing(usize),
-    /// In a repair: no patch was made for it, because its last steps left it; what is tried in its place crosses other faces.
+    /// In a repair: its last steps left the hole open, and every triangulation of its rim intersects other faces.
     #[error("whatever would close it crosses other faces")]
     NothingFits,
 }

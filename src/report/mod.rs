@@ -12,7 +12,7 @@ pub mod view;
 pub use crate::mesh::{length, length_beside, point};
 pub use check::{verdict_lines, verdict_rows};
 pub use missed::missed_lines;
-pub use plan::plan_lines;
+pub use plan::{left_holes, plan_lines};
 pub use repair::repair_lines;
 pub use text::{
     chain_lines, counted, defect_lines, hole_table, level_lines, ranges, reason, reason_lines,

@@ -28,15 +28,7 @@ pub fn plan_lines(plan: &FillReport) -> Vec<String> {
             ranges(&simple)
         ));
     }
-    let mut left: Vec<(LeftReason, Vec<usize>)> = Vec::new();
-    for h in &plan.holes {
-        if let HoleOutcome::Left(why) = h.outcome {
-            match left.iter_mut().find(|(w, _)| *w == why) {
-                Some((_, ids)) => ids.push(h.hole.id),
-                None => left.push((why, vec![h.hole.id])),
-            }
-        }
-    }
+    let left = left_holes(plan);
     for (why, ids) in &left {
         let noun = if ids.len() == 1 { "hole" } else { "holes" };
         lines.push(format!("{noun} {}: would be left open: {why}", ranges(ids)));
@@ -45,4 +37,18 @@ pub fn plan_lines(plan: &FillReport) -> Vec<String> {
     let all = plan.holes.len();
     lines.push(format!("{} of {all} holes would be filled", all - open));
     lines
+}
+
+/// The numbers of the holes that stay open, those with the same reason together.
+pub fn left_holes(report: &FillReport) -> Vec<(LeftReason, Vec<usize>)> {
+    let mut left: Vec<(LeftReason, Vec<usize>)> = Vec::new();
+    for h in &report.holes {
+        if let HoleOutcome::Left(why) = h.outcome {
+            match left.iter_mut().find(|(w, _)| *w == why) {
+                Some((_, ids)) => ids.push(h.hole.id),
+                None => left.push((why, vec![h.hole.id])),
+            }
+        }
+    }
+    left
 }

@@ -392,47 +392,45 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
 /// How many holes ended in which way, in one line.
 pub fn tally_line(report: &FillReport) -> String {
     let tally = report.tally();
-    let seconds = report.seconds;
-    if report.holes.is_empty() && report.open_chains.is_empty() {
-        return format!("no holes: vertices and faces were copied unchanged, in {seconds:.2} s");
-    }
-    let noun = if report.holes.len() == 1 {
-        "hole"
-    } else {
-        "holes"
+    let all = report.holes.len();
+    let closed = tally.filled + tally.faired + tally.flat + tally.triangulated;
+    let mut line = match all {
+        0 => "no holes".to_owned(),
+        1 if closed == 1 => "the hole is closed".to_owned(),
+        _ if closed == all => format!("all {all} holes are closed"),
+        _ => format!("{closed} of {} closed", counted(all, "hole")),
     };
-    let mut line = format!(
-        "{} {noun}: {} filled by the level set, {} closed by triangles between rim vertices, {} left, {} failed",
-        report.holes.len(),
-        tally.filled,
-        tally.triangulated,
-        tally.left,
-        tally.failed
-    );
-    for (count, how) in [
-        (tally.flat, "flat caps"),
-        (tally.faired, "faired triangulations"),
+    let ways = [
+        (tally.filled, "by the level set"),
+        (tally.faired, "by smoothed triangles"),
+        (tally.flat, "by flat caps"),
+        (tally.triangulated, "by triangles between rim vertices"),
+    ];
+    let ways = ways.iter().filter(|(count, _)| *count > 0);
+    let ways: Vec<String> = ways.map(|(count, how)| format!("{count} {how}")).collect();
+    if !ways.is_empty() {
+        line += &format!(" ({})", ways.join(", "));
+    }
+    for (count, what) in [
+        (tally.left, "left open"),
+        (tally.failed, "could not be closed"),
     ] {
         if count > 0 {
-            let first = " filled by the level set, ";
-            line = line.replace(first, &format!("{first}{count} by {how}, "));
+            line += &format!(", {count} {what}");
         }
     }
-    if tally.open_chains > 0 {
-        line += &format!(", {} boundary chains that do not close", tally.open_chains);
-    }
-    line += &match tally.crossing_patches {
-        0 => "; no patch crosses other faces".to_owned(),
-        1 => format!(
-            "; 1 patch crosses other faces, with {}",
-            tally.crossing_faces
-        ),
-        n => format!(
-            "; {n} patches cross other faces, with {}",
-            tally.crossing_faces
-        ),
+    line += &match tally.open_chains {
+        0 => String::new(),
+        1 => ", 1 boundary chain does not close".to_owned(),
+        n => format!(", {n} boundary chains do not close"),
     };
-    line + &format!("; {seconds:.2} s")
+    line += &match (closed, tally.crossing_patches) {
+        (0, _) => String::new(),
+        (_, 0) => "; no patch intersects other faces".to_owned(),
+        (_, 1) => "; 1 patch intersects other faces".to_owned(),
+        (_, n) => format!("; {n} patches intersect other faces"),
+    };
+    line + &format!("; {:.2} s", report.seconds)
 }
 
 #[cfg(test)]

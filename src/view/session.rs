@@ -222,6 +222,10 @@ impl Session {
     /// Takes what was chosen on the current mesh in an earlier session.
     pub fn restore_choices(&mut self, choices: Choices) {
         let state = self.current().clone();
+        // They are worth keeping on, also where no step follows.
+        if choices != Choices::default() {
+            self.chosen[0] += 1;
+        }
         self.choices.insert(state.id, choices.checked(&state));
     }
 

@@ -177,24 +177,27 @@ impl Store {
         if now.own && of.is_some() && of == now.kept {
             return;
         }
-        let is_kept = keep.is_some();
-        now.error = match keep {
-            Some(keep) => self.write(&now, keep).err().map(|e| e.to_string()),
-            None if now.own => fs::remove_file(&self.path).err().map(|e| e.to_string()),
-            None => None,
+        let is_another = !now.own && self.path.exists();
+        let written = match keep {
+            // Choices alone do not move the steps of another session aside.
+            Some(keep) if is_another && keep.steps.is_empty() => Ok(false),
+            Some(keep) => self.write(is_another, keep).map(|()| true),
+            None if now.own => fs::remove_file(&self.path).map(|()| false),
+            None => Ok(false),
         };
-        now.own = is_kept && now.error.is_none();
+        now.own = *written.as_ref().unwrap_or(&false);
+        now.error = written.err().map(|e| e.to_string());
         now.kept = of;
     }
 
-    fn write(&self, now: &Now, keep: Keep) -> std::io::Result<()> {
+    fn write(&self, is_another: bool, keep: Keep) -> std::io::Result<()> {
         let kept = Kept {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             input: self.mark,
             steps: keep.steps,
             choices: keep.choices,
         };
-        if !now.own && self.path.exists() {
+        if is_another {
             fs::rename(&self.path, self.path.with_extension("json.old"))?;
         }
         let text = serde_json::to_vec(&kept).map_err(std::io::Error::other)?;

@@ -30,10 +30,9 @@ const STRENGTH_EDGES: f64 = 8.0;
 const PER_FEATURE: f64 = 8.0;
 /// Voxels are no shorter than this part of the mean edge.
 const LEAST_PER_EDGE: f64 = 1.0 / 3.0;
-/// The automatic voxel grows where the surface's area is more than so many of its squares, so that a fairing takes about two
-/// minutes of one core: 44,000 squares, on a scan, took 60 seconds.
+/// Upper bound of area / voxel² for the automatic voxel: 44,000 took 60 s of one core on a scan, so this is about two minutes.
 const USUAL_SQUARES: f64 = 1e5;
-/// A given voxel is refused where the area is more than so many of its squares: they need about 2.5 GB.
+/// Upper bound of area / voxel² for a given voxel: it needs about 2.5 GB.
 const MOST_SQUARES: f64 = 1e6;
 /// The least strength in automatic voxels, below which the grid does not resolve the features that go.
 const LEAST_VOXELS: f64 = 4.0;
@@ -99,7 +98,8 @@ impl Plan {
         }
         sizes.check(strength, voxel, params.voxel)?;
         let fits = finest.max(LEAST_EDGES * edge);
-        if params.voxel == VoxelSize::Auto && strength < fits {
+        // The error names the strength rounded.
+        if params.voxel == VoxelSize::Auto && strength < (1.0 - 1e-3) * fits {
             return Err(FairError::TooWeak { strength, fits });
         }
         Ok(Self {

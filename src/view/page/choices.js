@@ -1,6 +1,8 @@
 // What is chosen on each mesh: what to do with its holes, and which faces are marked. The program keeps it with the mesh.
 
-/** Milliseconds that a choice waits for others before all are told. */
+/** Bytes that a browser sends for a page that is left. */
+const KEPT_ALIVE = 30000;
+/** Milliseconds that choices are collected before they are sent. */
 const GATHER = 200;
 
 class Choices {
@@ -38,13 +40,23 @@ class Choices {
     clearTimeout(this.timer);
     const all = [...this.waiting.values()];
     this.waiting.clear();
-    // One after the other, but for a page that is left: it waits for nothing.
-    const tell = async () => {
-      for (const change of all) await askJson("choices", change, leaves ? { keepalive: true } : {});
+    // A page that is left waits for nothing. A browser refuses to send long bodies then: those are sent as usual, and may be cut off.
+    const short = (change) => JSON.stringify(change).length < KEPT_ALIVE;
+    if (leaves) return Promise.all(all.map((change) => askJson("choices", change, short(change) ? { keepalive: true } : {})));
+    // One after the other; what could not be sent waits for the next time.
+    const send = async () => {
+      for (let change = all.shift(); change; change = all.shift()) {
+        try {
+          await askJson("choices", change);
+        } catch (error) {
+          for (const { id, ...rest } of [change, ...all]) this.waiting.set(id, { id, ...rest, ...this.waiting.get(id) });
+          throw error;
+        }
+      }
     };
-    const told = leaves ? tell() : this.sent.then(tell);
-    this.sent = told.catch(() => null);
-    return told;
+    const sent = this.sent.then(send);
+    this.sent = sent.catch(() => null);
+    return sent;
   }
 
   /** Asks which faces of a mesh are marked. */

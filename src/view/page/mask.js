@@ -92,7 +92,10 @@ class Mask {
     this.set(marked, 1);
     this.set(cleared, 0);
     this.told = this.changes;
-    if (marked.length || cleared.length) this.done = this.undone = [];
+    if (marked.length || cleared.length) {
+      this.done = [];
+      this.undone = [];
+    }
     return marked.length + cleared.length > 0;
   }
 }
