@@ -13,12 +13,13 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from summary import summary
 from tables import PAGES, ROOT, cells, split
 
-MOST_BYTES = 12_000
+MOST_BYTES = 9 * 1024
 HELPERS = ("jq", "man")
 COMMANDS = ("fill", "restore", "fair", "inspect", "check", "repair", "compare", "convert", "study", "sdf", "surface", "view", "completions", "man")
 # Of these only the help is printed.
@@ -129,11 +130,16 @@ def main():
     if size > MOST_BYTES:
         wrong.append(f"README.md has {size} bytes, more than {MOST_BYTES}")
     wrong += check_options((ROOT / "docs/options.md").read_text(), program)
-    for page in pages:
+
+    def check(page):
         found = check_links(page)
         if not arguments.pages or page in [p.resolve() for p in arguments.pages]:
             found += check_commands(page.read_text(), program)
-        wrong += [f"{page.relative_to(ROOT)}: {what}" for what in found]
+        return [f"{page.relative_to(ROOT)}: {what}" for what in found]
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for found in pool.map(check, pages):
+            wrong += found
     if wrong:
         sys.exit("\n".join(wrong))
     print(f"{len(pages)} pages are as they should be")

@@ -182,7 +182,8 @@ def test_whole_numbers_of_0_and_1_are_no_mask(sphere):
     by_marks = isomend.restore(vertices, faces, mark)
     by_numbers = isomend.restore(vertices, faces, np.flatnonzero(mark))
     assert by_marks.faces.tobytes() == by_numbers.faces.tobytes()
-    assert by_marks.report["removed_faces"] == mark.sum()
+    # Faces without which there would be no clean rim go too.
+    assert by_marks.report["removed_faces"] >= mark.sum()
 
 
 def test_results_are_pickled_and_unpacked(sphere, filled):

@@ -61,7 +61,7 @@ def children(output, mesh=""):
     for process in Path("/proc").glob("[0-9]*"):
         try:
             words = (process / "cmdline").read_bytes().decode().split("\0")
-            if "isomend.fleet._child" in words and any(str(output) in word and mesh in word for word in words):
+            if any("isomend.fleet._child" in word for word in words) and any(str(output) in word and mesh in word for word in words):
                 found[int(process.name)] = int((process / "stat").read_text().rsplit(")")[1].split()[1])
         except (FileNotFoundError, ProcessLookupError):
             continue

@@ -35,7 +35,7 @@ pub struct FairArgs {
     #[command(flatten)]
     files: FilesArgs,
 
-    /// Features narrower than this length go [default: eight mean edges, more on surfaces of over a million faces].
+    /// Features narrower than this length go [default: eight mean edges, more on surfaces of over 400,000 faces].
     ///
     /// Waves of this length lose all but a third of their height, those of half of it everything. It is the time
     /// (LENGTH / 2 pi)^4.

@@ -195,7 +195,7 @@ pub enum FairExtent {
     /// Until features narrower than this length are gone: waves of that length lose all but e⁻¹ of their height, those of
     /// half of it all but e⁻¹⁶.
     Strength(f64),
-    /// Features narrower than eight mean edges go; more on surfaces of over a million faces, whose grid would be too large.
+    /// Features narrower than eight mean edges go; more on surfaces of over 400,000 faces, whose grid would be too large.
     #[default]
     Auto,
 }

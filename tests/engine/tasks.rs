@@ -265,11 +265,11 @@ fn after_cancel(
 #[cfg(target_os = "linux")]
 fn a_run_ends_soon_after_it_is_cancelled_whatever_it_does() {
     let sphere = shapes::sphere(24);
-    let holed = shapes::cut(&shapes::sphere(60), |p| p.distance(DVec3::Z) < 0.9);
+    let holed = shapes::cut(&shapes::sphere(40), |p| p.distance(DVec3::Z) < 0.9);
     let mut finer = isomend::FairParams::default();
-    finer.voxel = isomend::VoxelSize::Length(0.1);
+    finer.voxel = isomend::VoxelSize::Length(0.14);
     let mut fills = FillParams::default();
-    fills.voxel = isomend::VoxelSize::Length(0.1);
+    fills.voxel = isomend::VoxelSize::Length(0.13);
     // Dense kernels of the finish take longer than this at a time.
     fills.finish = isomend::Finish::None;
     let (whole, open) = (inspect(&sphere).unwrap(), inspect(&holed).unwrap());

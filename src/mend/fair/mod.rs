@@ -42,8 +42,9 @@ pub enum FairError {
     },
     /// The features that are to go are narrower than the mesh and its grid resolve.
     #[error(
-        "a strength of {} is too fine: neither the mesh nor a grid of a size that ends in minutes resolves features so narrow; \
-         the smallest strength for this surface is about {fits:.4e}. Take at least that, mark a smaller region, or give a voxel size",
+        "a strength of {} is too fine: a grid that resolves features so narrow would be finer than the mesh, or take more than about \
+         a minute; the smallest strength for this surface is about {fits:.4e}. Take at least that, mark a smaller region, or give a \
+         voxel size",
         length(*strength)
     )]
     TooWeak {

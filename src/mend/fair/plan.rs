@@ -30,14 +30,12 @@ const STRENGTH_EDGES: f64 = 8.0;
 const PER_FEATURE: f64 = 8.0;
 /// Voxels are no shorter than this part of the mean edge.
 const LEAST_PER_EDGE: f64 = 1.0 / 3.0;
-/// Upper bound of area / voxel² for the automatic voxel: 44,000 took 60 s of one core on a scan, so this is about two minutes.
-const USUAL_SQUARES: f64 = 1e5;
+/// Upper bound of area / voxel² for the automatic voxel: 44,000 took 60 s of one core on a scan.
+const USUAL_SQUARES: f64 = 5e4;
 /// Upper bound of area / voxel² for a given voxel: it needs about 2.5 GB.
 const MOST_SQUARES: f64 = 1e6;
-/// The least strength in automatic voxels, below which the grid does not resolve the features that go.
+/// The least strength in voxels of the finest automatic grid, which does not resolve narrower features.
 const LEAST_VOXELS: f64 = 4.0;
-/// The least strength in mean edges: a mesh holds no feature narrower than two of its edges.
-const LEAST_EDGES: f64 = 2.0;
 /// The strength is at most so many diagonals of what is faired, where the voxel does not follow it: by then all is steady.
 const MOST_STRENGTH: f64 = 1e3;
 /// Voxels along the longest side on the coarsest lattice, at most.
@@ -68,11 +66,12 @@ impl Plan {
         let sizes = Sizes::new(found, marked).ok_or(FairError::NoSurface)?;
         let Sizes { edge, area, .. } = sizes;
         let bad = |what| FillError::Parameter { what };
-        let finest = LEAST_VOXELS * (sizes.area / USUAL_SQUARES).sqrt();
+        let finest = (LEAST_PER_EDGE * edge).max((area / USUAL_SQUARES).sqrt());
+        let fits = LEAST_VOXELS * finest;
         let strength = match params.extent {
             FairExtent::Time(time) => TAU * time.powf(0.25),
             FairExtent::Strength(strength) => strength,
-            FairExtent::Auto => finest.max(STRENGTH_EDGES * edge),
+            FairExtent::Auto => fits.max(STRENGTH_EDGES * edge),
         };
         if !(strength.is_finite() && strength > 0.0) {
             return Err(bad("the time and the strength must be positive").into());
@@ -88,16 +87,13 @@ impl Plan {
             },
         };
         let voxel = match params.voxel {
-            VoxelSize::Auto => (strength / PER_FEATURE)
-                .max(LEAST_PER_EDGE * edge)
-                .max((area / USUAL_SQUARES).sqrt()),
+            VoxelSize::Auto => (strength / PER_FEATURE).max(finest),
             VoxelSize::Length(voxel) => voxel,
         };
         if !(voxel.is_finite() && voxel > 0.0) {
             return Err(bad("the voxel size must be a positive length, or automatic").into());
         }
         sizes.check(strength, voxel, params.voxel)?;
-        let fits = finest.max(LEAST_EDGES * edge);
         // The error names the strength rounded.
         if params.voxel == VoxelSize::Auto && strength < (1.0 - 1e-3) * fits {
             return Err(FairError::TooWeak { strength, fits });
