@@ -101,6 +101,9 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             console.say(&verdict);
             repaired(report, &file, console);
         }
+        Extent::Holes if report.holes.is_empty() && report.open_chains.is_empty() => {
+            console.say(&(file + "no holes: vertices and faces are copied unchanged"));
+        }
         _ => console.say(&(file + &verdict)),
     }
 }
