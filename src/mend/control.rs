@@ -36,7 +36,7 @@ impl<'a> Control<'a> {
     /// The largest number of threads. More than a machine has cost memory and gain nothing.
     pub const MOST_THREADS: usize = MOST_THREADS;
 
-    /// Runs on so many threads of its own, at most [`Control::MOST_THREADS`]; 0 is one per core.
+    /// Runs on a pool of `threads` threads of its own, at most [`Control::MOST_THREADS`]; 0 is one per core.
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         let threads = Some(threads);

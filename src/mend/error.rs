@@ -21,9 +21,9 @@ pub enum FillError {
     TooMany {
         /// Of what.
         what: &'static str,
-        /// So many there are.
+        /// How many there are.
         count: usize,
-        /// So many there may be.
+        /// How many there may be.
         most: usize,
     },
     /// A face refers to a vertex that is not there.

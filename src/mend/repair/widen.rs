@@ -130,7 +130,7 @@ fn faces_of_pieces(found: &Inspection) -> Vec<Vec<u32>> {
     faces
 }
 
-/// The faces within so many rings of a hole's rim, of those of its component, which are its `own`.
+/// The faces of the hole's component (`own`) within `rings` rings of its rim.
 fn around(found: &Inspection, own: &[u32], hole: &Hole, rings: usize) -> BTreeSet<u32> {
     let mesh = &found.mesh;
     let mut near: HashSet<u32> = hole.rim.iter().copied().collect();

@@ -39,7 +39,7 @@ struct Values {
     values: Vec<f32>,
     /// Whether they are colours, from 0 to 1.
     are_colours: bool,
-    /// The range that is told, where it is not that of the values.
+    /// The range of the colour scale, where it is not that of the values.
     range: Option<[f32; 2]>,
 }
 
