@@ -8,7 +8,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Reading it costs one relaxed load, so inner loops may do so for every few microseconds of work. A computation that finds it set
 /// returns early with values of the right shape but without meaning; the run that it belongs to ends with an error.
 #[derive(Clone, Debug, Default)]
-pub struct Cancel(Arc<AtomicBool>);
+pub struct Cancel(Arc<Token>);
+
+#[derive(Debug, Default)]
+struct Token {
+    is_set: AtomicBool,
+    /// After so many reads it is set.
+    #[cfg(test)]
+    reads_left: Option<std::sync::atomic::AtomicUsize>,
+}
 
 impl Cancel {
     /// A token that is not set.
@@ -18,12 +26,36 @@ impl Cancel {
 
     /// Stops the runs that were given this token, for good.
     pub fn cancel(&self) {
-        self.0.store(true, Ordering::Relaxed);
+        self.0.is_set.store(true, Ordering::Relaxed);
     }
 
     /// Whether it was set.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
-        self.0.load(Ordering::Relaxed)
+        #[cfg(test)]
+        if let Some(left) = &self.0.reads_left {
+            let less = |n: usize| n.checked_sub(1);
+            return left
+                .fetch_update(Ordering::Relaxed, Ordering::Relaxed, less)
+                .is_err();
+        }
+        self.0.is_set.load(Ordering::Relaxed)
+    }
+}
+
+#[cfg(test)]
+impl Cancel {
+    /// A token that is set once it was read so many times.
+    pub(crate) fn after(reads: usize) -> Self {
+        Self(Arc::new(Token {
+            is_set: AtomicBool::new(false),
+            reads_left: Some(reads.into()),
+        }))
+    }
+
+    /// How many times it can be read until it is set.
+    pub(crate) fn reads_left(&self) -> usize {
+        let left = self.0.reads_left.as_ref();
+        left.map_or(0, |left| left.load(Ordering::Relaxed))
     }
 }

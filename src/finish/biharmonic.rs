@@ -5,6 +5,7 @@ use sprs::CsMat;
 
 use super::geometry::{Stiffness, barycentric, half_cotangents};
 use super::patch::Patch;
+use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
 
 /// Harmonic fills towards a minimal surface.
@@ -60,14 +61,16 @@ pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Opti
             matrix = &matrix * &scaled;
         }
     }
-    solve_for(&matrix, &near.moving, &points)
+    solve_for(&matrix, &near.moving, &points, &patch.cancel)
 }
 
-/// Solves `(A x)_i = 0` for the unknown vertices (rising), all others being where the points are; none where that cannot be.
+/// Solves `(A x)_i = 0` for the unknown vertices (rising), all others being where the points are; none where that cannot be, or the
+/// token is set.
 pub(super) fn solve_for(
     matrix: &CsMat<f64>,
     unknowns: &[u32],
     points: &[DVec3],
+    cancel: &Cancel,
 ) -> Option<Vec<DVec3>> {
     let n = unknowns.len();
     let mut starts = vec![0];
@@ -87,7 +90,7 @@ pub(super) fn solve_for(
         starts.push(columns.len());
     }
     let inner = CsMat::new((n, n), starts, columns, values);
-    let pattern = LdlPattern::new(&inner);
+    let pattern = LdlPattern::new(&inner, cancel);
     let factor = pattern.factorise(&inner, 0.0)?;
     let mut solution = vec![DVec3::ZERO; n];
     for axis in 0..3 {

@@ -31,7 +31,6 @@ pub(super) fn blend(
     patch: &Patch,
     minimum: &[DVec3],
     params: &FinishParams,
-    keep_going: &(dyn Fn() -> bool + Sync),
 ) -> (Vec<Surface>, Result<Vec<DVec3>, Refusal>) {
     let is_large = minimum.len() > params.most_blended;
     let reason = if params.method == FinishMethod::Willmore {
@@ -47,20 +46,20 @@ pub(super) fn blend(
     let refill = |&reach: &(f64, f64)| {
         let ring = Ring::new(patch, reach, minimum, is_large)?;
         let wider = &ring.wider;
-        let shape = minimise(wider, &wider.shape(), params, keep_going).shape;
+        let shape = minimise(wider, &wider.shape(), params).shape;
         Some((ring, shape))
     };
     let (mut surfaces, refilled) = rayon::join(
-        || candidates(patch, minimum, others, &Models::new(), params, keep_going),
+        || candidates(patch, minimum, others, &Models::new(), params),
         || rings.par_iter().filter_map(refill).collect::<Vec<_>>(),
     );
     let given = models(&surfaces);
     let tries = refilled.par_iter().map(|(ring, shape)| {
-        let tried = candidates(&ring.wider, shape, others, &given, params, keep_going);
+        let tried = candidates(&ring.wider, shape, others, &given, params);
         ring.errors(patch, &tried)
     });
     let tries: Vec<Errors> = tries.collect();
-    if !keep_going() {
+    if patch.cancel.is_cancelled() {
         return (surfaces, Err(Refusal::Stopped));
     }
     if tries.is_empty() {

@@ -110,7 +110,6 @@ pub(super) fn candidates(
     others: bool,
     given: &Models,
     params: &FinishParams,
-    keep_going: &(dyn Fn() -> bool + Sync),
 ) -> Vec<Surface> {
     let mut all = vec![Surface::new(Candidate::Willmore, minimum.to_vec())];
     all[0].found.weight = 1.0;
@@ -128,7 +127,7 @@ pub(super) fn candidates(
     let normals = patch.known_normals();
     let mut collars: Vec<Collar> = Vec::new();
     for (candidate, width, largest) in KRIGED {
-        if !keep_going() {
+        if patch.cancel.is_cancelled() {
             break;
         }
         if let Some(same) = all
@@ -188,11 +187,14 @@ fn kriged(
         Some(model) => model,
         None => {
             let (points, heights) = coordinates(params.most_estimated.min(params.most_data));
-            Model::estimate(&points, &heights, edge)?
+            Model::estimate(&points, &heights, edge, &patch.cancel)?
         }
     };
     let (points, heights) = coordinates(params.most_data);
     let kriging = Kriging::new(points, &heights, edge, model)?;
+    if patch.cancel.is_cancelled() {
+        return None;
+    }
     let lift = |p: &DVec3| chart.lifted(*p, kriging.at(chart.coordinates(*p).0));
     let mut shape: Vec<DVec3> = minimum.iter().map(lift).collect();
     let mismatch: Vec<DVec3> = patch.rim_points().iter().map(|p| *p - lift(p)).collect();
@@ -228,5 +230,5 @@ fn spread(patch: &Patch, mismatch: &[DVec3]) -> Option<Vec<DVec3>> {
     for (&v, m) in closure.rim.iter().zip(mismatch) {
         values[v as usize] = *m;
     }
-    solve_for(&matrix, &closure.moving, &values)
+    solve_for(&matrix, &closure.moving, &values, &patch.cancel)
 }

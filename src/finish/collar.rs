@@ -67,7 +67,7 @@ fn farthest(
     let weighted = |&v: &u32| (v, at(v), weight(v), near(v).fold(f64::INFINITY, f64::min));
     let mut left: Vec<(u32, DVec3, f64, f64)> = items.iter().map(weighted).collect();
     let mut chosen = Vec::new();
-    while chosen.len() < most {
+    while chosen.len() < most && !patch.cancel.is_cancelled() {
         let (mut best, mut score) = (None, 0.0);
         for (k, item) in left.iter().enumerate() {
             if item.2 * item.3 > score {

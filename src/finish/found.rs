@@ -22,6 +22,20 @@ pub struct Finished {
     pub found: FinishFound,
 }
 
+impl Finished {
+    /// Makes it one that was stopped before the positions were taken.
+    pub(super) fn set_stopped(&mut self) {
+        self.minimum.clear();
+        self.sigma.fill(f64::NAN);
+        let found = &mut self.found;
+        found.result = FinishResult::Unchanged;
+        found.energy_after = found.energy_before;
+        found.willmore_refused = Some(Refusal::Stopped);
+        found.mean_sigma = None;
+        found.largest_sigma = None;
+    }
+}
+
 /// What a finish found and did.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]

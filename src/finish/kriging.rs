@@ -7,6 +7,7 @@
 
 use glam::DVec2;
 
+use crate::cancel::Cancel;
 use crate::linalg::{Symmetric, Triangle, Tridiagonal};
 
 /// Orders of the kernel.
@@ -189,13 +190,21 @@ impl Contrasts {
 impl Model {
     /// That of the largest restricted likelihood, `−½ (n ln mean(yᵀ (ZᵀKZ + ν)⁻¹ y) + ln det (ZᵀKZ + ν))` with `y = Zᵀ z`; `edge`
     /// is the mean edge in the points' unit. `ZᵀKZ` is reduced to tridiagonal form once for an order and serves all nuggets
-    /// then. None where there are too few data or they allow no number.
-    pub(super) fn estimate(points: &[DVec2], heights: &[f64], edge: f64) -> Option<Self> {
+    /// then. None where there are too few data, they allow no number, or the token is set.
+    pub(super) fn estimate(
+        points: &[DVec2],
+        heights: &[f64],
+        edge: f64,
+        cancel: &Cancel,
+    ) -> Option<Self> {
         if points.len() < 2 * TERMS {
             return None;
         }
         let mut best = None::<(f64, Self)>;
         for order in ORDERS {
+            if cancel.is_cancelled() {
+                return None;
+            }
             let (contrasts, kernel) = Contrasts::new(points, heights, order);
             let (count, ridge) = (
                 contrasts.data.len() as f64,
@@ -411,20 +420,20 @@ mod tests {
     fn the_likelihood_tells_noise_from_shape() {
         let points = scattered(150);
         let smooth: Vec<f64> = points.iter().map(|p| (2.0 * p.x + p.y).cos()).collect();
-        let exact = Model::estimate(&points, &smooth, 0.15).unwrap();
+        let exact = Model::estimate(&points, &smooth, 0.15, &Cancel::new()).unwrap();
         assert!(exact.order >= 4 && exact.nugget <= 0.4, "{exact:?}");
         let noisy: Vec<f64> = (0..150)
             .map(|i| smooth[i] + 0.2 * (i as f64 * 78.233).sin())
             .collect();
-        let noisy = Model::estimate(&points, &noisy, 0.15).unwrap();
+        let noisy = Model::estimate(&points, &noisy, 0.15, &Cancel::new()).unwrap();
         assert!(noisy.nugget > exact.nugget, "{noisy:?}");
     }
 
     #[test]
     fn too_few_data_or_none_apart_give_no_surface() {
-        assert!(Model::estimate(&scattered(5), &[0.0; 5], 0.1).is_none());
+        assert!(Model::estimate(&scattered(5), &[0.0; 5], 0.1, &Cancel::new()).is_none());
         let heap = vec![DVec2::ONE; 40];
-        let model = Model::estimate(&heap, &[1.0; 40], 0.1);
+        let model = Model::estimate(&heap, &[1.0; 40], 0.1, &Cancel::new());
         let kriging = model.and_then(|m| Kriging::new(heap, &[1.0; 40], 0.1, m));
         assert!(kriging.is_none());
     }

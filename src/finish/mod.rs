@@ -49,13 +49,8 @@ const ENERGY_RISE: f64 = 1.02;
 const MUCH_LOWER: f64 = 0.5;
 
 /// Finishes the patch of some vertices, which must hang together (see [`Surroundings::pieces`]). Whatever cannot be finished
-/// keeps its positions, to the bit, and [`FinishFound`] says why. `keep_going` is asked now and then; false ends the work.
-pub fn finish(
-    around: &Surroundings<'_>,
-    vertices: &[u32],
-    params: &FinishParams,
-    keep_going: &(dyn Fn() -> bool + Sync),
-) -> Finished {
+/// keeps its positions, to the bit, and [`FinishFound`] says why; so it is where the token of the surroundings is set.
+pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams) -> Finished {
     let vertices = usable(around, vertices);
     let mut finished = Finished {
         positions: vertices.iter().map(|&v| around.position(v)).collect(),
@@ -68,7 +63,7 @@ pub fn finish(
         vertices,
     };
     match located(around, &finished.vertices, params) {
-        Ok(located) => run(&located, params, keep_going, &mut finished),
+        Ok(located) => run(&located, params, &mut finished),
         Err(refusal) => finished.found.willmore_refused = Some(refusal),
     }
     finished
@@ -140,12 +135,7 @@ fn located(
     Located::new(around, vertices)
 }
 
-fn run(
-    located: &Located,
-    params: &FinishParams,
-    keep_going: &(dyn Fn() -> bool + Sync),
-    finished: &mut Finished,
-) {
+fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
     let patch = &located.patch;
     let start = patch.shape();
     let found = &mut finished.found;
@@ -153,12 +143,10 @@ fn run(
     found.edge = patch.edge * located.scale;
     found.folds_before = willmore::folds(patch, &start);
     found.folds_after = found.folds_before;
-    let mut shape = minimum(patch, &start, params, keep_going, found);
-    let (surfaces, blended) = blend::blend(patch, &shape, params, keep_going);
-    if !keep_going() {
-        found.result = FinishResult::Unchanged;
-        found.energy_after = found.energy_before;
-        found.willmore_refused = Some(Refusal::Stopped);
+    let mut shape = minimum(patch, &start, params, found);
+    let (surfaces, blended) = blend::blend(patch, &shape, params);
+    if patch.cancel.is_cancelled() {
+        finished.set_stopped();
         return;
     }
     let checked = blended.and_then(|b| match flaw(patch, &b, &shape, params.farthest) {
@@ -181,6 +169,10 @@ fn run(
         found.candidates.push(one);
     }
     let sigma = sigma::sigma(patch, &shape, &surfaces);
+    if patch.cancel.is_cancelled() {
+        finished.set_stopped();
+        return;
+    }
     finished.sigma = sigma.iter().map(|s| s * located.scale).collect();
     let mean = finished.sigma.iter().sum::<f64>() / finished.sigma.len() as f64;
     found.mean_sigma = mean.is_finite().then_some(mean);
@@ -200,10 +192,9 @@ fn minimum(
     patch: &Patch,
     start: &[DVec3],
     params: &FinishParams,
-    keep_going: &(dyn Fn() -> bool + Sync),
     found: &mut FinishFound,
 ) -> Vec<DVec3> {
-    let (mut minimum, second) = willmore::lowest(patch, params, keep_going);
+    let (mut minimum, second) = willmore::lowest(patch, params);
     if willmore::folds(patch, &minimum.shape) > found.folds_before
         && let Some(shape) = willmore::unfolded(patch, &minimum.shape, found.folds_before)
     {

@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::found::Refusal;
 use super::geometry::{Faces, vertex_normals};
 use super::surroundings::Surroundings;
+use crate::cancel::Cancel;
 
 /// The neighbourhood reaches at least so many edges from the patch.
 const RINGS: usize = 4;
@@ -47,6 +48,8 @@ pub(super) struct Patch {
     pub(super) edge: f64,
     /// The faces on which the energy of the patch depends.
     pub(super) closure: Closure,
+    /// Stops what is computed on the patch.
+    pub(super) cancel: Cancel,
 }
 
 /// The vertices whose curvature depends on the patch, with all faces round them, in a numbering of their own.
@@ -241,6 +244,7 @@ impl Patch {
             known,
             rim,
             closure,
+            cancel: self.cancel.clone(),
         }
     }
 }
@@ -308,6 +312,7 @@ impl Located {
             diameter: 1.0,
             edge: 0.0,
             closure,
+            cancel: around.cancel().clone(),
         };
         patch.edge = patch.mean_edge().ok_or(Refusal::NothingKnown)?;
         Ok(Self {

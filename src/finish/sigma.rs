@@ -53,7 +53,7 @@ pub(super) fn sigma(patch: &Patch, shape: &[DVec3], surfaces: &[Surface]) -> Vec
         .filter(|s| s.found.weight > 0.0)
         .filter_map(|s| s.kriged.as_ref().map(|k| (s.found.weight, k)))
         .reduce(|a, b| if b.0 > a.0 { b } else { a });
-    let foretold = best.and_then(|(_, kriged)| foretold(shape, kriged));
+    let foretold = best.and_then(|(_, kriged)| foretold(patch, shape, kriged));
     let (factor, values) = match foretold {
         Some(values) => (FORETOLD.factor * bend.powf(FORETOLD.bend), values),
         None => {
@@ -67,9 +67,12 @@ pub(super) fn sigma(patch: &Patch, shape: &[DVec3], surfaces: &[Surface]) -> Vec
     values.iter().map(|v| unit * v).collect()
 }
 
-/// `d̄ᵖ √((d/d̄)² + f²)`; none where the deviations are no numbers.
-fn foretold(shape: &[DVec3], kriged: &Kriged) -> Option<Vec<f64>> {
-    let deviation = |p: &DVec3| kriged.kriging.deviation(kriged.chart.coordinates(*p).0);
+/// `d̄ᵖ √((d/d̄)² + f²)`; none where the deviations are no numbers, as after a cancellation.
+fn foretold(patch: &Patch, shape: &[DVec3], kriged: &Kriged) -> Option<Vec<f64>> {
+    let deviation = |p: &DVec3| match patch.cancel.is_cancelled() {
+        true => f64::NAN,
+        false => kriged.kriging.deviation(kriged.chart.coordinates(*p).0),
+    };
     let deviations: Vec<f64> = shape.par_iter().map(deviation).collect();
     let squares: f64 = deviations.iter().map(|d| d * d).sum();
     let mean = (squares / deviations.len() as f64).sqrt();

@@ -7,6 +7,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 use glam::DVec3;
 
 use super::geometry::median;
+use crate::cancel::Cancel;
 use crate::mesh::{DisjointSets, Mesh, VertexFaces};
 
 /// An index of a mesh, built once for all of its patches: which faces are round each vertex, and which vertices are data.
@@ -14,6 +15,7 @@ pub struct Surroundings<'a> {
     mesh: &'a Mesh,
     around: VertexFaces,
     known: Vec<bool>,
+    cancel: Cancel,
 }
 
 /// Hashing of vertex numbers by multiplication (D. E. Knuth, "The Art of Computer Programming" 3, section 6.4). Only looked up,
@@ -47,7 +49,20 @@ impl<'a> Surroundings<'a> {
             mesh,
             around: VertexFaces::new(mesh),
             known: (0..count).map(known).collect(),
+            cancel: Cancel::new(),
         }
+    }
+
+    /// Stops what is computed on the patches once a token is set.
+    #[must_use]
+    pub fn stopped_by(mut self, cancel: &Cancel) -> Self {
+        self.cancel = cancel.clone();
+        self
+    }
+
+    /// The token that stops what is computed on the patches.
+    pub(super) fn cancel(&self) -> &Cancel {
+        &self.cancel
     }
 
     /// The mesh.

@@ -13,6 +13,7 @@ use super::geometry::{
 };
 use super::params::FinishParams;
 use super::patch::{Closure, Patch};
+use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
 
 /// A displacement is at most so many mean edges.
@@ -187,6 +188,7 @@ struct Solver<'a> {
     diameter: f64,
     edge: f64,
     damping: f64,
+    cancel: &'a Cancel,
 }
 
 /// `J'MJ` and the right-hand side.
@@ -210,6 +212,7 @@ impl<'a> Solver<'a> {
             diameter: patch.diameter,
             edge: patch.edge,
             damping: 0.0,
+            cancel: &patch.cancel,
         }
     }
 
@@ -272,7 +275,9 @@ impl<'a> Solver<'a> {
     /// Displacements along the normals, bounded, and the largest; none where the system has no finite solution.
     fn displacements(&mut self, normal: Normal) -> Option<(Vec<f64>, f64)> {
         let matrix = &normal.matrix;
-        let pattern = self.pattern.get_or_insert_with(|| LdlPattern::new(matrix));
+        let pattern = self
+            .pattern
+            .get_or_insert_with(|| LdlPattern::new(matrix, self.cancel));
         let mut d = normal.rhs;
         pattern
             .factorise(matrix, RIDGE + self.damping)?
@@ -361,12 +366,7 @@ fn stretch(before: &[f64], now: &[f64]) -> f64 {
 }
 
 /// Gauss-Newton from a shape.
-pub(super) fn minimise(
-    patch: &Patch,
-    shape: &[DVec3],
-    params: &FinishParams,
-    keep_going: &(dyn Fn() -> bool + Sync),
-) -> Minimum {
+pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) -> Minimum {
     let mut solver = Solver::new(patch);
     let mut points = patch.closure_points(shape);
     let mut state = State::new(&patch.closure, &points);
@@ -379,7 +379,7 @@ pub(super) fn minimise(
         in_a_row: 0,
         best: (points.clone(), energy_before),
     });
-    while steps < params.most_steps && state.energy.is_finite() && keep_going() {
+    while steps < params.most_steps && state.energy.is_finite() && !patch.cancel.is_cancelled() {
         steps += 1;
         let normal = solver.linearised(&points, &state);
         let Some((mut d, mut largest)) = solver.displacements(normal) else {
@@ -434,11 +434,7 @@ fn smoothed(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
 /// strip along the rim filled biharmonically. The second is the biharmonic fill of all its triangles, which unfolds them: where the
 /// first of a smaller patch did not converge or has folds, and at any size where the fill itself has much less energy than the minimum
 /// that was found.
-pub(super) fn lowest(
-    patch: &Patch,
-    params: &FinishParams,
-    keep_going: &(dyn Fn() -> bool + Sync),
-) -> (Minimum, Second) {
+pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) {
     let shape = patch.shape();
     let is_large = shape.len() > params.most_blended;
     let mut params = params.clone();
@@ -455,11 +451,11 @@ pub(super) fn lowest(
     }
     let first = Minimum {
         energy_before,
-        ..minimise(patch, &start, &params, keep_going)
+        ..minimise(patch, &start, &params)
     };
     let first_folds = folds(patch, &first.shape);
     let is_sound = first.last <= params.tolerance && first_folds == 0;
-    if is_sound && first.energy < BENT || !keep_going() {
+    if is_sound && first.energy < BENT || patch.cancel.is_cancelled() {
         return (first, second);
     }
     let Some(filled) = biharmonic(patch, &start) else {
@@ -468,7 +464,7 @@ pub(super) fn lowest(
     if (is_sound || is_large) && energy(patch, &filled) > MUCH_LOWER * first.energy {
         return (first, second);
     }
-    let other = minimise(patch, &filled, &params, keep_going);
+    let other = minimise(patch, &filled, &params);
     let other_folds = folds(patch, &other.shape);
     let is_better =
         other_folds < first_folds || other_folds == first_folds && other.energy < first.energy;

@@ -11,6 +11,7 @@ use super::patch::RegionPatch;
 use super::report::RegionReport;
 use super::solve::{RegionWork, failures};
 use super::tries::{Try, Verdict};
+use crate::cancel::Cancel;
 use crate::finish::{
     FinishFound, FinishMethod, FinishParams, Refusal, Surroundings, biharmonic, finish,
     minimal_surface,
@@ -53,27 +54,34 @@ struct Local {
     count: usize,
     /// The part and the patch's faces and vertices behind its own.
     joined: Mesh,
+    cancel: Cancel,
 }
 
 impl Local {
     /// With a patch whose faces have the whole mesh's numbers.
-    fn new(part: Part, count: usize, patch: &Patch) -> Self {
+    fn new(part: Part, count: usize, patch: &Patch, cancel: &Cancel) -> Self {
         let own = part.mesh.positions.len() as u32;
         let local = |v: u32| match v.checked_sub(count as u32) {
             Some(new) => own + new,
             None => part.local(v),
         };
         let faces: Vec<[u32; 3]> = patch.faces.iter().map(|f| f.map(local)).collect();
-        Self::of_part(part, count, &patch.positions, &faces)
+        Self::of_part(part, count, (&patch.positions, &faces), cancel)
     }
 
     /// With a patch whose faces have the part's numbers.
-    fn of_part(part: Part, count: usize, positions: &[DVec3], faces: &[[u32; 3]]) -> Self {
+    fn of_part(
+        part: Part,
+        count: usize,
+        (positions, faces): (&[DVec3], &[[u32; 3]]),
+        cancel: &Cancel,
+    ) -> Self {
         let joined = part.mesh.clone();
         let mut local = Self {
             part,
             count,
             joined,
+            cancel: cancel.clone(),
         };
         local.set_patch(positions, faces);
         local
@@ -91,7 +99,7 @@ impl Local {
     /// What is round the patch, and which vertices are not its own.
     fn around(&self) -> Surroundings<'_> {
         let own = self.part.mesh.positions.len();
-        Surroundings::new(&self.joined, |v| (v as usize) < own)
+        Surroundings::new(&self.joined, |v| (v as usize) < own).stopped_by(&self.cancel)
     }
 
     /// The numbers of the patch's own vertices.
@@ -166,7 +174,8 @@ impl RegionWork<'_> {
     /// Moves the vertices of a patch to where the finish has them. What crosses more than before is not taken, but the step
     /// before.
     fn finished(&self, mut patch: Patch, start: PatchStart) -> FinishedPatch {
-        let local = Local::new(self.wide_part(&patch), self.mesh.positions.len(), &patch);
+        let count = self.mesh.positions.len();
+        let local = Local::new(self.wide_part(&patch), count, &patch, self.cancel);
         let own = local.part.mesh.positions.len();
         let around = local.around();
         let mut params = FinishParams::default();
@@ -180,7 +189,7 @@ impl RegionWork<'_> {
             pieces: Vec::new(),
         };
         for piece in around.pieces(local.new_faces()) {
-            let done = finish(&around, &piece, &params, self.keep_going);
+            let done = finish(&around, &piece, &params);
             for (i, &v) in done.vertices.iter().enumerate() {
                 let at = v as usize - own;
                 blend[at] = done.positions[i];
@@ -188,6 +197,15 @@ impl RegionWork<'_> {
                 sigma[at] = done.sigma.get(i).copied().filter(|s| s.is_finite());
             }
             report.pieces.push(done.found);
+        }
+        if self.cancel.is_cancelled() {
+            sigma.fill(None);
+            let report = Some(report);
+            return FinishedPatch {
+                patch,
+                report,
+                sigma,
+            };
         }
         let before = patch.report.intersecting_faces;
         let fits = |positions: &[DVec3]| {
@@ -222,6 +240,9 @@ impl RegionWork<'_> {
         let [hole] = self.holes else {
             return None;
         };
+        if self.cancel.is_cancelled() {
+            return None;
+        }
         let (local, patch) = self.spanned(hole, biharmonic)?;
         Some(local.to_whole(patch))
     }
@@ -245,7 +266,8 @@ impl RegionWork<'_> {
         let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
         let patch = refined_triangulation(&part.mesh, &rim, self.params.edge_ratio()).ok()?;
         let count = self.mesh.positions.len();
-        let local = Local::of_part(part, count, &patch.positions, &patch.faces);
+        let shape = (&patch.positions[..], &patch.faces[..]);
+        let local = Local::of_part(part, count, shape, self.cancel);
         Some((local, rim, patch))
     }
 
@@ -390,7 +412,12 @@ impl RegionWork<'_> {
             start: PatchStart::Triangulation,
             pieces,
         });
-        let local = Local::new(self.wide_part(&all.patch), count as usize, &all.patch);
+        let local = Local::new(
+            self.wide_part(&all.patch),
+            count as usize,
+            &all.patch,
+            self.cancel,
+        );
         all.patch.report.intersecting_faces = local.crossing(&all.patch.positions);
         Some(self.faired(all, why, report))
     }

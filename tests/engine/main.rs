@@ -1,6 +1,9 @@
 //! What the library does: what must hold of every mesh that is filled, restored, faired, repaired or measured.
 #![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
 
+#[cfg(target_os = "linux")]
+#[path = "../common/cpu.rs"]
+mod cpu;
 #[path = "../common/desk.rs"]
 mod desk;
 #[path = "../common/shapes.rs"]

@@ -1,5 +1,7 @@
 //! Regions as values: written, read and worked on elsewhere, they give the same patches.
 
+#[cfg(target_os = "linux")]
+use crate::cpu::{cpu, this_thread};
 use crate::shapes;
 use isomend::glam::DVec3;
 use isomend::{
@@ -198,22 +200,13 @@ fn threads_beyond_the_bound_are_refused() {
 #[cfg(target_os = "linux")]
 const MOST_AFTER: f64 = 0.05;
 
-/// CPU time of a thread, in seconds.
-#[cfg(target_os = "linux")]
-fn cpu(thread: &std::path::Path) -> f64 {
-    let told = std::fs::read_to_string(thread.join("schedstat")).unwrap();
-    let nanoseconds: f64 = told.split_whitespace().next().unwrap().parse().unwrap();
-    1e-9 * nanoseconds
-}
-
 /// Runs some work on one thread, all of it and then cancelled at moments of it that look like chance; the longest CPU time that it
 /// went on for then. What takes longer than allowed is measured again, twice at most: a busy machine slows single runs.
 #[cfg(target_os = "linux")]
 fn longest_after_cancel(moments: usize, work: &(dyn Fn(&Control) -> bool + Sync)) -> f64 {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
     let pool = pool.unwrap();
-    let own = pool.install(|| std::fs::read_link("/proc/thread-self").unwrap());
-    let own = std::path::Path::new("/proc").join(own);
+    let own = pool.install(this_thread);
     let begun = cpu(&own);
     assert!(pool.install(|| work(&Control::new())), "the whole run");
     let all = cpu(&own) - begun;
@@ -270,8 +263,6 @@ fn a_run_ends_soon_after_it_is_cancelled_whatever_it_does() {
     finer.voxel = isomend::VoxelSize::Length(0.14);
     let mut fills = FillParams::default();
     fills.voxel = isomend::VoxelSize::Length(0.13);
-    // Dense kernels of the finish take longer than this at a time.
-    fills.finish = isomend::Finish::None;
     let (whole, open) = (inspect(&sphere).unwrap(), inspect(&holed).unwrap());
     let fair = |control: &Control| whole.fair(None, &finer, control).is_ok();
     let fill = |control: &Control| open.fill(&fills, control).is_ok();

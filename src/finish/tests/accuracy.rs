@@ -13,7 +13,7 @@ fn minimum(mesh: &Mesh, patch: &[u32]) -> Finished {
         method: FinishMethod::Willmore,
         ..FinishParams::default()
     };
-    finish(&surroundings(mesh, patch), patch, &params, &|| true)
+    finish(&surroundings(mesh, patch), patch, &params)
 }
 
 #[test]

@@ -1,9 +1,8 @@
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use glam::DVec3;
 
 use super::super::*;
 use super::{finished, noise, square, surroundings, with_patch};
+use crate::cancel::Cancel;
 use crate::mesh::Mesh;
 use crate::mesh::shapes::icosphere;
 
@@ -47,7 +46,6 @@ fn vertices_that_are_not_there_or_not_used_are_left_out() {
         &surroundings(&mesh, &patch),
         &mixed,
         &FinishParams::default(),
-        &|| true,
     );
     assert_eq!(mixed.positions, finished(&mesh, &patch).positions);
 }
@@ -168,14 +166,14 @@ fn moves_beyond_the_limit_are_refused() {
         farthest: 1e-3,
         ..FinishParams::default()
     };
-    let result = finish(&surroundings(&mesh, &patch), &patch, &params, &|| true);
+    let result = finish(&surroundings(&mesh, &patch), &patch, &params);
     assert!(unchanged(&mesh, &result));
     assert_eq!(result.found.willmore_refused, Some(Refusal::MovedTooFar));
     let few = FinishParams {
         most_vertices: 5,
         ..FinishParams::default()
     };
-    let result = finish(&surroundings(&mesh, &patch), &patch, &few, &|| true);
+    let result = finish(&surroundings(&mesh, &patch), &patch, &few);
     assert!(unchanged(&mesh, &result));
     assert_eq!(result.found.willmore_refused, Some(Refusal::TooLarge));
 }
@@ -183,17 +181,20 @@ fn moves_beyond_the_limit_are_refused() {
 #[test]
 fn it_stops_when_told_to_and_leaves_the_patch_alone() {
     let (mesh, patch) = cap();
-    let around = surroundings(&mesh, &patch);
     let params = FinishParams::default();
-    let asked = AtomicUsize::new(0);
-    let count = || asked.fetch_add(1, Ordering::Relaxed);
-    finish(&around, &patch, &params, &|| count() < usize::MAX);
-    let all = asked.load(Ordering::Relaxed);
-    assert!(all > 5);
-    for most in 0..all {
-        asked.store(0, Ordering::Relaxed);
-        let result = finish(&around, &patch, &params, &|| count() < most);
-        assert!(unchanged(&mesh, &result), "{most} of {all}");
+    let stopped_after = |reads: usize| {
+        let cancel = Cancel::after(reads);
+        let around = surroundings(&mesh, &patch).stopped_by(&cancel);
+        (
+            finish(&around, &patch, &params),
+            reads - cancel.reads_left(),
+        )
+    };
+    let (_, all) = stopped_after(usize::MAX);
+    assert!(all > 100, "{all}");
+    for reads in (0..all).step_by(7) {
+        let (result, _) = stopped_after(reads);
+        assert!(unchanged(&mesh, &result), "{reads} of {all}");
         assert_eq!(result.found.willmore_refused, Some(Refusal::Stopped));
     }
 }

@@ -104,7 +104,7 @@ fn the_bits_are_the_same_on_any_number_of_threads() {
     let run = |threads: usize| -> Vec<(Vec<DVec3>, Vec<f64>)> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
         let one = |piece: &Vec<u32>| {
-            let finished = finish(&around, piece, &params, &|| true);
+            let finished = finish(&around, piece, &params);
             assert_eq!(finished.found.result, FinishResult::Blend);
             (finished.positions, finished.sigma)
         };

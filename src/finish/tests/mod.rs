@@ -45,7 +45,7 @@ pub(super) fn surroundings<'a>(mesh: &'a Mesh, patch: &[u32]) -> Surroundings<'a
 
 fn finished(mesh: &Mesh, patch: &[u32]) -> Finished {
     let params = FinishParams::default();
-    finish(&surroundings(mesh, patch), patch, &params, &|| true)
+    finish(&surroundings(mesh, patch), patch, &params)
 }
 
 /// Root mean square of a distance over the patch, in diameters of the hole.

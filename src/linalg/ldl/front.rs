@@ -1,5 +1,7 @@
 //! Elimination of some columns of a dense symmetric matrix.
 
+use crate::cancel::Cancel;
+
 /// Columns that are subtracted from those after them together: each of these is then read and written once for all.
 const PANEL: usize = 4;
 
@@ -29,10 +31,13 @@ impl Front {
     }
 
     /// Eliminates the first columns: they become those of `L` (without its diagonal of ones, where `D` is), and the others what is
-    /// left of the matrix. False where a pivot is zero or not a number.
-    pub(super) fn eliminate(&mut self, columns: usize) -> bool {
+    /// left of the matrix. False where a pivot is zero or not a number, or the token is set.
+    pub(super) fn eliminate(&mut self, columns: usize, cancel: &Cancel) -> bool {
         let mut done = 0;
         while done < columns {
+            if cancel.is_cancelled() {
+                return false;
+            }
             let end = (done + PANEL).min(columns);
             for j in done..end {
                 self.subtract(done..j, j);

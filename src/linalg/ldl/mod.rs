@@ -14,6 +14,7 @@ mod tests;
 use sprs::CsMat;
 
 use super::dissection::dissect;
+use crate::cancel::Cancel;
 use front::Front;
 use supernodes::{Supernode, elimination_tree, postorder, supernodes};
 
@@ -26,6 +27,7 @@ pub struct LdlPattern {
     place: Vec<u32>,
     /// In the order of their columns.
     supernodes: Vec<Supernode>,
+    cancel: Cancel,
 }
 
 /// A factorised symmetric matrix.
@@ -37,9 +39,19 @@ pub struct Ldl<'a> {
 }
 
 impl LdlPattern {
-    /// The analysis of a symmetric matrix of which both triangles are stored.
-    pub fn new(matrix: &CsMat<f64>) -> Self {
-        let order = dissect(matrix);
+    /// The analysis of a symmetric matrix of which both triangles are stored. Once the token is set it ends early, and so does each
+    /// factorisation by it, without a factor.
+    pub fn new(matrix: &CsMat<f64>, cancel: &Cancel) -> Self {
+        let order = dissect(matrix, cancel);
+        if cancel.is_cancelled() {
+            // The order is not one of little fill: the factor may not fit into the memory.
+            return Self {
+                place: inverse(&order),
+                order,
+                supernodes: Vec::new(),
+                cancel: cancel.clone(),
+            };
+        }
         let (parent, lengths) = elimination_tree(matrix, &order, &inverse(&order));
         let rank = postorder(&parent, &lengths);
         let moved = inverse(&rank);
@@ -55,6 +67,7 @@ impl LdlPattern {
             supernodes: supernodes(matrix, &order, &place, (&parents, &lengths)),
             order,
             place,
+            cancel: cancel.clone(),
         }
     }
 
@@ -65,7 +78,7 @@ impl LdlPattern {
     }
 
     /// Factorises a matrix with this pattern, to whose diagonal `shift` times itself is added; none where a pivot is zero or
-    /// not a number.
+    /// not a number, or the token is set.
     pub fn factorise(&self, matrix: &CsMat<f64>, shift: f64) -> Option<Ldl<'_>> {
         let mut values = Vec::with_capacity(self.entries());
         let mut front = Front::default();
@@ -77,6 +90,9 @@ impl LdlPattern {
             for (i, &row) in (0u32..).zip(&node.rows) {
                 local[row as usize] = i;
             }
+            if self.cancel.is_cancelled() {
+                return None;
+            }
             front.reset(node.rows.len());
             self.add_matrix(&mut front, node, &local, matrix, shift);
             for _ in 0..node.children {
@@ -86,7 +102,7 @@ impl LdlPattern {
                 add_left(&mut front, rows, &local, &left[start..]);
                 left.truncate(start);
             }
-            if !front.eliminate(node.columns) {
+            if !front.eliminate(node.columns, &self.cancel) {
                 return None;
             }
             (0..node.columns).for_each(|j| values.extend_from_slice(front.column(j)));
@@ -96,7 +112,7 @@ impl LdlPattern {
                 waiting.push(s);
             }
         }
-        Some(Ldl {
+        (!self.cancel.is_cancelled()).then_some(Ldl {
             pattern: self,
             values,
         })
