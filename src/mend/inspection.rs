@@ -12,6 +12,7 @@ use crate::mesh::{
 };
 
 /// What a mesh holds. [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and [`Inspection::fair`] work on it.
+#[derive(Clone)]
 pub struct Inspection<'m> {
     /// The mesh as given.
     pub input: Cow<'m, Mesh>,

@@ -31,6 +31,7 @@ pub struct Defects {
 /// The connectivity of a mesh.
 ///
 /// Half-edge `3 f + k` runs from corner `k` to corner `k + 1` of face `f`.
+#[derive(Clone)]
 pub struct Topology {
     /// For each half-edge the half-edge on the other side, or [`NONE`] (boundary, non-manifold or degenerate face).
     pub opposite: Vec<u32>,

@@ -6,6 +6,9 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use super::{Bounds, BoxTree};
 
+/// For so many faces all others are looked through; a tree over the boxes of all takes longer to build.
+const FEW: usize = 8;
+
 /// The faces among the first `count` that intersect another face, in order, each with one partner.
 ///
 /// Faces that share a vertex intersect if they meet anywhere else; faces that share an edge if they are folded onto each
@@ -15,13 +18,21 @@ pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Ve
         .par_iter()
         .map(|f| Bounds::of(f.map(|v| positions[v as usize])))
         .collect();
+    let hit =
+        |i: u32, j: u32| j != i && faces_intersect(positions, faces[i as usize], faces[j as usize]);
+    if count <= FEW {
+        let meets = |i: u32, j: u32| boxes[i as usize].meets(&boxes[j as usize]);
+        let partner = |i: u32| (0..faces.len() as u32).find(|&j| meets(i, j) && hit(i, j));
+        return (0..count as u32)
+            .filter_map(|i| Some((i, partner(i)?)))
+            .collect();
+    }
     let tree = BoxTree::new(&boxes);
     (0..count as u32)
         .into_par_iter()
         .filter_map(|i| {
-            let hit =
-                |j: u32| j != i && faces_intersect(positions, faces[i as usize], faces[j as usize]);
-            tree.find(&boxes, &boxes[i as usize], hit).map(|j| (i, j))
+            let partner = tree.find(&boxes, &boxes[i as usize], |j| hit(i, j));
+            Some((i, partner?))
         })
         .collect()
 }

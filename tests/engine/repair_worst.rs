@@ -314,3 +314,46 @@ fn heaps_of_shells_balls_and_triangles_never_get_worse() {
         assert_not_worse(&bad, &repaired(&bad, &params));
     }
 }
+
+/// Squares of two triangles each, at random places in a box in which about as many meet as not.
+#[cfg(target_os = "linux")]
+fn squares(count: usize) -> Mesh {
+    let mut noise = Noise(5);
+    let mut all = Mesh::default();
+    let size = 0.3 * (count as f64).cbrt();
+    for _ in 0..count {
+        let at = size * noise.vector();
+        let side = noise.vector().normalize();
+        let other = side.any_orthonormal_vector();
+        let corners = [at, at + side, at + side + other, at + other];
+        let square = Mesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]);
+        all = joined(&all, &square);
+    }
+    all
+}
+
+/// Measured against a look at the same mesh, which takes time in proportion to its size, so that the machine does not matter.
+#[test]
+#[cfg(target_os = "linux")]
+fn many_small_sheets_are_repaired_in_time_that_grows_with_their_number() {
+    use crate::cpu::{cpu, this_thread};
+    let bad = squares(2000);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pool = pool.unwrap();
+    let own = pool.install(this_thread);
+    let time = |work: &(dyn Fn() + Sync)| {
+        let begun = cpu(&own);
+        pool.install(work);
+        cpu(&own) - begun
+    };
+    let mut params = RepairParams::default();
+    params.borders = true;
+    let looks = time(&|| (0..20).for_each(|_| drop(verdict(&bad)))) / 20.0;
+    let whole = time(&|| drop(repaired(&bad, &params)));
+    println!("{whole} s, {looks} s a look");
+    assert!(whole < MOST_LOOKS * looks, "{whole} s, {looks} s a look");
+}
+
+/// So many times the time of a look.
+#[cfg(target_os = "linux")]
+const MOST_LOOKS: f64 = 120.0;

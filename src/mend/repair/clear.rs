@@ -121,25 +121,6 @@ impl<'a> Ground<'a> {
         self.mesh.to_mut().positions.extend(positions);
     }
 
-    /// Those of the first `count` of some faces that cross anything or one another, each with the other one if that is one of them.
-    /// `near` holds what is near them.
-    pub(super) fn wrong(
-        &self,
-        positions: &[DVec3],
-        faces: &[[u32; 3]],
-        count: usize,
-        near: &[[u32; 3]],
-    ) -> Vec<(u32, Option<u32>)> {
-        let all: Vec<[u32; 3]> = faces.iter().chain(near).copied().collect();
-        let pairs = intersecting(positions, &all, count);
-        let other = |g: u32| ((g as usize) < faces.len()).then_some(g);
-        let mut wrong: Vec<(u32, Option<u32>)> =
-            pairs.into_iter().map(|(f, g)| (f, other(g))).collect();
-        let flat = |f: &u32| is_flat(faces[*f as usize].map(|v| positions[v as usize]));
-        wrong.extend((0..count as u32).filter(flat).map(|f| (f, None)));
-        wrong
-    }
-
     /// The faces whose boxes meet those of some triangles that are so much wider, without repetition, old ones first.
     pub(super) fn near_all(&self, triangles: &[[u32; 3]], margin: f64) -> Vec<[u32; 3]> {
         let own = triangles.iter();
@@ -321,6 +302,24 @@ impl<'a> Ground<'a> {
         }
         Some(ring)
     }
+}
+
+/// Those of the first `count` of some faces that cross anything or one another or have no area, each with the other one if that is one of them.
+/// `near` holds what is near them.
+pub(super) fn crossing_or_flat(
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+    count: usize,
+    near: &[[u32; 3]],
+) -> Vec<(u32, Option<u32>)> {
+    let all: Vec<[u32; 3]> = faces.iter().chain(near).copied().collect();
+    let pairs = intersecting(positions, &all, count);
+    let other = |g: u32| ((g as usize) < faces.len()).then_some(g);
+    let mut wrong: Vec<(u32, Option<u32>)> =
+        pairs.into_iter().map(|(f, g)| (f, other(g))).collect();
+    let flat = |f: &u32| is_flat(faces[*f as usize].map(|v| positions[v as usize]));
+    wrong.extend((0..count as u32).filter(flat).map(|f| (f, None)));
+    wrong
 }
 
 fn corners(mesh: &Mesh, face: [u32; 3]) -> [DVec3; 3] {

@@ -1,7 +1,7 @@
 //! A mesh in the course of a repair, with what of the input lives on in it.
 
 use std::collections::{HashMap, HashSet};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
@@ -27,6 +27,31 @@ pub(super) struct Draft {
     /// Faces of the input that are scraps of their component; see [`super::scraps`]. None where there are no scraps.
     scrap: HashSet<u32>,
     known: Arc<Known>,
+    inspected: Inspected,
+}
+
+/// The last inspection of a draft. It holds a copy of the mesh that was inspected, so that it is known when it is out of date.
+#[derive(Default)]
+struct Inspected(Mutex<Option<Arc<Inspection<'static>>>>);
+
+impl Inspected {
+    fn of(&self, mesh: &Mesh) -> Result<Arc<Inspection<'static>>, FillError> {
+        let mut last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = last.as_ref().filter(|found| *found.input == *mesh) {
+            return Ok(found.clone());
+        }
+        *last = None;
+        let found = Arc::new(Inspection::new(mesh.clone())?);
+        *last = Some(found.clone());
+        Ok(found)
+    }
+}
+
+impl Clone for Inspected {
+    fn clone(&self) -> Self {
+        let last = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        Self(Mutex::new(last.clone()))
+    }
 }
 
 /// Which faces intersect others, by their welded corners in rising order, as was found last. Vertices do not move, so that only
@@ -74,6 +99,7 @@ impl Draft {
             component,
             scrap: HashSet::new(),
             known: Arc::default(),
+            inspected: Inspected::default(),
             origins: Origins::of(mesh),
             sigma: vec![None; mesh.positions.len()],
             region: vec![NONE; mesh.faces.len()],
@@ -81,8 +107,9 @@ impl Draft {
         }
     }
 
-    pub(super) fn inspect(&self) -> Result<Inspection<'_>, FillError> {
-        Inspection::new(&self.mesh)
+    /// What the mesh holds: what was found the last time, if it was the same mesh.
+    pub(super) fn inspect(&self) -> Result<Arc<Inspection<'static>>, FillError> {
+        self.inspected.of(&self.mesh)
     }
 
     /// Turns a face over.
@@ -160,7 +187,7 @@ impl Draft {
 
     /// The faces that intersect others, in rising order.
     pub(super) fn crossing(&mut self) -> Result<Vec<u32>, FillError> {
-        let (crossing, known) = self.crossing_in(&self.inspect()?);
+        let (crossing, known) = self.crossing_in(&*self.inspect()?);
         self.known = known;
         Ok(crossing)
     }

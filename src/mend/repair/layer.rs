@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::clear::Ground;
+use super::clear::{Ground, crossing_or_flat};
 use super::sheets::{LEAST_APART, moved};
 use super::{Edge, edges};
 use crate::mend::Inspection;
@@ -179,17 +179,13 @@ impl Layer {
     /// Lets the layer come so near to the surface that it crosses nothing, and adds its vertices and faces to the ground. Where it
     /// crosses something however near it comes, these faces of the surface are in the way.
     pub(super) fn place(&mut self, ground: &mut Ground) -> Result<(), Vec<u32>> {
-        let old = ground.positions().len();
         let surface: Vec<[u32; 3]> = self.under.iter().map(|f| ground.face(*f)).collect();
         let depth = self.vertices.iter().map(|v| v.depth).fold(0.0, f64::max);
-        let near = ground.near_all(&surface, depth);
-        let mut positions = ground.positions().to_vec();
+        let mut local = Local::new(self, ground, &ground.near_all(&surface, depth));
         let mut asked: Vec<usize> = (0..self.faces.len()).collect();
         for round in 0.. {
-            positions.truncate(old);
-            let at = self.vertices.iter();
-            positions.extend(at.map(|v| moved(v.from, v.depth * v.way)));
-            let wrong = self.wrong(ground, &positions, asked, &near);
+            local.place(&self.vertices);
+            let wrong = local.wrong(asked);
             if wrong.is_empty() {
                 break;
             }
@@ -204,28 +200,9 @@ impl Layer {
                 .filter(|f| wrong.contains(&(*f as u32)) || touches(f))
                 .collect();
         }
-        ground.add_vertices(&positions[old..]);
+        ground.add_vertices(local.new_positions());
         self.faces.iter().for_each(|f| ground.add(*f));
         Ok(())
-    }
-
-    /// The faces of the layer that cross anything, of those that are asked and what they cross.
-    fn wrong(
-        &self,
-        ground: &Ground,
-        positions: &[DVec3],
-        asked: Vec<usize>,
-        near: &[[u32; 3]],
-    ) -> HashSet<u32> {
-        let mut is_asked = vec![false; self.faces.len()];
-        asked.iter().for_each(|f| is_asked[*f] = true);
-        let count = asked.len();
-        let mut order = asked;
-        order.extend((0..self.faces.len()).filter(|f| !is_asked[*f]));
-        let own: Vec<[u32; 3]> = order.iter().map(|f| self.faces[*f]).collect();
-        let wrong = ground.wrong(positions, &own, count, near);
-        let both = wrong.into_iter().flat_map(|(f, g)| [f, g.unwrap_or(f)]);
-        both.map(|i| order[i as usize] as u32).collect()
     }
 
     /// Lets the new vertices of some faces come nearer to the surface; returns those that could.
@@ -242,6 +219,62 @@ impl Layer {
             vertex.depth = depth;
         }
         moved
+    }
+}
+
+/// A layer and the faces near it, with numbers of their own: those of vertices that are there already are first, in the same order.
+struct Local {
+    positions: Vec<DVec3>,
+    /// The faces of the layer.
+    own: Vec<[u32; 3]>,
+    near: Vec<[u32; 3]>,
+    /// The number of the layer's first new vertex.
+    first: usize,
+}
+
+impl Local {
+    fn new(layer: &Layer, ground: &Ground, near: &[[u32; 3]]) -> Self {
+        let used = layer.faces.iter().chain(near).flatten().copied();
+        let mut old: Vec<u32> = used.filter(|v| *v < layer.first).collect();
+        old.sort_unstable();
+        old.dedup();
+        let number = |v: u32| match v.checked_sub(layer.first) {
+            Some(new) => old.len() as u32 + new,
+            None => old.partition_point(|w| *w < v) as u32,
+        };
+        let numbered = |faces: &[[u32; 3]]| faces.iter().map(|f| f.map(number)).collect();
+        let at = |v: &u32| ground.positions()[*v as usize];
+        Self {
+            own: numbered(&layer.faces),
+            near: numbered(near),
+            first: old.len(),
+            positions: old.iter().map(at).collect(),
+        }
+    }
+
+    /// Lets new vertices lie where they are at their depths.
+    fn place(&mut self, vertices: &[Below]) {
+        self.positions.truncate(self.first);
+        let at = vertices.iter();
+        self.positions
+            .extend(at.map(|v| moved(v.from, v.depth * v.way)));
+    }
+
+    fn new_positions(&self) -> &[DVec3] {
+        &self.positions[self.first..]
+    }
+
+    /// The faces of the layer that cross anything, of those that are asked and what they cross.
+    fn wrong(&self, asked: Vec<usize>) -> HashSet<u32> {
+        let mut is_asked = vec![false; self.own.len()];
+        asked.iter().for_each(|f| is_asked[*f] = true);
+        let count = asked.len();
+        let mut order = asked;
+        order.extend((0..self.own.len()).filter(|f| !is_asked[*f]));
+        let own: Vec<[u32; 3]> = order.iter().map(|f| self.own[*f]).collect();
+        let wrong = crossing_or_flat(&self.positions, &own, count, &self.near);
+        let both = wrong.into_iter().flat_map(|(f, g)| [f, g.unwrap_or(f)]);
+        both.map(|i| order[i as usize] as u32).collect()
     }
 }
 

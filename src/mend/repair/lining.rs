@@ -184,6 +184,7 @@ fn linings(
         ground,
         budget,
         blocked: Vec::new(),
+        in_vain: HashMap::new(),
     };
     let mut groups: Vec<Group> = Vec::new();
     let mut left: BTreeMap<u32, Vec<(usize, &Hole)>> = BTreeMap::new();
@@ -216,6 +217,8 @@ struct Search<'a> {
     ground: Ground<'a>,
     budget: &'a mut Budget,
     blocked: Vec<Blocked>,
+    /// What is in the way of a layer under all of a component, where that was tried for its only hole.
+    in_vain: HashMap<u32, Vec<u32>>,
 }
 
 impl Search<'_> {
@@ -252,6 +255,9 @@ impl Search<'_> {
                     break;
                 }
                 Err(way) => {
+                    if holes.len() == 1 && self.is_all(&region) {
+                        self.in_vain.insert(region.piece, way.clone());
+                    }
                     let fewer = |b: &Vec<u32>| way.len() < b.len();
                     if !way.is_empty() && blocked.as_ref().is_none_or(fewer) {
                         blocked = Some(way);
@@ -277,13 +283,26 @@ impl Search<'_> {
         region.grow(self.found, &self.around, usize::MAX, MOST_WHOLE);
         let mut left = self.budget.whole - faces;
         self.budget.whole = left;
-        let lined = self.lined(&region.faces, &rims, &mut left);
+        let known = self
+            .in_vain
+            .remove(&region.piece)
+            .filter(|_| holes.len() == 1);
+        let lined = match known {
+            Some(way) => Err(way),
+            None => self.lined(&region.faces, &rims, &mut left),
+        };
         if let Err(way) = &lined
             && !way.is_empty()
         {
             self.block(holes, way, true);
         }
         lined.ok()
+    }
+
+    /// Whether a region is all of its component.
+    fn is_all(&self, region: &Region) -> bool {
+        let all = self.found.topology.piece_faces.get(region.piece as usize);
+        all == Some(&region.faces.len())
     }
 
     /// Remembers what is in the way of a lining.

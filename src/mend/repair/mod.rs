@@ -19,6 +19,7 @@ mod told;
 mod widen;
 
 use std::collections::HashSet;
+use std::sync::Arc;
 use std::time::Instant;
 
 use super::control::{Control, Watch};
@@ -184,7 +185,7 @@ impl Run<'_> {
 
     /// Cuts out what crosses and fills what is missing, so that no patch crosses anything.
     fn fill_and_cut(&mut self) -> Result<(), FillError> {
-        let mut old = border(&self.draft.inspect()?);
+        let mut old = border(&*self.draft.inspect()?);
         let mut reopened = false;
         for pass in 0..PASSES {
             self.go_on()?;
@@ -203,7 +204,7 @@ impl Run<'_> {
             if let Some(before) = before {
                 self.keep_better(before)?;
             }
-            old = border(&self.draft.inspect()?);
+            old = border(&*self.draft.inspect()?);
         }
         let may_stay = self.params.crossings;
         scraps::drop(&mut self.draft, &mut self.report, may_stay)?;
@@ -306,7 +307,7 @@ impl Run<'_> {
     /// Fills holes: those that are wanted the first time, later those that are no part of the old border.
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
         let (mesh, sigma, report) = {
-            let mut found = self.draft.inspect()?;
+            let mut found = Arc::unwrap_or_clone(self.draft.inspect()?);
             if self.params.borders {
                 found.holes.iter_mut().for_each(|h| h.outer_border = false);
             }

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::draft::Faults;
 use super::{Run, lining, told};
 use crate::mend::{FailedReason, FillError, HoleOutcome, HoleReport, LeftReason};
 use crate::mesh::Hole;
@@ -44,20 +45,22 @@ impl Run<'_> {
                 break;
             }
         }
+        let mut faults = None;
         for blocked in blocked.into_iter().take(CUT_AND_LINE) {
             self.go_on()?;
-            self.cut_and_line(blocked, &wanted, was_border, &mut budget)?;
+            self.cut_and_line(blocked, &wanted, was_border, (&mut budget, &mut faults))?;
         }
         Ok(())
     }
 
-    /// Cuts faces out under which no layer can lie, and lines what is round them then, if that leaves less wrong.
+    /// Cuts faces out under which no layer can lie, and lines what is round them then, if that leaves less wrong than `faults`, which
+    /// are looked for where they are not known yet: most faces cannot be cut out.
     fn cut_and_line(
         &mut self,
         mut blocked: lining::Blocked,
         wanted: &dyn Fn(&HoleReport) -> bool,
         was_border: &dyn Fn(&Hole, &[u32]) -> bool,
-        budget: &mut lining::Budget,
+        (budget, faults): (&mut lining::Budget, &mut Option<Faults>),
     ) -> Result<(), FillError> {
         let near = |hole: &HoleReport, rims: &HashSet<u32>| {
             wanted(hole) && hole.hole.rim.iter().any(|v| rims.contains(v))
@@ -67,16 +70,16 @@ impl Run<'_> {
             return Ok(());
         }
         let mut before = (self.draft.clone(), self.report.clone(), self.lost);
-        // Most faces cannot be cut out, and then nothing need be known of the draft.
-        let mut faults_before = None;
+        let mut was_cut = false;
         for _ in 0..LININGS {
             let most = self.most_lost();
             let Some(own) = lining::cut(&mut self.draft, &mut blocked, most)? else {
                 break;
             };
-            let before_cut = match faults_before {
-                Some(faults) => faults,
-                None => *faults_before.insert(before.0.faults()?),
+            was_cut = true;
+            let before_cut = match *faults {
+                Some(known) => known,
+                None => *faults.insert(before.0.faults()?),
             };
             self.lost += own;
             let origin = self.draft.origins.vertices.clone();
@@ -89,7 +92,9 @@ impl Run<'_> {
             if done.count > 0 {
                 self.separate_again()?;
             }
-            if self.draft.faults()? < before_cut {
+            let after_cut = self.draft.faults()?;
+            if after_cut < before_cut {
+                *faults = Some(after_cut);
                 let fill = &mut self.report.fill;
                 return lining::tell_gone(&self.draft, fill, &near);
             }
@@ -98,7 +103,7 @@ impl Run<'_> {
             };
             blocked.faces = next.faces;
         }
-        if faults_before.is_some() {
+        if was_cut {
             (self.draft, self.report, self.lost) = before;
         }
         Ok(())

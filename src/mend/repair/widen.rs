@@ -12,7 +12,7 @@ use crate::mend::{
 };
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
-use crate::mesh::{DisjointSets, Hole};
+use crate::mesh::{DisjointSets, Hole, VertexFaces};
 
 /// A hole that is to be closed and what is cut out round it.
 struct Zone {
@@ -84,16 +84,16 @@ fn zones(
         return Ok(Vec::new());
     }
     let found = draft.inspect()?;
-    let of_piece = faces_of_pieces(&found);
+    let vertex_faces = VertexFaces::new(&found.mesh);
     let mut taken = vec![false; found.mesh.faces.len()];
     let mut left = most;
     let mut zones: Vec<Zone> = Vec::new();
+    let mut of_told: HashMap<usize, usize> = HashMap::new();
     for hole in found.holes.iter().rev() {
         let Some(&told) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) else {
             continue;
         };
-        let own = &of_piece[hole.piece as usize];
-        let faces: Vec<u32> = around(&found, own, hole, rings)
+        let faces: Vec<u32> = around(&found, &vertex_faces, hole, rings)
             .into_iter()
             .filter(|f| !taken[*f as usize])
             .collect();
@@ -104,42 +104,37 @@ fn zones(
         }
         left -= own;
         faces.iter().for_each(|f| taken[*f as usize] = true);
-        let edges = edges(&hole.rim);
-        match zones.iter_mut().find(|z| z.told == told) {
-            Some(zone) => {
-                zone.faces.extend(faces);
-                zone.edges.extend(edges);
-            }
-            None => zones.push(Zone {
+        let place = *of_told.entry(told).or_insert_with(|| {
+            zones.push(Zone {
                 told,
-                edges: edges.collect(),
-                faces,
-            }),
-        }
+                edges: Vec::new(),
+                faces: Vec::new(),
+            });
+            zones.len() - 1
+        });
+        zones[place].faces.extend(faces);
+        zones[place].edges.extend(edges(&hole.rim));
     }
     Ok(zones)
 }
 
-/// The faces of each component, in rising order.
-fn faces_of_pieces(found: &Inspection) -> Vec<Vec<u32>> {
-    let topology = &found.topology;
-    let mut faces = vec![Vec::new(); topology.piece_faces.len()];
-    for f in topology.faces() {
-        faces[topology.piece[f as usize] as usize].push(f);
-    }
-    faces
-}
-
-/// The faces of the hole's component (`own`) within `rings` rings of its rim.
-fn around(found: &Inspection, own: &[u32], hole: &Hole, rings: usize) -> BTreeSet<u32> {
-    let mesh = &found.mesh;
-    let mut near: HashSet<u32> = hole.rim.iter().copied().collect();
+/// The faces of the hole's component within `rings` rings of its rim.
+fn around(
+    found: &Inspection,
+    vertex_faces: &VertexFaces,
+    hole: &Hole,
+    rings: usize,
+) -> BTreeSet<u32> {
     let mut faces = BTreeSet::new();
+    let mut border: BTreeSet<u32> = hole.rim.iter().copied().collect();
     for _ in 0..rings {
-        let touches = |f: &&u32| mesh.faces[**f as usize].iter().any(|v| near.contains(v));
-        let ring: Vec<u32> = own.iter().filter(touches).copied().collect();
-        near.extend(ring.iter().flat_map(|f| mesh.faces[*f as usize]));
-        faces.extend(ring);
+        let of_border = border.iter().flat_map(|v| vertex_faces.of(*v));
+        let own = of_border.filter(|f| found.topology.piece[**f as usize] == hole.piece);
+        let ring: Vec<u32> = own.copied().filter(|f| faces.insert(*f)).collect();
+        border = ring
+            .iter()
+            .flat_map(|f| found.mesh.faces[*f as usize])
+            .collect();
     }
     faces
 }
@@ -173,7 +168,16 @@ impl Trial {
         let gone = removed.iter().zip(&draft.region);
         let own = gone.filter(|(r, region)| **r && **region == NONE).count();
         let mut left = draft.clone();
-        left.remove(&removed);
+        let is_cut = left.remove(&removed) > 0;
+        if !is_cut && zones.iter().any(|z| !z.faces.is_empty()) {
+            // They are the holes that nothing closed before anything was to be cut out.
+            return Ok(Self {
+                draft: left,
+                good: HashSet::new(),
+                closed: Vec::new(),
+                own,
+            });
+        }
         let (mut closed, mut bad) = (Vec::new(), HashSet::new());
         {
             let found = left.inspect()?;
