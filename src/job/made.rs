@@ -149,6 +149,16 @@ impl First {
         }
     }
 
+    /// For each face of the input's part of the output the face of the input, of which there are `faces`, that it is or was made of.
+    pub(super) fn face_origins(&self, faces: usize) -> Vec<u32> {
+        let all = 0..faces as u32;
+        match self {
+            Self::All => all.collect(),
+            Self::Cut(kept) => all.filter(|f| kept.faces[*f as usize]).collect(),
+            Self::Repaired { origins, .. } => origins.faces.iter().map(|o| o.face).collect(),
+        }
+    }
+
     /// For each face of the input whether it is gone; none where none is.
     pub(super) fn gone(&self, faces: usize) -> Option<Vec<bool>> {
         let kept = match self {

@@ -42,6 +42,8 @@ pub struct Mended<'s> {
     whole: bool,
     /// Which vertices and faces of the input are kept, where something was cut out.
     kept: Option<Kept>,
+    /// For each face of `first` the face of the input that it is or was made of.
+    face_origins: Vec<u32>,
     /// What was done beside filling.
     pub extent: Extent,
     /// What was found and done.
@@ -197,6 +199,7 @@ impl<'s> Read<'s> {
             mesh: loaded.mesh.clone(),
             gone,
         });
+        let face_origins = made.first.face_origins(size[1]);
         let (first, kept) = made.first.of(loaded);
         Mended {
             spec,
@@ -207,6 +210,7 @@ impl<'s> Read<'s> {
             sigma: made.sigma,
             whole,
             kept,
+            face_origins,
             extent: made.extent,
             report: made.report,
         }
@@ -281,6 +285,7 @@ impl<'s> Mended<'s> {
             sigma: self.sigma,
             whole: self.whole,
             kept: self.kept,
+            face_origins: self.face_origins,
             extent: self.extent,
             report: self.report,
         }
@@ -320,6 +325,25 @@ impl<'s> Mended<'s> {
     /// Which vertices and faces of the input are kept; none where all or none are.
     pub fn kept(&self) -> Option<&Kept> {
         self.kept.as_ref()
+    }
+
+    /// Number of faces.
+    pub fn face_count(&self) -> usize {
+        self.mesh.faces.len()
+    }
+
+    /// For each face of the mesh the face of the input that it is or was made of, turned over or with corners moved apart; none for a
+    /// new one.
+    pub fn face_origins(&self) -> Vec<Option<u32>> {
+        let mut origins = vec![None; self.mesh.faces.len()];
+        if !self.whole {
+            let old = self.face_origins.iter().map(|old| Some(*old));
+            origins
+                .iter_mut()
+                .zip(old)
+                .for_each(|(face, old)| *face = old);
+        }
+        origins
     }
 
     /// For each new vertex its expected error in the mesh's units, none where nothing can be said; empty for a whole level set

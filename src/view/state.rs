@@ -125,7 +125,7 @@ impl State {
         let faces = loaded.mesh.faces.len();
         // A repair that renumbers vertices keeps faces that are not the same by their numbers: they are found by their places.
         let delta = delta.filter(|delta| delta.faces.count() == first.min(faces));
-        let origin = origins(parent, &loaded.mesh, delta.as_ref());
+        let origin = origins(parent, &loaded.mesh, delta.as_ref(), &step.mended);
         let errors = Errors::next(&parent.errors, &step.mended, &parent.loaded, &loaded);
         let mut region = vec![0; faces];
         let mut at = first.min(faces);
@@ -179,20 +179,20 @@ impl Origin {
     }
 }
 
-/// For each face of a mesh from where it is: as in the mesh that it was made of, where that has the face.
-fn origins(parent: &State, mesh: &Mesh, delta: Option<&Delta>) -> Vec<Origin> {
-    let mut origin = vec![Origin::New; mesh.faces.len()];
-    let kept: Vec<(usize, usize)> = match delta {
-        Some(delta) => delta.faces.numbers().enumerate().collect(),
-        None => {
-            let numbers = Numbers::by_position(&parent.loaded.mesh, mesh).faces;
-            let numbers = numbers.into_iter().enumerate();
-            let numbers = numbers.filter_map(|(old, new)| Some((new? as usize, old)));
-            numbers.collect()
-        }
+/// For each face of a mesh, as it was read again, from where it is: as in the mesh that it was made of, where that has the face.
+fn origins(parent: &State, mesh: &Mesh, delta: Option<&Delta>, mended: &Mended) -> Vec<Origin> {
+    let faces = mesh.faces.len();
+    let before: Vec<Option<u32>> = match delta {
+        Some(delta) => delta.faces.numbers().map(|old| Some(old as u32)).collect(),
+        // Files keep the order of faces.
+        None if mended.face_count() == faces => mended.face_origins(),
+        None => Numbers::by_position(mesh, &parent.loaded.mesh).faces,
     };
-    for (new, old) in kept {
-        origin[new] = parent.origin[old].aged();
+    let mut origin = vec![Origin::New; faces];
+    for (new, old) in origin.iter_mut().zip(before) {
+        if let Some(old) = old {
+            *new = parent.origin[old as usize].aged();
+        }
     }
     origin
 }

@@ -449,3 +449,33 @@ fn faces_keep_their_origin_through_a_repair() {
     assert_eq!(of_file, faces);
     assert!(origins[faces..].iter().all(|origin| *origin == 1));
 }
+
+/// Two balls that share a vertex: the faces round it go to a vertex of their own, a hair away, and are found at no place of before.
+#[test]
+fn faces_whose_corners_a_repair_moves_apart_keep_their_origin() {
+    let desk = Desk::new();
+    let ball = sphere(6);
+    let top = (0..ball.positions.len())
+        .max_by(|v, w| ball.positions[*v].z.total_cmp(&ball.positions[*w].z));
+    let top = top.unwrap();
+    let first = ball.positions.len() as u32;
+    let mut mesh = ball.clone();
+    let other = ball
+        .positions
+        .iter()
+        .map(|p| glam::DVec3::new(p.x, p.y, 2.0 * ball.positions[top].z - p.z));
+    mesh.positions.extend(other);
+    let corner = |v: u32| if v as usize == top { v } else { first + v };
+    mesh.faces.extend(
+        ball.faces
+            .iter()
+            .map(|[a, b, c]| [a, c, b].map(|v| corner(*v))),
+    );
+    desk.save("pinched.ply", &mesh, Format::Ply);
+    let served = Served::new(&desk, &["pinched.ply"]);
+    served.step(&json!({ "kind": "repair", "params": {} }));
+    let (said, arrays) = served.arrays("api/mesh/1");
+    let origins = arrays("origin");
+    assert_eq!(origins.len(), mesh.faces.len(), "{said}");
+    assert!(origins.iter().all(|origin| *origin == 0), "{origins:?}");
+}
