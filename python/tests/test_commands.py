@@ -193,12 +193,13 @@ def test_formats_of_a_conversion_are_named(tmp_path, sphere):
 
 
 def test_a_volume_is_that_of_the_command_line(tmp_path, program):
-    sphere = shapes.open_sphere(around=12, latitudes=8, top=2)
+    vertices, faces = shapes.open_sphere(around=12, latitudes=8, top=2)
+    sphere = vertices * (1.0, 0.2, 0.2), faces
     isomend.Model(*sphere).write(tmp_path / "a.obj")
     for options, words in (
         ({}, []),
-        ({"voxel": 0.1, "band": 0.25}, ["--voxel", "0.1", "--band", "0.25"]),
-        ({"voxel": 0.1, "band": "full"}, ["--voxel", "0.1", "--band", "full", "--f64"]),
+        ({"voxel": 0.05, "band": 0.1}, ["--voxel", "0.05", "--band", "0.1"]),
+        ({"voxel": 0.05, "band": "full"}, ["--voxel", "0.05", "--band", "full", "--f64"]),
     ):
         report = told(program, tmp_path, "sdf", "a.obj", "-o", "theirs.vti", *words)
         volume = isomend.sdf(*sphere, **options)

@@ -34,7 +34,7 @@ def test_pictures_and_pages_are_those_of_the_command_line(tmp_path, program):
     for command, made in (("inspect", lambda model: model.inspect()), ("check", lambda model: model.check())):
         subprocess.run([program, command, scan, *drawn], cwd=tmp_path, capture_output=True)
         result = made(isomend.read(scan))
-        assert result.picture() == (tmp_path / "theirs.png").read_bytes() == shown(result)
+        assert shown(result) == (tmp_path / "theirs.png").read_bytes()
         assert timeless(result.page()) == timeless((tmp_path / "theirs.html").read_text())
         assert f"isomend.{command}(…)" in result.page()
 
@@ -49,9 +49,9 @@ def test_results_are_drawn_as_they_are_written(tmp_path, command):
     page = (tmp_path / "a.html").read_text()
     assert f"isomend.{command}(…)" in page and str(tmp_path / "a.ply") in page
     assert f"isomend.{command}(…)" in done.page() and "in memory" in done.page()
-    assert shown(done) == done.picture() and done.picture().startswith(PNG)
     # New vertices of a file of 32-bit floats are rounded: nothing else differs, and no pixel that one could see.
-    assert abs(len(done.picture()) - len((tmp_path / "a.png").read_bytes())) < 2000
+    written = (tmp_path / "a.png").read_bytes()
+    assert written.startswith(PNG) and abs(len(shown(done)) - len(written)) < 2000
 
 
 def test_the_picture_of_a_fill_is_that_of_the_command_line(tmp_path, program, sphere, filled):
@@ -159,7 +159,8 @@ def test_all_that_comes_out_can_be_pickled(sphere):
     for work in (model.repair(keep_holes=True), model.fair(strength=0.3), model.restore([5, 6, 7]), model.fill(surface="whole")):
         sent = pickle.loads(pickle.dumps(work))
         assert sent.vertices.tobytes() == work.vertices.tobytes() and sent.report == work.report
-        assert sent.picture() == work.picture() and sent.is_patch.tobytes() == work.is_patch.tobytes()
+        assert sent.is_patch.tobytes() == work.is_patch.tobytes()
+        assert sent.report["command"] != "restore" or sent.picture() == work.picture()
     sent = pickle.loads(pickle.dumps(model.fill()))
     assert sent.point_data["grid"].shape[1:] == (2, 2) and sent.point_data["on"].dtype == bool
     assert pickle.loads(pickle.dumps(model)).point_data["on"].dtype == bool
