@@ -1,4 +1,5 @@
-"""isomend fills holes in triangle meshes by 3D level-set Willmore flow, restores marked regions, and fairs surfaces.
+"""isomend fills holes in triangle meshes by 3D level-set Willmore flow, restores marked regions, fairs
+surfaces, repairs, checks and compares meshes.
 
 The mesh's own vertices and faces stay as they are, bit for bit and in order; what is new comes after them.
 
@@ -10,7 +11,10 @@ The mesh's own vertices and faces stay as they are, bit for bit and in order; wh
 ((4, 3), (4, 3))
 """
 
-from isomend._adapters import fill_mesh
+from isomend._adapters import as_model, fair_mesh, fill_mesh, repair_mesh, restore_mesh
+from isomend._check import Defect, Verdict
+from isomend._compare import Comparison
+from isomend._distance import read_volume, sdf, signed_distance, surface
 from isomend._errors import (
     Cancelled,
     EmptyMaskError,
@@ -20,12 +24,26 @@ from isomend._errors import (
     MeshError,
     ParameterError,
 )
-from isomend._functions import fair, fill, inspect, read, restore, signed_distance, solve_task
+from isomend._functions import (
+    check,
+    compare,
+    convert,
+    fair,
+    fill,
+    inspect,
+    read,
+    repair,
+    restore,
+    solve_task,
+)
 from isomend._isomend import __version__
 from isomend._mesh import Hole, Inspection, Mended, Model, StrictError
+from isomend._volume import Volume
 
 __all__ = [
     "Cancelled",
+    "Comparison",
+    "Defect",
     "EmptyMaskError",
     "FileError",
     "Hole",
@@ -37,13 +55,26 @@ __all__ = [
     "Model",
     "ParameterError",
     "StrictError",
+    "Verdict",
+    "Volume",
     "__version__",
+    "as_model",
+    "check",
+    "compare",
+    "convert",
     "fair",
+    "fair_mesh",
     "fill",
     "fill_mesh",
     "inspect",
     "read",
+    "read_volume",
+    "repair",
+    "repair_mesh",
     "restore",
+    "restore_mesh",
+    "sdf",
     "signed_distance",
     "solve_task",
+    "surface",
 ]

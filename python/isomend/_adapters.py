@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -13,11 +14,16 @@ from isomend._mesh import Mended, Model
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from isomend._params import FillOptions
+    from isomend._params import FairOptions, FillOptions, Mask, RepairOptions, RestoreOptions
 
 # Where a mesh has room for metadata, the report of what was done is there under this name, as JSON.
 REPORT = "isomend_report"
-Mend = Callable[[Model], Mended]
+# The number of the block that a face of meshio comes from, while work is done on it.
+BLOCK = "isomend_block"
+
+Work = Callable[[Model], Mended]
+# A mesh of another package as a model, and how the same type is made of what became of it.
+Adapted = tuple[Model, Callable[[Mended], Any]]
 
 
 def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillOptions]) -> Any:
@@ -30,8 +36,8 @@ def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillO
 
     Returns:
         A new mesh, or with ``return_report`` the mesh and the report. Where the type has named values of faces, those of patches are
-        marked as ``isomend_patch``; where it has metadata (trimesh) or field data (pyvista), the report is there as JSON under
-        ``isomend_report``.
+        marked as ``isomend_patch``. The report is there as JSON under ``isomend_report`` in trimesh's ``metadata``, pyvista's
+        ``field_data`` and meshio's ``info``; Open3D's meshes have no place for it.
 
     Raises:
         TypeError: It is no such mesh.
@@ -40,44 +46,126 @@ def fill_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[FillO
     return mend_mesh(mesh, lambda model: model.fill(**options), return_report)
 
 
-def mend_mesh(mesh: Any, mend: Mend, return_report: bool = False) -> Any:
+def repair_mesh(mesh: Any, *, return_report: bool = False, **options: Unpack[RepairOptions]) -> Any:
+    """Mends what is wrong with a mesh of another package; the same type comes back.
+
+    Args:
+        mesh: As for :func:`fill_mesh`.
+        return_report: Whether to return the report beside the mesh.
+        options: As for :func:`isomend.repair`.
+
+    Returns:
+        As for :func:`fill_mesh`.
+
+    Raises:
+        TypeError, MeshError: As for :func:`fill_mesh`.
+    """
+    return mend_mesh(mesh, lambda model: model.repair(**options), return_report)
+
+
+def restore_mesh(mesh: Any, mark: Mask, *, return_report: bool = False, **options: Unpack[RestoreOptions]) -> Any:
+    """Cuts a marked region out of a mesh of another package and fills it; the same type comes back.
+
+    Args:
+        mesh: As for :func:`fill_mesh`.
+        mark: What is replaced, as for :func:`isomend.restore`: bool, one for each triangle, or the numbers of triangles, or a mask as
+            a dictionary.
+        return_report: Whether to return the report beside the mesh.
+        options: As for :func:`isomend.restore`.
+
+    Returns:
+        As for :func:`fill_mesh`.
+
+    Raises:
+        EmptyMaskError: No face is marked.
+        TypeError, MeshError: As for :func:`fill_mesh`.
+    """
+    return mend_mesh(mesh, lambda model: model.restore(mark, **options), return_report)
+
+
+def fair_mesh(
+    mesh: Any, mark: Mask | None = None, *, return_report: bool = False, **options: Unpack[FairOptions]
+) -> Any:
+    """Lets a mesh of another package evolve by Willmore flow; the same type comes back.
+
+    A closed mesh as a whole is replaced by new vertices and faces, which have no values: it comes back without its data.
+
+    Args:
+        mesh: As for :func:`fill_mesh`.
+        mark: What is faired, as for :func:`isomend.fair`; all of it by default.
+        return_report: Whether to return the report beside the mesh.
+        options: As for :func:`isomend.fair`.
+
+    Returns:
+        As for :func:`fill_mesh`.
+
+    Raises:
+        EmptyMaskError, TypeError, MeshError: As for :func:`restore_mesh`.
+    """
+    return mend_mesh(mesh, lambda model: model.fair(mark, **options), return_report)
+
+
+def mend_mesh(mesh: Any, work: Work, return_report: bool = False) -> Any:
     """The same mesh after some work on it, and the report if it is asked for."""
-    made: list[Mended] = []
-
-    def noted(model: Model) -> Mended:
-        made.append(mend(model))
-        return made[0]
-
-    out = _mended_mesh(mesh, noted)
-    return (out, made[0].report) if return_report else out
+    model, back = _adapted(mesh)
+    mended = work(model)
+    out = back(mended)
+    return (out, mended.report) if return_report else out
 
 
-def _mended_mesh(mesh: Any, mend: Mend) -> Any:
-    """The same mesh after some work on it."""
+def as_model(mesh: Any) -> Model:
+    """A mesh as a :class:`isomend.Model`, with the data of its vertices and faces.
+
+    Args:
+        mesh: ``trimesh.Trimesh``, ``pyvista.PolyData``, ``meshio.Mesh``, Open3D's ``TriangleMesh``, vertices and faces as a pair, the
+            path of a file, or a :class:`isomend.Model` or :class:`isomend.Mended`.
+
+    Raises:
+        TypeError: It is no such mesh.
+        MeshError: It holds other cells than triangles.
+        FileError: The file cannot be read.
+
+    >>> import isomend
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> isomend.as_model((vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]])).check().reasons
+    ['1 hole is open']
+    """
+    if isinstance(mesh, Model):
+        return mesh
+    if isinstance(mesh, Mended):
+        return mesh.model()
+    if isinstance(mesh, (str, os.PathLike)):
+        return Model._read(os.fspath(mesh))
+    if isinstance(mesh, (tuple, list)) and len(mesh) == 2:
+        return Model(*mesh)
+    return _adapted(mesh)[0]
+
+
+def _adapted(mesh: Any) -> Adapted:
+    """A mesh of another package, told by what it has."""
 
     def has(*names: str) -> bool:
         return all(hasattr(mesh, name) for name in names)
 
     if has("vertices", "faces", "vertex_attributes", "face_attributes"):
-        return _trimesh(mesh, mend)
+        return _trimesh(mesh)
     if has("points", "is_all_triangles", "n_strips", "point_data", "cell_data", "triangulate"):
-        return _pyvista(mesh, mend)
+        return _pyvista(mesh)
     if has("points", "cells", "point_data", "cell_data", "extract_surface"):
         raise TypeError(
             f"{type(mesh).__qualname__} holds cells of a volume or of several kinds; take its surface first: mesh.extract_surface()"
         )
     if has("points", "cells", "point_data", "cell_data"):
-        return _meshio(mesh, mend)
+        return _meshio(mesh)
     if has("vertices", "triangles", "vertex_colors", "triangle_normals"):
-        return _open3d(mesh, mend)
+        return _open3d(mesh)
     kind = f"{type(mesh).__module__}.{type(mesh).__qualname__}"
     raise TypeError(
         f"{kind} is no mesh of trimesh, pyvista, meshio or Open3D; give its arrays to isomend.fill(vertices, faces)"
     )
 
 
-
-def _trimesh(mesh: Any, mend: Mend) -> Any:
+def _trimesh(mesh: Any) -> Adapted:
     points, cells = dict(mesh.vertex_attributes), dict(mesh.face_attributes)
     visual: Any = getattr(mesh, "visual", None)
     kind = getattr(visual, "kind", None)
@@ -87,26 +175,29 @@ def _trimesh(mesh: Any, mend: Mend) -> Any:
         cells["face_colors"] = visual.face_colors
     elif kind == "texture" and getattr(visual, "uv", None) is not None:
         points["uv"] = visual.uv
-    mended = mend(Model(mesh.vertices, mesh.faces, point_data=points, cell_data=cells))
-    points, cells = dict(mended.point_data), dict(mended.cell_data)
-    colours = {
-        "vertex_colors": points.pop("vertex_colors", None) if kind == "vertex" else None,
-        "face_colors": cells.pop("face_colors", None) if kind == "face" else None,
-    }
-    cells["isomend_patch"] = mended.is_patch
-    out = type(mesh)(
-        vertices=mended.vertices, faces=mended.faces, vertex_attributes=points, face_attributes=cells,
-        metadata=dict(mesh.metadata) | {REPORT: json.dumps(mended.report)}, process=False, validate=False,
-        **{name: values for name, values in colours.items() if values is not None},
-    )  # fmt: skip
-    if kind == "texture" and "uv" in points:
-        uv = out.vertex_attributes.pop("uv")
-        visual_type: Any = type(visual)
-        out.visual = visual_type(uv=uv, material=visual.material)
-    return out
+
+    def back(mended: Mended) -> Any:
+        points, cells = dict(mended.point_data), dict(mended.cell_data)
+        colours = {
+            "vertex_colors": points.pop("vertex_colors", None) if kind == "vertex" else None,
+            "face_colors": cells.pop("face_colors", None) if kind == "face" else None,
+        }
+        cells["isomend_patch"] = mended.is_patch
+        out = type(mesh)(
+            vertices=mended.vertices, faces=mended.faces, vertex_attributes=points, face_attributes=cells,
+            metadata=dict(mesh.metadata) | {REPORT: json.dumps(mended.report)}, process=False, validate=False,
+            **{name: values for name, values in colours.items() if values is not None},
+        )  # fmt: skip
+        if kind == "texture" and "uv" in points:
+            uv = out.vertex_attributes.pop("uv")
+            visual_type: Any = type(visual)
+            out.visual = visual_type(uv=uv, material=visual.material)
+        return out
+
+    return Model(mesh.vertices, mesh.faces, point_data=points, cell_data=cells), back
 
 
-def _pyvista(mesh: Any, mend: Mend) -> Any:
+def _pyvista(mesh: Any) -> Adapted:
     import numpy as np
 
     whole, faces = triangles_of(mesh)
@@ -115,20 +206,24 @@ def _pyvista(mesh: Any, mend: Mend) -> Any:
     if len(faces) == 0:
         raise MeshError("the mesh has no faces; there is nothing to fill")
     points, cells = _kept_types(whole.point_data), _kept_types(whole.cell_data)
-    mended = mend(Model(whole.points, faces, point_data=points, cell_data=cells))
-    rows = np.column_stack([np.full(len(mended.faces), 3), mended.faces])
-    out = type(mesh)(_rounded(mended.vertices, np.asarray(whole.points).dtype), rows.ravel())
-    for name, values in mended.point_data.items():
-        out.point_data[name] = values
-    for name, values in mended.cell_data.items():
-        out.cell_data[name] = values
-    for name, values in mesh.field_data.items():
-        out.field_data[name] = values
-    out.cell_data["isomend_patch"] = mended.is_patch.astype(np.uint8)
-    out.field_data[REPORT] = [json.dumps(mended.report)]
-    if whole.active_scalars_name in out.array_names:
-        out.set_active_scalars(whole.active_scalars_name, preference=whole.active_scalars_info.association.name.lower())
-    return out
+
+    def back(mended: Mended) -> Any:
+        rows = np.column_stack([np.full(len(mended.faces), 3), mended.faces])
+        out = type(mesh)(_rounded(mended.vertices, np.asarray(whole.points).dtype), rows.ravel())
+        for name, values in mended.point_data.items():
+            out.point_data[name] = values
+        for name, values in mended.cell_data.items():
+            out.cell_data[name] = values
+        for name, values in mesh.field_data.items():
+            out.field_data[name] = values
+        out.cell_data["isomend_patch"] = mended.is_patch.astype(np.uint8)
+        out.field_data[REPORT] = [json.dumps(mended.report)]
+        if whole.active_scalars_name in out.array_names:
+            side = whole.active_scalars_info.association.name.lower()
+            out.set_active_scalars(whole.active_scalars_name, preference=side)
+        return out
+
+    return Model(whole.points, faces, point_data=points, cell_data=cells), back
 
 
 def triangles_of(mesh: Any) -> tuple[Any, Any]:
@@ -156,7 +251,7 @@ def _rounded(vertices: Any, dtype: Any) -> Any:
     return vertices.astype(dtype) if dtype.kind == "f" else vertices
 
 
-def _meshio(mesh: Any, mend: Mend) -> Any:
+def _meshio(mesh: Any) -> Adapted:
     import numpy as np
 
     blocks = list(mesh.cells)
@@ -168,37 +263,46 @@ def _meshio(mesh: Any, mend: Mend) -> Any:
     if points.ndim == 2 and points.shape[1] == 2:
         points = np.column_stack([points, np.zeros(len(points), points.dtype)])
     faces = np.concatenate([block.data for block in blocks])
-    cells = {name: np.concatenate(list(values)) for name, values in mesh.cell_data.items()}
-    mended = mend(Model(points, faces, point_data=_kept_types(mesh.point_data), cell_data=_kept_types(cells)))
-    ends = np.cumsum([len(block.data) for block in blocks])
-    if mended.kept_faces is not None:
-        ends = np.cumsum([part.sum() for part in np.split(mended.kept_faces, ends[:-1])])
-    triangles = mended.faces.astype(blocks[0].data.dtype)
-    data = dict(mended.cell_data) | {"isomend_patch": mended.is_patch.astype(np.uint8)}
-    return type(mesh)(
-        _rounded(mended.vertices, points.dtype),
-        [("triangle", part) for part in np.split(triangles, ends)],
-        point_data=dict(mended.point_data),
-        cell_data={name: np.split(values, ends) for name, values in data.items()},
-        field_data=mesh.field_data,
-    )
+    cells = _kept_types({name: np.concatenate(list(values)) for name, values in mesh.cell_data.items()})
+    # A repair takes faces out and turns others: where a kept one comes from goes along with it.
+    cells[BLOCK] = np.repeat(np.arange(len(blocks)), [len(block.data) for block in blocks])
+
+    def back(mended: Mended) -> Any:
+        data = dict(mended.cell_data)
+        kept = int(np.count_nonzero(~mended.is_patch))
+        ends = np.searchsorted(data.pop(BLOCK, np.zeros(0))[:kept], np.arange(len(blocks)), side="right")
+        triangles = mended.faces.astype(blocks[0].data.dtype)
+        data["isomend_patch"] = mended.is_patch.astype(np.uint8)
+        return type(mesh)(
+            _rounded(mended.vertices, points.dtype),
+            [("triangle", part) for part in np.split(triangles, ends)],
+            point_data=dict(mended.point_data),
+            cell_data={name: np.split(values, ends) for name, values in data.items()},
+            field_data=mesh.field_data,
+            info=dict(mesh.info or {}) | {REPORT: json.dumps(mended.report)},
+        )
+
+    return Model(points, faces, point_data=_kept_types(mesh.point_data), cell_data=cells), back
 
 
-def _open3d(mesh: Any, mend: Mend) -> Any:
+def _open3d(mesh: Any) -> Adapted:
     import numpy as np
 
     names = {"vertex_normals": "normals", "vertex_colors": "colors"}
     points = {own: np.asarray(getattr(mesh, theirs)) for theirs, own in names.items()}
     points = {name: values for name, values in points.items() if len(values)}
-    mended = mend(Model(np.asarray(mesh.vertices), np.asarray(mesh.triangles), point_data=points))
-    open3d = sys.modules["open3d"]
-    out = type(mesh)(
-        open3d.utility.Vector3dVector(mended.vertices),
-        open3d.utility.Vector3iVector(mended.faces.astype(np.int32)),
-    )
-    for theirs, own in names.items():
-        if own in points:
-            setattr(out, theirs, open3d.utility.Vector3dVector(mended.point_data[own]))
-    if mesh.has_triangle_normals():
-        out.compute_triangle_normals()
-    return out
+
+    def back(mended: Mended) -> Any:
+        open3d = sys.modules["open3d"]
+        out = type(mesh)(
+            open3d.utility.Vector3dVector(mended.vertices),
+            open3d.utility.Vector3iVector(mended.faces.astype(np.int32)),
+        )
+        for theirs, own in names.items():
+            if own in mended.point_data:
+                setattr(out, theirs, open3d.utility.Vector3dVector(mended.point_data[own]))
+        if mesh.has_triangle_normals():
+            out.compute_triangle_normals()
+        return out
+
+    return Model(np.asarray(mesh.vertices), np.asarray(mesh.triangles), point_data=points), back

@@ -4,16 +4,21 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Union
 
 from isomend import _isomend, _params
+from isomend._adapters import as_model
+from isomend._check import Verdict
+from isomend._compare import Comparison, comparison
 from isomend._mesh import Inspection, Mended, Model
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import ArrayLike
     from typing_extensions import Unpack
 
     from isomend._params import FairOptions, FillOptions, Mask, Progress, RestoreOptions, Voxel
+
+    Path = Union[str, os.PathLike[str]]
 
 
 def read(source: str | os.PathLike[str] | bytes, *, format: str | None = None) -> Model:
@@ -28,7 +33,7 @@ def read(source: str | os.PathLike[str] | bytes, *, format: str | None = None) -
     """
     if isinstance(source, bytes):
         return Model._of(_isomend.Model.read_bytes(source, format))
-    return Model._of(_isomend.Model.read(os.fspath(source), format))
+    return Model._read(os.fspath(source), format)
 
 
 def inspect(vertices: ArrayLike, faces: ArrayLike) -> Inspection:
@@ -61,6 +66,7 @@ def fill(
     max_diameter: float | None = None,
     voxel: Voxel = "auto",
     surface: Literal["stitched", "whole"] = "stitched",
+    repair: bool = False,
     finish: Literal["auto", "willmore", "none"] = "auto",
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
@@ -85,6 +91,7 @@ def fill(
         max_diameter: Wider holes stay open; in the units of the mesh.
         voxel: Voxel size in the units of the mesh.
         surface: ``"whole"`` returns the level set round each hole alone.
+        repair: First mend what else is wrong, as :func:`repair` does; numbers of holes are those of the input.
         finish: How patches are finished on their own triangles.
         energy: What the patch makes small.
         variant: The scheme of the flow's steps.
@@ -115,9 +122,187 @@ def fill(
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.fill(
         holes=holes, keep_open=keep_open, bridge=bridge, flat=flat, max_diameter=max_diameter, voxel=voxel, surface=surface,
-        finish=finish, energy=energy, variant=variant, steps=steps, time_step=time_step, edge_ratio=edge_ratio,
+        repair=repair, finish=finish, energy=energy, variant=variant, steps=steps, time_step=time_step, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
+
+
+def repair(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    weld: float | None = None,
+    debris: float | None = None,
+    drop_inside: bool = False,
+    keep_duplicates: bool = False,
+    keep_orientation: bool = False,
+    keep_non_manifold: bool = False,
+    keep_crossings: bool = False,
+    drop_unused: bool = False,
+    keep_holes: bool = False,
+    close_borders: bool = False,
+    max_diameter: float | None = None,
+    voxel: Voxel = "auto",
+    finish: Literal["auto", "willmore", "none"] = "auto",
+    energy: Literal["willmore", "curvature-variation"] = "willmore",
+    variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
+    steps: int | None = None,
+    time_step: float | None = None,
+    edge_ratio: float | None = None,
+    threads: int | None = None,
+    point_data: Mapping[str, ArrayLike] | None = None,
+    cell_data: Mapping[str, ArrayLike] | None = None,
+    progress: Progress | None = None,
+    strict: bool = False,
+) -> Mended:
+    """Mends what is wrong with a mesh: closed, manifold, oriented and free of crossings, where that can be had.
+
+    In this order: coinciding vertices are merged, degenerate and duplicate faces taken out; faces are turned so that they agree,
+    closed components outward; surfaces that meet in an edge or a vertex are separated; faces that cross others are cut out with a
+    ring of faces round them; holes are filled as by :func:`fill`. Faces that are no part of a defect stay bit for bit and in order.
+    ``complete`` of the result is the verdict of :func:`check` on it, ``report`` has the verdicts before and after.
+
+    Args:
+        vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
+        faces: (m, 3), indices from 0.
+        weld: Merge vertices of the border that are no farther apart than this, in the units of the mesh; those at exactly the same
+            position are merged anyway.
+        debris: Take out components with less than this part, from 0 to 1, of the area of the largest one.
+        drop_inside: Take out components that lie wholly inside another one.
+        keep_duplicates: Leave coinciding vertices, and degenerate and duplicate faces.
+        keep_orientation: Turn no faces over.
+        keep_non_manifold: Leave edges with more than two faces, and vertices where surfaces meet in a point only.
+        keep_crossings: Leave faces that cross others.
+        drop_unused: Drop vertices that no face of the input uses.
+        keep_holes: Leave the holes of the mesh open; those that the repair makes are filled.
+        close_borders: Close the outer borders of open sheets too, which are left open otherwise; not with ``keep_holes``.
+        max_diameter: Leave holes open that are wider than this, in the units of the mesh.
+        voxel, finish, energy, variant, steps, time_step, edge_ratio: How holes are filled, as for :func:`fill`.
+        threads, point_data, cell_data, progress: As for :func:`fill`.
+        strict: Raise :class:`isomend.StrictError` unless the result is sound and every patch is a steady surface.
+
+    Raises:
+        MeshError, ParameterError, Cancelled: As for :func:`fill`.
+
+    >>> import isomend
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> turned = [[0, 1, 2], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> repaired = isomend.repair(vertices, turned)
+    >>> repaired.complete, repaired.faces.tolist(), repaired.report["steps"]["turned_faces"]
+    (True, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], 1)
+    """
+    model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
+    return model.repair(
+        weld=weld, debris=debris, drop_inside=drop_inside, keep_duplicates=keep_duplicates, keep_orientation=keep_orientation,
+        keep_non_manifold=keep_non_manifold, keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes,
+        close_borders=close_borders, max_diameter=max_diameter, voxel=voxel, finish=finish, energy=energy, variant=variant,
+        steps=steps, time_step=time_step, edge_ratio=edge_ratio, threads=threads, progress=progress, strict=strict,
+    )  # fmt: skip
+
+
+def check(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    thin: float | None = None,
+    debris: float = 0.01,
+    threads: int | None = None,
+) -> Verdict:
+    """Says whether a mesh is watertight and can be printed, and why not.
+
+    Looks for borders, edges with more than two faces, vertices where surfaces meet in a point only, faces that are oriented against
+    each other, closed components that are inside out, degenerate and duplicate faces, and faces that cross or touch others. Vertices
+    at exactly the same position count as one. Crossings are decided exactly.
+
+    Args:
+        vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
+        faces: (m, 3), indices from 0.
+        thin: Also look for parts thinner than this, in the units of the mesh.
+        debris: Call components debris that have less than this part, from 0 to 1, of the area of the largest one.
+        threads: Number of threads, one per core by default.
+
+    Returns:
+        A verdict that is true where nothing is wrong; ``print(verdict)`` shows what the command line does.
+
+    Raises:
+        MeshError: The arrays are no mesh that can be measured.
+        ParameterError: A parameter makes no sense.
+
+    >>> import isomend
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> bool(isomend.check(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+    True
+    >>> verdict = isomend.check(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 3, 2]])
+    >>> verdict
+    <isomend.Verdict: watertight and printable: no, because 3 edges have faces oriented against each other>
+    >>> verdict.watertight, verdict.oriented, verdict.defects["misoriented"].count
+    (True, False, 3)
+    """
+    return Model(vertices, faces).check(thin=thin, debris=debris, threads=threads)
+
+
+def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = None) -> Comparison:
+    """Compares two meshes: distances both ways, normals, bending energy, what of the first is kept in the second.
+
+    Args:
+        a: The first mesh: vertices and faces as a pair, a path, a :class:`Model` or :class:`Mended`, or a mesh of trimesh, pyvista,
+            meshio or Open3D.
+        b: The second mesh.
+        samples: Samples on each mesh, at most 100 million. They are spread evenly over the area; the largest distance also looks at
+            every vertex.
+        threads: Number of threads, one per core by default.
+
+    Raises:
+        MeshError: A mesh has no face with an area.
+        ParameterError: There are no samples or too many.
+        TypeError: It is no such mesh.
+
+    >>> import isomend
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> open_one = (vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]])
+    >>> done = isomend.compare(open_one, isomend.fill(*open_one, holes=[1]))
+    >>> done.a_to_b.max, done.kept.faces, round(done.b_to_a.max, 3)
+    (0.0, 3, 0.331)
+    """
+    samples = _params.count("samples", samples)
+    workers = None if threads is None else _params.count("threads", threads)
+    first, second = as_model(a), as_model(b)
+    return comparison(_isomend.compare(first._core, second._core, samples, workers))
+
+
+def convert(
+    source: Path | bytes,
+    output: Path,
+    *,
+    from_: str | None = None,
+    to: str | None = None,
+    ascii: bool = False,
+    report: Path | None = None,
+    picture: Path | None = None,
+) -> list[str]:
+    """Writes a mesh file in another format, or again in the same: the same bytes as ``isomend convert``.
+
+    Vertices and faces stay in order and number, open holes stay open; only coordinates are rounded where the format has 32-bit
+    floats.
+
+    Args:
+        source: A path, or the bytes of a file.
+        output: The file to write, in the format of its extension.
+        from_: The format of the source; by default it is told from the content, else from the extension.
+        to: The format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk or vtp.
+        ascii: Text instead of binary: PLY, STL and VTK legacy.
+        report: A page to look at, in one HTML file.
+        picture: A picture of the mesh, in a PNG file.
+
+    Returns:
+        Remarks, such as on values that the format cannot hold.
+
+    Raises:
+        FileError: A file cannot be read or written.
+        ParameterError: There is no such format.
+    """
+    model = read(source, format=from_)
+    return model.write(output, format=to, ascii=ascii, report=report, picture=picture)
 
 
 def restore(
@@ -186,39 +371,6 @@ def fair(
     isomend._errors.ParameterError: time and strength say the same in two ways; give one of them
     """
     return Model(vertices, faces, point_data=point_data, cell_data=cell_data).fair(mark, **options)
-
-
-def signed_distance(
-    points: ArrayLike, vertices: ArrayLike, faces: ArrayLike, *, threads: int | None = None
-) -> NDArray[Any]:
-    """Distances of points from a mesh, negative inside, exact up to rounding.
-
-    Inside is where the magnitude of the generalized winding number exceeds one half, so that open meshes have an inside too.
-
-    Args:
-        points: (k, 3), in the units of the mesh.
-        vertices: (n, 3).
-        faces: (m, 3).
-        threads: Number of threads, one per core by default.
-
-    Returns:
-        float64 (k,); NaN for points that are not finite.
-
-    Raises:
-        MeshError: The arrays are no mesh that can be measured.
-
-    >>> import isomend
-    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
-    >>> faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-    >>> isomend.signed_distance([[0.125, 0.25, 0.25], [0, 0, 3]], vertices, faces).tolist()
-    [-0.125, 2.0]
-    """
-    from isomend import _arrays
-
-    if threads is not None:
-        threads = _params.count("threads", threads)
-    at = _arrays.points("points", points)
-    return _isomend.signed_distance(at, _arrays.points("vertices", vertices), _arrays.faces(faces), threads)
 
 
 def solve_task(task: bytes, *, threads: int | None = None) -> bytes:

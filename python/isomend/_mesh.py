@@ -2,34 +2,27 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
-from isomend import _params
+from isomend import _isomend, _params
+from isomend._check import Verdict
 from isomend._errors import EmptyMaskError, IsomendError
 from isomend._isomend import Found, Mended as CoreMended, Model as CoreModel
+from isomend._reports import Drawn, report_of
+from isomend._volume import Volume
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
 
-    from isomend._params import FairOptions, FillOptions, Mask, RestoreOptions
+    from isomend._params import FairOptions, FillOptions, Mask, RepairOptions, RestoreOptions, Voxel
 
 T = TypeVar("T")
 LOG = logging.getLogger("isomend")
-
-
-def _report(document: str) -> dict[str, Any]:
-    """The document of the command line as a dictionary; meshes that are no files have no path and no format."""
-    report: dict[str, Any] = json.loads(document)
-    for place in (report.get("input"), report.get("output")):
-        if place and place["path"] in ("", "-"):
-            del place["path"], place["format"]
-    return report
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,30 +118,41 @@ class _Shape:
 
         return _arrays.restored_types(_arrays.taken(values), given)
 
-    def write(self, path: str | os.PathLike[str], *, format: str | None = None, ascii: bool = False) -> list[str]:
+    def write(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        format: str | None = None,
+        ascii: bool = False,
+        report: str | os.PathLike[str] | None = None,
+        picture: str | os.PathLike[str] | None = None,
+    ) -> list[str]:
         """Writes the mesh with all that it carries, whole or not at all; the same bytes as the command line's.
 
         Args:
             path: The file. Its extension tells the format: obj, ply, stl, gltf, glb, vtk or vtp.
             format: The format, whatever the extension.
             ascii: Text instead of binary: PLY, STL and VTK legacy.
+            report: A page to look at, in one HTML file: a 3D view, plots and tables of the mesh as it is written.
+            picture: A picture of it, in a PNG file.
 
         Returns:
             Remarks, such as on values that the format cannot hold.
 
         Raises:
-            FileError: The file cannot be written.
-            ParameterError: There is no such format.
+            FileError: A file cannot be written.
+            ParameterError: There is no such format, or a page or picture has the name of another kind of file.
         """
-        return self._core.write(os.fspath(path), format, ascii)[0]
+        files = [None if file is None else os.fspath(file) for file in (report, picture)]
+        return self._core.write(os.fspath(path), format, ascii, *files)[0]
 
     def to_bytes(self, format: str, *, ascii: bool = False) -> bytes:
         """The bytes of a file in a format; see :meth:`write`."""
-        return self._core.write(None, format, ascii)[1]
+        return self._core.write(None, format, ascii, None, None)[1]
 
 
 class Model(_Shape):
-    """A mesh with what it carries, from :func:`isomend.read` or from arrays.
+    """A mesh with what it carries, from :func:`isomend.read` or from arrays. It can be pickled, with all of that.
 
     >>> import isomend
     >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -188,10 +192,18 @@ class Model(_Shape):
         self._made, self._given = {}, (point_data, cell_data)
 
     @classmethod
+    def _read(cls, path: str, format: str | None = None) -> Model:
+        return cls._of(CoreModel.read(path, format))
+
+    @classmethod
     def _of(cls, core: CoreModel) -> Model:
         model = cls.__new__(cls)
         model._core, model._made, model._given = core, {}, (None, None)
         return model
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A mesh goes through pickle with all that it carries."""
+        return _model_from, (self._core.packed(), _templates(self._given))
 
     def __repr__(self) -> str:
         vertices, faces = self._core.size()
@@ -213,13 +225,30 @@ class Model(_Shape):
         """Fairs the surface, or what is marked; see :func:`isomend.fair`."""
         return _mended(self, self._core, "fair", mark, options)
 
+    def repair(self, **options: Unpack[RepairOptions]) -> Mended:
+        """Mends what is wrong; see :func:`isomend.repair` for the options."""
+        return _mended(self, self._core, "repair", None, options)
+
+    def check(self, *, thin: float | None = None, debris: float = 0.01, threads: int | None = None) -> Verdict:
+        """Says whether the mesh is watertight and can be printed, and why not; see :func:`isomend.check`."""
+        options = {"thin": thin, "debris": debris, "threads": threads}
+        params = _params.as_json(_params.plain_all({"thin": thin, "debris": debris}))
+        return Verdict(_isomend.check(self._core, params, _threads(threads)), (self, options))
+
+    def sdf(
+        self, *, voxel: Voxel = "auto", band: float | Literal["full"] = "full", threads: int | None = None
+    ) -> Volume:
+        """The signed distance of the mesh as a volume; see :func:`isomend.sdf`."""
+        params = _params.as_json(_params.plain_all({"voxel": voxel}) | {"band": _params.band(band)})
+        return Volume._of(_isomend.sdf(self._core, params, _threads(threads)))
+
     def plan(self, **options: Unpack[FillOptions]) -> dict[str, Any]:
         """What :meth:`fill` would do with the same options, as ``isomend fill --dry-run --json -`` tells it."""
         _, parameters = _params.taken_apart(options)
-        return _report(self._core.plan(_params.as_json(_work("fill", None, parameters, 0))))
+        return report_of(self._core.plan(_params.as_json(_work("fill", None, parameters, 0))))
 
 
-class Inspection:
+class Inspection(Drawn):
     """What a mesh holds. It is found once; any number of fills, restorations and fairings start from it.
 
     >>> import isomend
@@ -240,10 +269,14 @@ class Inspection:
         self._model = model
         self._core: Found = model._core.inspect()
         #: What ``isomend inspect --json -`` tells: bounds, pieces, defects, boundary chains that do not close.
-        self.report: dict[str, Any] = _report(self._core.document())
+        self.report: dict[str, Any] = report_of(self._core.document())
         rims = self._core.rims()
         #: The holes, the longest first.
         self.holes: tuple[Hole, ...] = tuple(map(_hole, self.report["holes"], rims))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """An inspection goes through pickle as its mesh, which is inspected again."""
+        return type(self), (self._model,)
 
     def __repr__(self) -> str:
         return f"<isomend.Inspection of {self._model!r} with {len(self.holes)} holes>"
@@ -288,8 +321,10 @@ class Inspection:
         return _judged(Mended._made_of(self._model, self._core.assemble(work, list(patches))), run)
 
 
-class Mended(_Shape):
-    """A mended mesh: what is kept of the input first, bit for bit and in order, then what is new."""
+class Mended(_Shape, Drawn):
+    """A mended mesh: what is kept of the input first, bit for bit and in order, then what is new.
+
+    It can be pickled, whole: with corner data, materials, the rest of a glTF file, and its report."""
 
     _core: CoreMended
 
@@ -304,10 +339,8 @@ class Mended(_Shape):
         return iter((self.vertices, self.faces))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A result goes through pickle with its arrays, its data of vertices and faces, and its report; what it carried beyond
-        these, such as materials and texture coordinates of corners, does not."""
-        core = _PickledCore.of(self._core)
-        return _unpickled, (core, self._given)
+        """A result goes through pickle with all that it carries, and its report."""
+        return _mended_from, (self._core.packed(), _templates(self._given))
 
     def __repr__(self) -> str:
         vertices, faces = self._core.size()
@@ -330,7 +363,7 @@ class Mended(_Shape):
     @property
     def report(self) -> dict[str, Any]:
         """What was found and done, as ``--json`` of the command line tells it."""
-        return self._once("report", lambda: _report(self._core.document()))
+        return self._once("report", lambda: report_of(self._core.document()))
 
     @property
     def kept_vertices(self) -> NDArray[Any] | None:
@@ -346,7 +379,7 @@ class Mended(_Shape):
 
     @property
     def complete(self) -> bool:
-        """Whether every hole that was to be filled is closed."""
+        """Whether every hole that was to be filled is closed; after a repair whether nothing is wrong any more."""
         return self._core.complete()
 
     @property
@@ -356,49 +389,31 @@ class Mended(_Shape):
 
     def model(self) -> Model:
         """The mended mesh as a model of its own, to be mended again."""
-        core = self._core
-        return Model._of(core.model() if isinstance(core, _PickledCore) else CoreModel.of(core))
+        return Model._of(CoreModel.of(self._core))
 
 
-@dataclass(frozen=True)
-class _PickledCore:
-    """What a result tells, kept in Python: what is asked of :class:`isomend._isomend.Mended`, but for what needs its files."""
+def _templates(given: Any) -> Any:
+    """The types and shapes of named values, without the values."""
+    import numpy as np
 
-    values: dict[str, Any]
+    from isomend import _arrays
 
-    NAMES: ClassVar[tuple[str, ...]] = (
-        "vertices", "faces", "size", "point_data", "cell_data", "corner_data", "notes", "kept_size", "kept", "sigma", "document",
-        "flawless", "complete",
-    )  # fmt: skip
+    def empty(values: Any) -> Any:
+        array = _arrays.unmasked("values", values)
+        return np.empty((0, *array.shape[1:]), array.dtype)
 
-    @classmethod
-    def of(cls, core: Any) -> _PickledCore:
-        return core if isinstance(core, cls) else cls({name: getattr(core, name)() for name in cls.NAMES})
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") or name not in self.NAMES:
-            raise AttributeError(name)
-        value = self.values[name]
-        return lambda: value
-
-    def model(self) -> CoreModel:
-        """The mesh with its named values as a model."""
-        from isomend import _arrays
-
-        vertices, faces = self.values["vertices"], self.values["faces"]
-        data = [_arrays.taken(self.values[name]) for name in ("point_data", "cell_data")]
-        of_points = _arrays.given("point_data", data[0], len(vertices))
-        of_faces = _arrays.given("cell_data", data[1], len(faces))
-        return CoreModel.from_arrays(vertices, faces, of_points, of_faces)
-
-    def write(self, path: str | None, to: str | None, ascii: bool) -> tuple[list[str], bytes]:
-        """Writes the mesh with its named values."""
-        return self.model().write(path, to, ascii)
+    return tuple(data and {name: empty(values) for name, values in data.items()} for data in given)
 
 
-def _unpickled(core: Any, given: Any) -> Mended:
+def _model_from(packed: bytes, given: Any) -> Model:
+    model = Model._of(CoreModel.unpacked(packed))
+    model._given = given
+    return model
+
+
+def _mended_from(packed: bytes, given: Any) -> Mended:
     mended = Mended.__new__(Mended)
-    mended._core, mended._made, mended._given = core, {}, given
+    mended._core, mended._made, mended._given = CoreMended.unpacked(packed), {}, given
     return mended
 
 
@@ -422,7 +437,9 @@ def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces:
     """The work in the library's form."""
     mask = None if mark is None else _params.mask_of(mark, faces)
     if command == "fill":
-        return {"fill": _params.plain_all(parameters)}
+        return _params.fill_work(parameters)
+    if command == "repair":
+        return {"repair": _params.repair_params(parameters)}
     if command == "restore":
         if mask is None:
             raise EmptyMaskError("no region is marked")
@@ -436,16 +453,22 @@ def _mended(
     """Does the work on a mesh, which was inspected before or not."""
     run, parameters = _params.taken_apart(options)
     work = _params.as_json(_work(command, mark, parameters, model._core.size()[1]))
-    threads = run.get("threads")
-    if threads is not None:
-        threads = _params.count("threads", threads)
-    return _judged(Mended._made_of(model, core.mend(work, threads, run.get("progress"))), run)
+    return _judged(Mended._made_of(model, core.mend(work, _threads(run.get("threads")), run.get("progress"))), run)
+
+
+def _threads(threads: int | None) -> int | None:
+    """A number of threads; none for one per core."""
+    return None if threads is None else _params.count("threads", threads)
 
 
 def _judged(mended: Mended, run: Mapping[str, Any]) -> Mended:
     """The same, if it is as good as was asked for."""
+    open_hole = "some hole that was to be filled is still open; the report says which and why"
+    after = None if mended.complete else mended.report.get("after")
+    wrong = f"the result is not sound: {'; '.join(after['reasons'])}" if after else open_hole
     if run.get("strict") and not (mended.complete and mended.flawless):
-        raise StrictError("some hole did not get a steady surface that crosses nothing; the result is in `result`", mended)
+        unsteady = "some hole did not get a steady surface that crosses nothing"
+        raise StrictError(f"{wrong if after else unsteady}; the result is in `result`", mended)
     if not mended.complete:
-        LOG.warning("some hole that was to be filled is still open; the report says which and why")
+        LOG.warning(wrong)
     return mended

@@ -26,16 +26,10 @@ class RunOptions(TypedDict, total=False):
     strict: bool
 
 
-class FillOptions(RunOptions, total=False):
-    """The parameters of a fill; see :func:`isomend.fill`."""
+class SolveOptions(RunOptions, total=False):
+    """The parameters that all works with patches have."""
 
-    holes: Iterable[int] | None
-    keep_open: Iterable[int]
-    bridge: Iterable[Iterable[int]]
-    flat: Iterable[int]
-    max_diameter: float | None
     voxel: Voxel
-    surface: Literal["stitched", "whole"]
     finish: Literal["auto", "willmore", "none"]
     energy: Literal["willmore", "curvature-variation"]
     variant: Literal["I", "II", "gauss-newton"]
@@ -44,7 +38,35 @@ class FillOptions(RunOptions, total=False):
     edge_ratio: float | None
 
 
-class RestoreOptions(FillOptions, total=False):
+class FillOptions(SolveOptions, total=False):
+    """The parameters of a fill; see :func:`isomend.fill`."""
+
+    holes: Iterable[int] | None
+    keep_open: Iterable[int]
+    bridge: Iterable[Iterable[int]]
+    flat: Iterable[int]
+    max_diameter: float | None
+    surface: Literal["stitched", "whole"]
+    repair: bool
+
+
+class RepairOptions(SolveOptions, total=False):
+    """The parameters of a repair; see :func:`isomend.repair`."""
+
+    weld: float | None
+    debris: float | None
+    drop_inside: bool
+    keep_duplicates: bool
+    keep_orientation: bool
+    keep_non_manifold: bool
+    keep_crossings: bool
+    drop_unused: bool
+    keep_holes: bool
+    close_borders: bool
+    max_diameter: float | None
+
+
+class RestoreOptions(SolveOptions, total=False):
     """The parameters of a restoration; see :func:`isomend.restore`."""
 
     keep_shape: float
@@ -70,6 +92,18 @@ CHOICES = {
 }
 
 RUN = ("threads", "progress", "strict")
+
+# The flags of a repair: what the library calls the step, and whether the flag leaves it out.
+REPAIR_FLAGS = {
+    "drop_inside": ("drop_inside", False),
+    "keep_duplicates": ("clean", True),
+    "keep_orientation": ("orient", True),
+    "keep_non_manifold": ("split", True),
+    "keep_crossings": ("crossings", True),
+    "drop_unused": ("drop_unused", False),
+    "keep_holes": ("holes", True),
+    "close_borders": ("borders", False),
+}
 
 
 def taken_apart(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -109,6 +143,14 @@ def number(name: str, value: Any) -> float:
         raise ParameterError(f"{name} must be a number, but is {value!r}") from None
 
 
+def finite(name: str, value: Any) -> float:
+    """A finite number."""
+    given = number(name, value)
+    if not abs(given) < float("inf"):
+        raise ParameterError(f"{name} must be a finite number, but is {given:g}")
+    return given
+
+
 def positive(name: str, value: Any) -> float:
     """A positive number. Infinite ones are refused with all others; see :func:`as_json`."""
     given = number(name, value)
@@ -138,6 +180,18 @@ def is_bool(value: Any) -> bool:
     return isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
 
 
+def flag(name: str, value: Any) -> bool:
+    """A truth value."""
+    if not is_bool(value):
+        raise ParameterError(f"{name} must be True or False, but is {value!r}")
+    return bool(value)
+
+
+def band(value: Any) -> float | None:
+    """The length at which distances are cut off; none for ``"full"``."""
+    return None if isinstance(value, str) and value == "full" else positive("band", value)
+
+
 def wholes(name: str, values: Any) -> list[int]:
     """A list of whole numbers."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
@@ -153,11 +207,11 @@ def plain(name: str, value: Any) -> Any:
         return [wholes("each group of bridge", group) for group in value]
     if name == "voxel":
         return value if isinstance(value, str) and value == "auto" else {"length": positive(name, value)}
-    if name in ("max_diameter", "time_step", "strength", "time"):
+    if name in ("max_diameter", "time_step", "strength", "time", "weld", "thin"):
         return positive(name, value)
     if name == "edge_ratio":
         return within(name, value, 0.05, 20.0)
-    if name == "keep_shape":
+    if name in ("keep_shape", "debris"):
         return within(name, value, 0.0, 1.0)
     if name == "steps":
         return count(name, value)
@@ -169,6 +223,25 @@ def plain(name: str, value: Any) -> Any:
 def plain_all(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Parameters in the library's form; those that are ``None`` are left to it."""
     return {name: plain(name, value) for name, value in parameters.items() if value is not None}
+
+
+def fill_work(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The work of a fill, which may be one that repairs the rest first."""
+    rest = dict(parameters)
+    repairs = flag("repair", rest.pop("repair", False))
+    fill = plain_all(rest)
+    return {"repair": {"fill": fill}} if repairs else {"fill": fill}
+
+
+def repair_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a repair, those of its fill among them."""
+    given = plain_all(parameters)
+    flags = {name: flag(name, given.pop(name)) for name in REPAIR_FLAGS if name in given}
+    if flags.get("keep_holes") and flags.get("close_borders"):
+        raise ParameterError("keep_holes leaves open what close_borders closes; give one of them")
+    steps: dict[str, Any] = {REPAIR_FLAGS[name][0]: value != REPAIR_FLAGS[name][1] for name, value in flags.items()}
+    own = {name: given.pop(name) for name in ("weld", "debris") if name in given}
+    return steps | own | {"fill": given}
 
 
 def restore_params(parameters: Mapping[str, Any]) -> dict[str, Any]:

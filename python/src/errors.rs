@@ -2,10 +2,11 @@
 
 use std::error::Error;
 
+use isomend::compare::CompareError;
 use isomend::io::IoError;
 use isomend::job::JobError;
 use isomend::volume::VolumeError;
-use isomend::{FairError, FillError, RestoreError};
+use isomend::{FairError, FillError, RestoreError, VolumeSurfaceError};
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
@@ -91,14 +92,30 @@ impl From<FillError> for Failure {
     }
 }
 
+fn volume_exception(error: &VolumeError) -> &'static str {
+    match error {
+        VolumeError::Mesh(error) => fill_exception(error),
+        VolumeError::NoSurface => "MeshError",
+        _ => "ParameterError",
+    }
+}
+
+fn compare_exception(error: &CompareError) -> &'static str {
+    match error {
+        CompareError::Empty { .. } => "MeshError",
+        CompareError::Samples(_) => "ParameterError",
+    }
+}
+
 impl From<VolumeError> for Failure {
     fn from(error: VolumeError) -> Self {
-        let exception = match &error {
-            VolumeError::Mesh(error) => fill_exception(error),
-            VolumeError::NoSurface => "MeshError",
-            _ => "ParameterError",
-        };
-        Self::of(exception, &error)
+        Self::of(volume_exception(&error), &error)
+    }
+}
+
+impl From<VolumeSurfaceError> for Failure {
+    fn from(error: VolumeSurfaceError) -> Self {
+        Self::of("ParameterError", &error)
     }
 }
 
@@ -116,6 +133,8 @@ impl From<JobError> for Failure {
             | JobError::MaskMesh { error, .. } => fill_exception(error),
             JobError::Restore(error) => restore_exception(error),
             JobError::Fair(error) => fair_exception(error),
+            JobError::Measure { error, .. } => volume_exception(error),
+            JobError::Compare { error, .. } => compare_exception(error),
             JobError::NothingMarked { .. } | JobError::NoMask | JobError::EmptyMask => {
                 "EmptyMaskError"
             }

@@ -3,18 +3,21 @@
 use std::sync::Arc;
 
 use isomend::io::Loaded;
-use isomend::job::{self, Drawings, Place, Source};
+use isomend::job::{self, Drawings, Place, Source, Unchanged};
 use isomend::{Inspection, RegionPatch, RegionTask};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
+use crate::drawings::call;
 use crate::errors::Failure;
 use crate::mended::Mended;
+use crate::packed::{json_of, packed, unpacked};
 use crate::spec::{fill_params, spec, work};
 use crate::worker;
 
 /// What a mesh holds.
+#[derive(Clone)]
 #[pyclass(frozen, module = "isomend._isomend")]
 pub struct Found {
     loaded: Arc<Loaded>,
@@ -32,8 +35,7 @@ impl Found {
             format: None,
         };
         let inspected = job::inspect(&read, &loaded, None, &Drawings::default())?;
-        let document = serde_json::to_string(&inspected.document())
-            .map_err(|error| Failure::new("IsomendError", error.to_string()))?;
+        let document = json_of(&inspected.document())?;
         let found = Arc::new(inspected.found.into_owned());
         Ok(Self {
             loaded,
@@ -44,21 +46,37 @@ impl Found {
     }
 }
 
-/// A value in the form in which it is sent.
-fn packed<T: serde::Serialize>(value: &T) -> Result<Vec<u8>, Failure> {
-    rmp_serde::to_vec_named(value).map_err(|e| Failure::new("IsomendError", e.to_string()))
-}
-
-/// A value that was sent.
-fn unpacked<T: serde::de::DeserializeOwned>(bytes: &[u8], what: &str) -> Result<T, Failure> {
-    rmp_serde::from_slice(bytes)
-        .map_err(|e| Failure::parameter(format!("these bytes are no {what}: {e}")))
+impl Found {
+    /// It as it is drawn.
+    fn drawn<'a>(&'a self) -> Unchanged<'a> {
+        Unchanged {
+            place: &self.source,
+            loaded: &self.loaded,
+            found: &self.found,
+            verdict: None,
+        }
+    }
 }
 
 #[pymethods]
 impl Found {
     fn document(&self) -> &str {
         &self.document
+    }
+
+    /// The page of the command.
+    fn page(&self, py: Python<'_>) -> PyResult<String> {
+        let seen = self.clone();
+        worker::run(py, None, None, move |_| {
+            Ok(seen.drawn().page(&call("inspect")))
+        })
+    }
+
+    /// The picture of the command.
+    fn picture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let seen = self.clone();
+        let bytes = worker::run(py, None, None, move |_| Ok(seen.drawn().picture()?))?;
+        Ok(PyBytes::new(py, &bytes))
     }
 
     /// The vertices of each hole's rim.
@@ -82,7 +100,8 @@ impl Found {
         worker::run(py, threads, progress, move |control| {
             spec.work.check()?;
             let read = spec.with((*loaded).clone());
-            Ok(Mended::new(read.mend_found(&found, control)?.into_owned()))
+            let mended = read.mend_found(&found, control)?.into_owned();
+            Ok(Mended::new(mended.judged()?))
         })
     }
 

@@ -3,12 +3,17 @@
 
 mod arrays;
 mod attributes;
+mod checked;
+mod compared;
+mod drawings;
 mod errors;
 mod found;
 mod logging;
 mod mended;
 mod model;
+mod packed;
 mod spec;
+mod volume;
 mod worker;
 
 use std::ffi::OsString;
@@ -27,7 +32,12 @@ fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<model::Model>()?;
     module.add_class::<found::Found>()?;
     module.add_class::<mended::Mended>()?;
+    module.add_class::<checked::Checked>()?;
+    module.add_class::<volume::Volume>()?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(checked::check, module)?)?;
+    module.add_function(wrap_pyfunction!(compared::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(volume::sdf, module)?)?;
     module.add_function(wrap_pyfunction!(found::solve_task, module)?)?;
     module.add_function(wrap_pyfunction!(model::signed_distance, module)?)?;
     Ok(())

@@ -11,7 +11,9 @@ use pyo3::types::{PyBytes, PyList};
 
 use crate::arrays;
 use crate::attributes;
+use crate::drawings::{call, drawings};
 use crate::errors::Failure;
+use crate::packed::{json_of, packed, unpacked};
 use crate::spec::output;
 use crate::worker;
 
@@ -128,8 +130,7 @@ impl Mended {
     }
 
     fn document(&self) -> PyResult<String> {
-        let text = serde_json::to_string(&self.mended.document());
-        Ok(text.map_err(|e| Failure::new("IsomendError", e.to_string()))?)
+        Ok(json_of(&self.mended.document())?)
     }
 
     fn flawless(&self) -> bool {
@@ -140,19 +141,53 @@ impl Mended {
         self.mended.complete()
     }
 
-    /// Writes it; remarks, and the bytes where there is no path.
-    #[pyo3(signature = (path, to, ascii))]
+    /// All of it as bytes.
+    fn packed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mended = self.mended.clone();
+        let bytes = worker::run(py, None, None, move |_| packed(&*mended))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// The same from its bytes.
+    #[staticmethod]
+    fn unpacked(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        let bytes = bytes.to_vec();
+        worker::run(py, None, None, move |_| {
+            let mended: job::Mended = unpacked(&bytes, "result")?;
+            Ok(Self::new(mended.into_owned()))
+        })
+    }
+
+    /// The page of the command.
+    fn page(&self, py: Python<'_>) -> PyResult<String> {
+        let mended = self.mended.clone();
+        let call = call(mended.command());
+        worker::run(py, None, None, move |_| Ok(mended.page(&call)?))
+    }
+
+    /// The picture of the command.
+    fn picture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let mended = self.mended.clone();
+        let bytes = worker::run(py, None, None, move |_| Ok(mended.picture()?))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// Writes it, and where they are wanted its page and its picture; remarks, and the bytes where there is no path.
+    #[pyo3(signature = (path, to, ascii, page, picture))]
     fn write<'py>(
         &self,
         py: Python<'py>,
         path: Option<PathBuf>,
         to: Option<&str>,
         ascii: bool,
+        page: Option<PathBuf>,
+        picture: Option<PathBuf>,
     ) -> PyResult<(Vec<String>, Bound<'py, PyBytes>)> {
         let output = output(path, to, ascii)?;
         let mended = self.mended.clone();
+        let drawings = drawings(mended.command(), page, picture, &self.source, &output)?;
         let (notes, bytes) = worker::run(py, None, None, move |_| {
-            let result = (*mended).clone().to(output).write()?;
+            let result = (*mended).clone().drawn(drawings).to(output).write()?;
             Ok((result.notes_written().to_vec(), result.bytes))
         })?;
         Ok((notes, PyBytes::new(py, &bytes)))

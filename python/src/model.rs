@@ -3,8 +3,9 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use isomend::io::{Contents, Format, Loaded, Precision};
-use isomend::job::{Place, Source};
+use isomend::Mesh;
+use isomend::io::{Format, Loaded, Precision};
+use isomend::job::{Place, Source, Work};
 use isomend::mesh::Attributes;
 use isomend::volume::signed_distances;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
@@ -13,20 +14,55 @@ use pyo3::types::{PyBytes, PyList};
 
 use crate::arrays;
 use crate::attributes::{self, Given};
+use crate::drawings::drawings;
 use crate::errors::Failure;
 use crate::found::Found;
 use crate::mended::Mended;
+use crate::packed::{json_of, packed, unpacked};
 use crate::spec::{format, output, spec, work};
 use crate::worker;
 
-/// What stands for the path of a mesh that is no file.
-const NO_FILE: &str = "";
+/// The name of a mesh that is no file.
+const NO_FILE: &str = "the mesh";
 
 /// A mesh with what it carries.
 #[pyclass(frozen, module = "isomend._isomend")]
 pub struct Model {
     loaded: Arc<Loaded>,
     source: Place,
+}
+
+impl Model {
+    /// A mesh that was made, without a file.
+    fn made(mesh: Mesh, attributes: Attributes) -> Self {
+        let loaded = Loaded {
+            f32_exact: Precision::of(&mesh) == Precision::F32,
+            mesh,
+            format: Format::Ply,
+            attributes,
+            document: None,
+            notes: Vec::new(),
+        };
+        Self {
+            loaded: Arc::new(loaded),
+            source: Place::Bytes(NO_FILE.to_owned()),
+        }
+    }
+
+    /// A mesh that carries nothing.
+    pub fn of_mesh(mesh: Mesh) -> Self {
+        Self::made(mesh, Attributes::default())
+    }
+
+    /// The mesh with what it carries.
+    pub fn loaded(&self) -> &Arc<Loaded> {
+        &self.loaded
+    }
+
+    /// Where it came from.
+    pub fn source(&self) -> &Place {
+        &self.source
+    }
 }
 
 #[pymethods]
@@ -48,18 +84,7 @@ impl Model {
             face: given(cell_data)?,
             ..Attributes::default()
         };
-        let loaded = Loaded {
-            f32_exact: Precision::of(&mesh) == Precision::F32,
-            mesh,
-            format: Format::Ply,
-            attributes,
-            document: None,
-            notes: Vec::new(),
-        };
-        Ok(Self {
-            loaded: Arc::new(loaded),
-            source: Place::Bytes(NO_FILE.to_owned()),
-        })
+        Ok(Self::made(mesh, attributes))
     }
 
     /// A mesh from a file.
@@ -141,8 +166,7 @@ impl Model {
         worker::run(py, None, None, move |_| {
             spec.work.check()?;
             let planned = spec.with((*loaded).clone()).plan()?;
-            serde_json::to_string(&planned.document())
-                .map_err(|error| Failure::new("IsomendError", error.to_string()))
+            json_of(&planned.document())
         })
     }
 
@@ -160,32 +184,48 @@ impl Model {
         worker::run(py, threads, progress, move |control| {
             spec.work.check()?;
             let mended = spec.with(Arc::unwrap_or_clone(loaded)).mend(control)?;
-            Ok(Mended::new(mended.into_owned()))
+            Ok(Mended::new(mended.into_owned().judged()?))
         })
     }
 
-    /// Writes it as it is; remarks, and the bytes where there is no path.
-    #[pyo3(signature = (path, to, ascii))]
+    /// All of it as bytes.
+    fn packed<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let (loaded, source) = (self.loaded.clone(), self.source.clone());
+        let bytes = worker::run(py, None, None, move |_| packed(&(&*loaded, source)))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+
+    /// The same from its bytes.
+    #[staticmethod]
+    fn unpacked(py: Python<'_>, bytes: &[u8]) -> PyResult<Self> {
+        let bytes = bytes.to_vec();
+        let read = move |_: &isomend::Control| unpacked::<(Loaded, Place)>(&bytes, "mesh");
+        let (loaded, source) = worker::run(py, None, None, read)?;
+        Ok(Self {
+            loaded: Arc::new(loaded),
+            source,
+        })
+    }
+
+    /// Writes it as it is, and where they are wanted its page and its picture; remarks, and the bytes where there is no path.
+    #[pyo3(signature = (path, to, ascii, page, picture))]
     fn write<'py>(
         &self,
         py: Python<'py>,
         path: Option<PathBuf>,
         to: Option<&str>,
         ascii: bool,
+        page: Option<PathBuf>,
+        picture: Option<PathBuf>,
     ) -> PyResult<(Vec<String>, Bound<'py, PyBytes>)> {
         let output = output(path, to, ascii)?;
+        let drawings = drawings("convert", page, picture, &self.source, &output)?;
+        let spec = spec(&self.source, Work::Copy);
         let loaded = self.loaded.clone();
-        let (notes, bytes) = worker::run(py, None, None, move |_| {
-            let precision = match loaded.f32_exact {
-                true => Precision::F32,
-                false => Precision::F64,
-            };
-            let contents = Contents {
-                mesh: &loaded.mesh,
-                attributes: &loaded.attributes,
-                document: loaded.document.as_ref(),
-            };
-            Ok(output.write(&contents, precision)?)
+        let (notes, bytes) = worker::run(py, None, None, move |control| {
+            let copied = spec.with((*loaded).clone()).mend(control)?;
+            let result = copied.drawn(drawings).to(output).write()?;
+            Ok((result.notes_written().to_vec(), result.bytes))
         })?;
         Ok((notes, PyBytes::new(py, &bytes)))
     }

@@ -1,8 +1,10 @@
 """Meshes of other packages."""
 
+import importlib
 import json
 import subprocess
 import sys
+from importlib.metadata import entry_points
 
 import numpy as np
 import pytest
@@ -60,6 +62,9 @@ def test_the_accessor_of_pyvista(sphere, filled):
     pyvista = pytest.importorskip("pyvista")
     if not hasattr(pyvista, "register_dataset_accessor"):
         pytest.skip("this pyvista has no accessors")
+    # pyvista finds it by itself where the package is installed, not merely in the path.
+    if not entry_points(group="pyvista.accessors", name="isomend"):
+        importlib.import_module("isomend._pyvista")
     mesh = pyvista.PolyData.from_regular_faces(*sphere)
     assert mesh.isomend.inspect().holes[0].edges == 48
     done = mesh.isomend.fill(voxel="auto")
@@ -98,6 +103,11 @@ assert np.asarray(done.vertices).tobytes() == isomend.fill(vertices, faces).vert
 assert np.allclose(np.asarray(done.vertex_colors), (0.25, 0.5, 0.75), atol=1e-6)
 normals = np.asarray(done.vertex_normals)
 assert np.abs((normals * np.asarray(done.vertices)).sum(axis=1) - 1).max() < 0.02
+closed, report = isomend.repair_mesh(mesh, return_report=True)
+assert closed.is_watertight() and report["complete"] and isomend.as_model(closed).check()
+ball = {"balls": [[[0, 0, -1], 0.4]]}
+assert isomend.restore_mesh(closed, ball).is_watertight() and isomend.fair_mesh(closed, ball, strength=0.3).is_watertight()
+assert isomend.fair_mesh(closed, strength=0.3).is_watertight()
 """
 
 
@@ -126,3 +136,80 @@ def test_pyvista_meshes_of_several_kinds_of_cells(sphere):
         assert json.loads(done.field_data["isomend_report"][0])["command"] == "fill"
     with pytest.raises(TypeError, match="extract_surface"):
         isomend.fill_mesh(pyvista.PolyData.from_regular_faces(*sphere).cast_to_unstructured_grid())
+
+
+def pierced():
+    """A ball with a hole and faces turned over, and a small ball that pierces it: faces of both, and which ball each is of."""
+    vertices, faces = shapes.open_sphere(around=24, latitudes=12, top=2)
+    small, of_small = shapes.closed_sphere()
+    turned = faces.copy()
+    turned[:40] = turned[:40, ::-1]
+    every = np.vstack([turned, of_small + len(vertices)])
+    return np.vstack([vertices, 0.3 * small + (0.0, 0.0, -1.0)]), every, np.arange(len(every)) >= len(faces)
+
+
+def test_all_works_on_trimesh():
+    trimesh = pytest.importorskip("trimesh")
+    vertices, faces, _ = pierced()
+    mesh = trimesh.Trimesh(vertices, faces, process=False, vertex_attributes={"heat": vertices[:, 2]}, metadata={"name": "ball"})
+    mended, report = isomend.repair_mesh(mesh, return_report=True)
+    assert type(mended) is trimesh.Trimesh and mended.is_watertight and mended.is_winding_consistent
+    assert report["command"] == "repair" and report["complete"] and mended.metadata["name"] == "ball"
+    assert json.loads(mended.metadata["isomend_report"])["steps"] == report["steps"]
+    assert mended.vertices.tobytes() == isomend.repair(vertices, faces).vertices.tobytes()
+    ball = trimesh.Trimesh(*shapes.closed_sphere(), process=False, vertex_colors=np.full((len(shapes.closed_sphere()[0]), 4), 77, np.uint8))
+    mark = ball.triangles_center[:, 2] > 0.8
+    restored = isomend.restore_mesh(ball, mark)
+    assert restored.is_watertight and restored.face_attributes["isomend_patch"].any() and (restored.visual.vertex_colors == 77).all()
+    assert json.loads(restored.metadata["isomend_report"])["command"] == "restore"
+    part = isomend.fair_mesh(ball, mark, strength=0.3)
+    assert part.is_watertight and (part.visual.vertex_colors == 77).all()
+    # As a whole it is replaced, and nothing tells the colours of what is new.
+    whole, report = isomend.fair_mesh(ball, strength=0.3, return_report=True)
+    assert whole.is_watertight and report["command"] == "fair" and whole.face_attributes["isomend_patch"].all()
+    with pytest.raises(isomend.EmptyMaskError):
+        isomend.restore_mesh(ball, np.zeros(len(ball.faces), bool))
+    model = isomend.as_model(ball)
+    assert model.check() and model.point_data["vertex_colors"].shape[1] == 4
+    assert isomend.compare(ball, restored).a_to_b.max < 0.01
+
+
+def test_all_works_on_pyvista(sphere):
+    pyvista = pytest.importorskip("pyvista")
+    vertices, faces, _ = pierced()
+    mesh = pyvista.PolyData.from_regular_faces(vertices, faces)
+    mesh.point_data["heat"] = vertices[:, 2]
+    mended, report = isomend.repair_mesh(mesh, return_report=True)
+    assert type(mended) is pyvista.PolyData and mended.n_open_edges == 0 and mended.is_manifold
+    assert report["complete"] and len(mended.point_data["heat"]) == mended.n_points
+    assert json.loads(mended.field_data["isomend_report"][0])["command"] == "repair"
+    ball = pyvista.PolyData.from_regular_faces(*shapes.closed_sphere())
+    mark = ball.cell_centers().points[:, 2] > 0.8
+    assert isomend.restore_mesh(ball, mark).n_open_edges == 0
+    assert isomend.fair_mesh(ball, mark, strength=0.3).n_open_edges == 0
+    assert isomend.as_model(ball).check().sound and not isomend.as_model(pyvista.PolyData.from_regular_faces(*sphere)).check()
+    if hasattr(pyvista, "register_dataset_accessor"):
+        importlib.import_module("isomend._pyvista")
+        assert not mesh.isomend.check() and mesh.isomend.repair().isomend.check().sound
+
+
+def test_all_works_on_meshio():
+    """Blocks of cells stay, though a repair takes some out and turns others."""
+    meshio = pytest.importorskip("meshio")
+    vertices, faces, small = pierced()
+    blocks = [("triangle", faces[~small]), ("triangle", faces[small])]
+    data = {"ball": [np.zeros((~small).sum(), int), np.ones(small.sum(), int)]}
+    mesh = meshio.Mesh(vertices, blocks, cell_data=data, point_data={"heat": vertices[:, 2]}, info={"name": "balls"})
+    mended, report = isomend.repair_mesh(mesh, return_report=True)
+    assert type(mended) is meshio.Mesh and shapes.is_closed(np.concatenate([block.data for block in mended.cells]))
+    assert [set(values.tolist()) for values in mended.cell_data["ball"][:2]] == [{0}, {1}]
+    assert [values.sum() for values in mended.cell_data["isomend_patch"][:2]] == [0, 0] and "isomend_block" not in mended.cell_data
+    assert len(mended.cells[0].data) < (~small).sum() and mended.cell_data["isomend_patch"][2].all()
+    assert mended.info["name"] == "balls" and mesh.info == {"name": "balls"}
+    assert json.loads(mended.info["isomend_report"])["steps"] == report["steps"]
+    ball = meshio.Mesh(shapes.closed_sphere()[0], [("triangle", shapes.closed_sphere()[1])])
+    restored = isomend.restore_mesh(ball, {"balls": [[[0, 0, 1], 0.5]]})
+    assert [len(block.data) > 0 for block in restored.cells] == [True, True]
+    whole = isomend.fair_mesh(ball, strength=0.3)
+    assert len(whole.cells[0].data) == 0 and shapes.is_closed(whole.cells[1].data)
+    assert json.loads(whole.info["isomend_report"])["command"] == "fair"

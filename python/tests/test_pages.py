@@ -22,10 +22,11 @@ def test_the_recipes_of_python(tmp_path, monkeypatch):
     pytest.importorskip("meshio")
     monkeypatch.chdir(desk(tmp_path))
     recipes, names = blocks("python.md", "python"), {}
-    assert len(recipes) == 4
+    assert len(recipes) == 7
     for number, recipe in enumerate(recipes):
         exec(compile(recipe, f"recipe {number + 1}", "exec"), names)
-    assert (tmp_path / "restored.glb").exists() and (tmp_path / "smooth.ply").exists()
+    files = ("restored.glb", "smooth.ply", "repaired.ply", "repaired.html", "repaired.png", "distance.vti", "repaired.stl")
+    assert all((tmp_path / name).exists() for name in files)
 
 
 def test_the_commands_of_fleets(tmp_path):

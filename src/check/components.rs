@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::mesh::topology::NONE;
 use crate::mesh::{Mesh, Topology, area_vector};
@@ -17,7 +17,7 @@ const SAMPLES: usize = 32;
 const LEAST_FACES: usize = 4;
 
 /// A part of a mesh that hangs together by edges with two faces.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Component {
     /// Number of faces.
     pub faces: usize,

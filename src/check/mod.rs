@@ -48,7 +48,7 @@ impl Default for CheckParams {
 }
 
 /// A kind of defect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum DefectKind {
@@ -116,7 +116,7 @@ impl DefectKind {
 }
 
 /// All defects of a kind.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Defect {
     /// The kind.
     pub kind: DefectKind,
@@ -129,7 +129,7 @@ pub struct Defect {
 }
 
 /// What a mesh is, and what is wrong with it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Verdict {
     /// Number of vertices.

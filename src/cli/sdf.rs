@@ -3,24 +3,18 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use anyhow::Context;
 use clap::Args;
-use isomend::glam::DVec3;
 use isomend::grid::Volume;
-use isomend::io::{Precision, save, volume_to_bytes};
-use isomend::job::{Document, FileInfo, Place};
+use isomend::io::Precision;
+use isomend::job::{self, VolumeSeconds};
 use isomend::report::length;
-use isomend::volume::{MeasuredSeconds, VolumeParams, measure_volume};
-use serde::Serialize;
+use isomend::volume::VolumeParams;
 
 use super::arguments::{self, Band};
 use super::console::Console;
 use super::input::is_stream;
 use super::solve::VoxelArg;
 use super::{CommonArgs, End, console, input};
-
-/// The name of the array that is written.
-const NAME: &str = "distance";
 
 const EXAMPLES: &str = "\
 Examples:
@@ -62,30 +56,6 @@ pub struct SdfArgs {
     pub(super) common: CommonArgs,
 }
 
-#[derive(Serialize)]
-struct Body {
-    input: FileInfo,
-    output: String,
-    array: &'static str,
-    dims: [usize; 3],
-    origin: DVec3,
-    voxel: f64,
-    range: [f64; 2],
-    /// Nodes whose distance is not cut off.
-    measured: usize,
-    seconds: Seconds,
-}
-
-/// Where the time went, in seconds of the clock.
-#[derive(Serialize)]
-struct Seconds {
-    reading: f64,
-    #[serde(flatten)]
-    measuring: MeasuredSeconds,
-    writing: f64,
-    total: f64,
-}
-
 /// Reads, measures, writes.
 pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     let is_vti = is_stream(&args.output)
@@ -105,55 +75,36 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
         json.check(std::slice::from_ref(&place), std::slice::from_ref(&output))?;
     }
     let start = Instant::now();
-    let loaded = input::read(&input::source(&args.input, args.common.from)?, console)?;
+    let source = input::source(&args.input, args.common.from)?;
+    let loaded = input::read(&source, console)?;
     let reading = start.elapsed().as_secs_f64();
     let params = VolumeParams {
         voxel: args.voxel.voxel,
         band: args.band.0,
     };
-    let measured = measure_volume(&loaded.mesh, &params)
-        .with_context(|| format!("cannot measure {}", place.name()))?;
-    let volume = &measured.volume;
+    let done = job::measure(&source, &loaded, &params).map_err(super::told)?;
+    let volume = &done.measured.volume;
     let before_writing = Instant::now();
     let precision = if args.f64 {
         Precision::F64
     } else {
         Precision::F32
     };
-    let bytes = volume_to_bytes(volume, NAME, precision)
-        .with_context(|| args.output.display().to_string())?;
-    written(&output, &bytes)?;
-    let seconds = Seconds {
+    let bytes = job::write_volume(volume, job::DISTANCE, precision, &output);
+    let bytes = bytes.map_err(super::told)?;
+    if output.path().is_none() {
+        console::write_file_out(&bytes)?;
+    }
+    let seconds = VolumeSeconds {
         reading,
-        measuring: measured.seconds,
         writing: before_writing.elapsed().as_secs_f64(),
         total: start.elapsed().as_secs_f64(),
     };
     console.say(&summary(volume));
     if let Some(json) = &args.common.json {
-        let body = Body {
-            input: FileInfo::new(&place, loaded.format, &loaded.mesh),
-            output: args.output.display().to_string(),
-            array: NAME,
-            dims: volume.dims,
-            origin: volume.origin,
-            voxel: volume.spacing.x,
-            range: volume.range(),
-            measured: measured.nodes,
-            seconds,
-        };
-        json.write(&Document::new("sdf", body))?;
+        json.write(&done.document(Some((&output, seconds))))?;
     }
     Ok(End::Done)
-}
-
-fn written(output: &Place, bytes: &[u8]) -> anyhow::Result<()> {
-    match output {
-        Place::File(path) => {
-            save(path, bytes).with_context(|| format!("cannot write {}", path.display()))
-        }
-        Place::Bytes(_) => console::write_file_out(bytes),
-    }
 }
 
 fn summary(volume: &Volume) -> String {

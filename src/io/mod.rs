@@ -48,12 +48,14 @@ pub use save::save;
 #[doc(hidden)]
 pub use save::{Abandoned, abandon_unfinished};
 
+use serde::{Deserialize, Serialize};
+
 use crate::grid::Volume;
 use crate::mesh::cut::Remainder;
 use crate::mesh::{Attributes, Mesh, Model, Origins};
 
 /// A mesh that was read, and what is to be known about its file.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Loaded {
     /// The mesh.
     pub mesh: Mesh,

@@ -32,12 +32,25 @@ pub struct Drawings {
 }
 
 /// A mesh some of whose faces went.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Before {
     /// The mesh as it was read.
     pub(super) mesh: Mesh,
     /// For each of its faces whether it went.
     pub(super) gone: Vec<bool>,
+}
+
+/// A mesh as it is, to be drawn: with its holes, or where there is a verdict with the faces that have defects.
+#[derive(Clone, Copy)]
+pub struct Unchanged<'a> {
+    /// Where it came from.
+    pub place: &'a Place,
+    /// The mesh.
+    pub loaded: &'a Loaded,
+    /// What it holds.
+    pub found: &'a Inspection<'a>,
+    /// What is wrong with it, where that is drawn.
+    pub verdict: Option<&'a Verdict>,
 }
 
 /// What is drawn and told of a job.
@@ -101,45 +114,14 @@ impl Drawings {
         Ok(())
     }
 
-    /// Draws a mesh that is only looked at.
-    pub(super) fn write_looked_at(
-        &self,
-        input: &Place,
-        loaded: &Loaded,
-        found: &Inspection,
-    ) -> Result<(), JobError> {
+    /// Draws a mesh as it is.
+    pub(super) fn write_unchanged(&self, drawn: &Unchanged) -> Result<(), JobError> {
         if !self.is_wanted() {
             return Ok(());
         }
-        let mesh = &loaded.mesh;
-        let change = Change {
-            before: mesh,
-            after: mesh,
-            kept: mesh.faces.len(),
-            gone: vec![false; mesh.faces.len()],
-            patches: Vec::new(),
-            rims: rims(mesh, found.holes.iter()),
-            errors: &[],
-        };
-        let scene = Scene::new(&change, FACES);
-        let text = || self.page_of_one(input, loaded, found, &scene);
-        self.write_files(text, || picture_of_one(&scene))
-    }
-
-    /// Draws a mesh with the faces that have defects.
-    pub(super) fn write_checked(
-        &self,
-        input: &Place,
-        loaded: &Loaded,
-        found: &Inspection,
-        verdict: &Verdict,
-    ) -> Result<(), JobError> {
-        if !self.is_wanted() {
-            return Ok(());
-        }
-        let scene = marked_scene(&loaded.mesh, found, verdict);
-        let text = || self.page_of_verdict(input, loaded, found, (verdict, &scene));
-        self.write_files(text, || picture_of_marked(&scene))
+        let scene = drawn.scene();
+        let page = || drawn.page_of(&scene, &self.command_line);
+        self.write_files(page, || drawn.picture_of(&scene))
     }
 
     /// Draws what became of a mesh.
@@ -148,7 +130,8 @@ impl Drawings {
             return Ok(());
         }
         let scene = drawn.scene();
-        self.write_files(|| self.page_of(drawn, &scene), || picture(&scene))
+        let page = || drawn.page_of(&scene, &self.command_line);
+        self.write_files(page, || picture(&scene))
     }
 
     fn write_files(
@@ -164,54 +147,75 @@ impl Drawings {
         }
         Ok(())
     }
+}
 
-    fn page_of(&self, drawn: &Drawn, scene: &Scene) -> String {
-        let report = drawn.report;
-        let defects = defect_lines(&report.defects);
-        let [input, output] = drawn.places;
-        let mut facts = vec![
-            ("input", input.name()),
-            ("output", output.name()),
-            ("faces before", report.faces.to_string()),
-            ("faces after", drawn.after.faces.len().to_string()),
-            (
-                "new faces",
-                (drawn.after.faces.len() - drawn.kept).to_string(),
-            ),
-            ("pieces", report.pieces.to_string()),
-            ("seconds", format!("{:.2}", report.seconds)),
-        ];
-        if let Some(before) = drawn.before {
-            let gone = before.gone.iter().filter(|gone| **gone).count();
-            facts.insert(5, ("faces cut out", gone.to_string()));
+impl Unchanged<'_> {
+    /// The page: an HTML file that shows a command line.
+    pub fn page(&self, command_line: &str) -> String {
+        self.page_of(&self.scene(), command_line)
+    }
+
+    /// The picture: a PNG file.
+    ///
+    /// # Errors
+    /// [`JobError::Picture`], for want of memory only.
+    pub fn picture(&self) -> Result<Vec<u8>, JobError> {
+        Ok(self.picture_of(&self.scene())?)
+    }
+
+    fn scene(&self) -> Scene {
+        let mesh = &self.loaded.mesh;
+        if let Some(verdict) = self.verdict {
+            return marked_scene(mesh, self.found, verdict);
         }
-        if !defects.is_empty() {
-            facts.push(("defects of the input", defects.join("; ")));
+        let change = Change {
+            before: mesh,
+            after: mesh,
+            kept: mesh.faces.len(),
+            gone: vec![false; mesh.faces.len()],
+            patches: Vec::new(),
+            rims: rims(mesh, self.found.holes.iter()),
+            errors: &[],
+        };
+        Scene::new(&change, FACES)
+    }
+
+    fn picture_of(&self, scene: &Scene) -> Result<Vec<u8>, PictureError> {
+        match self.verdict {
+            Some(_) => picture_of_marked(scene),
+            None => picture_of_one(scene),
         }
+    }
+
+    fn page_of(&self, scene: &Scene, command_line: &str) -> String {
+        let (command, facts) = match self.verdict {
+            Some(verdict) => ("check", self.facts_of_verdict(verdict)),
+            None => ("inspect", self.facts()),
+        };
+        let open = |hole: &Hole| HoleReport {
+            hole: hole.clone(),
+            outcome: HoleOutcome::Left(LeftReason::NotChosen),
+            region: 0,
+        };
+        let holes: Vec<HoleReport> = self.found.holes.iter().map(open).collect();
         page(&Page {
-            title: &title(input),
-            command: drawn.command,
-            command_line: &self.command_line,
+            title: &title(self.place),
+            command,
+            command_line,
             version: env!("CARGO_PKG_VERSION"),
             facts: &facts,
-            notes: drawn.notes,
-            holes: &report.holes,
-            regions: &report.regions,
+            notes: &self.loaded.notes,
+            holes: &holes,
+            regions: &[],
             scene,
-            single: false,
+            single: true,
         })
     }
 
-    /// The page of a verdict.
-    fn page_of_verdict(
-        &self,
-        input: &Place,
-        loaded: &Loaded,
-        found: &Inspection,
-        (verdict, scene): (&Verdict, &Scene),
-    ) -> String {
-        let [low, high] = loaded.mesh.bounds();
-        let mut facts = vec![("input", input.name()), ("verdict", verdict.line())];
+    /// The rows of the page of a verdict: name and value.
+    fn facts_of_verdict(&self, verdict: &Verdict) -> Vec<(&'static str, String)> {
+        let [low, high] = self.loaded.mesh.bounds();
+        let mut facts = vec![("input", self.place.name()), ("verdict", verdict.line())];
         facts.extend(verdict_rows(verdict, low.distance(high)));
         let marked = verdict.defects.iter().map(|d| {
             let colour = colour(d.kind).name;
@@ -221,61 +225,28 @@ impl Drawings {
         if !legend.is_empty() {
             facts.push(("colours", legend.join("; ")));
         }
-        self.page_of_open(input, loaded, found, ("check", &facts), scene)
+        facts
     }
 
-    /// The page of a mesh that is only looked at.
-    fn page_of_one(
-        &self,
-        input: &Place,
-        loaded: &Loaded,
-        found: &Inspection,
-        scene: &Scene,
-    ) -> String {
-        let [low, high] = loaded.mesh.bounds();
+    /// The rows of the page of a mesh without a verdict: name and value.
+    fn facts(&self) -> Vec<(&'static str, String)> {
+        let mesh = &self.loaded.mesh;
+        let topology = &self.found.topology;
+        let [low, high] = mesh.bounds();
         let size = low.distance(high);
         let mut facts = vec![
-            ("input", input.name()),
-            ("vertices", loaded.mesh.positions.len().to_string()),
-            ("faces", loaded.mesh.faces.len().to_string()),
-            ("pieces", found.topology.piece_faces.len().to_string()),
+            ("input", self.place.name()),
+            ("vertices", mesh.positions.len().to_string()),
+            ("faces", mesh.faces.len().to_string()),
+            ("pieces", topology.piece_faces.len().to_string()),
             ("from", point(low, size)),
             ("to", point(high, size)),
         ];
-        let defects = defect_lines(&found.topology.defects);
+        let defects = defect_lines(&topology.defects);
         if !defects.is_empty() {
             facts.push(("defects", defects.join("; ")));
         }
-        self.page_of_open(input, loaded, found, ("inspect", &facts), scene)
-    }
-
-    /// A page of a mesh and its holes.
-    fn page_of_open(
-        &self,
-        input: &Place,
-        loaded: &Loaded,
-        found: &Inspection,
-        (command, facts): (&'static str, &[(&str, String)]),
-        scene: &Scene,
-    ) -> String {
-        let open = |hole: &Hole| HoleReport {
-            hole: hole.clone(),
-            outcome: HoleOutcome::Left(LeftReason::NotChosen),
-            region: 0,
-        };
-        let holes: Vec<HoleReport> = found.holes.iter().map(open).collect();
-        page(&Page {
-            title: &title(input),
-            command,
-            command_line: &self.command_line,
-            version: env!("CARGO_PKG_VERSION"),
-            facts,
-            notes: &loaded.notes,
-            holes: &holes,
-            regions: &[],
-            scene,
-            single: true,
-        })
+        facts
     }
 }
 
@@ -320,6 +291,53 @@ fn colour(kind: DefectKind) -> Colour {
 }
 
 impl Drawn<'_> {
+    /// The page: an HTML file that shows a command line.
+    pub(super) fn page(&self, command_line: &str) -> String {
+        self.page_of(&self.scene(), command_line)
+    }
+
+    /// The picture: a PNG file.
+    pub(super) fn picture(&self) -> Result<Vec<u8>, PictureError> {
+        picture(&self.scene())
+    }
+
+    fn page_of(&self, scene: &Scene, command_line: &str) -> String {
+        let report = self.report;
+        let defects = defect_lines(&report.defects);
+        let [input, output] = self.places;
+        let mut facts = vec![
+            ("input", input.name()),
+            ("output", output.name()),
+            ("faces before", report.faces.to_string()),
+            ("faces after", self.after.faces.len().to_string()),
+            (
+                "new faces",
+                (self.after.faces.len() - self.kept).to_string(),
+            ),
+            ("pieces", report.pieces.to_string()),
+            ("seconds", format!("{:.2}", report.seconds)),
+        ];
+        if let Some(before) = self.before {
+            let gone = before.gone.iter().filter(|gone| **gone).count();
+            facts.insert(5, ("faces cut out", gone.to_string()));
+        }
+        if !defects.is_empty() {
+            facts.push(("defects of the input", defects.join("; ")));
+        }
+        page(&Page {
+            title: &title(input),
+            command: self.command,
+            command_line,
+            version: env!("CARGO_PKG_VERSION"),
+            facts: &facts,
+            notes: self.notes,
+            holes: &report.holes,
+            regions: &report.regions,
+            scene,
+            single: false,
+        })
+    }
+
     fn scene(&self) -> Scene {
         let gone = match self.before {
             Some(before) => before.gone.clone(),

@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::documents::{HoleRow, VerdictRow};
-use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Source};
+use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Source, Unchanged};
 use crate::check::{CheckParams, Verdict};
 use crate::compare::{Comparison, compare as compare_meshes};
 use crate::io::Loaded;
@@ -40,7 +40,12 @@ pub fn inspect<'a>(
     })?;
     let marked = mask.map(|mask| mask.marked(loaded)).transpose()?;
     let marked = marked.map(|marked| (Selection::new(&loaded.mesh, &marked.faces), marked));
-    drawings.write_looked_at(place, loaded, &found)?;
+    drawings.write_unchanged(&Unchanged {
+        place,
+        loaded,
+        found: &found,
+        verdict: None,
+    })?;
     Ok(Inspected {
         place,
         loaded,
@@ -93,6 +98,8 @@ pub struct Checked<'a> {
     place: &'a Place,
     /// What was read.
     pub loaded: &'a Loaded,
+    /// What it holds.
+    pub found: Inspection<'a>,
     /// The verdict.
     pub verdict: Verdict,
 }
@@ -113,10 +120,16 @@ pub fn check<'a>(
         error,
     })?;
     let verdict = found.check(params);
-    drawings.write_checked(place, loaded, &found, &verdict)?;
+    drawings.write_unchanged(&Unchanged {
+        place,
+        loaded,
+        found: &found,
+        verdict: Some(&verdict),
+    })?;
     Ok(Checked {
         place,
         loaded,
+        found,
         verdict,
     })
 }

@@ -1,16 +1,19 @@
 //! What a job's work makes, before it is written.
 
+use serde::{Deserialize, Serialize};
+
 use super::JobError;
+use crate::check::CheckParams;
 use crate::io::Loaded;
 use crate::mend::{
-    Carried, Control, FairReport, Faired, FillReport, Filled, RepairParams, RepairReport,
-    RestoreReport, Restored, repair,
+    Carried, Control, FairReport, Faired, FillReport, Filled, Inspection, RepairParams,
+    RepairReport, RestoreReport, Restored, repair,
 };
 use crate::mesh::cut::Remainder;
 use crate::mesh::{FaceOrigin, Mesh, Origins};
 
 /// For each vertex and each face of a mesh whether it is kept.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Kept {
     /// For each vertex.
     pub vertices: Vec<bool>,
@@ -19,7 +22,7 @@ pub struct Kept {
 }
 
 /// What of the mesh was replaced, beside its holes; in a plan, what would be.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Extent {
     /// Nothing.
@@ -35,6 +38,14 @@ pub enum Extent {
 }
 
 impl Extent {
+    /// After a repair adds the verdict on the result.
+    pub(super) fn judge(&mut self, after: &Mesh) -> Result<(), JobError> {
+        if let Self::Repaired(report) = self {
+            report.after = Some(Inspection::new(after)?.check(&CheckParams::default()));
+        }
+        Ok(())
+    }
+
     /// Whether the work is complete: after a fill or a restoration no hole that was to be filled is open, after a repair the mesh is
     /// sound; a fairing always is.
     pub(super) fn is_complete(&self, fill: &FillReport) -> bool {

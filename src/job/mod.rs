@@ -17,7 +17,8 @@
 //! ```
 //!
 //! [`JobSpec::read`], [`Read::mend`] and [`Mended::write`] are its three steps, for those who tell something in between.
-//! [`inspect`] makes the document of what a mesh holds, [`check`] that of what is wrong with it, [`compare`] that of two meshes.
+//! [`inspect`] makes the document of what a mesh holds, [`check`] that of what is wrong with it, [`compare`] that of two meshes,
+//! [`measure`] that of a signed distance volume.
 
 mod documents;
 mod draw;
@@ -30,9 +31,10 @@ mod places;
 mod read;
 mod spec;
 mod steps;
+mod volumes;
 
 pub use documents::{Document, FileInfo, failed_document};
-pub use draw::Drawings;
+pub use draw::{Drawings, Unchanged};
 pub use error::JobError;
 pub use looks::{Checked, Compared, Inspected, check, compare, inspect};
 pub use made::{Extent, Kept};
@@ -42,3 +44,4 @@ pub use places::{Place, in_folder, is_folder_name};
 pub use read::Source;
 pub use spec::{JobSpec, Work};
 pub use steps::{JobResult, Mended, Read, run};
+pub use volumes::{DISTANCE, MeasuredFile, VolumeSeconds, measure, write_volume};

@@ -3,8 +3,9 @@
 use std::borrow::Cow;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
-use super::draw::{Before, Drawings, Drawn};
+use super::draw::{Before, Drawings, Drawn, Unchanged};
 use super::made::{Extent, First, Kept, Made, repaired};
 use super::output::Saved;
 use super::{JobError, JobSpec, MaskSpec, Output, Place, Work};
@@ -24,8 +25,8 @@ pub struct Read<'s> {
     pub loaded: Loaded,
 }
 
-/// A job whose mesh was mended.
-#[derive(Clone)]
+/// A job whose mesh was mended. As a value it can be written and read again, whole: its mesh, what that carries, its report.
+#[derive(Clone, Serialize, Deserialize)]
 pub struct Mended<'s> {
     pub(super) spec: Cow<'s, JobSpec>,
     /// The mesh whose vertices and faces come first.
@@ -263,6 +264,11 @@ fn planned(work: &Work, loaded: &Loaded) -> Result<(Extent, FillReport), JobErro
     })
 }
 
+/// The place of a result that is written nowhere, on its page.
+fn nowhere() -> Place {
+    Place::Bytes("in memory".to_owned())
+}
+
 /// The marks of a mask, which must mark something.
 fn marks(mask: &MaskSpec, loaded: &Loaded) -> Result<Vec<bool>, JobError> {
     mask.marked(loaded)?.some()
@@ -272,6 +278,20 @@ impl<'s> Mended<'s> {
     /// Whether nothing that was to be filled is still open.
     pub fn complete(&self) -> bool {
         self.extent.is_complete(&self.report)
+    }
+
+    /// The same, after a repair with the verdict on the mesh in full precision. [`Mended::write`] gives that on what is written.
+    ///
+    /// # Errors
+    /// When the mesh cannot be measured.
+    pub fn judged(mut self) -> Result<Self, JobError> {
+        self.extent.judge(&self.mesh)?;
+        Ok(self)
+    }
+
+    /// The name of the command that made it.
+    pub fn command(&self) -> &'static str {
+        self.spec.work.name()
     }
 
     /// The same with a job of its own.
@@ -372,48 +392,85 @@ impl<'s> Mended<'s> {
         &self.first
     }
 
+    /// The page of the mesh in full precision: an HTML file that shows a command line. What was cut out is on it where the job was to
+    /// be drawn.
+    ///
+    /// # Errors
+    /// When a mesh that was copied cannot be measured.
+    pub fn page(&self, command_line: &str) -> Result<String, JobError> {
+        match self.extent {
+            Extent::Copied => self.unchanged(|drawn| Ok(drawn.page(command_line))),
+            _ => {
+                let (nowhere, notes) = (nowhere(), &self.first.notes);
+                let drawn = self.drawing(&self.mesh, &nowhere, notes);
+                Ok(drawn.page(command_line))
+            }
+        }
+    }
+
+    /// The picture of the mesh in full precision: a PNG file. It shows what was cut out where the job was to be drawn.
+    ///
+    /// # Errors
+    /// As [`Mended::page`], and for want of memory.
+    pub fn picture(&self) -> Result<Vec<u8>, JobError> {
+        match self.extent {
+            Extent::Copied => self.unchanged(|drawn| drawn.picture()),
+            _ => Ok(self.drawing(&self.mesh, &nowhere(), &[]).picture()?),
+        }
+    }
+
+    /// Calls a function with a mesh that was copied as it is drawn.
+    fn unchanged<R>(
+        &self,
+        draw: impl FnOnce(&Unchanged<'_>) -> Result<R, JobError>,
+    ) -> Result<R, JobError> {
+        let found = Inspection::new(&self.first.mesh)?;
+        draw(&Unchanged {
+            place: &self.spec.source.place,
+            loaded: &self.first,
+            found: &found,
+            verdict: None,
+        })
+    }
+
+    /// What is drawn: `after` is the mesh in the positions that are shown, `output` where it goes.
+    fn drawing<'a>(&'a self, after: &'a Mesh, output: &'a Place, notes: &'a [String]) -> Drawn<'a> {
+        Drawn {
+            command: self.spec.work.name(),
+            places: [&self.spec.source.place, output],
+            before: self.before.as_ref(),
+            first: &self.first.mesh,
+            after,
+            kept: self.kept_size()[1],
+            errors: &self.sigma,
+            notes,
+            report: &self.report,
+        }
+    }
+
     /// Rounds, carries attributes over, checks what is written, writes and draws it.
     ///
     /// # Errors
     /// When a file cannot be written.
     pub fn write(mut self) -> Result<JobResult<'s>, JobError> {
-        let spec = &self.spec;
-        let output = spec.output.as_ref().ok_or_else(|| JobError::Places {
+        let output = self.spec.output.clone().ok_or_else(|| JobError::Places {
             what: "there is no output to write to".to_owned(),
         })?;
         let regions: &mut [RegionReport] = &mut self.report.regions;
+        let own = std::mem::take(&mut self.mesh);
         let saved = match &self.extent {
             Extent::Copied => output.write_copy(&self.first)?,
-            _ => output.write_mended(self.mesh, &self.first, self.whole, &self.sigma, regions)?,
+            _ => output.write_mended(own, &self.first, self.whole, &self.sigma, regions)?,
         };
         let Saved { mesh, notes, bytes } = saved;
         let notes_read = self.first.notes.len();
         let notes = [&self.first.notes[..], &notes].concat();
-        if let Extent::Repaired(report) = &mut self.extent {
-            report.after = Some(Inspection::new(&mesh)?.check(&CheckParams::default()));
-        }
-        let (input, drawings) = (&spec.source.place, &spec.drawings);
+        self.extent.judge(&mesh)?;
+        let drawings = &self.spec.drawings;
         match &self.extent {
             Extent::Copied if !drawings.is_wanted() => {}
-            Extent::Copied => {
-                let found = Inspection::new(&self.first.mesh)?;
-                drawings.write_looked_at(input, &self.first, &found)?;
-            }
-            _ => drawings.write(&Drawn {
-                command: spec.work.name(),
-                places: [input, &output.place],
-                before: self.before.as_ref(),
-                first: &self.first.mesh,
-                after: &mesh,
-                kept: if self.whole {
-                    0
-                } else {
-                    self.first.mesh.faces.len()
-                },
-                errors: &self.sigma,
-                notes: &notes,
-                report: &self.report,
-            })?,
+            Extent::Copied => self.unchanged(|drawn| drawings.write_unchanged(drawn))?,
+            _ => drawings.write(&self.drawing(&mesh, &output.place, &notes))?,
         }
         Ok(JobResult {
             spec: self.spec,

@@ -16,7 +16,7 @@ pub(super) const FEW_EDGES: usize = 4;
 const BALLOON: f64 = 0.3;
 
 /// A hole and what happened to it, or would.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct HoleReport {
     /// The hole.
     pub hole: Hole,
@@ -75,7 +75,7 @@ pub struct RegionReport {
 }
 
 /// Everything about a fill, or about what one would do.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct FillReport {
     /// Vertices of the input.
     pub vertices: usize,
@@ -163,7 +163,7 @@ impl FillReport {
 }
 
 /// What a restoration found and did, or would do.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RestoreReport {
     /// Faces that were marked.
     pub marked_faces: usize,
@@ -178,7 +178,7 @@ pub struct RestoreReport {
 }
 
 /// What a fairing did, or would do.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct FairReport {
     /// Features narrower than this went, in the mesh's units.
     pub strength: f64,

@@ -1,13 +1,13 @@
 //! Boundary chains that do not close, and why.
 
 use glam::DVec3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::topology::{NONE, Topology, end, start};
 use super::{Mesh, VertexFaces};
 
 /// Why a boundary chain does not close.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ChainReason {
     /// At an end of it an edge has more than two faces, such as where faces are there twice.
@@ -28,7 +28,7 @@ impl ChainReason {
 }
 
 /// A part of the boundary that comes back to none of its vertices, so that it bounds no hole.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OpenChain {
     /// Number of edges.
     pub edges: usize,

@@ -10,7 +10,7 @@ use super::Mesh;
 pub const NONE: u32 = u32::MAX;
 
 /// What is wrong with a mesh's connectivity; counts are of the mesh as given.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Defects {
     /// Faces that repeat a vertex or have no area.
     pub degenerate_faces: usize,

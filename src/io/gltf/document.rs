@@ -3,19 +3,39 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::super::{Contents, text};
 use super::scene::{Block, PlacedPrimitive};
 
 /// A glTF or GLB file with all that a mesh does not hold: its node tree, materials, textures, animations and extras.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Document {
     pub(super) json: Value,
     /// The buffers; one that could not be loaded, and holds no triangles, stays outside.
+    #[serde(with = "buffers")]
     pub(super) buffers: Vec<Option<Arc<Vec<u8>>>>,
     pub(super) blocks: Vec<Block>,
     pub(super) parts: Vec<PlacedPrimitive>,
+}
+
+/// Buffers as values: what several documents share is written with each.
+mod buffers {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    type Buffers = Vec<Option<Arc<Vec<u8>>>>;
+
+    pub(super) fn serialize<S: Serializer>(all: &Buffers, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(all.iter().map(Option::as_deref))
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Buffers, D::Error> {
+        let all = Vec::<Option<Vec<u8>>>::deserialize(from)?;
+        Ok(all.into_iter().map(|bytes| bytes.map(Arc::new)).collect())
+    }
 }
 
 /// An image of a document.

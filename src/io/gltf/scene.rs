@@ -23,7 +23,7 @@ const BLOCK: usize = 512;
 const NAMED: usize = 256;
 
 /// A run of vertices that come from one accessor of positions, under one node.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Block {
     pub(super) node: usize,
     /// From the node's own coordinates to those of the scene.
@@ -38,7 +38,7 @@ pub(super) struct Block {
 }
 
 /// The triangles of one primitive under one node.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct PlacedPrimitive {
     pub(super) mesh: usize,
     pub(super) primitive: usize,

@@ -65,7 +65,7 @@ impl FileInfo {
 }
 
 /// A place in a document: `-` for a stream.
-fn shown(place: &Place) -> String {
+pub(super) fn shown(place: &Place) -> String {
     match place {
         Place::File(path) => path.display().to_string(),
         Place::Bytes(_) => "-".to_owned(),

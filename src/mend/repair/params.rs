@@ -77,7 +77,7 @@ impl RepairParams {
 }
 
 /// What a repair found and did.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct RepairReport {
     /// Coinciding vertices that were merged into another.
     pub merged_vertices: usize,
@@ -118,7 +118,7 @@ pub struct RepairReport {
 }
 
 /// One pass in which crossing faces were cut out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CrossingPass {
     /// Faces that crossed others.
     pub crossing_faces: usize,

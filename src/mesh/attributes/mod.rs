@@ -8,6 +8,8 @@ mod scalar;
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::{FaceOrigin, Origins};
 
 pub use scalar::Scalar;
@@ -21,7 +23,7 @@ pub const PATCH_NAME: &str = "isomend_patch";
 pub const SIGMA_NAME: &str = "isomend_sigma";
 
 /// What the numbers of an attribute mean, as far as it matters for carrying them over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Role {
     /// A unit normal of three components.
     Normal,
@@ -36,7 +38,7 @@ pub enum Role {
 }
 
 /// The part that an array plays for a viewer: of the arrays of a file one each may be the active scalars, vectors and so on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Active {
     /// None in particular.
     Plain,
@@ -53,7 +55,7 @@ pub enum Active {
 }
 
 /// Named values of equal length: one for each vertex or face, or a pool that corners choose from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Attribute {
     /// Its name in the file it came from.
     pub name: String,
@@ -160,7 +162,7 @@ impl Attribute {
 }
 
 /// Values that corners of faces choose from a pool, such as texture coordinates with seams.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CornerAttribute {
     /// The pool.
     pub pool: Attribute,
@@ -196,7 +198,7 @@ impl CornerAttribute {
 }
 
 /// What a label of faces is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum LabelKind {
     /// An object.
     Object,
@@ -209,7 +211,7 @@ pub enum LabelKind {
 }
 
 /// Labels of one kind on faces.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Labels {
     /// What they are.
     pub kind: LabelKind,
@@ -246,7 +248,7 @@ impl Labels {
 }
 
 /// How a material looks, as far as it is known. Numbers lie between 0 and 1.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Material {
     /// Its name, one of the labels of faces.
     pub name: String,
@@ -264,7 +266,7 @@ pub struct Material {
 }
 
 /// All that a mesh carries beside its shape.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Attributes {
     /// One value for each vertex.
     pub vertex: Vec<Attribute>,

@@ -1,7 +1,9 @@
 //! The types of numbers.
 
+use serde::{Deserialize, Serialize};
+
 /// The type of an attribute's numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Scalar {
     /// 8-bit integer.
     I8,

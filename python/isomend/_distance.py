@@ -1,0 +1,142 @@
+"""Signed distances, as values at points and as volumes, and the surfaces of volumes."""
+
+from __future__ import annotations
+
+import os
+from typing import TYPE_CHECKING, Any, Literal, Union
+
+from isomend import _isomend, _params
+from isomend._errors import ParameterError
+from isomend._mesh import Model
+from isomend._volume import Volume
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    from isomend._params import Voxel
+
+    Path = Union[str, os.PathLike[str]]
+
+
+def sdf(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    voxel: Voxel = "auto",
+    band: float | Literal["full"] = "full",
+    threads: int | None = None,
+) -> Volume:
+    """The signed distance of a whole mesh as a volume, negative inside.
+
+    Distances are those to the triangles. Inside is where the magnitude of the generalized winding number exceeds one half, so that
+    open meshes have an inside too. The lattice reaches three voxels beyond the mesh. For distances of points of your own see
+    :func:`signed_distance`.
+
+    Args:
+        vertices: (n, 3).
+        faces: (m, 3).
+        voxel: Distance of neighbouring nodes in the units of the mesh; ``"auto"`` is 1/128 of the longest side.
+        band: Length at which distances are cut off, which is faster, at least a voxel; ``"full"`` keeps all.
+        threads: Number of threads, one per core by default.
+
+    Returns:
+        A volume with ``values`` (nx, ny, nz), ``origin`` and ``spacing``.
+
+    Raises:
+        MeshError: The arrays are no mesh that can be measured.
+        ParameterError: A parameter makes no sense, or there would be more than 2**27 nodes.
+
+    >>> import isomend
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> volume = isomend.sdf(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], voxel=0.125)
+    >>> volume.values.shape, volume.origin, float(volume.values[5, 5, 5])
+    ((15, 15, 15), (-0.375, -0.375, -0.375), -0.14433756729740643)
+    """
+    return Model(vertices, faces).sdf(voxel=voxel, band=band, threads=threads)
+
+
+def read_volume(source: Path | bytes, *, array: str | None = None) -> Volume:
+    """Reads a volume: VTI, or VTK legacy structured points.
+
+    Args:
+        source: A path, or the bytes of a file.
+        array: The point data to take, where there are several arrays.
+
+    Raises:
+        FileError: The file cannot be read, holds no volume or no such array, or holds several and none is named.
+    """
+    if isinstance(source, bytes):
+        return Volume._of(_isomend.Volume.read_bytes(source, array))
+    return Volume._of(_isomend.Volume.read(os.fspath(source), array))
+
+
+def surface(
+    volume: Volume | Path | bytes,
+    *,
+    level: float = 0.0,
+    close: bool = False,
+    array: str | None = None,
+    threads: int | None = None,
+) -> Model:
+    """The surface at one level of a volume, by marching cubes. Inside is where the values are below the level.
+
+    Args:
+        volume: A :class:`Volume`, or a file with one; see :func:`read_volume`.
+        level: The level.
+        close: Close the surface at the border of the volume by flat caps.
+        array: The point data to take from a file that has several arrays.
+        threads: Number of threads, one per core by default.
+
+    Returns:
+        A mesh: a manifold, which ends at the border of the volume unless it is closed there.
+
+    Raises:
+        ParameterError: There is no such surface, or a value is not finite.
+        FileError: The file cannot be read.
+
+    >>> import isomend
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> volume = isomend.sdf(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], voxel=0.0625)
+    >>> bool(isomend.surface(volume, level=0.1).check())
+    True
+    """
+    if not isinstance(volume, Volume):
+        volume = read_volume(volume, array=array)
+    elif array is not None:
+        raise ParameterError("array names values in a file; a volume has one array only")
+    at = _params.finite("level", level)
+    workers = None if threads is None else _params.count("threads", threads)
+    return Model._of(volume._core.surface(at, _params.flag("close", close), workers))
+
+
+def signed_distance(
+    points: ArrayLike, vertices: ArrayLike, faces: ArrayLike, *, threads: int | None = None
+) -> NDArray[Any]:
+    """Distances of points from a mesh, negative inside, exact up to rounding.
+
+    Inside is where the magnitude of the generalized winding number exceeds one half, so that open meshes have an inside too.
+
+    Args:
+        points: (k, 3), in the units of the mesh.
+        vertices: (n, 3).
+        faces: (m, 3).
+        threads: Number of threads, one per core by default.
+
+    Returns:
+        float64 (k,); NaN for points that are not finite.
+
+    Raises:
+        MeshError: The arrays are no mesh that can be measured.
+
+    >>> import isomend
+    >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> faces = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
+    >>> isomend.signed_distance([[0.125, 0.25, 0.25], [0, 0, 3]], vertices, faces).tolist()
+    [-0.125, 2.0]
+    """
+    from isomend import _arrays
+
+    if threads is not None:
+        threads = _params.count("threads", threads)
+    at = _arrays.points("points", points)
+    return _isomend.signed_distance(at, _arrays.points("vertices", vertices), _arrays.faces(faces), threads)

@@ -1,0 +1,54 @@
+"""Reports: documents as dictionaries, pages and pictures."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+from typing import Any
+
+from isomend._errors import IsomendError
+
+
+def report_of(document: str) -> dict[str, Any]:
+    """The document of the command line as a dictionary; meshes that are no files have no path and no format."""
+    report: dict[str, Any] = json.loads(document)
+    for name in ("input", "output", "first", "second"):
+        place = report.get(name)
+        if isinstance(place, dict) and place["path"] == "-":
+            del place["path"], place["format"]
+    return report
+
+
+class Drawn:
+    """A result that has a page and a picture."""
+
+    _core: Any
+
+    def page(self) -> str:
+        """The page of the command line's ``--report``: one HTML file with a 3D view, plots and tables that needs nothing else.
+
+        Raises:
+            MeshError: The mesh cannot be measured.
+        """
+        page: str = self._core.page()
+        return page
+
+    def picture(self) -> bytes:
+        """The picture of the command line's ``--picture``: the bytes of a PNG file, 1448 pixels wide.
+
+        Raises:
+            MeshError: The mesh cannot be measured.
+        """
+        picture: bytes = self._core.picture()
+        return picture
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the picture, with a line below it."""
+        line = html.escape(repr(self).strip("<>"))
+        try:
+            image = base64.b64encode(self.picture()).decode()
+        except IsomendError:
+            return f"<p>{line}</p>"
+        source = f'src="data:image/png;base64,{image}"'
+        return f'<figure><img {source} alt="{line}" style="width: 100%; max-width: 724px"><figcaption>{line}</figcaption></figure>'

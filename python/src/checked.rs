@@ -1,0 +1,123 @@
+//! Verdicts on meshes.
+
+use std::sync::Arc;
+
+use isomend::Inspection;
+use isomend::check::{CheckParams, Defect, Verdict};
+use isomend::io::Loaded;
+use isomend::job::{self, Drawings, Place, Source, Unchanged};
+use isomend::report::verdict_lines;
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyBytes;
+
+use crate::arrays;
+use crate::drawings::call;
+use crate::errors::Failure;
+use crate::model::Model;
+use crate::packed::json_of;
+use crate::worker;
+
+/// A verdict on a mesh.
+#[pyclass(frozen, module = "isomend._isomend")]
+pub struct Checked(Arc<Inner>);
+
+struct Inner {
+    source: Place,
+    loaded: Arc<Loaded>,
+    found: Inspection<'static>,
+    verdict: Verdict,
+    document: String,
+}
+
+/// A kind of defect: its name, its number, the faces and the places.
+type Row<'py> = (
+    String,
+    usize,
+    Bound<'py, PyArray1<i64>>,
+    Bound<'py, PyArray2<f64>>,
+);
+
+/// Looks for everything that may be wrong with a mesh; the parameters are JSON, such as `{"thin": 0.5}`.
+#[pyfunction]
+#[pyo3(signature = (model, params, threads))]
+pub fn check(
+    py: Python<'_>,
+    model: &Model,
+    params: &str,
+    threads: Option<usize>,
+) -> PyResult<Checked> {
+    let params: CheckParams =
+        serde_json::from_str(params).map_err(|e| Failure::parameter(e.to_string()))?;
+    let (source, loaded) = (model.source().clone(), model.loaded().clone());
+    worker::run(py, threads, None, move |_| {
+        let read = Source::from(source.clone());
+        let checked = job::check(&read, &loaded, &params, &Drawings::default())?;
+        let document = json_of(&checked.document())?;
+        let found = checked.found.into_owned();
+        let verdict = checked.verdict;
+        Ok(Checked(Arc::new(Inner {
+            source,
+            loaded,
+            found,
+            verdict,
+            document,
+        })))
+    })
+}
+
+impl Inner {
+    fn drawn(&self) -> Unchanged<'_> {
+        Unchanged {
+            place: &self.source,
+            loaded: &self.loaded,
+            found: &self.found,
+            verdict: Some(&self.verdict),
+        }
+    }
+}
+
+#[pymethods]
+impl Checked {
+    fn document(&self) -> &str {
+        &self.0.document
+    }
+
+    /// The lines that the command prints.
+    fn lines(&self) -> Vec<String> {
+        let [low, high] = self.0.loaded.mesh.bounds();
+        verdict_lines(&self.0.verdict, low.distance(high))
+    }
+
+    /// All kinds of defects that there are.
+    fn defects<'py>(&self, py: Python<'py>) -> PyResult<Vec<Row<'py>>> {
+        let row = |d: &Defect| {
+            let kind = serde_json::to_value(d.kind).ok();
+            let kind = kind.as_ref().and_then(|k| k.as_str()).unwrap_or_default();
+            let faces = d.faces.iter().map(|f| i64::from(*f)).collect();
+            let places = arrays::rows_of_f64(py, d.places.iter().map(|p| p.to_array()))?;
+            Ok((
+                kind.to_owned(),
+                d.count,
+                PyArray1::from_vec(py, faces),
+                places,
+            ))
+        };
+        self.0.verdict.defects.iter().map(row).collect()
+    }
+
+    /// The page of the command.
+    fn page(&self, py: Python<'_>) -> PyResult<String> {
+        let inner = self.0.clone();
+        worker::run(py, None, None, move |_| {
+            Ok(inner.drawn().page(&call("check")))
+        })
+    }
+
+    /// The picture of the command.
+    fn picture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        let inner = self.0.clone();
+        let bytes = worker::run(py, None, None, move |_| Ok(inner.drawn().picture()?))?;
+        Ok(PyBytes::new(py, &bytes))
+    }
+}

@@ -1,0 +1,28 @@
+//! Two meshes beside each other.
+
+use isomend::job::{self, Source};
+use pyo3::prelude::*;
+
+use crate::model::Model;
+use crate::packed::json_of;
+use crate::worker;
+
+/// The document of a comparison of two meshes.
+#[pyfunction]
+#[pyo3(signature = (a, b, samples, threads))]
+pub fn compare(
+    py: Python<'_>,
+    a: &Model,
+    b: &Model,
+    samples: usize,
+    threads: Option<usize>,
+) -> PyResult<String> {
+    let sources = [a, b].map(|model| Source::from(model.source().clone()));
+    let loaded = [a, b].map(|model| model.loaded().clone());
+    worker::run(py, threads, None, move |_| {
+        let [first, second] = &sources;
+        let [a, b] = &loaded;
+        let compared = job::compare([(first, a), (second, b)], samples)?;
+        json_of(&compared.document())
+    })
+}
