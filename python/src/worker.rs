@@ -1,6 +1,6 @@
 //! Work in a thread of its own, while the caller's looks after signals, progress and log.
 
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -31,30 +31,8 @@ pub fn run<T: Send + 'static>(
     logging::listen(py)?;
     let cancel = Cancel::new();
     let state = Arc::new(Mutex::new(State::None));
-    let (send, receive) = channel();
-    let (stop, told) = (cancel.clone(), state.clone());
-    let tells = progress.is_some();
-    std::thread::Builder::new()
-        .name("isomend".to_owned())
-        .spawn(move || {
-            let tell = |step: &Step| *locked(&told) = Some((step.part, step.done, step.all));
-            let mut control = Control::new().cancel(&stop);
-            if tells {
-                control = control.progress(&tell);
-            }
-            // Threads of its own: those of a common pool would be missing in a process that was forked.
-            let pool = rayon::ThreadPoolBuilder::new()
-                .num_threads(threads.unwrap_or(0))
-                .build();
-            let done = match pool {
-                Ok(pool) => pool.install(|| work(&control)),
-                Err(_) => Err(Failure::parameter(
-                    "the threads could not be started; take fewer",
-                )),
-            };
-            // No receiver is left where a signal ended the call.
-            let _ = send.send(done);
-        })?;
+    let told = progress.is_some().then(|| state.clone());
+    let receive = begin(threads, told, cancel.clone(), work)?;
     let receive = Mutex::new(receive);
     let mut before = State::None;
     loop {
@@ -93,6 +71,43 @@ pub fn run<T: Send + 'static>(
             }
         }
     }
+}
+
+/// Begins work in a thread that tells how far it is, if that is asked for; what it makes is received in the end.
+fn begin<T: Send + 'static>(
+    threads: Option<usize>,
+    told: Option<Arc<Mutex<State>>>,
+    cancel: Cancel,
+    work: impl FnOnce(&Control) -> Result<T, Failure> + Send + 'static,
+) -> std::io::Result<Receiver<Result<T, Failure>>> {
+    let (send, receive) = channel();
+    let all = move || {
+        let tell = |step: &Step| {
+            if let Some(told) = &told {
+                *locked(told) = Some((step.part, step.done, step.all));
+            }
+        };
+        let mut control = Control::new().cancel(&cancel);
+        if told.is_some() {
+            control = control.progress(&tell);
+        }
+        // Threads of its own: those of a common pool would be missing in a process that was forked.
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads.unwrap_or(0))
+            .build();
+        let done = match pool {
+            Ok(pool) => pool.install(|| work(&control)),
+            Err(_) => Err(Failure::parameter(
+                "the threads could not be started; take fewer",
+            )),
+        };
+        // No receiver is left where a signal ended the call.
+        let _ = send.send(done);
+    };
+    std::thread::Builder::new()
+        .name("isomend".to_owned())
+        .spawn(all)?;
+    Ok(receive)
 }
 
 /// Whether a progress function returned `False` itself, not merely nothing or zero.
