@@ -101,6 +101,7 @@ pub mod attributes;
 mod cancel;
 #[doc(hidden)]
 pub mod extract;
+mod fill;
 #[doc(hidden)]
 pub mod finish;
 #[doc(hidden)]
@@ -114,12 +115,14 @@ mod mend;
 pub mod mesh;
 #[doc(hidden)]
 pub mod region;
+mod repair;
 #[doc(hidden)]
 pub mod sdf;
 #[doc(hidden)]
 pub mod spatial;
 #[doc(hidden)]
 pub mod stitch;
+pub mod volume;
 
 pub use glam;
 
@@ -127,6 +130,10 @@ pub use attributes::transfer;
 pub use cancel::Cancel;
 #[doc(inline)]
 pub use extract::{VolumeSurfaceError, level_surface};
+pub use fill::{
+    ClosedBy, FailedReason, FillParams, Finish, FinishReport, HoleOutcome, LeftReason, PatchStart,
+    RegionPatch, RegionReport, SurfaceKind, Tally, TriangulatedReason, TryFailure,
+};
 #[doc(inline)]
 pub use finish::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,
@@ -136,20 +143,18 @@ pub use flow::{Energy, Variant};
 #[doc(inline)]
 pub use grid::Volume;
 pub use mend::{
-    Carried, ClosedBy, Control, CrossingPass, Event, FailedReason, FairError, FairExtent,
-    FairParams, FairReport, Faired, FillError, FillParams, FillReport, Filled, Finish,
-    FinishReport, HoleOutcome, HoleReport, Inspection, LeftReason, PatchStart, Progress,
-    RegionPatch, RegionReport, RegionTask, Regions, RepairParams, RepairReport, Repaired,
-    RestoreError, RestoreParams, RestoreReport, Restored, Step, SurfaceKind, Tally,
-    TriangulatedReason, TryFailure, fair, fill, inspect, repair, restore, volume,
+    Control, Event, FairError, FairExtent, FairParams, FairReport, Faired, FillError, FillReport,
+    Filled, HoleReport, Inspection, Progress, RegionTask, Regions, RestoreError, RestoreParams,
+    RestoreReport, Restored, Step, fair, fill, inspect, restore,
 };
 #[doc(inline)]
 pub use mesh::{
-    Attributes, ChainReason, Defects, FaceOrigin, Hole, Mesh, Model, OpenChain, Origins, Topology,
-    cut::Remainder, mask,
+    Attributes, ChainReason, Defects, FaceOrigin, Hole, Mesh, MeshError, Model, OpenChain, Origins,
+    Topology, cut::Remainder, mask,
 };
 #[doc(inline)]
 pub use region::{LevelReport, VoxelSize};
+pub use repair::{Carried, CrossingPass, RepairParams, RepairReport, Repaired, repair};
 #[doc(inline)]
 pub use stitch::StitchError;
 

@@ -58,12 +58,7 @@ impl From<Failure> for PyErr {
 
 fn fill_exception(error: &FillError) -> &'static str {
     match error {
-        FillError::Empty
-        | FillError::Index { .. }
-        | FillError::NotFinite { .. }
-        | FillError::TooLarge { .. }
-        | FillError::TooMany { .. }
-        | FillError::TooSmall { .. } => "MeshError",
+        FillError::Mesh(_) => "MeshError",
         FillError::NoSuchHole { .. } => "HoleIdError",
         FillError::Cancelled => "Cancelled",
         _ => "ParameterError",
@@ -94,8 +89,7 @@ impl From<FillError> for Failure {
 
 fn volume_exception(error: &VolumeError) -> &'static str {
     match error {
-        VolumeError::Mesh(error) => fill_exception(error),
-        VolumeError::NoSurface => "MeshError",
+        VolumeError::Mesh(_) | VolumeError::NoSurface => "MeshError",
         _ => "ParameterError",
     }
 }

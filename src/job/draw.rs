@@ -8,12 +8,13 @@ use serde::{Deserialize, Serialize};
 use super::output::{write_bytes, write_text};
 use super::{JobError, Place};
 use crate::check::{DefectKind, Verdict};
+use crate::fill::{HoleOutcome, LeftReason};
 use crate::io::Loaded;
-use crate::mend::{FillReport, HoleOutcome, HoleReport, Inspection, LeftReason};
+use crate::mend::{FillReport, HoleReport, Inspection};
 use crate::mesh::{Hole, Mesh, point};
 use crate::report::html::{Page, page};
 use crate::report::picture::{PictureError, picture, picture_of_marked, picture_of_one};
-use crate::report::view::{Change, Colour, Scene};
+use crate::report::scene::{Change, Colour, Scene};
 use crate::report::{defect_lines, verdict_rows};
 
 /// Most faces that are drawn.

@@ -6,10 +6,10 @@ use thiserror::Error;
 
 use crate::compare::CompareError;
 use crate::io::{Format, IoError};
-use crate::mend::volume::VolumeError;
 use crate::mend::{FairError, FillError, RestoreError};
 use crate::mesh::mask::MaskError;
 use crate::report::picture::PictureError;
+use crate::volume::VolumeError;
 
 /// Why a job was not done.
 #[derive(Debug, Error)]

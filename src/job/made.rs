@@ -6,11 +6,11 @@ use super::JobError;
 use crate::check::CheckParams;
 use crate::io::Loaded;
 use crate::mend::{
-    Carried, Control, FairReport, Faired, FillReport, Filled, Inspection, RepairParams,
-    RepairReport, RestoreReport, Restored, repair,
+    Control, FairReport, Faired, FillReport, Filled, Inspection, RestoreReport, Restored,
 };
 use crate::mesh::cut::Remainder;
 use crate::mesh::{FaceOrigin, Mesh, Origins};
+use crate::repair::{Carried, RepairParams, RepairReport, repair};
 
 /// For each vertex and each face of a mesh whether it is kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]

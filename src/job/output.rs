@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use super::{JobError, Place};
 use crate::attributes::transfer;
+use crate::fill::RegionReport;
 use crate::io::{
     Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes, save,
 };
-use crate::mend::RegionReport;
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh};
 use crate::stitch::count_crossing;

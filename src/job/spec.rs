@@ -4,7 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::draw::Drawings;
 use super::{JobError, MaskSpec, Output, Place, Source};
-use crate::mend::{FairParams, FillParams, RepairParams, RestoreParams};
+use crate::fill::FillParams;
+use crate::mend::{FairParams, RestoreParams};
+use crate::repair::RepairParams;
 
 /// What is done with a mesh.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

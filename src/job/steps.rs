@@ -11,12 +11,11 @@ use super::output::Saved;
 use super::{JobError, JobSpec, MaskSpec, Output, Place, Work};
 use crate::attributes::transfer;
 use crate::check::CheckParams;
+use crate::fill::{RegionReport, SurfaceKind};
 use crate::io::{Format, Loaded};
-use crate::mend::{
-    Control, FairError, FillReport, Filled, Inspection, RegionReport, RepairReport, RestoreError,
-    SurfaceKind,
-};
+use crate::mend::{Control, FairError, FillReport, Filled, Inspection, RestoreError};
 use crate::mesh::{Mesh, Model};
+use crate::repair::RepairReport;
 
 /// A job whose mesh was read.
 pub struct Read<'s> {

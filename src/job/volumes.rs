@@ -7,7 +7,7 @@ use super::output::write_bytes;
 use super::{Document, FileInfo, JobError, Place, Source};
 use crate::grid::Volume;
 use crate::io::{IoError, Loaded, Precision, volume_to_bytes};
-use crate::mend::volume::{Measured, MeasuredSeconds, VolumeParams, measure_volume};
+use crate::volume::{Measured, MeasuredSeconds, VolumeParams, measure_volume};
 
 /// The name of the array of a signed distance in a volume file.
 pub const DISTANCE: &str = "distance";

@@ -4,8 +4,8 @@ use std::sync::{Mutex, PoisonError};
 
 use super::FillError;
 use super::error::MOST_THREADS;
-use super::report::RegionReport;
 use crate::cancel::Cancel;
+use crate::fill::RegionReport;
 
 /// Told of each [`Step`], often and from several threads.
 pub type Progress<'a> = dyn Fn(&Step) + Sync + 'a;
@@ -69,7 +69,7 @@ impl<'a> Control<'a> {
     }
 
     /// Runs something on the threads asked for.
-    pub(super) fn install<R: Send, E: From<FillError> + Send>(
+    pub(crate) fn install<R: Send, E: From<FillError> + Send>(
         &self,
         run: impl FnOnce() -> Result<R, E> + Send,
     ) -> Result<R, E> {
@@ -110,7 +110,7 @@ pub enum Event<'a> {
 }
 
 /// Counts the regions of a run, and asks whether it is to go on.
-pub(super) struct Watch<'a> {
+pub(crate) struct Watch<'a> {
     control: Control<'a>,
     /// The caller's token, or one that is never set.
     cancel: Cancel,
@@ -123,7 +123,7 @@ pub(super) struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    pub(super) fn new(control: Control<'a>, work: Vec<f64>) -> Self {
+    pub(crate) fn new(control: Control<'a>, work: Vec<f64>) -> Self {
         Self {
             control,
             cancel: control.cancel.cloned().unwrap_or_default(),
@@ -134,23 +134,23 @@ impl<'a> Watch<'a> {
     }
 
     /// Whether the run is to go on; reports that it works. Loops ask here once in many milliseconds, and [`Watch::token`] more often.
-    pub(super) fn keep_going(&self) -> bool {
+    pub(crate) fn keep_going(&self) -> bool {
         self.tell(Event::Working);
         !self.cancel.is_cancelled()
     }
 
     /// The token that stops the run.
-    pub(super) fn token(&self) -> &Cancel {
+    pub(crate) fn token(&self) -> &Cancel {
         &self.cancel
     }
 
     /// A region is begun.
-    pub(super) fn begin(&self, holes: &[usize]) {
+    pub(crate) fn begin(&self, holes: &[usize]) {
         self.tell(Event::Begun(holes));
     }
 
     /// A region is done.
-    pub(super) fn end(&self, region: usize, report: &RegionReport) {
+    pub(crate) fn end(&self, region: usize, report: &RegionReport) {
         {
             let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
             *done = (done.0 + 1, done.1 + self.work[region]);
@@ -159,7 +159,7 @@ impl<'a> Watch<'a> {
     }
 
     /// An error if the run was stopped.
-    pub(super) fn finish(&self) -> Result<(), FillError> {
+    pub(crate) fn finish(&self) -> Result<(), FillError> {
         match self.keep_going() {
             true => Ok(()),
             false => Err(FillError::Cancelled),

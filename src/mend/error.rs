@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::mesh::{LARGEST, Mesh, SMALLEST, length};
+use crate::mesh::{Mesh, MeshError, length};
 
 /// Most threads of a run.
 pub(super) const MOST_THREADS: usize = 1024;
@@ -11,57 +11,9 @@ pub(super) const MOST_THREADS: usize = 1024;
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FillError {
-    /// The mesh has no faces.
-    #[error("the mesh has no faces; there is nothing to fill")]
-    Empty,
-    /// More vertices or faces than can be numbered.
-    #[error(
-        "the mesh has {count} {what}, but at most {most} can be numbered; cut it into parts, or make it coarser"
-    )]
-    TooMany {
-        /// Of what.
-        what: &'static str,
-        /// How many there are.
-        count: usize,
-        /// How many there may be.
-        most: usize,
-    },
-    /// A face refers to a vertex that is not there.
-    #[error("face {face} refers to vertex {vertex}, but there are only {count} vertices")]
-    Index {
-        /// The face, from 0.
-        face: usize,
-        /// The vertex.
-        vertex: u32,
-        /// Number of vertices.
-        count: usize,
-    },
-    /// A position is not finite.
-    #[error("vertex {vertex} has a coordinate that is not a finite number; repair the file first")]
-    NotFinite {
-        /// The vertex, from 0.
-        vertex: usize,
-    },
-    /// A coordinate is so large that areas cannot be measured.
-    #[error(
-        "vertex {vertex} has a coordinate of {size:e}, which is too large to measure; the largest that can be is {LARGEST:e}: \
-         scale the mesh down, or remove the vertex if it is a mistake"
-    )]
-    TooLarge {
-        /// The vertex, from 0.
-        vertex: usize,
-        /// Its largest coordinate.
-        size: f64,
-    },
-    /// All vertices are so near each other that areas cannot be measured.
-    #[error(
-        "the vertices lie within {extent:e} of each other, which is too small to measure; the smallest mesh that can be \
-         measures {SMALLEST:e}: scale it up"
-    )]
-    TooSmall {
-        /// The longest side of the bounding box.
-        extent: f64,
-    },
+    /// The mesh cannot be worked on.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
     /// A hole number that does not exist.
     #[error("there is no hole {id}; the mesh has {count}")]
     NoSuchHole {

@@ -2,14 +2,10 @@
 
 use std::borrow::Cow;
 
-use glam::DVec3;
-
 use super::FillError;
 use crate::attributes::transfer;
 use crate::check::{CheckParams, Subject, Verdict, judge};
-use crate::mesh::{
-    Hole, LARGEST, Mesh, Model, OpenChain, SMALLEST, Topology, bounds, find_holes, weld_map,
-};
+use crate::mesh::{Hole, Mesh, Model, OpenChain, Topology, find_holes, weld_map};
 
 /// What a mesh holds. [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and [`Inspection::fair`] work on it.
 #[derive(Clone)]
@@ -35,7 +31,7 @@ impl<'m> Inspection<'m> {
     /// When the mesh is empty, an index is out of range, or a coordinate is not finite or too large or small to measure.
     pub fn new(input: impl Into<Cow<'m, Mesh>>) -> Result<Self, FillError> {
         let input = input.into();
-        validate(&input)?;
+        input.validate()?;
         let weld = weld_map(&input);
         let welded = |f: &[u32; 3]| f.map(|v| weld[v as usize]);
         let faces = input.faces.iter().map(welded).collect();
@@ -110,70 +106,5 @@ impl<'m> From<&'m Mesh> for Cow<'m, Mesh> {
 impl From<Mesh> for Cow<'_, Mesh> {
     fn from(mesh: Mesh) -> Self {
         Cow::Owned(mesh)
-    }
-}
-
-/// The largest number of faces: half-edges, three for each face, are numbered by 32 bits, and the last number stands for none.
-const MOST_FACES: usize = (u32::MAX / 3) as usize - 1;
-/// The largest number of vertices, for the same reason.
-const MOST_VERTICES: usize = u32::MAX as usize - 1;
-
-/// Refuses more vertices or faces than 32 bits can number.
-fn validate_size(vertices: usize, faces: usize) -> Result<(), FillError> {
-    let too_many = |what, count, most| Err(FillError::TooMany { what, count, most });
-    if faces > MOST_FACES {
-        return too_many("faces", faces, MOST_FACES);
-    }
-    if vertices > MOST_VERTICES {
-        return too_many("vertices", vertices, MOST_VERTICES);
-    }
-    Ok(())
-}
-
-/// Refuses what cannot be measured.
-pub(super) fn validate(mesh: &Mesh) -> Result<(), FillError> {
-    if mesh.faces.is_empty() {
-        return Err(FillError::Empty);
-    }
-    validate_size(mesh.positions.len(), mesh.faces.len())?;
-    let count = mesh.positions.len();
-    for (face, f) in mesh.faces.iter().enumerate() {
-        if let Some(&vertex) = f.iter().find(|&&v| v as usize >= count) {
-            return Err(FillError::Index {
-                face,
-                vertex,
-                count,
-            });
-        }
-    }
-    if let Some(vertex) = mesh.positions.iter().position(|p| !p.is_finite()) {
-        return Err(FillError::NotFinite { vertex });
-    }
-    let size = |p: &DVec3| p.abs().max_element();
-    if let Some(vertex) = mesh.positions.iter().position(|p| size(p) > LARGEST) {
-        let size = size(&mesh.positions[vertex]);
-        return Err(FillError::TooLarge { vertex, size });
-    }
-    let (low, high) = bounds(mesh.positions.iter().copied());
-    let extent = (high - low).max_element();
-    if 0.0 < extent && extent < SMALLEST {
-        return Err(FillError::TooSmall { extent });
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn more_half_edges_than_32_bits_number_are_refused() {
-        assert!(validate_size(3, MOST_FACES).is_ok());
-        let last = 3 * (MOST_FACES as u64 + 1) - 1;
-        assert!(last < u64::from(u32::MAX));
-        for (vertices, faces) in [(3, MOST_FACES + 1), (MOST_VERTICES + 1, 1)] {
-            let refused = validate_size(vertices, faces);
-            assert!(matches!(refused, Err(FillError::TooMany { .. })));
-        }
     }
 }

@@ -3,46 +3,30 @@
 //! [`Inspection::new`] looks at a mesh once; then [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and
 //! [`Inspection::fair`] may be called any number of times. [`fill`], [`restore`] and [`fair`] do both at once.
 
-mod attempt;
 mod control;
-mod damaged;
+mod cut;
 mod error;
 mod fair;
-mod finished;
-mod finishing;
 mod inspection;
-mod join;
-mod opening;
-mod outcome;
 mod params;
-mod patch;
+mod previous;
 mod regions;
-mod repair;
 mod report;
 mod restore;
-mod solve;
-mod sources;
+mod surroundings;
 mod task;
-mod tried;
-mod tries;
-pub mod volume;
 
+use crate::fill::FillParams;
 use crate::mesh::Mesh;
-use control::Watch;
 
+pub(crate) use control::Watch;
 pub use control::{Control, Event, Progress, Step};
 pub use error::{FillError, RestoreError};
 pub use fair::{FairError, Faired};
-pub use finished::{FinishReport, PatchStart};
 pub use inspection::Inspection;
-pub use outcome::{
-    ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
-};
-pub use params::{FairExtent, FairParams, FillParams, Finish, RestoreParams, SurfaceKind};
-pub use patch::RegionPatch;
+pub use params::{FairExtent, FairParams, RestoreParams};
 pub use regions::Regions;
-pub use repair::{Carried, CrossingPass, RepairParams, RepairReport, Repaired, repair};
-pub use report::{FairReport, FillReport, HoleReport, RegionReport, RestoreReport};
+pub use report::{FairReport, FillReport, HoleReport, RestoreReport};
 pub use restore::Restored;
 pub use task::RegionTask;
 
@@ -50,10 +34,10 @@ pub use task::RegionTask;
 #[derive(Clone, Debug)]
 pub struct Filled {
     /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches. With
-    /// [`SurfaceKind::Whole`] the zero sets alone.
+    /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole) the zero sets alone.
     pub mesh: Mesh,
     /// For each vertex of a patch, in order, its expected error in the mesh's units; none where nothing can be said. Empty with
-    /// [`SurfaceKind::Whole`].
+    /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole).
     pub sigma: Vec<Option<f64>>,
     /// What was found and done.
     pub report: FillReport,

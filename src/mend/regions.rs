@@ -5,15 +5,14 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::control::Watch;
-use super::damaged::Damaged;
-use super::outcome::{FailedReason, HoleOutcome, LeftReason, TriangulatedReason};
-use super::params::{FillParams, SurfaceKind};
-use super::patch::RegionPatch;
-use super::report::{FEW_EDGES, FillReport, HoleReport, RegionReport};
-use super::solve::{RegionWork, first_region, is_trivial};
-use super::sources::Sources;
+use super::report::{FillReport, HoleReport};
+use super::surroundings::Surroundings;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
+use crate::fill::{
+    FEW_EDGES, FailedReason, FillParams, HoleOutcome, LeftReason, PreviousSurface, RegionPatch,
+    RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, first_region, is_trivial,
+};
 use crate::mesh::{Hole, Mesh};
 use crate::region::{Region, VoxelSize, group_holes};
 use crate::stitch::close_seam;
@@ -37,7 +36,7 @@ pub struct Regions<'a> {
     found: &'a Inspection<'a>,
     params: FillParams,
     /// The surface whose shape is kept, if any.
-    damaged: Option<&'a Damaged<'a>>,
+    previous: Option<&'a PreviousSurface<'a>>,
     /// What becomes of the holes that are in no region.
     outcomes: Vec<HoleOutcome>,
     /// The holes of each region, as indices.
@@ -58,7 +57,7 @@ impl<'a> Regions<'a> {
     pub(super) fn new(
         found: &'a Inspection,
         params: FillParams,
-        damaged: Option<&'a Damaged<'a>>,
+        previous: Option<&'a PreviousSurface<'a>>,
     ) -> Result<Self, FillError> {
         params.check()?;
         let bridges = bridges(found, &params)?;
@@ -67,7 +66,7 @@ impl<'a> Regions<'a> {
         let new = Self {
             found,
             params,
-            damaged,
+            previous,
             outcomes,
             groups,
         };
@@ -124,7 +123,7 @@ impl<'a> Regions<'a> {
     }
 
     /// Fills all regions, each on its own, and puts their patches together.
-    pub(super) fn fill(&self, watch: &Watch) -> Result<Filled, FillError> {
+    pub(crate) fn fill(&self, watch: &Watch) -> Result<Filled, FillError> {
         let clock = Instant::now();
         let patches = if self.is_empty() {
             Vec::new()
@@ -144,7 +143,7 @@ impl<'a> Regions<'a> {
     }
 
     /// About how much work each region is: the squares of voxels across its first grid.
-    pub(super) fn expected_work(&self) -> Vec<f64> {
+    pub(crate) fn expected_work(&self) -> Vec<f64> {
         let work = |group: &Vec<usize>| {
             if is_trivial(&self.holes(group), &self.params) || self.is_flat(group) {
                 return 0.0;
@@ -161,15 +160,15 @@ impl<'a> Regions<'a> {
             let ids: Vec<usize> = group.iter().map(|&h| self.found.holes[h].id).collect();
             watch.begin(&ids);
             let [known, all] = sources.of(i);
-            let work = RegionWork {
+            let work = RegionProblem {
                 id: i + 1,
                 mesh: &self.found.mesh,
                 holes: &self.holes(group),
                 known: &known,
                 all: &all,
                 params: &self.params,
-                damaged: self.damaged,
-                extent: self.damaged.and_then(|d| d.extent(group)),
+                previous: self.previous,
+                extent: self.previous.and_then(|d| d.extent(group)),
                 keep_going: &|| watch.keep_going(),
                 cancel: watch.token(),
             };
@@ -245,11 +244,11 @@ impl<'a> Regions<'a> {
         group.iter().map(|&h| &self.found.holes[h]).collect()
     }
 
-    fn sources(&self) -> Sources<'a> {
+    fn sources(&self) -> Surroundings<'a> {
         let asked = |group: &[usize]| !is_trivial(&self.holes(group), &self.params);
-        // What a region keeps of a damaged surface may lie outside its box.
-        let in_boxes = self.damaged.is_none().then_some(self.params.voxel);
-        Sources::new(self.found, &self.groups, &asked, in_boxes)
+        // What a region keeps of a previous surface may lie outside its box.
+        let in_boxes = self.previous.is_none().then_some(self.params.voxel);
+        Surroundings::new(self.found, &self.groups, &asked, in_boxes)
     }
 
     /// Refuses a voxel that is too small for the widest region. That of a fairing goes by the area, and is checked there.
@@ -257,7 +256,7 @@ impl<'a> Regions<'a> {
         let VoxelSize::Length(voxel) = self.params.voxel else {
             return Ok(());
         };
-        if self.damaged.is_some_and(|d| d.time().is_some()) {
+        if self.previous.is_some_and(|d| d.time().is_some()) {
             return Ok(());
         }
         let mut widest: f64 = 0.0;
@@ -266,7 +265,7 @@ impl<'a> Regions<'a> {
             if is_trivial(&holes, &self.params) || self.is_flat(group) {
                 continue;
             }
-            let part = self.damaged.and_then(|d| d.extent(group));
+            let part = self.previous.and_then(|d| d.extent(group));
             let part = part.map_or(0.0, |(low, high)| (high - low).max_element());
             widest = holes
                 .iter()

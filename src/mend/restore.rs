@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use super::control::{Control, Watch};
-use super::damaged::Damaged;
-use super::opening::{Opening, count};
-use super::params::{FillParams, RestoreParams};
+use super::cut::{CutMesh, count};
+use super::params::RestoreParams;
 use super::regions::Regions;
 use super::report::RestoreReport;
 use super::{FillError, Filled, Inspection, RestoreError};
+use crate::fill::{FillParams, PreviousSurface};
 use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
 
@@ -43,17 +43,17 @@ impl Inspection<'_> {
     ) -> Result<Restored, RestoreError> {
         control.install(|| {
             let clock = Instant::now();
-            let opening = self.opening(marked, params)?;
-            let damaged = (params.keep_shape > 0.0).then(|| opening.damaged(params.keep_shape));
-            let filled = opening.fill(&params.fill, damaged.as_ref(), control)?;
-            drop(damaged);
-            let mut report = told(&opening, marked, params);
+            let cut = self.cut(marked, params)?;
+            let previous = (params.keep_shape > 0.0).then(|| cut.previous(params.keep_shape));
+            let filled = cut.fill(&params.fill, previous.as_ref(), control)?;
+            drop(previous);
+            let mut report = told(&cut, marked, params);
             report.fill = filled.report;
             report.fill.seconds = clock.elapsed().as_secs_f64();
             Ok(Restored {
                 mesh: filled.mesh,
                 sigma: filled.sigma,
-                kept: opening.into_kept(),
+                kept: cut.into_kept(),
                 report,
             })
         })
@@ -68,22 +68,18 @@ impl Inspection<'_> {
         marked: &[bool],
         params: &RestoreParams,
     ) -> Result<RestoreReport, RestoreError> {
-        let opening = self.opening(marked, params)?;
-        let mut report = told(&opening, marked, params);
-        let fill = opening.params(&params.fill);
-        report.fill = Regions::new(&opening.found, fill, None)?.plan();
-        opening.told(&mut report.fill);
+        let cut = self.cut(marked, params)?;
+        let mut report = told(&cut, marked, params);
+        let fill = cut.params(&params.fill);
+        report.fill = Regions::new(&cut.found, fill, None)?.plan();
+        cut.told(&mut report.fill);
         Ok(report)
     }
 
-    fn opening(
-        &self,
-        marked: &[bool],
-        params: &RestoreParams,
-    ) -> Result<Opening<'_>, RestoreError> {
+    fn cut(&self, marked: &[bool], params: &RestoreParams) -> Result<CutMesh<'_>, RestoreError> {
         params.check()?;
         RestoreError::check_marks(&self.input, marked)?;
-        Opening::new(self, marked, params.keep_vertices, true)
+        CutMesh::new(self, marked, params.keep_vertices, true)
     }
 }
 
@@ -101,8 +97,8 @@ impl RestoreParams {
     }
 }
 
-fn told(opening: &Opening, marked: &[bool], params: &RestoreParams) -> RestoreReport {
-    let [removed_faces, removed_vertices] = opening.taken();
+fn told(cut: &CutMesh, marked: &[bool], params: &RestoreParams) -> RestoreReport {
+    let [removed_faces, removed_vertices] = cut.taken();
     RestoreReport {
         marked_faces: count(marked),
         removed_faces,
@@ -112,15 +108,15 @@ fn told(opening: &Opening, marked: &[bool], params: &RestoreParams) -> RestoreRe
     }
 }
 
-impl Opening<'_> {
+impl CutMesh<'_> {
     /// Fills what the cut left open.
     pub(super) fn fill(
         &self,
         params: &FillParams,
-        damaged: Option<&Damaged>,
+        previous: Option<&PreviousSurface>,
         control: &Control,
     ) -> Result<Filled, FillError> {
-        let regions = Regions::new(&self.found, self.params(params), damaged)?;
+        let regions = Regions::new(&self.found, self.params(params), previous)?;
         let mut filled = regions.fill(&Watch::new(*control, regions.expected_work()))?;
         self.told(&mut filled.report);
         Ok(filled)

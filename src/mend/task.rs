@@ -5,11 +5,9 @@ use std::slice;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, Watch};
-use super::params::FillParams;
-use super::patch::RegionPatch;
-use super::solve::RegionWork;
-use super::sources::{Looked, places};
+use super::surroundings::{Looked, places};
 use super::{FillError, Inspection};
+use crate::fill::{FillParams, RegionPatch, RegionProblem};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology};
 use crate::sdf::Sampler;
@@ -115,7 +113,7 @@ impl RegionTask {
         if !(faces_fit && rims_fit && maps_fit) || self.holes.is_empty() {
             return Err(FillError::Task);
         }
-        super::inspection::validate(&mesh)?;
+        mesh.validate()?;
         let topology = Topology::new(&mut mesh);
         let mut holes = self.holes.clone();
         for hole in &mut holes {
@@ -142,14 +140,14 @@ impl RegionTask {
         let all = all.ok_or(FillError::Task)?;
         let ids: Vec<usize> = holes.iter().map(|h| h.id).collect();
         watch.begin(&ids);
-        let work = RegionWork {
+        let work = RegionProblem {
             id: self.id,
             mesh: &mesh,
             holes: &holes,
             known: restricted.as_ref().unwrap_or(&all),
             all: &all,
             params: &self.params,
-            damaged: None,
+            previous: None,
             extent: None,
             keep_going: &|| watch.keep_going(),
             cancel: watch.token(),

@@ -6,8 +6,8 @@ mod missed;
 pub mod picture;
 mod plan;
 mod repair;
+pub mod scene;
 mod text;
-pub mod view;
 
 pub use crate::mesh::{length, length_beside, point};
 pub use check::{verdict_lines, verdict_rows};

@@ -2,7 +2,8 @@
 
 use super::text::{chain_lines, joined, ranges};
 use super::{defect_lines, length};
-use crate::mend::{FillReport, HoleOutcome, LeftReason};
+use crate::fill::{HoleOutcome, LeftReason};
+use crate::mend::FillReport;
 
 /// A plan in lines: defects, then the regions, then the holes that would stay open.
 pub fn plan_lines(plan: &FillReport) -> Vec<String> {

@@ -1,6 +1,6 @@
 //! What a repair did, in lines.
 
-use crate::mend::RepairReport;
+use crate::repair::RepairReport;
 
 /// What was done, one line for each step that found something.
 pub fn repair_lines(r: &RepairReport) -> Vec<String> {

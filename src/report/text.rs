@@ -2,11 +2,12 @@
 
 use std::collections::HashMap;
 
+use crate::fill::{
+    ClosedBy, FinishReport, HoleOutcome, PatchStart, RegionReport, TriangulatedReason,
+};
 use crate::finish::{FinishFound, FinishResult};
 use crate::flow::Energy;
-use crate::mend::{
-    ClosedBy, FillReport, FinishReport, HoleOutcome, PatchStart, RegionReport, TriangulatedReason,
-};
+use crate::mend::FillReport;
 use crate::mesh::{Defects, Hole, OpenChain, length, length_beside, point};
 
 /// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.

@@ -10,10 +10,12 @@ use serde_json::Value;
 use super::runs::Runs;
 use super::state::{State, StepDone, between};
 use super::words::Words;
+use crate::fill::FillParams;
 use crate::io::Format;
 use crate::job::{Drawings, Extent, JobError, JobResult, JobSpec, MaskSpec, Output, Source, Work};
-use crate::mend::{Control, FairParams, FillParams, RepairParams, RestoreParams};
+use crate::mend::{Control, FairParams, RestoreParams};
 use crate::mesh::length_beside;
+use crate::repair::RepairParams;
 use crate::report::{counted, tally_line};
 
 /// What a step is to do, as the page asks for it.

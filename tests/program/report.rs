@@ -11,7 +11,7 @@ use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 use isomend::io::{Format, Precision, WriteOptions, to_bytes};
 use isomend::report::picture::{picture, picture_of_one};
-use isomend::report::view::{Change, Scene, Side};
+use isomend::report::scene::{Change, Scene, Side};
 use isomend::{FillParams, Mesh, fill};
 use serde_json::Value;
 use tempfile::TempDir;

@@ -9,8 +9,9 @@ use serde::Serialize;
 
 use super::made::Extent;
 use super::{JobResult, JobSpec, Mended, Place};
+use crate::fill::Tally;
 use crate::io::Format;
-use crate::mend::{FairReport, FillReport, RestoreReport, Tally};
+use crate::mend::{FairReport, FillReport, RestoreReport};
 use crate::mesh::{Defects, Mesh, OpenChain};
 use repair::RepairRow;
 use rows::{OutcomeRow, PlannedRow, RegionRow};

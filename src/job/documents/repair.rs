@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::VerdictRow;
-use crate::mend::{CrossingPass, RepairReport};
+use crate::repair::{CrossingPass, RepairReport};
 
 /// What a repair did.
 #[derive(Serialize)]

@@ -3,10 +3,11 @@
 use glam::DVec3;
 use serde::Serialize;
 
-use crate::mend::{
-    ClosedBy, FailedReason, FinishReport, HoleOutcome, HoleReport, LeftReason, RegionReport,
+use crate::fill::{
+    ClosedBy, FailedReason, FinishReport, HoleOutcome, LeftReason, RegionReport,
     TriangulatedReason, TryFailure,
 };
+use crate::mend::HoleReport;
 use crate::mesh::Hole;
 use crate::region::LevelReport;
 use crate::report::reason;

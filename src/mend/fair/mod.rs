@@ -9,11 +9,11 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::control::Control;
-use super::opening::{Opening, count};
-use super::outcome::TriangulatedReason;
+use super::cut::{CutMesh, count};
 use super::params::{FairParams, check_edge_ratio};
 use super::report::FairReport;
 use super::{FillError, Inspection, RestoreError, inspect};
+use crate::fill::TriangulatedReason;
 use crate::mesh::cut::Remainder;
 use crate::mesh::{Mesh, length};
 use crate::spatial::Bvh;
@@ -185,10 +185,10 @@ impl Inspection<'_> {
         match target {
             Target::Whole => out.take_all(self),
             Target::Part(marked, left) => {
-                let opening = Opening::new(self, &marked, params.keep_vertices, false)?;
+                let cut = CutMesh::new(self, &marked, params.keep_vertices, false)?;
                 out.pieces_left = left;
                 out.marked_faces = count(&marked);
-                [out.removed_faces, out.removed_vertices] = opening.taken();
+                [out.removed_faces, out.removed_vertices] = cut.taken();
             }
         }
         Ok(out)

@@ -6,12 +6,12 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::super::control::{Control, Watch};
-use super::super::opening::{Opening, count};
-use super::super::outcome::{ClosedBy, FailedReason, HoleOutcome};
-use super::super::params::{FairExtent, FairParams, FillParams};
-use super::super::report::{FairReport, FillReport, RegionReport};
+use super::super::cut::{CutMesh, count};
+use super::super::params::{FairExtent, FairParams};
+use super::super::report::{FairReport, FillReport};
 use super::super::{FillError, Inspection};
 use super::{FairError, Faired};
+use crate::fill::{ClosedBy, FailedReason, FillParams, HoleOutcome, RegionReport};
 use crate::flow::{FlowSettings, Pace};
 use crate::grid::Lattice;
 use crate::mesh::mask::shrunk_from_borders;
@@ -123,11 +123,11 @@ impl Plan {
         params: &FairParams,
         control: &Control,
     ) -> Result<Faired, FairError> {
-        let opening = Opening::new(found, marked, params.keep_vertices, false)?;
-        let closed = opening.closed();
-        let damaged = opening.evolving(&closed, self.span);
+        let cut = CutMesh::new(found, marked, params.keep_vertices, false)?;
+        let closed = cut.closed();
+        let previous = cut.evolving(&closed, self.span);
         let fill = self.fill_params(params);
-        let filled = opening.fill(&fill, Some(&damaged), control)?;
+        let filled = cut.fill(&fill, Some(&previous), control)?;
         for hole in &filled.report.holes {
             if let HoleOutcome::Failed(FailedReason::NoTriangulation { after: why, .. })
             | HoleOutcome::Triangulated(why) = &hole.outcome
@@ -137,8 +137,8 @@ impl Plan {
                 return Err(FairError::NotJoined { x, y, z, why });
             }
         }
-        drop(damaged);
-        let [removed_faces, removed_vertices] = opening.taken();
+        drop(previous);
+        let [removed_faces, removed_vertices] = cut.taken();
         Ok(Faired {
             mesh: filled.mesh,
             report: FairReport {
@@ -148,7 +148,7 @@ impl Plan {
                 fill: filled.report,
                 ..FairReport::default()
             },
-            kept: Some(opening.into_kept()),
+            kept: Some(cut.into_kept()),
         })
     }
 

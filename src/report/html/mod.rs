@@ -11,8 +11,9 @@ use std::fmt::Write;
 
 use serde::Serialize;
 
-use super::view::Scene;
-use crate::mend::{HoleOutcome, HoleReport, RegionReport};
+use super::scene::Scene;
+use crate::fill::{HoleOutcome, RegionReport};
+use crate::mend::HoleReport;
 
 const TEMPLATE: &str = include_str!("page.html");
 /// Its looks, which the local page begins with.

@@ -10,7 +10,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::super::picture::views;
-use super::super::view::Scene;
+use super::super::scene::Scene;
 
 /// Steps along the longest extent.
 const STEPS: f64 = 1_048_576.0;

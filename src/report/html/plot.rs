@@ -3,8 +3,8 @@
 use std::fmt::Write;
 
 use super::{add, listed, number};
+use crate::fill::RegionReport;
 use crate::flow::StepRecord;
-use crate::mend::RegionReport;
 
 /// Size of a plot, and the margins of its axes.
 const SIZE: (f64, f64) = (460.0, 220.0);

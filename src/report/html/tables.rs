@@ -2,10 +2,11 @@
 
 use std::fmt::Write;
 
+use super::super::scene::Scene;
 use super::super::text::reason;
-use super::super::view::Scene;
 use super::{add, escaped, listed, number, number_beside};
-use crate::mend::{HoleOutcome, HoleReport, RegionReport};
+use crate::fill::{HoleOutcome, RegionReport};
+use crate::mend::HoleReport;
 
 /// What things are called: after a change, or where a mesh is only looked at.
 #[derive(Clone, Copy)]

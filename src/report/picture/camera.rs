@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::super::view::{Scene, Side};
+use super::super::scene::{Scene, Side};
 use super::raster::{Camera, NONE, draw};
 
 /// Directions are compared by drawings of so many samples in height and width.

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 
-use super::super::view::Side;
+use super::super::scene::Side;
 
 /// Height of a capital in pixels, from the top left corner so far.
 const HEIGHT: f32 = 17.0;

@@ -9,7 +9,7 @@ mod overlay;
 mod raster;
 mod shade;
 
-use super::view::{Scene, Side};
+use super::scene::{Scene, Side};
 use raster::Camera;
 use thiserror::Error;
 

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::super::view::Scene;
+use super::super::scene::Scene;
 use super::letters;
 use super::raster::{Camera, Seen};
 

@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::super::view::{Scene, Side};
+use super::super::scene::{Scene, Side};
 
 /// No face.
 pub const NONE: u32 = u32::MAX;

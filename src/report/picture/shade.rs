@@ -3,7 +3,7 @@
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::super::view::{Scene, Side};
+use super::super::scene::{Scene, Side};
 use super::overlay;
 use super::raster::{Camera, NONE, Projected, Seen, draw};
 

@@ -19,10 +19,12 @@ use super::super::events::event;
 use super::super::session::Busy;
 use super::super::state::State as MeshState;
 use super::asked::{Answer, json_answer, work};
+use crate::fill::FillParams;
 use crate::io::Format;
-use crate::mend::{FairParams, FillParams, RepairParams, RestoreParams};
+use crate::mend::{FairParams, RestoreParams};
 use crate::mesh::Attributes;
 use crate::mesh::attributes::{Attribute, Role, SIGMA_NAME};
+use crate::repair::RepairParams;
 
 /// Seconds after which a line is sent to a page that is told nothing, so that both sides know of each other.
 const QUIET: u64 = 20;

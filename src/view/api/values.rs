@@ -17,7 +17,7 @@ use super::mesh::state_of;
 use crate::check::CheckParams;
 use crate::job::{Drawings, check as check_mesh};
 use crate::mesh::attributes::{Attribute, Role};
-use crate::report::view::{curvature, distances};
+use crate::report::scene::{curvature, distances};
 
 /// The largest values, this part of all, do not count for the range that is told.
 const OUTLIERS: f64 = 0.03;

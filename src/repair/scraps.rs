@@ -8,7 +8,8 @@ use super::RepairReport;
 use super::draft::Draft;
 use super::sheets::{open_pieces, paired};
 use super::{Edge, edges};
-use crate::mend::{FailedReason, FillError, FillReport, HoleOutcome, Inspection};
+use crate::fill::{FailedReason, HoleOutcome};
+use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Topology, area_vector};
 

@@ -4,10 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
-use super::outcome::{HoleOutcome, LeftReason};
-use super::params::{FillParams, SurfaceKind};
 use super::report::FillReport;
 use super::{Inspection, RestoreError};
+use crate::fill::{FillParams, HoleOutcome, LeftReason, SurfaceKind};
 use crate::mesh::cut::{Remainder, settled, without_spikes};
 use crate::mesh::topology::{NONE, end, start};
 
@@ -18,7 +17,7 @@ const SMALL_FACES: usize = 2;
 type Edge = (u32, u32);
 
 /// A cut, and what it left.
-pub(super) struct Opening<'a> {
+pub(super) struct CutMesh<'a> {
     /// The mesh before the cut.
     pub(super) before: &'a Inspection<'a>,
     /// Which faces were taken out: the marked ones, and those without which there would be no clean rim.
@@ -35,7 +34,7 @@ pub(super) struct Opening<'a> {
     bounds: Vec<(DVec3, DVec3)>,
 }
 
-impl<'a> Opening<'a> {
+impl<'a> CutMesh<'a> {
     /// Cuts the marked faces out of a mesh that was inspected, and small parts left inside too if asked.
     pub(super) fn new(
         before: &'a Inspection<'a>,

@@ -2,19 +2,20 @@
 
 use std::time::Instant;
 
-use super::damaged::Damaged;
-use super::finishing::CHEAP_EDGES;
+use super::finish_step::CHEAP_EDGES;
 use super::outcome::TryFailure;
 use super::params::SurfaceKind;
+use super::previous::PreviousSurface;
+use super::problem::{RegionProblem, region};
 use super::report::RegionReport;
-use super::solve::{RegionWork, region};
-use super::tried::{Found, Tried, Unsteady};
-use super::tries::{Try, Verdict};
+use super::strategy::{Try, Verdict};
 use crate::flow::{Energy, FlowSettings, Variant};
+use crate::mesh::Mesh;
 use crate::region::{
     Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Sphere, Start, VoxelSize,
     solve_nested,
 };
+use crate::stitch::Patch;
 
 /// A surface that is not steady is kept for want of a better one when the step that led to it moved it by less than this, in
 /// voxels.
@@ -30,7 +31,33 @@ const BENT: f64 = 20.0;
 /// Most steps on a grid with the paper's variants, which converge linearly.
 const MOST_STEPS: usize = 200;
 
-impl RegionWork<'_> {
+/// What a try came to.
+pub(super) struct Tried<'a> {
+    pub(super) verdict: Verdict,
+    pub(super) report: RegionReport,
+    /// The surface, where it was joined or is all that was asked for.
+    pub(super) patch: Option<Found>,
+    /// What it was extracted from, where it was not joined for want of rest.
+    pub(super) unsteady: Option<Unsteady<'a>>,
+}
+
+/// A surface that is nearly steady.
+pub(super) struct Unsteady<'a> {
+    pub(super) solved: Solved,
+    pub(super) region: Region,
+    pub(super) data: MeshData<'a>,
+    pub(super) report: RegionReport,
+}
+
+/// The surface that a try found.
+pub(super) enum Found {
+    /// A patch.
+    Patch(Patch),
+    /// The zero set by itself.
+    Whole(Mesh),
+}
+
+impl RegionProblem<'_> {
     /// One try.
     pub(super) fn try_once(&self, now: &Try, from: Option<&Level>) -> Tried<'_> {
         let begun = Instant::now();
@@ -173,7 +200,7 @@ impl RegionWork<'_> {
             self.extent,
             coarse,
         );
-        let kept = self.damaged.map(|d| d.kept(region.diameter, region.voxel));
+        let kept = self.previous.map(|d| d.kept(region.diameter, region.voxel));
         let data = MeshData::new(self.known, self.mesh, self.holes)
             .keeping(kept)
             .stopped_by(self.cancel);
@@ -188,7 +215,7 @@ impl RegionWork<'_> {
             flow: self
                 .flow_settings(next)
                 .across(region.diameter / region.voxel),
-            time: self.damaged.and_then(Damaged::time),
+            time: self.previous.and_then(PreviousSurface::time),
         };
         let solved = solve_nested(&data, &settings, self.keep_going);
         (solved, region, data)

@@ -10,10 +10,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::FillError;
-use super::inspection::validate;
 use crate::grid::Volume;
-use crate::mesh::{Mesh, Topology, bounds, length, welded};
+use crate::mesh::{Mesh, MeshError, Topology, bounds, length, welded};
 use crate::region::VoxelSize;
 use crate::spatial::Bvh;
 pub use points::signed_distances;
@@ -54,7 +52,7 @@ impl Default for VolumeParams {
 pub enum VolumeError {
     /// The mesh makes no sense.
     #[error(transparent)]
-    Mesh(#[from] FillError),
+    Mesh(#[from] MeshError),
     /// All faces are degenerate.
     #[error("all faces are degenerate; there is no surface to measure distances from")]
     NoSurface,
@@ -127,7 +125,7 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
             .elapsed()
             .as_secs_f64()
     };
-    validate(mesh)?;
+    mesh.validate()?;
     let (mut mesh, _) = welded(mesh);
     let topology = Topology::new(&mut mesh);
     if topology.faces().next().is_none() {

@@ -9,7 +9,7 @@ use super::{RepairParams, RepairReport};
 use crate::check::{duplicates, is_flat};
 use crate::mend::FillError;
 use crate::mesh::topology::{NONE, end, start};
-use crate::mesh::{FaceOrigin, VertexFaces, weld_map};
+use crate::mesh::{FaceOrigin, MeshError, VertexFaces, weld_map};
 
 /// Faces without area may lie side by side: edges are turned in at most so many rounds.
 const ROUNDS: usize = 20;
@@ -43,7 +43,7 @@ pub(super) fn clean(
         removed
     };
     if removed.iter().all(|r| *r) {
-        return Err(FillError::Empty);
+        return Err(MeshError::Empty.into());
     }
     report.degenerate_faces = draft.remove(&removed) - report.duplicate_faces;
     for _ in 0..ROUNDS {

@@ -4,7 +4,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::VolumeError;
-use crate::mend::inspection::validate;
 use crate::mesh::{Mesh, Topology, welded};
 use crate::spatial::{Bvh, WindingTree};
 
@@ -14,7 +13,7 @@ use crate::spatial::{Bvh, WindingTree};
 /// # Errors
 /// When the mesh makes no sense or has no area.
 pub fn signed_distances(mesh: &Mesh, points: &[DVec3]) -> Result<Vec<f64>, VolumeError> {
-    validate(mesh)?;
+    mesh.validate()?;
     let (mut mesh, _) = welded(mesh);
     let topology = Topology::new(&mut mesh);
     if topology.faces().next().is_none() {
@@ -40,8 +39,8 @@ pub fn signed_distances(mesh: &Mesh, points: &[DVec3]) -> Result<Vec<f64>, Volum
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mend::volume::{VolumeParams, signed_distance_volume};
     use crate::mesh::shapes::cube;
+    use crate::volume::{VolumeParams, signed_distance_volume};
 
     #[test]
     fn distances_at_the_nodes_of_a_volume_are_those_of_the_volume() {

@@ -4,19 +4,18 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
-use super::finished::{FinishReport, FinishedPatch, PatchStart};
+use super::candidate::{FinishReport, FinishedPatch, PatchStart};
 use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason, TryFailure};
-use super::params::{FillParams, Finish, SurfaceKind};
-use super::patch::RegionPatch;
+use super::params::Finish;
+use super::problem::RegionProblem;
+use super::region_patch::RegionPatch;
 use super::report::RegionReport;
-use super::solve::{RegionWork, failures};
-use super::tries::{Try, Verdict};
+use super::strategy::{Try, Verdict, failures};
 use crate::cancel::Cancel;
 use crate::finish::{
     FinishFound, FinishMethod, FinishParams, Refusal, Surroundings, biharmonic, finish,
     minimal_surface,
 };
-use crate::flow::Energy;
 use crate::mesh::{Hole, Mesh, Part, bounds};
 use crate::region::Sphere;
 use crate::stitch::{Patch, count_intersecting, flipped, refined_triangulation};
@@ -34,18 +33,6 @@ pub(super) const CHEAP_EDGES: usize = 60;
 const BENT: f64 = 8.0;
 /// How often the second start is filled and its edges flipped before it is filled at last.
 const FAIRINGS: usize = 2;
-
-impl FillParams {
-    /// Whether patches are finished on their own triangles. A flow in time, with given steps or with another energy than the
-    /// finish minimises has its own end.
-    pub(super) fn finishes(&self) -> bool {
-        self.finish != Finish::None
-            && self.surface == SurfaceKind::Stitched
-            && self.energy == Energy::Willmore
-            && self.steps.is_none()
-            && self.time_step.is_none()
-    }
-}
 
 /// The part of the mesh round a patch, with the patch in it.
 struct Local {
@@ -139,10 +126,10 @@ fn fill(local: &mut Local, patch: &mut Patch, linear: LinearFill) {
     local.set_patch(&patch.positions, &patch.faces);
 }
 
-impl RegionWork<'_> {
+impl RegionProblem<'_> {
     /// Whether its patch is finished.
     pub(super) fn is_finished(&self) -> bool {
-        self.params.finishes() && self.damaged.is_none()
+        self.params.finishes() && self.previous.is_none()
     }
 
     /// Finishes the patch of the level set, if there is one. Where there is none, or it crosses faces or is folded, and the region
@@ -295,7 +282,7 @@ impl RegionWork<'_> {
 
     /// How far the vertices of the patch of one hole rise beyond the rim's own extent along its normal, in diameters.
     pub(super) fn rise(&self, positions: &[DVec3]) -> Option<f64> {
-        let ([hole], None) = (self.holes, self.damaged) else {
+        let ([hole], None) = (self.holes, self.previous) else {
             return None;
         };
         let height = |p: &DVec3| (*p - hole.centre).dot(hole.normal);
@@ -386,7 +373,7 @@ impl RegionWork<'_> {
         let (mut angles, mut shapes) = (0.0, 0.0);
         for hole in self.holes {
             report.diameter = report.diameter.max(hole.diameter);
-            let one = RegionWork {
+            let one = RegionProblem {
                 holes: &[hole],
                 ..*self
             };

@@ -4,18 +4,16 @@ use std::time::Instant;
 
 use glam::DVec3;
 
-use super::damaged::Damaged;
-use super::finished::FinishedPatch;
+use super::candidate::FinishedPatch;
+use super::level_set::{Found, Unsteady};
 use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason, TryFailure};
-use super::params::{FillParams, SurfaceKind};
-use super::patch::RegionPatch;
-use super::report::{FEW_EDGES, RegionReport};
-use super::tried::{Found, Unsteady};
-use super::tries::{Prospects, Try, Verdict, cost, next_try};
-use crate::cancel::Cancel;
+use super::params::SurfaceKind;
+use super::problem::{RegionProblem, is_trivial, refines};
+use super::region_patch::RegionPatch;
+use super::report::RegionReport;
+use super::strategy::{Prospects, Try, Verdict, cost, failures, next_try};
 use crate::mesh::{Hole, Mesh};
-use crate::region::{BoxSize, LevelSurface, Region, Sphere, Start, VoxelSize};
-use crate::sdf::Sampler;
+use crate::region::{LevelSurface, Start};
 use crate::stitch::{Patch, close_seam};
 
 /// Loops of at most this many edges are solved once only: their few edges say little about the surface, and a finer grid does
@@ -31,91 +29,9 @@ const FLAT_RIM: f64 = 0.01;
 /// and the mean of the directions in which the surface would continue is at least so long: those of a tube have length 1.
 const PARALLEL: f64 = 0.98;
 
-/// The work on one region.
-#[derive(Clone, Copy)]
-pub(super) struct RegionWork<'a> {
-    /// Its number, from 1.
-    pub(super) id: usize,
-    /// The mesh.
-    pub(super) mesh: &'a Mesh,
-    /// Its holes.
-    pub(super) holes: &'a [&'a Hole],
-    /// What of the mesh it knows: the pieces that its rims lie on.
-    pub(super) known: &'a Sampler<'a>,
-    /// All of the mesh, which patches must not cross.
-    pub(super) all: &'a Sampler<'a>,
-    /// The parameters.
-    pub(super) params: &'a FillParams,
-    /// The surface whose shape is kept, if any.
-    pub(super) damaged: Option<&'a Damaged<'a>>,
-    /// The bounding box of what was cut out there.
-    pub(super) extent: Option<(DVec3, DVec3)>,
-    /// Whether the run is to go on.
-    pub(super) keep_going: &'a (dyn Fn() -> bool + Sync),
-    /// The token that stops it, which inner loops read.
-    pub(super) cancel: &'a Cancel,
-}
-
-/// Whether holes are one loop of so few edges that its triangulation needs no new vertices.
-pub(super) fn is_trivial(holes: &[&Hole], params: &FillParams) -> bool {
-    let stitched = params.surface == SurfaceKind::Stitched;
-    stitched && holes.len() == 1 && holes[0].edges <= FEW_EDGES
-}
-
-/// The region of the first try.
-pub(super) fn first_region(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Region {
-    let coarse = params.finishes();
-    region(
-        mesh,
-        holes,
-        params,
-        &Try::first(params.energy),
-        None,
-        coarse,
-    )
-}
-
-/// The lattice of a try; `extent` bounds the surface that it starts from, if any. It may be `coarse` where patches are finished
-/// on their own triangles.
-pub(super) fn region(
-    mesh: &Mesh,
-    holes: &[&Hole],
-    params: &FillParams,
-    next: &Try,
-    extent: Option<(DVec3, DVec3)>,
-    coarse: bool,
-) -> Region {
-    let sphere = || Some(Sphere::new(mesh, holes)?.bounds());
-    let part = extent.or_else(|| (next.start == Start::Sphere).then(sphere).flatten());
-    let size = |voxel| BoxSize {
-        voxel,
-        coarse,
-        growth: next.growth,
-        refine: next.refine,
-    };
-    let of = |voxel| Region::new(mesh, holes, &size(voxel), part);
-    let region = of(params.voxel);
-    let (part, most_across) = next.energy.needs().voxel;
-    if part == 1.0 || params.voxel != VoxelSize::Auto {
-        return region;
-    }
-    let finer = (part * region.voxel).max(region.diameter / most_across);
-    of(VoxelSize::Length(finer.min(region.voxel)))
-}
-
-/// Whether a finer try is worth its time. The grid of a region with a small loop is as fine as it gets from the first; then another
-/// start on it is only worth it where no triangulation of the rims is finished instead.
-fn refines(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> bool {
-    let first = Try::first(params.energy);
-    let voxel = |t: &Try| region(mesh, holes, params, t, None, true).voxel;
-    let is_finer = |finer: &Try| voxel(finer) < voxel(&first);
-    let has_finer = || first.finer().as_ref().is_some_and(is_finer);
-    params.voxel == VoxelSize::Auto && (!params.finishes() || has_finer())
-}
-
-impl RegionWork<'_> {
+impl RegionProblem<'_> {
     /// Fills the region.
-    pub(super) fn fill(&self) -> RegionPatch {
+    pub(crate) fn fill(&self) -> RegionPatch {
         let clock = Instant::now();
         let mut filled = if self.cancel.is_cancelled() {
             self.stopped(RegionReport::default())
@@ -140,7 +56,7 @@ impl RegionWork<'_> {
     fn evolve(&self) -> RegionPatch {
         let first = Try {
             accept: self.holes.iter().all(|h| h.edges <= SMALL_EDGES),
-            start: match self.damaged {
+            start: match self.previous {
                 Some(_) => Start::Triangulation,
                 None => Start::Biharmonic,
             },
@@ -233,7 +149,7 @@ impl RegionWork<'_> {
         Prospects {
             may_refine: refines(self.mesh, self.holes, self.params),
             diameter: self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
-            tube_end: self.damaged.is_none() && self.holes.iter().all(is_end),
+            tube_end: self.previous.is_none() && self.holes.iter().all(is_end),
             budget: BUDGET,
             spent: 0,
         }
@@ -323,45 +239,9 @@ impl RegionWork<'_> {
     }
 }
 
-/// Why the tries of a history failed.
-pub(super) fn failures(history: &[(Try, Verdict)]) -> Vec<TryFailure> {
-    let failure = |(_, verdict): &(Try, Verdict)| match verdict {
-        Verdict::Failed(failure) => Some(failure.clone()),
-        Verdict::Sound => None,
-    };
-    history.iter().filter_map(failure).collect()
-}
-
 /// The unconverged solution whose last update was smaller; the first of two alike.
 fn nearer_steady<'a>(a: Option<Unsteady<'a>>, b: Option<Unsteady<'a>>) -> Option<Unsteady<'a>> {
     let movement = |u: &Unsteady| u.solved.movement();
     let both = [a, b].into_iter().flatten();
     both.min_by(|a, b| movement(a).total_cmp(&movement(b)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::mend::Finish;
-    use crate::mesh::shapes::{grid, punch};
-    use crate::mesh::{Topology, find_holes};
-
-    #[test]
-    fn a_region_with_a_small_loop_has_no_finer_grid() {
-        let sheet = grid(80, 80, [false, false], |u, v| DVec3::new(u, v, 0.0));
-        let square = |c: DVec3, x: f64, half: f64| (c.x - x).abs().max((c.y - 0.5).abs()) < half;
-        let mut mesh = punch(&sheet, |c| square(c, 0.3, 0.2) || square(c, 0.6, 0.026));
-        let mut topology = Topology::new(&mut mesh);
-        let (holes, _) = find_holes(&mesh, &mut topology);
-        let inner: Vec<&Hole> = holes.iter().filter(|h| !h.outer_border).collect();
-        let params = FillParams::default();
-        assert_eq!(inner.len(), 2);
-        assert!(refines(&mesh, &inner[..1], &params));
-        assert!(!refines(&mesh, &inner, &params));
-        let unfinished = FillParams {
-            finish: Finish::None,
-            ..params
-        };
-        assert!(refines(&mesh, &inner, &unfinished));
-    }
 }

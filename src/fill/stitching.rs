@@ -3,9 +3,9 @@
 use glam::DVec3;
 
 use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason};
-use super::patch::RegionPatch;
+use super::problem::RegionProblem;
+use super::region_patch::RegionPatch;
 use super::report::RegionReport;
-use super::solve::RegionWork;
 use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::mesh::{Hole, Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
@@ -14,7 +14,7 @@ use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, count_interse
 /// How far round the extracted surface the mesh may be looked at, in parts of its size. More than the stitcher's own margin.
 const MARGIN: f64 = 0.15;
 
-impl RegionWork<'_> {
+impl RegionProblem<'_> {
     /// Stitches the extracted surface of a region to its rims.
     pub(super) fn stitch(
         &self,

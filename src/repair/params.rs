@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::check::Verdict;
-use crate::mend::{FillError, FillParams, FillReport};
+use crate::fill::FillParams;
+use crate::mend::{FillError, FillReport};
 
 /// Parameters of a repair. Make one by [`RepairParams::default`] and set what is to differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,7 +68,7 @@ impl RepairParams {
                 "the part of an area below which components are debris must lie between 0 and 1",
             );
         }
-        if self.fill.surface == crate::mend::SurfaceKind::Whole {
+        if self.fill.surface == crate::fill::SurfaceKind::Whole {
             return bad(
                 "a repair is stitched into the mesh; whole level sets come from a fill alone",
             );

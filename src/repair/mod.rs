@@ -13,18 +13,19 @@ mod lining;
 mod orient;
 mod params;
 mod pockets;
+mod report;
 mod scraps;
 mod sheets;
-mod told;
 mod widen;
 
 use std::collections::HashSet;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::control::{Control, Watch};
-use super::{FillError, FillParams, FillReport, Inspection};
+use super::{FillError, FillReport, Inspection};
 use crate::check::{CheckParams, DefectKind, components};
+use crate::fill::FillParams;
+use crate::mend::{Control, Watch};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, Origins};
 use choice::Choice;
@@ -235,7 +236,7 @@ impl Run<'_> {
         let is_left = |hole: &Hole| hole.outer_border && was_border(hole, &origin);
         flat::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
         let open = |hole: &Hole| was_border(hole, &origin);
-        told::open(&self.draft, &mut self.report.fill, &open)?;
+        report::open(&self.draft, &mut self.report.fill, &open)?;
         for rings in 0..=WIDER {
             self.go_on()?;
             let most = self.most_lost();
@@ -244,14 +245,14 @@ impl Run<'_> {
         self.separate_again()?;
         let origin = self.draft.origins.vertices.clone();
         let open = |hole: &Hole| was_border(hole, &origin);
-        told::open(&self.draft, &mut self.report.fill, &open)?;
+        report::open(&self.draft, &mut self.report.fill, &open)?;
         scraps::close(&self.draft, &mut self.report.fill)?;
         self.line(&was_border)?;
         let crossing = self.draft.crossing()?;
         let left = crossing.iter().map(|f| self.draft.component(*f as usize));
         let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();
         self.report.left_crossing = left.len();
-        told::crossing_faces(&mut self.draft, &mut self.report.fill)
+        report::crossing_faces(&mut self.draft, &mut self.report.fill)
     }
 
     /// Separates surfaces that patches let meet, if that leaves less wrong.

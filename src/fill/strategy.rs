@@ -15,7 +15,7 @@ const GROWTH: f64 = 1.8;
 /// a sphere of which a cap of 30 degrees is left, takes two.
 const WIDE: f64 = 3.0;
 /// The most that the box grows by.
-pub(super) const WIDEST: f64 = GROWTH * GROWTH;
+pub(crate) const WIDEST: f64 = GROWTH * GROWTH;
 /// The same error at two places nearer to each other than this, in diameters of the region, is one and the same.
 const SAME_PLACE: f64 = 0.05;
 
@@ -151,6 +151,15 @@ pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Op
         energy: fallback,
         ..*first
     })
+}
+
+/// Why the tries of a history failed.
+pub(super) fn failures(history: &History) -> Vec<TryFailure> {
+    let failure = |(_, verdict): &(Try, Verdict)| match verdict {
+        Verdict::Failed(failure) => Some(failure.clone()),
+        Verdict::Sound => None,
+    };
+    history.iter().filter_map(failure).collect()
 }
 
 /// Whether an earlier try failed with the same error near the same place.

@@ -3,8 +3,9 @@
 use std::collections::HashSet;
 
 use super::draft::Faults;
-use super::{Run, lining, told};
-use crate::mend::{FailedReason, FillError, HoleOutcome, HoleReport, LeftReason};
+use super::{Run, lining, report};
+use crate::fill::{FailedReason, HoleOutcome, LeftReason};
+use crate::mend::{FillError, HoleReport};
 use crate::mesh::Hole;
 
 /// What is lined is surface that other holes can be lined on: so many rounds at most.
@@ -84,7 +85,7 @@ impl Run<'_> {
             self.lost += own;
             let origin = self.draft.origins.vertices.clone();
             let open = |hole: &Hole| was_border(hole, &origin);
-            told::open(&self.draft, &mut self.report.fill, &open)?;
+            report::open(&self.draft, &mut self.report.fill, &open)?;
             let near = |hole: &HoleReport| near(hole, &blocked.rims);
             let whole = blocked.whole;
             let fill = &mut self.report.fill;

@@ -4,7 +4,8 @@ use std::collections::HashSet;
 
 use super::draft::Draft;
 use super::{Edge, edges};
-use crate::mend::{FailedReason, FillError, FillReport, HoleOutcome, HoleReport, LeftReason};
+use crate::fill::{FailedReason, HoleOutcome, LeftReason};
+use crate::mend::{FillError, FillReport, HoleReport};
 use crate::mesh::Hole;
 use crate::mesh::topology::NONE;
 

@@ -6,10 +6,8 @@ use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
 use super::flat::{closed_after, push};
-use crate::mend::{
-    ClosedBy, FailedReason, FillError, FillReport, HoleOutcome, HoleReport, Inspection,
-    RegionReport,
-};
+use crate::fill::{ClosedBy, FailedReason, HoleOutcome, RegionReport};
+use crate::mend::{FillError, FillReport, HoleReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole, VertexFaces};
@@ -287,7 +285,7 @@ fn tell<'a>(
 mod tests {
     use super::*;
     use crate::check::{CheckParams, DefectKind};
-    use crate::mend::{TriangulatedReason, TryFailure};
+    use crate::fill::{TriangulatedReason, TryFailure};
     use crate::mesh::Mesh;
     use crate::mesh::shapes::icosphere;
 

@@ -7,10 +7,10 @@ use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
 use crate::check::crossing;
-use crate::mend::{
-    ClosedBy, FailedReason, FillError, FillReport, HoleOutcome, Inspection, LeftReason,
-    TriangulatedReason, TryFailure,
+use crate::fill::{
+    ClosedBy, FailedReason, HoleOutcome, LeftReason, TriangulatedReason, TryFailure,
 };
+use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{FaceOrigin, Hole, weld_map};
 

@@ -3,7 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::edges;
-use crate::mend::{FillError, FillParams, Inspection};
+use crate::fill::FillParams;
+use crate::mend::{FillError, Inspection};
 
 /// The holes of the input, where some are chosen by their numbers or width.
 #[derive(Default)]

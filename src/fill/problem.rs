@@ -1,0 +1,121 @@
+//! What a region is: its rims, the mesh round them, and what is asked.
+
+use glam::DVec3;
+
+use super::params::{FillParams, SurfaceKind};
+use super::previous::PreviousSurface;
+use super::report::FEW_EDGES;
+use super::strategy::Try;
+use crate::cancel::Cancel;
+use crate::mesh::{Hole, Mesh};
+use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
+use crate::sdf::Sampler;
+
+/// The work on one region.
+#[derive(Clone, Copy)]
+pub(crate) struct RegionProblem<'a> {
+    /// Its number, from 1.
+    pub(crate) id: usize,
+    /// The mesh.
+    pub(crate) mesh: &'a Mesh,
+    /// Its holes.
+    pub(crate) holes: &'a [&'a Hole],
+    /// What of the mesh it knows: the pieces that its rims lie on.
+    pub(crate) known: &'a Sampler<'a>,
+    /// All of the mesh, which patches must not cross.
+    pub(crate) all: &'a Sampler<'a>,
+    /// The parameters.
+    pub(crate) params: &'a FillParams,
+    /// The surface whose shape is kept, if any.
+    pub(crate) previous: Option<&'a PreviousSurface<'a>>,
+    /// The bounding box of what was cut out there.
+    pub(crate) extent: Option<(DVec3, DVec3)>,
+    /// Whether the run is to go on.
+    pub(crate) keep_going: &'a (dyn Fn() -> bool + Sync),
+    /// The token that stops it, which inner loops read.
+    pub(crate) cancel: &'a Cancel,
+}
+
+/// Whether holes are one loop of so few edges that its triangulation needs no new vertices.
+pub(crate) fn is_trivial(holes: &[&Hole], params: &FillParams) -> bool {
+    let stitched = params.surface == SurfaceKind::Stitched;
+    stitched && holes.len() == 1 && holes[0].edges <= FEW_EDGES
+}
+
+/// The region of the first try.
+pub(crate) fn first_region(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Region {
+    let coarse = params.finishes();
+    region(
+        mesh,
+        holes,
+        params,
+        &Try::first(params.energy),
+        None,
+        coarse,
+    )
+}
+
+/// The lattice of a try; `extent` bounds the surface that it starts from, if any. It may be `coarse` where patches are finished
+/// on their own triangles.
+pub(super) fn region(
+    mesh: &Mesh,
+    holes: &[&Hole],
+    params: &FillParams,
+    next: &Try,
+    extent: Option<(DVec3, DVec3)>,
+    coarse: bool,
+) -> Region {
+    let sphere = || Some(Sphere::new(mesh, holes)?.bounds());
+    let part = extent.or_else(|| (next.start == Start::Sphere).then(sphere).flatten());
+    let size = |voxel| BoxSize {
+        voxel,
+        coarse,
+        growth: next.growth,
+        refine: next.refine,
+    };
+    let of = |voxel| Region::new(mesh, holes, &size(voxel), part);
+    let region = of(params.voxel);
+    let (part, most_across) = next.energy.needs().voxel;
+    if part == 1.0 || params.voxel != VoxelSize::Auto {
+        return region;
+    }
+    let finer = (part * region.voxel).max(region.diameter / most_across);
+    of(VoxelSize::Length(finer.min(region.voxel)))
+}
+
+/// Whether a finer try is worth its time. The grid of a region with a small loop is as fine as it gets from the first; then another
+/// start on it is only worth it where no triangulation of the rims is finished instead.
+pub(super) fn refines(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> bool {
+    let first = Try::first(params.energy);
+    let voxel = |t: &Try| region(mesh, holes, params, t, None, true).voxel;
+    let is_finer = |finer: &Try| voxel(finer) < voxel(&first);
+    let has_finer = || first.finer().as_ref().is_some_and(is_finer);
+    params.voxel == VoxelSize::Auto && (!params.finishes() || has_finer())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fill::Finish;
+    use crate::mesh::shapes::{grid, punch};
+    use crate::mesh::{Topology, find_holes};
+
+    #[test]
+    fn a_region_with_a_small_loop_has_no_finer_grid() {
+        let sheet = grid(80, 80, [false, false], |u, v| DVec3::new(u, v, 0.0));
+        let square = |c: DVec3, x: f64, half: f64| (c.x - x).abs().max((c.y - 0.5).abs()) < half;
+        let mut mesh = punch(&sheet, |c| square(c, 0.3, 0.2) || square(c, 0.6, 0.026));
+        let mut topology = Topology::new(&mut mesh);
+        let (holes, _) = find_holes(&mesh, &mut topology);
+        let inner: Vec<&Hole> = holes.iter().filter(|h| !h.outer_border).collect();
+        let params = FillParams::default();
+        assert_eq!(inner.len(), 2);
+        assert!(refines(&mesh, &inner[..1], &params));
+        assert!(!refines(&mesh, &inner, &params));
+        let unfinished = FillParams {
+            finish: Finish::None,
+            ..params
+        };
+        assert!(refines(&mesh, &inner, &unfinished));
+    }
+}

@@ -1,0 +1,77 @@
+//! What was done in a region, or would be. In a plan, what only the work itself can tell is not there: options are none, counts and
+//! times zero.
+
+use serde::{Deserialize, Serialize};
+
+use super::candidate::FinishReport;
+use super::outcome::{ClosedBy, TryFailure};
+use crate::region::LevelReport;
+
+/// Holes of at most so many edges are closed by triangles between their vertices without being solved.
+pub(crate) const FEW_EDGES: usize = 4;
+
+/// A patch that rises higher above its rim than this, in diameters, balloons: half a sphere rises by 0.5. Caps of cut necks
+/// and limbs rise by 0.4; those of holes in a surface that goes on by less than 0.2.
+const BALLOON: f64 = 0.3;
+
+/// A region and its patch.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RegionReport {
+    /// Number, from 1.
+    pub id: usize,
+    /// Numbers of its holes.
+    pub holes: Vec<usize>,
+    /// Whether its holes were put together because the caller asked for a bridge.
+    pub bridge: bool,
+    /// Diameter in the mesh's units: that of the widest hole, or of what was cut out.
+    pub diameter: f64,
+    /// Voxel size of the finest level in the mesh's units, in a plan that of the first try; none where no grid is needed.
+    pub voxel: Option<f64>,
+    /// Nodes of the box of the finest level along the axes. Memory and time go with those near the surface only.
+    pub dims: Option<[usize; 3]>,
+    /// The levels of the nested solve, the coarsest first.
+    pub levels: Vec<LevelReport>,
+    /// Whether the flow became steady.
+    pub converged: bool,
+    /// What closed it.
+    pub closed_by: Option<ClosedBy>,
+    /// Mean angle between the faces on both sides of the seam, in degrees; none where the level set did not close it.
+    pub seam_angle_mean: Option<f64>,
+    /// Largest angle there.
+    pub seam_angle_max: Option<f64>,
+    /// How far the patch of one hole rises above its rim, along the rim's normal to either side and beyond the rim's own extent,
+    /// in diameters; none for other patches.
+    pub rise: Option<f64>,
+    /// New vertices.
+    pub new_vertices: usize,
+    /// New faces.
+    pub new_faces: usize,
+    /// Mean of 2 r_in / R_out over the new faces.
+    pub quality_mean: f64,
+    /// New faces that intersect another face.
+    pub intersecting_faces: usize,
+    /// Connected pieces of the patch.
+    pub components: usize,
+    /// How its patch was finished; none where it was not.
+    pub finish: Option<FinishReport>,
+    /// Why earlier tries failed.
+    pub earlier_tries: Vec<TryFailure>,
+    /// Whether the surface is that of the energy to fall back to because the one asked for found none.
+    pub other_energy: bool,
+    /// Seconds.
+    pub seconds: f64,
+}
+
+impl RegionReport {
+    /// Whether a surface was made for it, and not only triangles between vertices of rims.
+    pub fn has_surface(&self) -> bool {
+        let by = self.closed_by;
+        !self.levels.is_empty() || matches!(by, Some(ClosedBy::Flat | ClosedBy::Faired))
+    }
+
+    /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the
+    /// mouth of a vessel.
+    pub fn balloons(&self) -> bool {
+        self.rise.is_some_and(|rise| rise > BALLOON)
+    }
+}

@@ -1,0 +1,62 @@
+//! The surface before a cut, where the flow starts from it.
+
+use super::cut::CutMesh;
+use crate::fill::{Keeping, PreviousSurface};
+use crate::mesh::triangulate::triangulate_loop;
+use crate::mesh::{Hole, Mesh, Topology};
+use crate::region::{CappedRims, TimeSpan};
+use crate::sdf::Sampler;
+
+/// A surface without holes.
+pub(super) struct ClosedSurface {
+    mesh: Mesh,
+    topology: Topology,
+    /// Which of its faces evolve.
+    evolving: Vec<bool>,
+}
+
+impl CutMesh<'_> {
+    /// The surface before the cut, of which part of the shape is kept.
+    pub(super) fn previous(&self, part: f64) -> PreviousSurface<'_> {
+        let before = self.before;
+        let holes: Vec<&Hole> = before.holes.iter().collect();
+        PreviousSurface::new(
+            Sampler::new(&before.mesh, &before.topology),
+            CappedRims::new(&holes, |h| !h.outer_border),
+            Keeping::Part(part),
+            self.extents(),
+        )
+    }
+
+    /// The surface before the cut with its holes closed, so that it has an inside everywhere.
+    pub(super) fn closed(&self) -> ClosedSurface {
+        let mut mesh = self.before.mesh.clone();
+        for hole in &self.before.holes {
+            if let Ok(faces) = triangulate_loop(&self.before.mesh, &hole.rim) {
+                mesh.faces.extend(faces);
+            }
+        }
+        let mut evolving = self.removed.clone();
+        evolving.resize(mesh.faces.len(), false);
+        let topology = Topology::new(&mut mesh);
+        ClosedSurface {
+            mesh,
+            topology,
+            evolving,
+        }
+    }
+
+    /// The surface before the cut, which evolves.
+    pub(super) fn evolving<'a>(
+        &self,
+        closed: &'a ClosedSurface,
+        span: TimeSpan,
+    ) -> PreviousSurface<'a> {
+        PreviousSurface::new(
+            Sampler::new(&closed.mesh, &closed.topology),
+            CappedRims::none(),
+            Keeping::Time(span, &closed.evolving),
+            self.extents(),
+        )
+    }
+}

@@ -1,0 +1,134 @@
+//! Why a mesh cannot be worked on.
+
+use glam::DVec3;
+use thiserror::Error;
+
+use super::{LARGEST, Mesh, SMALLEST, bounds};
+
+/// The largest number of faces: half-edges, three for each face, are numbered by 32 bits, and the last number stands for none.
+const MOST_FACES: usize = (u32::MAX / 3) as usize - 1;
+/// The largest number of vertices, for the same reason.
+const MOST_VERTICES: usize = u32::MAX as usize - 1;
+
+/// Why a mesh cannot be worked on.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum MeshError {
+    /// The mesh has no faces.
+    #[error("the mesh has no faces; there is nothing to fill")]
+    Empty,
+    /// More vertices or faces than can be numbered.
+    #[error(
+        "the mesh has {count} {what}, but at most {most} can be numbered; cut it into parts, or make it coarser"
+    )]
+    TooMany {
+        /// Of what.
+        what: &'static str,
+        /// How many there are.
+        count: usize,
+        /// How many there may be.
+        most: usize,
+    },
+    /// A face refers to a vertex that is not there.
+    #[error("face {face} refers to vertex {vertex}, but there are only {count} vertices")]
+    Index {
+        /// The face, from 0.
+        face: usize,
+        /// The vertex.
+        vertex: u32,
+        /// Number of vertices.
+        count: usize,
+    },
+    /// A position is not finite.
+    #[error("vertex {vertex} has a coordinate that is not a finite number; repair the file first")]
+    NotFinite {
+        /// The vertex, from 0.
+        vertex: usize,
+    },
+    /// A coordinate is so large that areas cannot be measured.
+    #[error(
+        "vertex {vertex} has a coordinate of {size:e}, which is too large to measure; the largest that can be is {LARGEST:e}: \
+         scale the mesh down, or remove the vertex if it is a mistake"
+    )]
+    TooLarge {
+        /// The vertex, from 0.
+        vertex: usize,
+        /// Its largest coordinate.
+        size: f64,
+    },
+    /// All vertices are so near each other that areas cannot be measured.
+    #[error(
+        "the vertices lie within {extent:e} of each other, which is too small to measure; the smallest mesh that can be \
+         measures {SMALLEST:e}: scale it up"
+    )]
+    TooSmall {
+        /// The longest side of the bounding box.
+        extent: f64,
+    },
+}
+
+/// Refuses more vertices or faces than 32 bits can number.
+fn validate_size(vertices: usize, faces: usize) -> Result<(), MeshError> {
+    let too_many = |what, count, most| Err(MeshError::TooMany { what, count, most });
+    if faces > MOST_FACES {
+        return too_many("faces", faces, MOST_FACES);
+    }
+    if vertices > MOST_VERTICES {
+        return too_many("vertices", vertices, MOST_VERTICES);
+    }
+    Ok(())
+}
+
+impl Mesh {
+    /// Whether it can be worked on: it has faces, whose corners are vertices that are there, at places that can be measured.
+    ///
+    /// # Errors
+    /// What is wrong, and where.
+    pub fn validate(&self) -> Result<(), MeshError> {
+        let mesh = self;
+        if mesh.faces.is_empty() {
+            return Err(MeshError::Empty);
+        }
+        validate_size(mesh.positions.len(), mesh.faces.len())?;
+        let count = mesh.positions.len();
+        for (face, f) in mesh.faces.iter().enumerate() {
+            if let Some(&vertex) = f.iter().find(|&&v| v as usize >= count) {
+                return Err(MeshError::Index {
+                    face,
+                    vertex,
+                    count,
+                });
+            }
+        }
+        if let Some(vertex) = mesh.positions.iter().position(|p| !p.is_finite()) {
+            return Err(MeshError::NotFinite { vertex });
+        }
+        let size = |p: &DVec3| p.abs().max_element();
+        if let Some(vertex) = mesh.positions.iter().position(|p| size(p) > LARGEST) {
+            let size = size(&mesh.positions[vertex]);
+            return Err(MeshError::TooLarge { vertex, size });
+        }
+        let (low, high) = bounds(mesh.positions.iter().copied());
+        let extent = (high - low).max_element();
+        if 0.0 < extent && extent < SMALLEST {
+            return Err(MeshError::TooSmall { extent });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_half_edges_than_32_bits_number_are_refused() {
+        assert!(validate_size(3, MOST_FACES).is_ok());
+        let last = 3 * (MOST_FACES as u64 + 1) - 1;
+        assert!(last < u64::from(u32::MAX));
+        for (vertices, faces) in [(3, MOST_FACES + 1), (MOST_VERTICES + 1, 1)] {
+            let refused = validate_size(vertices, faces);
+            assert!(matches!(refused, Err(MeshError::TooMany { .. })));
+        }
+    }
+}
