@@ -2,13 +2,13 @@
 
 use std::time::Instant;
 
-use super::finish_step::CHEAP_EDGES;
+use super::grids::{Try, Verdict};
 use super::outcome::TryFailure;
 use super::params::SurfaceKind;
 use super::previous::PreviousSurface;
 use super::problem::{RegionProblem, region};
 use super::report::RegionReport;
-use super::strategy::{Try, Verdict};
+use super::strategy::CHEAP_EDGES;
 use crate::flow::{Energy, FlowSettings, Variant};
 use crate::mesh::Mesh;
 use crate::region::{

@@ -1,26 +1,33 @@
 //! One region closed: from its data to the patch that is taken.
 
 mod candidate;
+mod faired;
 mod finish_step;
+mod grids;
 mod level_set;
 mod outcome;
 mod params;
+mod planar;
 mod previous;
 mod problem;
+mod quality;
 mod region_patch;
 mod report;
+mod rim_triangles;
+mod seam;
 mod search;
 mod stitching;
 mod strategy;
 
 pub use candidate::{FinishReport, PatchStart};
+pub(crate) use grids::WIDEST;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
 };
 pub use params::{FillParams, Finish, SurfaceKind};
 pub(crate) use previous::{Keeping, PreviousSurface};
-pub(crate) use problem::{RegionProblem, first_region, is_trivial};
+pub(crate) use problem::{RegionProblem, first_region};
 pub use region_patch::RegionPatch;
 pub(crate) use report::FEW_EDGES;
 pub use report::RegionReport;
-pub(crate) use strategy::WIDEST;
+pub(crate) use strategy::RegionPlan;

@@ -2,14 +2,16 @@
 
 use glam::DVec3;
 
+use super::grids::Try;
 use super::params::{FillParams, SurfaceKind};
 use super::previous::PreviousSurface;
 use super::report::FEW_EDGES;
-use super::strategy::Try;
+use super::strategy::RegionPlan;
 use crate::cancel::Cancel;
 use crate::mesh::{Hole, Mesh};
 use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
+use crate::stitch::close_seam;
 
 /// The work on one region.
 #[derive(Clone, Copy)]
@@ -36,10 +38,17 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) cancel: &'a Cancel,
 }
 
-/// Whether holes are one loop of so few edges that its triangulation needs no new vertices.
-pub(crate) fn is_trivial(holes: &[&Hole], params: &FillParams) -> bool {
-    let stitched = params.surface == SurfaceKind::Stitched;
-    stitched && holes.len() == 1 && holes[0].edges <= FEW_EDGES
+impl RegionPlan {
+    /// What some holes of a mesh call for.
+    pub(crate) fn new(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Self {
+        let is_stitched = params.surface == SurfaceKind::Stitched;
+        match holes {
+            [hole] if is_stitched && hole.edges <= FEW_EDGES => Self::Trivial,
+            _ if holes.iter().all(|h| params.is_flat(h.id)) => Self::Planar,
+            [a, b] if is_stitched && close_seam(mesh, &a.rim, &b.rim).is_some() => Self::Seam,
+            _ => Self::Solve,
+        }
+    }
 }
 
 /// The region of the first try.

@@ -1,8 +1,12 @@
 //! What became of a region, as a value.
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::outcome::HoleOutcome;
+use super::candidate::{FinishReport, FinishedPatch};
+use super::outcome::{ClosedBy, FailedReason, HoleOutcome};
+use super::problem::RegionProblem;
+use super::quality::Quality;
 use super::report::RegionReport;
 use crate::mesh::Mesh;
 
@@ -17,4 +21,103 @@ pub struct RegionPatch {
     pub report: RegionReport,
     /// What became of each of its holes, in the order of the report's.
     pub outcomes: Vec<HoleOutcome>,
+}
+
+impl RegionPatch {
+    /// How good it is.
+    pub(super) fn quality(&self) -> Quality {
+        let is_open = |o: &&HoleOutcome| matches!(o, HoleOutcome::Failed(_));
+        let finish = self.report.finish.as_ref().map(FinishReport::sum);
+        let finish = finish.unwrap_or_default();
+        Quality {
+            open_rims: self.outcomes.iter().filter(is_open).count(),
+            intersections: self.report.intersecting_faces,
+            is_plain: self.mesh.positions.is_empty(),
+            folds: finish.folds_after,
+            energy: finish.energy_after,
+        }
+    }
+}
+
+impl RegionProblem<'_> {
+    /// A region that was stopped: its holes stay open, and the run ends with an error.
+    pub(super) fn stopped(&self, mut report: RegionReport) -> RegionPatch {
+        report.closed_by = Some(ClosedBy::Nothing);
+        let outcome = HoleOutcome::Failed(FailedReason::NotReached);
+        self.all(Mesh::default(), report, outcome)
+    }
+
+    /// A region closed by a finished patch of a level set.
+    pub(super) fn accept(&self, finished: FinishedPatch, mut report: RegionReport) -> RegionPatch {
+        report.closed_by = Some(ClosedBy::LevelSet);
+        self.all_finished(finished, report, HoleOutcome::Filled)
+    }
+
+    /// A finished patch that closes all of its holes in one way.
+    pub(super) fn all_finished(
+        &self,
+        finished: FinishedPatch,
+        mut report: RegionReport,
+        outcome: HoleOutcome,
+    ) -> RegionPatch {
+        let FinishedPatch {
+            patch,
+            report: finish,
+            sigma,
+        } = finished;
+        report.finish = finish;
+        report.seam_angle_mean = Some(patch.report.seam_angle_mean);
+        report.seam_angle_max = Some(patch.report.seam_angle_max);
+        report.quality_mean = patch.report.quality_mean;
+        report.intersecting_faces = patch.report.intersecting_faces;
+        report.components = patch.report.components;
+        report.rise = self.rise(&patch.positions);
+        let mesh = Mesh::new(patch.positions, patch.faces);
+        RegionPatch {
+            sigma,
+            ..self.all(mesh, report, outcome)
+        }
+    }
+
+    /// A region whose zero set is all that was asked for.
+    pub(super) fn whole(&self, mesh: Mesh, mut report: RegionReport) -> RegionPatch {
+        report.closed_by = Some(ClosedBy::LevelSet);
+        self.all(mesh, report, HoleOutcome::Filled)
+    }
+
+    /// A patch that closes all of its holes in one way.
+    pub(super) fn all(
+        &self,
+        mesh: Mesh,
+        mut report: RegionReport,
+        outcome: HoleOutcome,
+    ) -> RegionPatch {
+        report.new_vertices = mesh.positions.len();
+        report.new_faces = mesh.faces.len();
+        RegionPatch {
+            sigma: vec![None; mesh.positions.len()],
+            mesh,
+            report,
+            outcomes: vec![outcome; self.holes.len()],
+        }
+    }
+
+    /// How far the vertices of the patch of one hole rise beyond the rim's own extent along its normal, in diameters.
+    pub(super) fn rise(&self, positions: &[DVec3]) -> Option<f64> {
+        let ([hole], None) = (self.holes, self.previous) else {
+            return None;
+        };
+        let height = |p: &DVec3| (*p - hole.centre).dot(hole.normal);
+        let of_rim = hole
+            .rim
+            .iter()
+            .map(|&v| height(&self.mesh.positions[v as usize]));
+        let extent = |heights: &mut dyn Iterator<Item = f64>| {
+            heights.fold((0.0f64, 0.0f64), |(low, high), h| (low.min(h), high.max(h)))
+        };
+        let (lowest, highest) = extent(&mut of_rim.into_iter());
+        let (low, high) = extent(&mut positions.iter().map(height));
+        let rise = f64::max(high - highest, lowest - low).max(0.0) / hole.diameter;
+        rise.is_finite().then_some(rise)
+    }
 }

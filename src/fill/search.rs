@@ -1,20 +1,22 @@
-//! One region: solve, extract, stitch, and the next try where that fails.
+//! The search for what closes a region: makes what the strategy asks for, until that takes one.
 
 use std::time::Instant;
 
 use glam::DVec3;
 
-use super::candidate::FinishedPatch;
+use super::candidate::{FinishedPatch, PatchStart};
+use super::grids::{History, Prospects, Try, Verdict, cost, failures};
 use super::level_set::{Found, Unsteady};
-use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason, TryFailure};
+use super::outcome::{TriangulatedReason, TryFailure};
 use super::params::SurfaceKind;
-use super::problem::{RegionProblem, is_trivial, refines};
+use super::problem::{RegionProblem, refines};
+use super::quality::Quality;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
-use super::strategy::{Prospects, Try, Verdict, cost, failures, next_try};
-use crate::mesh::{Hole, Mesh};
-use crate::region::{LevelSurface, Start};
-use crate::stitch::{Patch, close_seam};
+use super::strategy::{CHEAP_EDGES, Candidate, Ending, RegionPlan, Step, level_sets, next_step};
+use crate::mesh::Hole;
+use crate::region::{LevelSurface, Sphere, Start};
+use crate::stitch::Patch;
 
 /// Loops of at most this many edges are solved once only: their few edges say little about the surface, and a finer grid does
 /// not add to that.
@@ -29,20 +31,40 @@ const FLAT_RIM: f64 = 0.01;
 /// and the mean of the directions in which the surface would continue is at least so long: those of a tube have length 1.
 const PARALLEL: f64 = 0.98;
 
+/// The candidates that were made of a region so far.
+struct Search<'a, 'b> {
+    problem: &'b RegionProblem<'a>,
+    plan: RegionPlan,
+    first: Try,
+    prospects: Prospects,
+    made: Vec<Ending>,
+    /// For each what was made.
+    patches: Vec<Made>,
+    /// The surface that came nearest to rest.
+    nearest: Option<Unsteady<'b>>,
+    /// What the last level set without a patch found.
+    last: RegionReport,
+}
+
+/// What was made.
+enum Made {
+    /// No patch.
+    Nothing,
+    /// The patch of a level set, and what was found.
+    Joined(Patch, RegionReport),
+    /// A finished patch.
+    Finished(FinishedPatch),
+    /// What becomes of the region.
+    Region(RegionPatch),
+}
+
 impl RegionProblem<'_> {
     /// Fills the region.
     pub(crate) fn fill(&self) -> RegionPatch {
         let clock = Instant::now();
-        let mut filled = if self.cancel.is_cancelled() {
-            self.stopped(RegionReport::default())
-        } else if is_trivial(self.holes, self.params) {
-            self.triangulate(TriangulatedReason::FewEdges, RegionReport::default())
-        } else if self.holes.iter().all(|h| self.params.is_flat(h.id)) {
-            self.close_flat()
-        } else if let Some(closed) = self.close_seam() {
-            closed
-        } else {
-            self.evolve()
+        let mut filled = match self.cancel.is_cancelled() {
+            true => self.stopped(RegionReport::default()),
+            false => Search::new(self).run(),
         };
         let report = &mut filled.report;
         report.id = self.id;
@@ -50,94 +72,6 @@ impl RegionProblem<'_> {
         report.bridge = self.params.bridges(&report.holes);
         report.seconds = clock.elapsed().as_secs_f64();
         filled
-    }
-
-    /// Solves and stitches, with a wider box or a finer grid where a try fails. The patch that crosses least is taken.
-    fn evolve(&self) -> RegionPatch {
-        let first = Try {
-            accept: self.holes.iter().all(|h| h.edges <= SMALL_EDGES),
-            start: match self.previous {
-                Some(_) => Start::Triangulation,
-                None => Start::Biharmonic,
-            },
-            ..Try::first(self.params.energy)
-        };
-        let mut prospects = self.prospects();
-        let mut history: Vec<(Try, Verdict)> = Vec::new();
-        let mut best: Option<(Patch, RegionReport)> = None;
-        let mut kept: Option<Unsteady> = None;
-        let mut last = RegionReport::default();
-        while let Some(now) = next_try(&first, &history, &prospects) {
-            if !(self.keep_going)() {
-                break;
-            }
-            if history.last().is_some_and(|(t, _)| t.energy != now.energy) {
-                // Another energy begins anew, with a budget of its own and without the surfaces of the first.
-                kept = None;
-                prospects.spent = 0;
-            }
-            let is_worth_it =
-                |k: &&Unsteady| now.refine > 1.0 && k.solved.movement() < WORTH_A_START;
-            let from = kept.as_ref().filter(is_worth_it);
-            let mut tried = self.try_once(&now, from.map(|k| &k.solved.level));
-            if self.cancel.is_cancelled() {
-                last = tried.report;
-                break;
-            }
-            prospects.spent += cost(&tried.report.levels);
-            tried.report.earlier_tries = failures(&history);
-            match tried.patch {
-                Some(Found::Whole(mesh)) => return self.whole(mesh, tried.report),
-                Some(Found::Patch(patch)) => {
-                    let crossing = |p: &Patch| p.report.intersecting_faces;
-                    if best
-                        .as_ref()
-                        .is_none_or(|b| crossing(&patch) < crossing(&b.0))
-                    {
-                        best = Some((patch, tried.report));
-                    }
-                }
-                None => last = tried.report,
-            }
-            kept = nearer_steady(kept, tried.unsteady);
-            history.push((now, tried.verdict));
-            if history.len() == 1
-                && best.is_none()
-                && let Some(instead) = self.instead_of_retries(&history, &last)
-            {
-                return instead;
-            }
-        }
-        if self.cancel.is_cancelled() {
-            return self.stopped(last);
-        }
-        let best = best.or_else(|| self.patch_of(kept?, &history));
-        self.concluded(best, &history, last)
-    }
-
-    /// The finished patch of the best attempt; where there is none, what closes the region without a level set.
-    fn concluded(
-        &self,
-        best: Option<(Patch, RegionReport)>,
-        history: &[(Try, Verdict)],
-        mut last: RegionReport,
-    ) -> RegionPatch {
-        if let Some((patch, report)) = best {
-            return match self.finish(Some(patch.clone())) {
-                Some(finished) => self.accept(finished, report),
-                None => self.accept(FinishedPatch::unfinished(patch), report),
-            };
-        }
-        last.earlier_tries = failures(history);
-        let why = last.earlier_tries.last().cloned();
-        self.without_level_set(why.unwrap_or(TryFailure::Stopped), last)
-    }
-
-    /// A region that was stopped: its holes stay open, and the run ends with an error.
-    fn stopped(&self, mut report: RegionReport) -> RegionPatch {
-        report.closed_by = Some(ClosedBy::Nothing);
-        let outcome = HoleOutcome::Failed(FailedReason::NotReached);
-        self.all(Mesh::default(), report, outcome)
     }
 
     /// What of the region bears on its tries.
@@ -150,92 +84,225 @@ impl RegionProblem<'_> {
             may_refine: refines(self.mesh, self.holes, self.params),
             diameter: self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
             tube_end: self.previous.is_none() && self.holes.iter().all(is_end),
+            is_wide: false,
+            finishes: self.is_finished(),
+            few_edges: self.holes.iter().all(|h| h.edges <= CHEAP_EDGES),
             budget: BUDGET,
             spent: 0,
         }
     }
 
     /// The patch of a surface that is nearly steady, if it crosses nothing.
-    fn patch_of(
-        &self,
-        kept: Unsteady,
-        history: &[(Try, Verdict)],
-    ) -> Option<(Patch, RegionReport)> {
+    fn patch_of(&self, nearest: Unsteady, history: &History) -> Option<(Patch, RegionReport)> {
         let surface = LevelSurface {
-            level: &kept.solved.level,
-            data: &kept.data,
+            level: &nearest.solved.level,
+            data: &nearest.data,
         };
-        let extracted = kept.solved.level.zero_set();
-        let patch = self.stitch(&kept.region, &surface, &extracted).ok()?;
+        let extracted = nearest.solved.level.zero_set();
+        let patch = self.stitch(&nearest.region, &surface, &extracted).ok()?;
         let report = RegionReport {
             earlier_tries: failures(history),
-            ..kept.report
+            ..nearest.report
         };
         (patch.report.intersecting_faces == 0).then_some((patch, report))
     }
+}
 
-    fn accept(&self, finished: FinishedPatch, mut report: RegionReport) -> RegionPatch {
-        report.closed_by = Some(ClosedBy::LevelSet);
-        self.all_finished(finished, report, HoleOutcome::Filled)
-    }
-
-    /// A finished patch that closes all of its holes in one way.
-    pub(super) fn all_finished(
-        &self,
-        finished: FinishedPatch,
-        mut report: RegionReport,
-        outcome: HoleOutcome,
-    ) -> RegionPatch {
-        let FinishedPatch {
-            patch,
-            report: finish,
-            sigma,
-        } = finished;
-        report.finish = finish;
-        report.seam_angle_mean = Some(patch.report.seam_angle_mean);
-        report.seam_angle_max = Some(patch.report.seam_angle_max);
-        report.quality_mean = patch.report.quality_mean;
-        report.intersecting_faces = patch.report.intersecting_faces;
-        report.components = patch.report.components;
-        report.rise = self.rise(&patch.positions);
-        let mesh = Mesh::new(patch.positions, patch.faces);
-        RegionPatch {
-            sigma,
-            ..self.all(mesh, report, outcome)
-        }
-    }
-
-    fn whole(&self, mesh: Mesh, mut report: RegionReport) -> RegionPatch {
-        report.closed_by = Some(ClosedBy::LevelSet);
-        self.all(mesh, report, HoleOutcome::Filled)
-    }
-
-    /// A patch that closes all of its holes in one way.
-    fn all(&self, mesh: Mesh, mut report: RegionReport, outcome: HoleOutcome) -> RegionPatch {
-        report.new_vertices = mesh.positions.len();
-        report.new_faces = mesh.faces.len();
-        RegionPatch {
-            sigma: vec![None; mesh.positions.len()],
-            mesh,
-            report,
-            outcomes: vec![outcome; self.holes.len()],
-        }
-    }
-
-    /// Closes the gap between two rims that lie on each other.
-    fn close_seam(&self) -> Option<RegionPatch> {
-        let (&[a, b], SurfaceKind::Stitched) = (self.holes, self.params.surface) else {
-            return None;
+impl<'a, 'b> Search<'a, 'b> {
+    fn new(problem: &'b RegionProblem<'a>) -> Self {
+        let plan = RegionPlan::new(problem.mesh, problem.holes, problem.params);
+        let first = Try {
+            accept: problem.holes.iter().all(|h| h.edges <= SMALL_EDGES),
+            start: match problem.previous {
+                Some(_) => Start::Triangulation,
+                None => Start::Biharmonic,
+            },
+            ..Try::first(problem.params.energy)
         };
-        let faces = close_seam(self.mesh, &a.rim, &b.rim)?;
+        Self {
+            problem,
+            plan,
+            first,
+            prospects: match plan {
+                RegionPlan::Solve => problem.prospects(),
+                _ => Prospects::default(),
+            },
+            made: Vec::new(),
+            patches: Vec::new(),
+            nearest: None,
+            last: RegionReport::default(),
+        }
+    }
+
+    /// Makes candidates until the strategy takes one.
+    fn run(mut self) -> RegionPatch {
+        loop {
+            let candidate = match next_step(self.plan, &self.first, &self.made, &self.prospects) {
+                Step::Take(place) => return self.taken(place),
+                Step::Make(candidate) => candidate,
+            };
+            if !(self.problem.keep_going)() {
+                return self.problem.stopped(self.last);
+            }
+            let (ending, made) = self.make(candidate);
+            if self.problem.cancel.is_cancelled() {
+                return self.problem.stopped(self.last);
+            }
+            let is_whole = self.problem.params.surface == SurfaceKind::Whole;
+            let made = match made {
+                Made::Region(whole) if is_whole => return whole,
+                made => made,
+            };
+            self.made.push(ending);
+            self.patches.push(made);
+        }
+    }
+
+    fn make(&mut self, candidate: Candidate) -> (Ending, Made) {
+        let problem = self.problem;
+        let made = match candidate {
+            Candidate::LevelSet(now) => return self.make_level_set(now),
+            Candidate::NearlySteady => self.make_nearly_steady(),
+            Candidate::Finished => Made::Finished(self.make_finished()),
+            Candidate::Faired => problem.faired().map_or(Made::Nothing, Made::Finished),
+            Candidate::EachFaired => {
+                let (why, report) = self.without_level_set();
+                let made = problem.each_faired(why, report);
+                made.map_or(Made::Nothing, Made::Region)
+            }
+            Candidate::PlanarCap => {
+                let cap = problem.planar_cap();
+                cap.map_or(Made::Nothing, |cap| Made::Region(problem.capped(cap)))
+            }
+            Candidate::Seam => problem.close_seam().map_or(Made::Nothing, Made::Region),
+            Candidate::RimTriangles => {
+                let (why, report) = match self.plan {
+                    RegionPlan::Planar => (TriangulatedReason::Flat, problem.flat_report()),
+                    RegionPlan::Solve => {
+                        let (why, report) = self.without_level_set();
+                        (TriangulatedReason::NoSurface(why), report)
+                    }
+                    _ => (TriangulatedReason::FewEdges, RegionReport::default()),
+                };
+                Made::Region(problem.triangulate(why, report))
+            }
+        };
+        let ending = Ending {
+            candidate,
+            quality: made.quality(),
+            failure: None,
+            is_at_minimum: matches!(&made, Made::Finished(patch) if patch.is_at_minimum()),
+        };
+        (ending, made)
+    }
+
+    fn make_level_set(&mut self, now: Try) -> (Ending, Made) {
+        let tried = level_sets(&self.made);
+        if tried.last().is_some_and(|(t, _)| t.energy != now.energy) {
+            // Another energy begins anew, with a budget of its own and without the surfaces of the first.
+            self.nearest = None;
+            self.prospects.spent = 0;
+        }
+        let is_worth_it = |k: &&Unsteady| now.refine > 1.0 && k.solved.movement() < WORTH_A_START;
+        let from = self.nearest.as_ref().filter(is_worth_it);
+        let mut done = self.problem.try_once(&now, from.map(|k| &k.solved.level));
+        self.prospects.spent += cost(&done.report.levels);
+        done.report.earlier_tries = failures(&tried);
+        self.nearest = nearer_steady(self.nearest.take(), done.unsteady);
+        let failure = match done.verdict {
+            Verdict::Sound => None,
+            Verdict::Failed(failure) => Some(failure),
+        };
+        if failure == Some(TryFailure::ReachedBox) {
+            self.prospects.is_wide = Sphere::new(self.problem.mesh, self.problem.holes).is_some();
+        }
+        let made = match done.patch {
+            Some(Found::Whole(mesh)) => Made::Region(self.problem.whole(mesh, done.report)),
+            Some(Found::Patch(patch)) => Made::Joined(patch, done.report),
+            None => {
+                self.last = done.report;
+                Made::Nothing
+            }
+        };
+        let ending = Ending {
+            candidate: Candidate::LevelSet(now),
+            quality: made.quality(),
+            failure,
+            is_at_minimum: false,
+        };
+        (ending, made)
+    }
+
+    /// The patch of the surface that came nearest to rest, if it intersects nothing.
+    fn make_nearly_steady(&mut self) -> Made {
+        let tried = level_sets(&self.made);
+        let patch = self
+            .nearest
+            .take()
+            .and_then(|n| self.problem.patch_of(n, &tried));
+        patch.map_or(Made::Nothing, |(patch, report)| Made::Joined(patch, report))
+    }
+
+    fn make_finished(&self) -> FinishedPatch {
+        let Some((patch, _)) = self.best_joined() else {
+            return FinishedPatch::unfinished(Patch::default());
+        };
+        match self.problem.is_finished() {
+            true => self.problem.finished(patch.clone(), PatchStart::LevelSet),
+            false => FinishedPatch::unfinished(patch.clone()),
+        }
+    }
+
+    /// The best patch of a level set; of equals the first.
+    fn best_joined(&self) -> Option<(&Patch, &RegionReport)> {
+        let all = self.made.iter().zip(&self.patches);
+        let joined = all.filter_map(|(ending, made)| match made {
+            Made::Joined(patch, report) => Some((ending.quality, patch, report)),
+            _ => None,
+        });
+        let best = joined.min_by_key(|(quality, ..)| *quality);
+        best.map(|(_, patch, report)| (patch, report))
+    }
+
+    /// Why no level set closed the region, and what is reported then.
+    fn without_level_set(&self) -> (TryFailure, RegionReport) {
         let report = RegionReport {
-            diameter: a.diameter,
-            closed_by: Some(ClosedBy::Seam),
-            components: 1,
-            ..RegionReport::default()
+            earlier_tries: failures(&level_sets(&self.made)),
+            ..self.last.clone()
         };
-        let outcome = HoleOutcome::Triangulated(TriangulatedReason::Seam);
-        Some(self.all(Mesh::new(Vec::new(), faces), report, outcome))
+        let why = report.earlier_tries.last().cloned();
+        (why.unwrap_or(TryFailure::Stopped), report)
+    }
+
+    /// What becomes of the region by the candidate that is taken. A faired triangulation that is better than the finished patch of a
+    /// level set stands in its place.
+    fn taken(mut self, place: usize) -> RegionPatch {
+        let beside = self.best_joined().map(|(_, report)| report.clone());
+        match (self.patches.swap_remove(place), beside) {
+            (Made::Region(region), _) => region,
+            (Made::Finished(patch), Some(report)) => self.problem.accept(patch, report),
+            (Made::Finished(patch), None) => {
+                let (why, report) = self.without_level_set();
+                self.problem.closed_by_fairing(patch, why, report)
+            }
+            // No strategy takes what has no patch, or was not finished.
+            (Made::Nothing | Made::Joined(..), _) => self.problem.stopped(self.last),
+        }
+    }
+}
+
+impl Made {
+    fn quality(&self) -> Option<Quality> {
+        match self {
+            Self::Nothing => None,
+            Self::Joined(patch, _) => Some(Quality {
+                intersections: patch.report.intersecting_faces,
+                is_plain: patch.positions.is_empty(),
+                ..Quality::default()
+            }),
+            Self::Finished(patch) => Some(patch.quality()),
+            Self::Region(region) => Some(region.quality()),
+        }
     }
 }
 

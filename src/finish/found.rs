@@ -2,9 +2,6 @@
 
 use glam::DVec3;
 
-/// An energy this many times as high is clearly higher.
-const CLEARLY_LOWER: f64 = 1.1;
-
 /// A patch after its finish.
 #[derive(Clone, Debug)]
 pub struct Finished {
@@ -97,13 +94,6 @@ impl FinishFound {
         self.folds_after = self.folds_before;
         self.largest_move = 0.0;
         (self.mean_sigma, self.largest_sigma) = (None, None);
-    }
-
-    /// Whether this end is better than that of another start for the same hole: it has fewer folded faces, or as many and an
-    /// energy lower by more than a tenth. Smaller differences tell triangulations apart rather than surfaces.
-    pub fn is_better_than(&self, other: &Self) -> bool {
-        let lower = self.energy_after * CLEARLY_LOWER < other.energy_after;
-        self.folds_after < other.folds_after || self.folds_after == other.folds_after && lower
     }
 }
 
@@ -227,23 +217,4 @@ pub enum Refusal {
     /// Stopped by the caller.
     #[error("it was stopped")]
     Stopped,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn fewer_folds_go_before_a_clearly_lower_energy() {
-        let end = |folds_after, energy_after| FinishFound {
-            folds_after,
-            energy_after,
-            ..FinishFound::default()
-        };
-        assert!(end(0, 9.0).is_better_than(&end(1, 2.0)));
-        assert!(!end(1, 2.0).is_better_than(&end(0, 9.0)));
-        assert!(end(1, 2.0).is_better_than(&end(1, 2.3)));
-        assert!(!end(0, 2.0).is_better_than(&end(0, 2.1)));
-        assert!(!end(0, f64::NAN).is_better_than(&end(0, 2.0)));
-    }
 }

@@ -11,11 +11,10 @@ use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
     FEW_EDGES, FailedReason, FillParams, HoleOutcome, LeftReason, PreviousSurface, RegionPatch,
-    RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, first_region, is_trivial,
+    RegionPlan, RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, first_region,
 };
 use crate::mesh::{Hole, Mesh};
 use crate::region::{Region, VoxelSize, group_holes};
-use crate::stitch::close_seam;
 
 /// What a fill with some parameters is: regions that can be worked on one by one, anywhere, and put together.
 ///
@@ -41,6 +40,8 @@ pub struct Regions<'a> {
     outcomes: Vec<HoleOutcome>,
     /// The holes of each region, as indices.
     groups: Vec<Vec<usize>>,
+    /// What each region calls for.
+    plans: Vec<RegionPlan>,
 }
 
 impl Inspection<'_> {
@@ -63,8 +64,13 @@ impl<'a> Regions<'a> {
         let bridges = bridges(found, &params)?;
         let (mut outcomes, chosen) = choose(found, &params, &bridges)?;
         let groups = groups(found, &params, &chosen, &mut outcomes, &bridges);
+        let plan = |group: &Vec<usize>| {
+            let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
+            RegionPlan::new(&found.mesh, &holes, &params)
+        };
         let new = Self {
             found,
+            plans: groups.iter().map(plan).collect(),
             params,
             previous,
             outcomes,
@@ -104,18 +110,17 @@ impl<'a> Regions<'a> {
     /// its own vertices, and some take several grids.
     pub fn plan(&self) -> FillReport {
         let mut report = self.report();
-        for (i, group) in self.groups.iter().enumerate() {
-            let simple = self.triangulated(group);
-            let flat = simple.is_none() && self.is_flat(group);
-            report
-                .regions
-                .push(self.planned(i, simple.is_none() && !flat));
+        for (i, (group, plan)) in self.groups.iter().zip(&self.plans).enumerate() {
+            report.regions.push(self.planned(i));
             for &h in group {
                 report.holes[h].region = i + 1;
-                report.holes[h].outcome = match &simple {
-                    Some(why) => HoleOutcome::WouldBeTriangulated(why.clone()),
-                    None if flat => HoleOutcome::WouldBeFlat,
-                    None => HoleOutcome::WouldBeFilled,
+                report.holes[h].outcome = match plan {
+                    RegionPlan::Trivial => {
+                        HoleOutcome::WouldBeTriangulated(TriangulatedReason::FewEdges)
+                    }
+                    RegionPlan::Seam => HoleOutcome::WouldBeTriangulated(TriangulatedReason::Seam),
+                    RegionPlan::Planar => HoleOutcome::WouldBeFlat,
+                    RegionPlan::Solve => HoleOutcome::WouldBeFilled,
                 };
             }
         }
@@ -136,22 +141,16 @@ impl<'a> Regions<'a> {
         Ok(filled)
     }
 
-    /// Whether a group is a hole that gets a flat cap.
-    fn is_flat(&self, group: &[usize]) -> bool {
-        let holes = self.holes(group);
-        holes.iter().all(|h| self.params.is_flat(h.id))
-    }
-
     /// About how much work each region is: the squares of voxels across its first grid.
     pub(crate) fn expected_work(&self) -> Vec<f64> {
-        let work = |group: &Vec<usize>| {
-            if is_trivial(&self.holes(group), &self.params) || self.is_flat(group) {
+        let work = |(group, plan): (&Vec<usize>, &RegionPlan)| {
+            if *plan != RegionPlan::Solve {
                 return 0.0;
             }
             let region = first_region(&self.found.mesh, &self.holes(group), &self.params);
             (region.diameter / region.voxel).powi(2)
         };
-        self.groups.iter().map(work).collect()
+        self.groups.iter().zip(&self.plans).map(work).collect()
     }
 
     fn patches(&self, watch: &Watch) -> Vec<RegionPatch> {
@@ -245,7 +244,7 @@ impl<'a> Regions<'a> {
     }
 
     fn sources(&self) -> Surroundings<'a> {
-        let asked = |group: &[usize]| !is_trivial(&self.holes(group), &self.params);
+        let asked = |group: usize| self.plans[group] != RegionPlan::Trivial;
         // What a region keeps of a previous surface may lie outside its box.
         let in_boxes = self.previous.is_none().then_some(self.params.voxel);
         Surroundings::new(self.found, &self.groups, &asked, in_boxes)
@@ -260,11 +259,11 @@ impl<'a> Regions<'a> {
             return Ok(());
         }
         let mut widest: f64 = 0.0;
-        for group in &self.groups {
-            let holes = self.holes(group);
-            if is_trivial(&holes, &self.params) || self.is_flat(group) {
+        for (group, plan) in self.groups.iter().zip(&self.plans) {
+            if *plan != RegionPlan::Solve {
                 continue;
             }
+            let holes = self.holes(group);
             let part = self.previous.and_then(|d| d.extent(group));
             let part = part.map_or(0.0, |(low, high)| (high - low).max_element());
             widest = holes
@@ -279,21 +278,10 @@ impl<'a> Regions<'a> {
         Ok(())
     }
 
-    /// Why a group would be closed without a grid, if it would.
-    fn triangulated(&self, group: &[usize]) -> Option<TriangulatedReason> {
-        let holes = self.holes(group);
-        if is_trivial(&holes, &self.params) {
-            return Some(TriangulatedReason::FewEdges);
-        }
-        let (&[a, b], SurfaceKind::Stitched) = (&holes[..], self.params.surface) else {
-            return None;
-        };
-        close_seam(&self.found.mesh, &a.rim, &b.rim).map(|_| TriangulatedReason::Seam)
-    }
-
-    fn planned(&self, region: usize, solved: bool) -> RegionReport {
+    fn planned(&self, region: usize) -> RegionReport {
         let holes = self.holes(&self.groups[region]);
-        let grid = solved.then(|| first_region(&self.found.mesh, &holes, &self.params));
+        let is_solved = self.plans[region] == RegionPlan::Solve;
+        let grid = is_solved.then(|| first_region(&self.found.mesh, &holes, &self.params));
         let ids: Vec<usize> = holes.iter().map(|h| h.id).collect();
         RegionReport {
             id: region + 1,

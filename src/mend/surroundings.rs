@@ -53,7 +53,7 @@ impl<'a> Surroundings<'a> {
     pub(super) fn new(
         found: &'a Inspection,
         groups: &[Vec<usize>],
-        asked: &dyn Fn(&[usize]) -> bool,
+        asked: &dyn Fn(usize) -> bool,
         in_boxes: Option<VoxelSize>,
     ) -> Self {
         let all = Sampler::new(&found.mesh, &found.topology);
@@ -73,10 +73,8 @@ impl<'a> Surroundings<'a> {
             Some(restricted.len() - 1)
         };
         let (mut of_group, mut of_bodies) = (Vec::new(), Vec::new());
-        for group in groups {
-            let own = asked(group)
-                .then(|| bodies.others_near(found, group))
-                .flatten();
+        for (i, group) in groups.iter().enumerate() {
+            let own = asked(i).then(|| bodies.others_near(found, group)).flatten();
             let at = own.as_ref().and_then(&mut restrict);
             of_group.push(at);
             of_bodies.push(own.filter(|_| at.is_some()));

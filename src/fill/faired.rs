@@ -1,0 +1,141 @@
+//! Candidates: refined triangulations of the rims, filled biharmonically and finished. They need no level set.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+
+use super::candidate::{FinishReport, FinishedPatch, PatchStart};
+use super::finish_step::Local;
+use super::outcome::{ClosedBy, HoleOutcome, TryFailure};
+use super::problem::RegionProblem;
+use super::region_patch::RegionPatch;
+use super::report::RegionReport;
+use crate::finish::{Refusal, Surroundings, biharmonic};
+use crate::mesh::Hole;
+use crate::stitch::{Patch, flipped, refined_triangulation};
+
+/// Rims of more edges get none: a triangulation takes time with the cube of their number, and what is as large is
+/// seldom told by its rim alone.
+const MOST_EDGES: usize = 400;
+/// How often a triangulation is filled and its edges flipped before it is filled at last.
+const FAIRINGS: usize = 2;
+
+/// New positions of the vertices of a patch, from its triangles alone.
+pub(super) type LinearFill = fn(&Surroundings<'_>, &[u32]) -> Result<Vec<(u32, DVec3)>, Refusal>;
+
+/// Moves the vertices of a patch of a part to where a fill has them; where it fails they stay.
+fn fill(local: &mut Local, patch: &mut Patch, linear: LinearFill) {
+    local.set_patch(&patch.positions, &patch.faces);
+    let own = local.part.mesh.positions.len();
+    let moved = linear(&local.around(), &local.new_vertices());
+    for (v, p) in moved.into_iter().flatten() {
+        patch.positions[v as usize - own] = p;
+    }
+    local.set_patch(&patch.positions, &patch.faces);
+}
+
+impl RegionProblem<'_> {
+    /// The faired triangulation of the only rim, finished; none where there are more rims, or it cannot be had.
+    pub(super) fn faired(&self) -> Option<FinishedPatch> {
+        let [hole] = self.holes else {
+            return None;
+        };
+        if self.cancel.is_cancelled() || !self.is_finished() {
+            return None;
+        }
+        let (local, patch) = self.spanned(hole, biharmonic)?;
+        Some(self.finished(local.to_whole(patch), PatchStart::Triangulation))
+    }
+
+    /// A refined triangulation of a rim, in the numbers of the part of the mesh that is returned with it, filled and flipped in turn.
+    pub(super) fn spanned(&self, hole: &Hole, linear: LinearFill) -> Option<(Local, Patch)> {
+        (hole.edges <= MOST_EDGES).then_some(())?;
+        let (mut local, rim, mut patch) = self.refined(hole)?;
+        for _ in 0..FAIRINGS {
+            fill(&mut local, &mut patch, linear);
+            patch = flipped(&local.part.mesh, &rim, &patch);
+        }
+        fill(&mut local, &mut patch, linear);
+        patch.report.intersecting_faces = local.crossing(&patch.positions);
+        Some((local, patch))
+    }
+
+    /// The part of the mesh round a hole, its rim and a refined triangulation of it, both in the part's numbers.
+    fn refined(&self, hole: &Hole) -> Option<(Local, Vec<u32>, Patch)> {
+        let part = self.wide_part(&Patch::default());
+        let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
+        let patch = refined_triangulation(&part.mesh, &rim, self.params.edge_ratio()).ok()?;
+        let count = self.mesh.positions.len();
+        let shape = (&patch.positions[..], &patch.faces[..]);
+        let local = Local::of_part(part, count, shape, self.cancel);
+        Some((local, rim, patch))
+    }
+
+    /// Each hole closed by a faired triangulation; none where one cannot be, or two of them touch.
+    pub(super) fn each_faired(
+        &self,
+        why: TryFailure,
+        mut report: RegionReport,
+    ) -> Option<RegionPatch> {
+        let mut seen = HashSet::new();
+        if !self
+            .holes
+            .iter()
+            .flat_map(|h| &h.rim)
+            .all(|v| seen.insert(*v))
+        {
+            return None;
+        }
+        let count = self.mesh.positions.len() as u32;
+        let mut all = FinishedPatch::unfinished(Patch::default());
+        let mut pieces = Vec::new();
+        let (mut angles, mut shapes) = (0.0, 0.0);
+        for hole in self.holes {
+            report.diameter = report.diameter.max(hole.diameter);
+            let one = RegionProblem {
+                holes: &[hole],
+                ..*self
+            };
+            let finished = one.faired()?;
+            let base = all.patch.positions.len() as u32;
+            let moved = |v: u32| if v < count { v } else { v + base };
+            let (own, sum) = (&finished.patch.report, &mut all.patch.report);
+            sum.components += own.components;
+            sum.seam_angle_max = sum.seam_angle_max.max(own.seam_angle_max);
+            angles += own.seam_angle_mean * hole.edges as f64;
+            shapes += own.quality_mean * finished.patch.faces.len() as f64;
+            all.patch.positions.extend(&finished.patch.positions);
+            all.patch
+                .faces
+                .extend(finished.patch.faces.iter().map(|f| f.map(moved)));
+            all.sigma.extend(finished.sigma);
+            pieces.extend(finished.report.into_iter().flat_map(|r| r.pieces));
+        }
+        let edges: usize = self.holes.iter().map(|h| h.edges).sum();
+        all.patch.report.seam_angle_mean = angles / edges as f64;
+        all.patch.report.quality_mean = shapes / all.patch.faces.len().max(1) as f64;
+        all.report = Some(FinishReport {
+            start: PatchStart::Triangulation,
+            pieces,
+        });
+        let local = Local::new(
+            self.wide_part(&all.patch),
+            count as usize,
+            &all.patch,
+            self.cancel,
+        );
+        all.patch.report.intersecting_faces = local.crossing(&all.patch.positions);
+        Some(self.closed_by_fairing(all, why, report))
+    }
+
+    /// A region closed by faired triangulations.
+    pub(super) fn closed_by_fairing(
+        &self,
+        patch: FinishedPatch,
+        why: TryFailure,
+        mut report: RegionReport,
+    ) -> RegionPatch {
+        report.closed_by = Some(ClosedBy::Faired);
+        self.all_finished(patch, report, HoleOutcome::Faired(why))
+    }
+}

@@ -1,0 +1,39 @@
+//! Candidate: a nearly flat cap, because the caller asked for it.
+
+use super::candidate::FinishedPatch;
+use super::outcome::{ClosedBy, HoleOutcome};
+use super::problem::RegionProblem;
+use super::region_patch::RegionPatch;
+use super::report::RegionReport;
+use crate::finish::minimal_surface;
+use crate::stitch::Patch;
+
+impl RegionProblem<'_> {
+    /// The surface of least area over a refined triangulation of the only rim; none where there are more rims, or it cannot be had.
+    pub(super) fn planar_cap(&self) -> Option<Patch> {
+        let [hole] = self.holes else {
+            return None;
+        };
+        let (local, patch) = self.spanned(hole, minimal_surface)?;
+        let mut patch = local.to_whole(patch);
+        patch.report.components = 1;
+        let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
+        patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
+        Some(patch)
+    }
+
+    /// A region closed by such a cap.
+    pub(super) fn capped(&self, patch: Patch) -> RegionPatch {
+        let mut report = self.flat_report();
+        report.closed_by = Some(ClosedBy::Flat);
+        self.all_finished(FinishedPatch::unfinished(patch), report, HoleOutcome::Flat)
+    }
+
+    /// What is reported of a region that is closed flat.
+    pub(super) fn flat_report(&self) -> RegionReport {
+        RegionReport {
+            diameter: self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
+            ..RegionReport::default()
+        }
+    }
+}

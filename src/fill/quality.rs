@@ -1,0 +1,116 @@
+//! How good a patch is: the one order by which patches are chosen.
+
+use std::cmp::Ordering;
+
+/// How good what closes a region is. What compares as less is the better one; of what is wrong, that which counts most comes first.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Quality {
+    /// Rims that stay open.
+    pub(super) open_rims: usize,
+    /// Faces of the patch that intersect others.
+    pub(super) intersections: usize,
+    /// Whether it has no vertices of its own: triangles between those of the rims do not continue the surroundings.
+    pub(super) is_plain: bool,
+    /// Folded faces.
+    pub(super) folds: usize,
+    /// ½∫h² at the minimum that a finish found, `h` being the sum of the principal curvatures; 0 of what was not finished.
+    pub(super) energy: f64,
+}
+
+impl Quality {
+    /// Whether all rims are joined, nothing intersects, and nothing is folded.
+    pub(super) fn is_sound(&self) -> bool {
+        self.open_rims == 0 && self.intersections == 0 && self.folds == 0
+    }
+
+    /// Whether it is better than another one by more than a factor of the energy, where they differ by the energy alone.
+    pub(super) fn is_clearly_better_than(&self, other: &Self, factor: f64) -> bool {
+        let raised = Self {
+            energy: factor * self.energy,
+            ..*self
+        };
+        raised < *other
+    }
+}
+
+impl Ord for Quality {
+    fn cmp(&self, other: &Self) -> Ordering {
+        let counts = |q: &Self| (q.open_rims, q.intersections, q.is_plain, q.folds);
+        let by_counts = counts(self).cmp(&counts(other));
+        by_counts.then(self.energy.total_cmp(&other.energy))
+    }
+}
+
+impl PartialOrd for Quality {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Quality {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Quality {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BEST: Quality = Quality {
+        open_rims: 0,
+        intersections: 0,
+        is_plain: false,
+        folds: 0,
+        energy: 2.0,
+    };
+
+    #[test]
+    fn what_counts_most_comes_first() {
+        let ever_worse = [
+            Quality {
+                energy: 3.0,
+                ..BEST
+            },
+            Quality { folds: 1, ..BEST },
+            Quality {
+                is_plain: true,
+                ..BEST
+            },
+            Quality {
+                intersections: 1,
+                ..BEST
+            },
+            Quality {
+                open_rims: 1,
+                ..BEST
+            },
+        ];
+        let mut better = BEST;
+        for worse in ever_worse {
+            assert!(better < worse, "{better:?} {worse:?}");
+            // Of less that counts more, no amount of what counts less makes up for it.
+            better = Quality {
+                energy: 0.0,
+                ..worse
+            };
+        }
+    }
+
+    #[test]
+    fn fewer_folds_go_before_a_clearly_lower_energy() {
+        let end = |folds, energy| Quality {
+            folds,
+            energy,
+            ..BEST
+        };
+        let clearly = |a: Quality, b: Quality| a.is_clearly_better_than(&b, 1.1);
+        assert!(clearly(end(0, 9.0), end(1, 2.0)));
+        assert!(!clearly(end(1, 2.0), end(0, 9.0)));
+        assert!(clearly(end(1, 2.0), end(1, 2.3)));
+        assert!(!clearly(end(0, 2.0), end(0, 2.1)));
+        assert!(!clearly(end(0, f64::NAN), end(0, 2.0)));
+    }
+}

@@ -1,0 +1,53 @@
+//! Candidate: triangles between the vertices of each rim.
+
+use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason};
+use super::problem::RegionProblem;
+use super::region_patch::RegionPatch;
+use super::report::RegionReport;
+use super::stitching::{local_rim, renumber};
+use crate::mesh::Mesh;
+use crate::mesh::triangulate::triangulate_loop_beside;
+use crate::stitch::count_intersecting;
+
+impl RegionProblem<'_> {
+    /// Triangulates each loop on its own, with other diagonals than the loops before it.
+    pub(super) fn triangulate(
+        &self,
+        why: TriangulatedReason,
+        mut report: RegionReport,
+    ) -> RegionPatch {
+        let rims: Vec<Vec<u32>> = self.holes.iter().map(|h| h.rim.clone()).collect();
+        let part = self.all.part_round(&rims);
+        let mut faces = Vec::new();
+        let mut outcomes = Vec::new();
+        for hole in self.holes {
+            report.diameter = report.diameter.max(hole.diameter);
+            let made = triangulate_loop_beside(&part.mesh, &local_rim(&part, hole), &faces);
+            outcomes.push(match made {
+                Ok(new) => {
+                    faces.extend(new);
+                    HoleOutcome::Triangulated(why.clone())
+                }
+                Err(error) => HoleOutcome::Failed(FailedReason::NoTriangulation {
+                    after: why.clone(),
+                    error,
+                }),
+            });
+        }
+        let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Failed(_));
+        report.new_faces = faces.len();
+        report.intersecting_faces = count_intersecting(&part.mesh, &[], &faces);
+        report.components = outcomes.len();
+        report.closed_by = Some(match outcomes.iter().any(is_open) {
+            true => ClosedBy::Nothing,
+            false => ClosedBy::RimTriangles,
+        });
+        renumber(&mut faces, &part, self.mesh.positions.len());
+        RegionPatch {
+            mesh: Mesh::new(Vec::new(), faces),
+            sigma: Vec::new(),
+            report,
+            outcomes,
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! Candidate: triangles between two rims that lie on each other.
+
+use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason};
+use super::params::SurfaceKind;
+use super::problem::RegionProblem;
+use super::region_patch::RegionPatch;
+use super::report::RegionReport;
+use crate::mesh::Mesh;
+use crate::stitch::close_seam;
+
+impl RegionProblem<'_> {
+    /// Closes the gap between two rims that lie on each other.
+    pub(super) fn close_seam(&self) -> Option<RegionPatch> {
+        let (&[a, b], SurfaceKind::Stitched) = (self.holes, self.params.surface) else {
+            return None;
+        };
+        let faces = close_seam(self.mesh, &a.rim, &b.rim)?;
+        let report = RegionReport {
+            diameter: a.diameter,
+            closed_by: Some(ClosedBy::Seam),
+            components: 1,
+            ..RegionReport::default()
+        };
+        let outcome = HoleOutcome::Triangulated(TriangulatedReason::Seam);
+        Some(self.all(Mesh::new(Vec::new(), faces), report, outcome))
+    }
+}
