@@ -297,12 +297,12 @@ class Inspection(Drawn):
         """Calls a function with each region of a fill as a task, one after the other: bytes that :func:`isomend.solve_task` works
         on, in this process or elsewhere. Patches are put together, in order, by :meth:`assemble` with the same options."""
         _, parameters = _params.taken_apart(options)
-        self._core.each_task(_params.as_json(_params.plain_all(parameters)), take)
+        self._core.each_task(_params.as_json(_params.region_params(parameters)), take)
 
     def region_count(self, **options: Unpack[FillOptions]) -> int:
         """Number of regions of a fill, each of one hole or several that are filled together."""
         _, parameters = _params.taken_apart(options)
-        return self._core.region_count(_params.as_json(_params.plain_all(parameters)))
+        return self._core.region_count(_params.as_json(_params.region_params(parameters)))
 
     def assemble(self, patches: Sequence[bytes], **options: Unpack[FillOptions]) -> Mended:
         """The mesh with the patches of all regions: the same, to the byte, as :meth:`fill` makes.
@@ -317,7 +317,7 @@ class Inspection(Drawn):
         (4, 3)
         """
         run, parameters = _params.taken_apart(options)
-        work = _params.as_json(_work("fill", None, parameters, 0))
+        work = _params.as_json({"fill": _params.region_params(parameters)})
         return _judged(Mended._made_of(self._model, self._core.assemble(work, list(patches))), run)
 
 

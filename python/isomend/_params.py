@@ -233,6 +233,14 @@ def fill_work(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {"repair": {"fill": fill}} if repairs else {"fill": fill}
 
 
+def region_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a fill region by region, which repairs nothing else."""
+    rest = dict(parameters)
+    if flag("repair", rest.pop("repair", False)):
+        raise ParameterError("regions are those of a fill: call repair() first, or fill(…, repair=True) for both in one")
+    return plain_all(rest)
+
+
 def repair_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a repair, those of its fill among them."""
     given = plain_all(parameters)

@@ -25,7 +25,6 @@ pub struct Checked(Arc<Inner>);
 struct Inner {
     source: Place,
     loaded: Arc<Loaded>,
-    found: Inspection<'static>,
     verdict: Verdict,
     document: String,
 }
@@ -54,12 +53,10 @@ pub fn check(
         let read = Source::from(source.clone());
         let checked = job::check(&read, &loaded, &params, &Drawings::default())?;
         let document = json_of(&checked.document())?;
-        let found = checked.found.into_owned();
         let verdict = checked.verdict;
         Ok(Checked(Arc::new(Inner {
             source,
-            loaded,
-            found,
+            loaded: loaded.clone(),
             verdict,
             document,
         })))
@@ -67,13 +64,14 @@ pub fn check(
 }
 
 impl Inner {
-    fn drawn(&self) -> Unchanged<'_> {
-        Unchanged {
+    /// Draws the mesh, which is inspected again for it.
+    fn drawn<T>(&self, draw: impl FnOnce(&Unchanged) -> Result<T, Failure>) -> Result<T, Failure> {
+        draw(&Unchanged {
             place: &self.source,
             loaded: &self.loaded,
-            found: &self.found,
+            found: &Inspection::new(&self.loaded.mesh)?,
             verdict: Some(&self.verdict),
-        }
+        })
     }
 }
 
@@ -110,14 +108,16 @@ impl Checked {
     fn page(&self, py: Python<'_>) -> PyResult<String> {
         let inner = self.0.clone();
         worker::run(py, None, None, move |_| {
-            Ok(inner.drawn().page(&call("check")))
+            inner.drawn(|drawn| Ok(drawn.page(&call("check"))))
         })
     }
 
     /// The picture of the command.
     fn picture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let inner = self.0.clone();
-        let bytes = worker::run(py, None, None, move |_| Ok(inner.drawn().picture()?))?;
+        let bytes = worker::run(py, None, None, move |_| {
+            inner.drawn(|drawn| Ok(drawn.picture()?))
+        })?;
         Ok(PyBytes::new(py, &bytes))
     }
 }

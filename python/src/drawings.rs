@@ -23,6 +23,7 @@ pub fn drawings(
         page,
         picture,
         command_line: call(command),
+        ..Drawings::default()
     };
     drawings.check(source, Some(&output.place))?;
     Ok(drawings)

@@ -47,7 +47,7 @@ impl Found {
 }
 
 impl Found {
-    /// It as it is drawn.
+    /// What a page or a picture of it shows.
     fn drawn<'a>(&'a self) -> Unchanged<'a> {
         Unchanged {
             place: &self.source,

@@ -12,8 +12,7 @@ use crate::errors::Failure;
 pub fn spec(source: &Place, work: Work) -> JobSpec {
     let mut spec = JobSpec::plan(PathBuf::new(), work);
     spec.source.place = source.clone();
-    // A picture may be asked for later: what is cut out is kept for it.
-    spec.drawings.picture = Some(PathBuf::new());
+    spec.drawings.may_follow = true;
     spec
 }
 

@@ -94,7 +94,7 @@ impl Local {
 impl RegionProblem<'_> {
     /// Whether its patch is finished.
     pub(super) fn is_finished(&self) -> bool {
-        self.params.finishes() && self.previous.is_none()
+        self.params.finishes() && self.reference.is_none()
     }
 
     /// Moves the vertices of a patch to where the finish has them. What crosses more than before is not taken, but the step

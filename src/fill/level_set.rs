@@ -5,8 +5,8 @@ use std::time::Instant;
 use super::grids::{Try, Verdict};
 use super::outcome::TryFailure;
 use super::params::SurfaceKind;
-use super::previous::PreviousSurface;
 use super::problem::{RegionProblem, region};
+use super::reference::ReferenceSurface;
 use super::report::RegionReport;
 use super::strategy::CHEAP_EDGES;
 use crate::flow::{Energy, FlowSettings, Variant};
@@ -200,7 +200,9 @@ impl RegionProblem<'_> {
             self.extent,
             coarse,
         );
-        let kept = self.previous.map(|d| d.kept(region.diameter, region.voxel));
+        let kept = self
+            .reference
+            .map(|d| d.kept(region.diameter, region.voxel));
         let data = MeshData::new(self.known, self.mesh, self.holes)
             .keeping(kept)
             .stopped_by(self.cancel);
@@ -215,7 +217,7 @@ impl RegionProblem<'_> {
             flow: self
                 .flow_settings(next)
                 .across(region.diameter / region.voxel),
-            time: self.previous.and_then(PreviousSurface::time),
+            time: self.reference.and_then(ReferenceSurface::time),
         };
         let solved = solve_nested(&data, &settings, self.keep_going);
         (solved, region, data)

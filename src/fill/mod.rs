@@ -8,9 +8,9 @@ mod level_set;
 mod outcome;
 mod params;
 mod planar;
-mod previous;
 mod problem;
 mod quality;
+mod reference;
 mod region_patch;
 mod report;
 mod rim_triangles;
@@ -25,8 +25,8 @@ pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
 };
 pub use params::{FillParams, Finish, SurfaceKind};
-pub(crate) use previous::{Keeping, PreviousSurface};
 pub(crate) use problem::{RegionProblem, first_region};
+pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;
 pub(crate) use report::FEW_EDGES;
 pub use report::RegionReport;

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::grids::Try;
 use super::params::{FillParams, SurfaceKind};
-use super::previous::PreviousSurface;
+use super::reference::ReferenceSurface;
 use super::report::FEW_EDGES;
 use super::strategy::RegionPlan;
 use crate::cancel::Cancel;
@@ -29,7 +29,7 @@ pub(crate) struct RegionProblem<'a> {
     /// The parameters.
     pub(crate) params: &'a FillParams,
     /// The surface whose shape is kept, if any.
-    pub(crate) previous: Option<&'a PreviousSurface<'a>>,
+    pub(crate) reference: Option<&'a ReferenceSurface<'a>>,
     /// The bounding box of what was cut out there.
     pub(crate) extent: Option<(DVec3, DVec3)>,
     /// Whether the run is to go on.

@@ -104,7 +104,7 @@ impl RegionProblem<'_> {
 
     /// How far the vertices of the patch of one hole rise beyond the rim's own extent along its normal, in diameters.
     pub(super) fn rise(&self, positions: &[DVec3]) -> Option<f64> {
-        let ([hole], None) = (self.holes, self.previous) else {
+        let ([hole], None) = (self.holes, self.reference) else {
             return None;
         };
         let height = |p: &DVec3| (*p - hole.centre).dot(hole.normal);

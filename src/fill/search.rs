@@ -83,7 +83,7 @@ impl RegionProblem<'_> {
         Prospects {
             may_refine: refines(self.mesh, self.holes, self.params),
             diameter: self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
-            tube_end: self.previous.is_none() && self.holes.iter().all(is_end),
+            tube_end: self.reference.is_none() && self.holes.iter().all(is_end),
             is_wide: false,
             finishes: self.is_finished(),
             few_edges: self.holes.iter().all(|h| h.edges <= CHEAP_EDGES),
@@ -113,7 +113,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let plan = RegionPlan::new(problem.mesh, problem.holes, problem.params);
         let first = Try {
             accept: problem.holes.iter().all(|h| h.edges <= SMALL_EDGES),
-            start: match problem.previous {
+            start: match problem.reference {
                 Some(_) => Start::Triangulation,
                 None => Start::Biharmonic,
             },

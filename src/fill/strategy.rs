@@ -61,6 +61,13 @@ pub(super) struct Ending {
     pub(super) is_at_minimum: bool,
 }
 
+impl Ending {
+    /// Whether its patch is at a minimum of the energy, intersects nothing and is not folded.
+    fn is_at_sound_minimum(&self) -> bool {
+        self.is_at_minimum && self.quality.is_some_and(|q| q.is_sound())
+    }
+}
+
 /// What to do next.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Step {
@@ -103,10 +110,8 @@ fn next_surface(first: &Try, made: &[Ending], region: &Prospects) -> Step {
                 return Step::Make(Candidate::Faired);
             }
         }
-        [_, faired] if faired.candidate == Candidate::Faired => {
-            if faired.is_at_minimum && faired.quality.is_some_and(|q| q.is_sound()) {
-                return Step::Take(1);
-            }
+        [_, faired] if faired.candidate == Candidate::Faired && faired.is_at_sound_minimum() => {
+            return Step::Take(1);
         }
         _ => {}
     }
@@ -367,7 +372,7 @@ mod tests {
                         None => (Some(SOUND), None, false),
                     },
                     Candidate::Finished => (Some(quality.unwrap_or(CROSSING)), None, false),
-                    _ => (quality, None, digit % 2 == 0),
+                    _ => (quality, None, digit.is_multiple_of(2)),
                 }
             };
             for plan in [

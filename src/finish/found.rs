@@ -24,12 +24,18 @@ impl Finished {
     pub(super) fn set_stopped(&mut self) {
         self.minimum.clear();
         self.sigma.fill(f64::NAN);
-        let found = &mut self.found;
-        found.result = FinishResult::Unchanged;
-        found.energy_after = found.energy_before;
-        found.willmore_refused = Some(Refusal::Stopped);
-        found.mean_sigma = None;
-        found.largest_sigma = None;
+        let found = &self.found;
+        self.found = FinishFound {
+            vertices: found.vertices,
+            diameter: found.diameter,
+            edge: found.edge,
+            energy_before: found.energy_before,
+            energy_after: found.energy_before,
+            folds_before: found.folds_before,
+            folds_after: found.folds_before,
+            willmore_refused: Some(Refusal::Stopped),
+            ..FinishFound::default()
+        };
     }
 }
 

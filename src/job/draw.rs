@@ -30,6 +30,9 @@ pub struct Drawings {
     pub picture: Option<PathBuf>,
     /// The command line that the page shows.
     pub command_line: String,
+    /// Whether a page or a picture may be asked of the result later: what is cut out of the mesh is kept for it.
+    #[serde(skip)]
+    pub may_follow: bool,
 }
 
 /// A mesh some of whose faces went.

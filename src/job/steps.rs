@@ -193,7 +193,7 @@ impl<'s> Read<'s> {
             _ => false,
         };
         let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
-        let wanted = spec.drawings.is_wanted();
+        let wanted = spec.drawings.is_wanted() || spec.drawings.may_follow;
         let gone = wanted.then(|| made.first.gone(size[1])).flatten();
         let before = gone.map(|gone| Before {
             mesh: loaded.mesh.clone(),
@@ -346,9 +346,10 @@ impl<'s> Mended<'s> {
         self.kept.as_ref()
     }
 
-    /// Number of faces.
-    pub fn face_count(&self) -> usize {
-        self.mesh.faces.len()
+    /// The corners of a face, if there is such a face.
+    pub fn face_corners(&self, face: usize) -> Option<[DVec3; 3]> {
+        let face = self.mesh.faces.get(face)?;
+        Some(face.map(|v| self.mesh.positions[v as usize]))
     }
 
     /// For each face of the mesh the face of the input that it is or was made of, turned over or with corners moved apart; none for a
@@ -453,7 +454,7 @@ impl<'s> Mended<'s> {
     /// When a file cannot be written.
     pub fn write(mut self) -> Result<JobResult<'s>, JobError> {
         let output = self.spec.output.clone().ok_or_else(|| JobError::Places {
-            what: "there is no output to write to".to_owned(),
+            what: "the job names no output; set one with `Mended::to`".to_owned(),
         })?;
         let regions: &mut [RegionReport] = &mut self.report.regions;
         let own = std::mem::take(&mut self.mesh);

@@ -17,7 +17,7 @@ const SMALL_FACES: usize = 2;
 type Edge = (u32, u32);
 
 /// A cut, and what it left.
-pub(super) struct CutMesh<'a> {
+pub(super) struct CutResult<'a> {
     /// The mesh before the cut.
     pub(super) before: &'a Inspection<'a>,
     /// Which faces were taken out: the marked ones, and those without which there would be no clean rim.
@@ -34,7 +34,7 @@ pub(super) struct CutMesh<'a> {
     bounds: Vec<(DVec3, DVec3)>,
 }
 
-impl<'a> CutMesh<'a> {
+impl<'a> CutResult<'a> {
     /// Cuts the marked faces out of a mesh that was inspected, and small parts left inside too if asked.
     pub(super) fn new(
         before: &'a Inspection<'a>,

@@ -9,11 +9,11 @@ mod error;
 mod fair;
 mod inspection;
 mod params;
-mod previous;
+mod reference;
 mod regions;
 mod report;
 mod restore;
-mod surroundings;
+mod sources;
 mod task;
 
 use crate::fill::FillParams;

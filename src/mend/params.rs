@@ -93,7 +93,7 @@ pub struct RestoreParams {
     /// The parameters of the fill. The mask decides which holes are filled and the result is always stitched, so the fields
     /// on these do not matter.
     pub fill: FillParams,
-    /// From 0 to 1: how much of the previous shape is kept. Features narrower than about (1 − W) / W times the diameter of
+    /// From 0 to 1: how much of the damaged shape is kept. Features narrower than about (1 − W) / W times the diameter of
     /// the region go; 0 keeps nothing, 1 all that the grid can hold.
     pub keep_shape: f64,
     /// Keeps vertices that no face uses any more, so that those of the input keep their numbers.

@@ -6,11 +6,11 @@ use rayon::prelude::*;
 
 use super::control::Watch;
 use super::report::{FillReport, HoleReport};
-use super::surroundings::Surroundings;
+use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
-    FEW_EDGES, FailedReason, FillParams, HoleOutcome, LeftReason, PreviousSurface, RegionPatch,
+    FEW_EDGES, FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch,
     RegionPlan, RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, first_region,
 };
 use crate::mesh::{Hole, Mesh};
@@ -35,7 +35,7 @@ pub struct Regions<'a> {
     found: &'a Inspection<'a>,
     params: FillParams,
     /// The surface whose shape is kept, if any.
-    previous: Option<&'a PreviousSurface<'a>>,
+    reference: Option<&'a ReferenceSurface<'a>>,
     /// What becomes of the holes that are in no region.
     outcomes: Vec<HoleOutcome>,
     /// The holes of each region, as indices.
@@ -58,7 +58,7 @@ impl<'a> Regions<'a> {
     pub(super) fn new(
         found: &'a Inspection,
         params: FillParams,
-        previous: Option<&'a PreviousSurface<'a>>,
+        reference: Option<&'a ReferenceSurface<'a>>,
     ) -> Result<Self, FillError> {
         params.check()?;
         let bridges = bridges(found, &params)?;
@@ -72,7 +72,7 @@ impl<'a> Regions<'a> {
             found,
             plans: groups.iter().map(plan).collect(),
             params,
-            previous,
+            reference,
             outcomes,
             groups,
         };
@@ -166,8 +166,8 @@ impl<'a> Regions<'a> {
                 known: &known,
                 all: &all,
                 params: &self.params,
-                previous: self.previous,
-                extent: self.previous.and_then(|d| d.extent(group)),
+                reference: self.reference,
+                extent: self.reference.and_then(|d| d.extent(group)),
                 keep_going: &|| watch.keep_going(),
                 cancel: watch.token(),
             };
@@ -243,11 +243,11 @@ impl<'a> Regions<'a> {
         group.iter().map(|&h| &self.found.holes[h]).collect()
     }
 
-    fn sources(&self) -> Surroundings<'a> {
+    fn sources(&self) -> RegionSources<'a> {
         let asked = |group: usize| self.plans[group] != RegionPlan::Trivial;
-        // What a region keeps of a previous surface may lie outside its box.
-        let in_boxes = self.previous.is_none().then_some(self.params.voxel);
-        Surroundings::new(self.found, &self.groups, &asked, in_boxes)
+        // What a region keeps of the surface before a cut may lie outside its box.
+        let in_boxes = self.reference.is_none().then_some(self.params.voxel);
+        RegionSources::new(self.found, &self.groups, &asked, in_boxes)
     }
 
     /// Refuses a voxel that is too small for the widest region. That of a fairing goes by the area, and is checked there.
@@ -255,7 +255,7 @@ impl<'a> Regions<'a> {
         let VoxelSize::Length(voxel) = self.params.voxel else {
             return Ok(());
         };
-        if self.previous.is_some_and(|d| d.time().is_some()) {
+        if self.reference.is_some_and(|d| d.time().is_some()) {
             return Ok(());
         }
         let mut widest: f64 = 0.0;
@@ -264,7 +264,7 @@ impl<'a> Regions<'a> {
                 continue;
             }
             let holes = self.holes(group);
-            let part = self.previous.and_then(|d| d.extent(group));
+            let part = self.reference.and_then(|d| d.extent(group));
             let part = part.map_or(0.0, |(low, high)| (high - low).max_element());
             widest = holes
                 .iter()

@@ -3,12 +3,12 @@
 use std::time::Instant;
 
 use super::control::{Control, Watch};
-use super::cut::{CutMesh, count};
+use super::cut::{CutResult, count};
 use super::params::RestoreParams;
 use super::regions::Regions;
 use super::report::RestoreReport;
 use super::{FillError, Filled, Inspection, RestoreError};
-use crate::fill::{FillParams, PreviousSurface};
+use crate::fill::{FillParams, ReferenceSurface};
 use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
 
@@ -44,9 +44,9 @@ impl Inspection<'_> {
         control.install(|| {
             let clock = Instant::now();
             let cut = self.cut(marked, params)?;
-            let previous = (params.keep_shape > 0.0).then(|| cut.previous(params.keep_shape));
-            let filled = cut.fill(&params.fill, previous.as_ref(), control)?;
-            drop(previous);
+            let reference = (params.keep_shape > 0.0).then(|| cut.reference(params.keep_shape));
+            let filled = cut.fill(&params.fill, reference.as_ref(), control)?;
+            drop(reference);
             let mut report = told(&cut, marked, params);
             report.fill = filled.report;
             report.fill.seconds = clock.elapsed().as_secs_f64();
@@ -76,10 +76,10 @@ impl Inspection<'_> {
         Ok(report)
     }
 
-    fn cut(&self, marked: &[bool], params: &RestoreParams) -> Result<CutMesh<'_>, RestoreError> {
+    fn cut(&self, marked: &[bool], params: &RestoreParams) -> Result<CutResult<'_>, RestoreError> {
         params.check()?;
         RestoreError::check_marks(&self.input, marked)?;
-        CutMesh::new(self, marked, params.keep_vertices, true)
+        CutResult::new(self, marked, params.keep_vertices, true)
     }
 }
 
@@ -97,7 +97,7 @@ impl RestoreParams {
     }
 }
 
-fn told(cut: &CutMesh, marked: &[bool], params: &RestoreParams) -> RestoreReport {
+fn told(cut: &CutResult, marked: &[bool], params: &RestoreParams) -> RestoreReport {
     let [removed_faces, removed_vertices] = cut.taken();
     RestoreReport {
         marked_faces: count(marked),
@@ -108,15 +108,15 @@ fn told(cut: &CutMesh, marked: &[bool], params: &RestoreParams) -> RestoreReport
     }
 }
 
-impl CutMesh<'_> {
+impl CutResult<'_> {
     /// Fills what the cut left open.
     pub(super) fn fill(
         &self,
         params: &FillParams,
-        previous: Option<&PreviousSurface>,
+        reference: Option<&ReferenceSurface>,
         control: &Control,
     ) -> Result<Filled, FillError> {
-        let regions = Regions::new(&self.found, self.params(params), previous)?;
+        let regions = Regions::new(&self.found, self.params(params), reference)?;
         let mut filled = regions.fill(&Watch::new(*control, regions.expected_work()))?;
         self.told(&mut filled.report);
         Ok(filled)

@@ -5,7 +5,7 @@ use std::slice;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, Watch};
-use super::surroundings::{Looked, places};
+use super::sources::{Looked, places};
 use super::{FillError, Inspection};
 use crate::fill::{FillParams, RegionPatch, RegionProblem};
 use crate::mesh::topology::{NONE, end, start};
@@ -147,7 +147,7 @@ impl RegionTask {
             known: restricted.as_ref().unwrap_or(&all),
             all: &all,
             params: &self.params,
-            previous: None,
+            reference: None,
             extent: None,
             keep_going: &|| watch.keep_going(),
             cancel: watch.token(),

@@ -15,7 +15,7 @@ const MOST_VERTICES: usize = u32::MAX as usize - 1;
 #[non_exhaustive]
 pub enum MeshError {
     /// The mesh has no faces.
-    #[error("the mesh has no faces; there is nothing to fill")]
+    #[error("the mesh has no faces; triangles are needed")]
     Empty,
     /// More vertices or faces than can be numbered.
     #[error(
@@ -30,7 +30,9 @@ pub enum MeshError {
         most: usize,
     },
     /// A face refers to a vertex that is not there.
-    #[error("face {face} refers to vertex {vertex}, but there are only {count} vertices")]
+    #[error(
+        "face {face} refers to vertex {vertex}, but there are only {count} vertices, numbered from 0; remove the face, or add the vertex"
+    )]
     Index {
         /// The face, from 0.
         face: usize,

@@ -112,6 +112,18 @@ impl Draft {
         self.inspected.of(&self.mesh)
     }
 
+    /// The same for a caller that changes it, or the mesh: it is not kept.
+    pub(super) fn take_inspection(&mut self) -> Result<Inspection<'static>, FillError> {
+        let found = self.inspect()?;
+        self.forget_inspection();
+        Ok(Arc::unwrap_or_clone(found))
+    }
+
+    /// Frees the memory of the last inspection.
+    pub(super) fn forget_inspection(&mut self) {
+        self.inspected = Inspected::default();
+    }
+
     /// Turns a face over.
     pub(super) fn turn(&mut self, face: usize) {
         self.mesh.faces[face].swap(1, 2);

@@ -218,7 +218,8 @@ struct Search<'a> {
     ground: Ground<'a>,
     budget: &'a mut Budget,
     blocked: Vec<Blocked>,
-    /// What is in the way of a layer under all of a component, where that was tried for its only hole.
+    /// Faces that keep an offset shell of a whole component from being placed, by component, where that was found for one hole. What
+    /// failed for want of budget is not here: with a larger one it may not.
     in_vain: HashMap<u32, Vec<u32>>,
 }
 
@@ -256,7 +257,7 @@ impl Search<'_> {
                     break;
                 }
                 Err(way) => {
-                    if holes.len() == 1 && self.is_all(&region) {
+                    if !way.is_empty() && holes.len() == 1 && self.is_all(&region) {
                         self.in_vain.insert(region.piece, way.clone());
                     }
                     let fewer = |b: &Vec<u32>| way.len() < b.len();

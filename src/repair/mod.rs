@@ -19,7 +19,6 @@ mod sheets;
 mod widen;
 
 use std::collections::HashSet;
-use std::sync::Arc;
 use std::time::Instant;
 
 use super::{FillError, FillReport, Inspection};
@@ -267,8 +266,10 @@ impl Run<'_> {
 
     /// What a pass changes, and how far from sound it is.
     fn state(&mut self) -> Result<State, FillError> {
-        let all = (self.draft.clone(), self.report.clone(), self.lost);
-        Ok((all, self.draft.faults()?))
+        let faults = self.draft.faults()?;
+        let mut draft = self.draft.clone();
+        draft.forget_inspection();
+        Ok(((draft, self.report.clone(), self.lost), faults))
     }
 
     /// Goes back to an earlier state if more is wrong now; says whether it did not.
@@ -308,7 +309,7 @@ impl Run<'_> {
     /// Fills holes: those that are wanted the first time, later those that are no part of the old border.
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
         let (mesh, sigma, report) = {
-            let mut found = Arc::unwrap_or_clone(self.draft.inspect()?);
+            let mut found = self.draft.take_inspection()?;
             if self.params.borders {
                 found.holes.iter_mut().for_each(|h| h.outer_border = false);
             }

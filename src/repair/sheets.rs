@@ -1,7 +1,6 @@
 //! Surfaces that meet in edges or vertices only: separated, or cut out.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -23,7 +22,7 @@ pub(super) const LEAST_APART: f64 = 16.0;
 pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
     for round in 0..ROUNDS {
         let (cuts, copies) = {
-            let mut found = Arc::unwrap_or_clone(draft.inspect()?);
+            let mut found = draft.take_inspection()?;
             let crowded = found.topology.crowded_edges(&found.mesh);
             let (pairs, unclear) = paired(&found, &crowded);
             if unclear.is_empty() {

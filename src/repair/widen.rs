@@ -168,7 +168,7 @@ impl Trial {
         let mut left = draft.clone();
         let is_cut = left.remove(&removed) > 0;
         if !is_cut && zones.iter().any(|z| !z.faces.is_empty()) {
-            // They are the holes that nothing closed before anything was to be cut out.
+            // Nothing can be cut out here: these are the rims that could not be closed with 0 rings either.
             return Ok(Self {
                 draft: left,
                 good: HashSet::new(),

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, OnceLock};
 
+use glam::DVec3;
 use serde_json::Value;
 
 use super::delta::{Delta, Numbers};
@@ -184,8 +185,7 @@ fn origins(parent: &State, mesh: &Mesh, delta: Option<&Delta>, mended: &Mended) 
     let faces = mesh.faces.len();
     let before: Vec<Option<u32>> = match delta {
         Some(delta) => delta.faces.numbers().map(|old| Some(old as u32)).collect(),
-        // Files keep the order of faces.
-        None if mended.face_count() == faces => mended.face_origins(),
+        None if is_in_order(mesh, mended) => mended.face_origins(),
         None => Numbers::by_position(mesh, &parent.loaded.mesh).faces,
     };
     let mut origin = vec![Origin::New; faces];
@@ -195,6 +195,21 @@ fn origins(parent: &State, mesh: &Mesh, delta: Option<&Delta>, mended: &Mended) 
         }
     }
     origin
+}
+
+/// Whether the faces of a mesh, as it was read again, are those that were written, in the same order and where they were but for what a
+/// format rounds.
+fn is_in_order(mesh: &Mesh, mended: &Mended) -> bool {
+    const ROUNDED: f64 = 1e-5;
+    let [low, high] = mesh.bounds();
+    let near = ROUNDED * low.distance(high);
+    let is_same = |face: u32| {
+        let corners = mended.face_corners(face as usize);
+        let both = |written| mesh.corners(face).into_iter().zip(written);
+        corners.is_some_and(|written: [DVec3; 3]| both(written).all(|(p, q)| p.distance(q) <= near))
+    };
+    let faces = mesh.faces.len();
+    mended.face_corners(faces).is_none() && (0..faces as u32).all(is_same)
 }
 
 /// The holes of a mesh, and all that `isomend inspect` tells of it.

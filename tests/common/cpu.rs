@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Where the system tells of the thread that asks.
+/// The folder of the calling thread under `/proc`.
 pub fn this_thread() -> PathBuf {
     Path::new("/proc").join(fs::read_link("/proc/thread-self").unwrap())
 }

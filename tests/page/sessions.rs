@@ -471,11 +471,13 @@ fn faces_whose_corners_a_repair_moves_apart_keep_their_origin() {
             .iter()
             .map(|[a, b, c]| [a, c, b].map(|v| corner(*v))),
     );
-    desk.save("pinched.ply", &mesh, Format::Ply);
-    let served = Served::new(&desk, &["pinched.ply"]);
-    served.step(&json!({ "kind": "repair", "params": {} }));
-    let (said, arrays) = served.arrays("api/mesh/1");
-    let origins = arrays("origin");
-    assert_eq!(origins.len(), mesh.faces.len(), "{said}");
-    assert!(origins.iter().all(|origin| *origin == 0), "{origins:?}");
+    for (name, format) in [("pinched.ply", Format::Ply), ("pinched.obj", Format::Obj)] {
+        desk.save(name, &mesh, format);
+        let served = Served::new(&desk, &[name]);
+        served.step(&json!({ "kind": "repair", "params": {} }));
+        let (said, arrays) = served.arrays("api/mesh/1");
+        let origins = arrays("origin");
+        assert_eq!(origins.len(), mesh.faces.len(), "{said}");
+        assert!(origins.iter().all(|origin| *origin == 0), "{origins:?}");
+    }
 }

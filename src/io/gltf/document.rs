@@ -20,7 +20,7 @@ pub struct Document {
     pub(super) parts: Vec<PlacedPrimitive>,
 }
 
-/// Buffers as values: what several documents share is written with each.
+/// Buffers by serde: one that several documents share is written once for each of them.
 mod buffers {
     use std::sync::Arc;
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::control::Control;
-use super::cut::{CutMesh, count};
+use super::cut::{CutResult, count};
 use super::params::{FairParams, check_edge_ratio};
 use super::report::FairReport;
 use super::{FillError, Inspection, RestoreError, inspect};
@@ -185,7 +185,7 @@ impl Inspection<'_> {
         match target {
             Target::Whole => out.take_all(self),
             Target::Part(marked, left) => {
-                let cut = CutMesh::new(self, &marked, params.keep_vertices, false)?;
+                let cut = CutResult::new(self, &marked, params.keep_vertices, false)?;
                 out.pieces_left = left;
                 out.marked_faces = count(&marked);
                 [out.removed_faces, out.removed_vertices] = cut.taken();

@@ -6,7 +6,7 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::super::control::{Control, Watch};
-use super::super::cut::{CutMesh, count};
+use super::super::cut::{CutResult, count};
 use super::super::params::{FairExtent, FairParams};
 use super::super::report::{FairReport, FillReport};
 use super::super::{FillError, Inspection};
@@ -123,11 +123,11 @@ impl Plan {
         params: &FairParams,
         control: &Control,
     ) -> Result<Faired, FairError> {
-        let cut = CutMesh::new(found, marked, params.keep_vertices, false)?;
+        let cut = CutResult::new(found, marked, params.keep_vertices, false)?;
         let closed = cut.closed();
-        let previous = cut.evolving(&closed, self.span);
+        let reference = cut.evolving(&closed, self.span);
         let fill = self.fill_params(params);
-        let filled = cut.fill(&fill, Some(&previous), control)?;
+        let filled = cut.fill(&fill, Some(&reference), control)?;
         for hole in &filled.report.holes {
             if let HoleOutcome::Failed(FailedReason::NoTriangulation { after: why, .. })
             | HoleOutcome::Triangulated(why) = &hole.outcome
@@ -137,7 +137,7 @@ impl Plan {
                 return Err(FairError::NotJoined { x, y, z, why });
             }
         }
-        drop(previous);
+        drop(reference);
         let [removed_faces, removed_vertices] = cut.taken();
         Ok(Faired {
             mesh: filled.mesh,

@@ -17,7 +17,7 @@ pub(crate) enum Keeping<'a> {
 }
 
 /// The surface before the cut.
-pub(crate) struct PreviousSurface<'a> {
+pub(crate) struct ReferenceSurface<'a> {
     sampler: Sampler<'a>,
     rims: CappedRims,
     keeping: Keeping<'a>,
@@ -25,7 +25,7 @@ pub(crate) struct PreviousSurface<'a> {
     extents: Vec<Option<(DVec3, DVec3)>>,
 }
 
-impl<'a> PreviousSurface<'a> {
+impl<'a> ReferenceSurface<'a> {
     /// With the holes that the surface had, and for each hole that the cut left the bounding box of what was cut out there.
     pub(crate) fn new(
         sampler: Sampler<'a>,

@@ -28,7 +28,7 @@ const USUAL_MARGIN: f64 = 0.6;
 ///
 /// A region knows the pieces its rims lie on. Others that merely pass through its box (fragments that lie in each other,
 /// a second layer of a scan) would contradict them, and are left out.
-pub(super) struct Surroundings<'a> {
+pub(super) struct RegionSources<'a> {
     all: Sampler<'a>,
     restricted: Vec<Sampler<'a>>,
     /// For each group its restricted sampler, if it needs one.
@@ -48,7 +48,7 @@ pub(super) struct Looked {
     pub(super) known: Vec<bool>,
 }
 
-impl<'a> Surroundings<'a> {
+impl<'a> RegionSources<'a> {
     /// `asked` tells which groups will ask for samples; they may look for what is nearest `in_boxes` with this voxel only.
     pub(super) fn new(
         found: &'a Inspection,

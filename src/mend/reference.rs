@@ -1,7 +1,7 @@
 //! The surface before a cut, where the flow starts from it.
 
-use super::cut::CutMesh;
-use crate::fill::{Keeping, PreviousSurface};
+use super::cut::CutResult;
+use crate::fill::{Keeping, ReferenceSurface};
 use crate::mesh::triangulate::triangulate_loop;
 use crate::mesh::{Hole, Mesh, Topology};
 use crate::region::{CappedRims, TimeSpan};
@@ -15,12 +15,12 @@ pub(super) struct ClosedSurface {
     evolving: Vec<bool>,
 }
 
-impl CutMesh<'_> {
+impl CutResult<'_> {
     /// The surface before the cut, of which part of the shape is kept.
-    pub(super) fn previous(&self, part: f64) -> PreviousSurface<'_> {
+    pub(super) fn reference(&self, part: f64) -> ReferenceSurface<'_> {
         let before = self.before;
         let holes: Vec<&Hole> = before.holes.iter().collect();
-        PreviousSurface::new(
+        ReferenceSurface::new(
             Sampler::new(&before.mesh, &before.topology),
             CappedRims::new(&holes, |h| !h.outer_border),
             Keeping::Part(part),
@@ -51,8 +51,8 @@ impl CutMesh<'_> {
         &self,
         closed: &'a ClosedSurface,
         span: TimeSpan,
-    ) -> PreviousSurface<'a> {
-        PreviousSurface::new(
+    ) -> ReferenceSurface<'a> {
+        ReferenceSurface::new(
             Sampler::new(&closed.mesh, &closed.topology),
             CappedRims::none(),
             Keeping::Time(span, &closed.evolving),
