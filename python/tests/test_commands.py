@@ -282,3 +282,15 @@ def test_volumes_are_arrays_and_files(tmp_path):
 def test_what_makes_no_sense_is_refused(sphere, call, error, what):
     with pytest.raises(error, match=what):
         call(sphere)
+
+
+def test_regions_are_those_of_a_fill_without_a_repair():
+    found = isomend.inspect(*damaged())
+    for ask in (
+        lambda: found.region_count(repair=True),
+        lambda: found.each_task(print, repair=True),
+        lambda: found.assemble([], repair=True),
+    ):
+        with pytest.raises(isomend.ParameterError, match=r"call repair\(\) first"):
+            ask()
+    assert found.region_count(repair=False) > 0
