@@ -105,7 +105,7 @@ normals = np.asarray(done.vertex_normals)
 assert np.abs((normals * np.asarray(done.vertices)).sum(axis=1) - 1).max() < 0.02
 closed, report = isomend.repair_mesh(mesh, return_report=True)
 assert closed.is_watertight() and report["complete"] and isomend.as_model(closed).check()
-ball = {"balls": [[[0, 0, -1], 0.4]]}
+ball = dict(balls=[[[0, 0, -1], 0.4]])
 assert isomend.restore_mesh(closed, ball).is_watertight() and isomend.fair_mesh(closed, ball, strength=0.3).is_watertight()
 assert isomend.fair_mesh(closed, strength=0.3).is_watertight()
 """
