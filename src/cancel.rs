@@ -13,7 +13,7 @@ pub struct Cancel(Arc<Token>);
 #[derive(Debug, Default)]
 struct Token {
     is_set: AtomicBool,
-    /// After so many reads it is set.
+    /// Reads until the token counts as set; none for a token without such a limit.
     #[cfg(test)]
     reads_left: Option<std::sync::atomic::AtomicUsize>,
 }
@@ -45,7 +45,7 @@ impl Cancel {
 
 #[cfg(test)]
 impl Cancel {
-    /// A token that is set once it was read so many times.
+    /// A token that counts as set after this number of reads.
     pub(crate) fn after(reads: usize) -> Self {
         Self(Arc::new(Token {
             is_set: AtomicBool::new(false),
@@ -53,7 +53,7 @@ impl Cancel {
         }))
     }
 
-    /// How many times it can be read until it is set.
+    /// Reads left until it counts as set.
     pub(crate) fn reads_left(&self) -> usize {
         let left = self.0.reads_left.as_ref();
         left.map_or(0, |left| left.load(Ordering::Relaxed))

@@ -225,20 +225,25 @@ def plain_all(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {name: plain(name, value) for name, value in parameters.items() if value is not None}
 
 
-def fill_work(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The work of a fill, which may be one that repairs the rest first."""
+def _without_repair(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], bool]:
+    """The parameters of a fill in the library's form, and whether the rest is to be repaired first."""
     rest = dict(parameters)
     repairs = flag("repair", rest.pop("repair", False))
-    fill = plain_all(rest)
+    return plain_all(rest), repairs
+
+
+def fill_work(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """The work of a fill, which may be one that repairs the rest first."""
+    fill, repairs = _without_repair(parameters)
     return {"repair": {"fill": fill}} if repairs else {"fill": fill}
 
 
 def region_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a fill region by region, which repairs nothing else."""
-    rest = dict(parameters)
-    if flag("repair", rest.pop("repair", False)):
+    fill, repairs = _without_repair(parameters)
+    if repairs:
         raise ParameterError("regions are those of a fill: call repair() first, or fill(…, repair=True) for both in one")
-    return plain_all(rest)
+    return fill
 
 
 def repair_params(parameters: Mapping[str, Any]) -> dict[str, Any]:

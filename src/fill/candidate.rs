@@ -66,18 +66,7 @@ impl FinishedPatch {
 
     /// How good it is.
     pub(super) fn quality(&self) -> Quality {
-        let found = self
-            .report
-            .as_ref()
-            .map(FinishReport::sum)
-            .unwrap_or_default();
-        Quality {
-            open_rims: 0,
-            intersections: self.patch.report.intersecting_faces,
-            is_plain: self.patch.positions.is_empty(),
-            folds: found.folds_after,
-            energy: found.energy_after,
-        }
+        quality(&self.patch, self.report.as_ref())
     }
 
     /// Whether it was finished, all of its pieces are at a minimum of the energy, and none had to be kept as it was.
@@ -85,5 +74,17 @@ impl FinishedPatch {
         let at_minimum = |p: &FinishFound| p.converged && p.willmore_refused.is_none();
         let pieces = self.report.as_ref().map(|r| &r.pieces);
         pieces.is_some_and(|p| p.iter().all(at_minimum))
+    }
+}
+
+/// How good a joined patch is, and what its finish found of it.
+pub(super) fn quality(patch: &Patch, finish: Option<&FinishReport>) -> Quality {
+    let found = finish.map(FinishReport::sum).unwrap_or_default();
+    Quality {
+        open_rims: 0,
+        intersections: patch.report.intersecting_faces,
+        is_plain: patch.positions.is_empty(),
+        folds: found.folds_after,
+        energy: found.energy_after,
     }
 }

@@ -26,12 +26,8 @@ pub(super) struct Local {
 impl Local {
     /// With a patch whose faces have the whole mesh's numbers.
     pub(super) fn new(part: Part, count: usize, patch: &Patch, cancel: &Cancel) -> Self {
-        let own = part.mesh.positions.len() as u32;
-        let local = |v: u32| match v.checked_sub(count as u32) {
-            Some(new) => own + new,
-            None => part.local(v),
-        };
-        let faces: Vec<[u32; 3]> = patch.faces.iter().map(|f| f.map(local)).collect();
+        let local = |f: &[u32; 3]| f.map(|v| part.local_or_new(v, count));
+        let faces: Vec<[u32; 3]> = patch.faces.iter().map(local).collect();
         Self::of_part(part, count, (&patch.positions, &faces), cancel)
     }
 

@@ -25,9 +25,8 @@ pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
 };
 pub use params::{FillParams, Finish, SurfaceKind};
-pub(crate) use problem::{RegionProblem, first_region};
+pub(crate) use problem::{RegionPlan, RegionProblem, first_region};
 pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;
 pub(crate) use report::FEW_EDGES;
 pub use report::RegionReport;
-pub(crate) use strategy::RegionPlan;

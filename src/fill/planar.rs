@@ -32,7 +32,7 @@ impl RegionProblem<'_> {
     /// What is reported of a region that is closed flat.
     pub(super) fn flat_report(&self) -> RegionReport {
         RegionReport {
-            diameter: self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
+            diameter: self.diameter(),
             ..RegionReport::default()
         }
     }

@@ -6,12 +6,24 @@ use super::grids::Try;
 use super::params::{FillParams, SurfaceKind};
 use super::reference::ReferenceSurface;
 use super::report::FEW_EDGES;
-use super::strategy::RegionPlan;
 use crate::cancel::Cancel;
 use crate::mesh::{Hole, Mesh};
 use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
 use crate::stitch::close_seam;
+
+/// What a region calls for, before anything is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum RegionPlan {
+    /// One rim of so few edges that its triangulation needs no new vertices.
+    Trivial,
+    /// A nearly flat cap, because the caller asked for it.
+    Planar,
+    /// Two rims that lie on each other.
+    Seam,
+    /// A surface.
+    Solve,
+}
 
 /// The work on one region.
 #[derive(Clone, Copy)]
@@ -22,6 +34,8 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) mesh: &'a Mesh,
     /// Its holes.
     pub(crate) holes: &'a [&'a Hole],
+    /// What they call for.
+    pub(crate) plan: RegionPlan,
     /// What of the mesh it knows: the pieces that its rims lie on.
     pub(crate) known: &'a Sampler<'a>,
     /// All of the mesh, which patches must not cross.
@@ -48,6 +62,13 @@ impl RegionPlan {
             [a, b] if is_stitched && close_seam(mesh, &a.rim, &b.rim).is_some() => Self::Seam,
             _ => Self::Solve,
         }
+    }
+}
+
+impl RegionProblem<'_> {
+    /// The largest diameter of its holes, in the mesh's units.
+    pub(super) fn diameter(&self) -> f64 {
+        self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-/// How good what closes a region is. What compares as less is the better one; of what is wrong, that which counts most comes first.
+/// Quality of a patch or of another closure of a region. The lesser value is the better one; the fields are compared in their order.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Quality {
     /// Rims that stay open.
@@ -13,7 +13,7 @@ pub(super) struct Quality {
     pub(super) is_plain: bool,
     /// Folded faces.
     pub(super) folds: usize,
-    /// ½∫h² at the minimum that a finish found, `h` being the sum of the principal curvatures; 0 of what was not finished.
+    /// ½∫h² at the minimum of the finish, `h` being the sum of the principal curvatures; 0 without a finish.
     pub(super) energy: f64,
 }
 
@@ -91,7 +91,7 @@ mod tests {
         let mut better = BEST;
         for worse in ever_worse {
             assert!(better < worse, "{better:?} {worse:?}");
-            // Of less that counts more, no amount of what counts less makes up for it.
+            // A lower energy does not outweigh a worse value of an earlier field.
             better = Quality {
                 energy: 0.0,
                 ..worse

@@ -1,19 +1,19 @@
-//! The search for what closes a region: makes what the strategy asks for, until that takes one.
+//! The search for a closure of a region: computes the candidates that the strategy asks for, until that accepts one.
 
 use std::time::Instant;
 
 use glam::DVec3;
 
-use super::candidate::{FinishedPatch, PatchStart};
+use super::candidate::{FinishedPatch, PatchStart, quality};
 use super::grids::{History, Prospects, Try, Verdict, cost, failures};
 use super::level_set::{Found, Unsteady};
 use super::outcome::{TriangulatedReason, TryFailure};
 use super::params::SurfaceKind;
-use super::problem::{RegionProblem, refines};
+use super::problem::{RegionPlan, RegionProblem, refines};
 use super::quality::Quality;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
-use super::strategy::{CHEAP_EDGES, Candidate, Ending, RegionPlan, Step, level_sets, next_step};
+use super::strategy::{CHEAP_EDGES, Candidate, Ending, Step, level_sets, next_step};
 use crate::mesh::Hole;
 use crate::region::{LevelSurface, Sphere, Start};
 use crate::stitch::Patch;
@@ -34,7 +34,6 @@ const PARALLEL: f64 = 0.98;
 /// The candidates that were made of a region so far.
 struct Search<'a, 'b> {
     problem: &'b RegionProblem<'a>,
-    plan: RegionPlan,
     first: Try,
     prospects: Prospects,
     made: Vec<Ending>,
@@ -82,7 +81,7 @@ impl RegionProblem<'_> {
         };
         Prospects {
             may_refine: refines(self.mesh, self.holes, self.params),
-            diameter: self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
+            diameter: self.diameter(),
             tube_end: self.reference.is_none() && self.holes.iter().all(is_end),
             is_wide: false,
             finishes: self.is_finished(),
@@ -110,7 +109,6 @@ impl RegionProblem<'_> {
 
 impl<'a, 'b> Search<'a, 'b> {
     fn new(problem: &'b RegionProblem<'a>) -> Self {
-        let plan = RegionPlan::new(problem.mesh, problem.holes, problem.params);
         let first = Try {
             accept: problem.holes.iter().all(|h| h.edges <= SMALL_EDGES),
             start: match problem.reference {
@@ -121,9 +119,8 @@ impl<'a, 'b> Search<'a, 'b> {
         };
         Self {
             problem,
-            plan,
             first,
-            prospects: match plan {
+            prospects: match problem.plan {
                 RegionPlan::Solve => problem.prospects(),
                 _ => Prospects::default(),
             },
@@ -137,10 +134,11 @@ impl<'a, 'b> Search<'a, 'b> {
     /// Makes candidates until the strategy takes one.
     fn run(mut self) -> RegionPatch {
         loop {
-            let candidate = match next_step(self.plan, &self.first, &self.made, &self.prospects) {
-                Step::Take(place) => return self.taken(place),
-                Step::Make(candidate) => candidate,
-            };
+            let candidate =
+                match next_step(self.problem.plan, &self.first, &self.made, &self.prospects) {
+                    Step::Take(place) => return self.taken(place),
+                    Step::Make(candidate) => candidate,
+                };
             if !(self.problem.keep_going)() {
                 return self.problem.stopped(self.last);
             }
@@ -176,7 +174,7 @@ impl<'a, 'b> Search<'a, 'b> {
             }
             Candidate::Seam => problem.close_seam().map_or(Made::Nothing, Made::Region),
             Candidate::RimTriangles => {
-                let (why, report) = match self.plan {
+                let (why, report) = match problem.plan {
                     RegionPlan::Planar => (TriangulatedReason::Flat, problem.flat_report()),
                     RegionPlan::Solve => {
                         let (why, report) = self.without_level_set();
@@ -295,11 +293,7 @@ impl Made {
     fn quality(&self) -> Option<Quality> {
         match self {
             Self::Nothing => None,
-            Self::Joined(patch, _) => Some(Quality {
-                intersections: patch.report.intersecting_faces,
-                is_plain: patch.positions.is_empty(),
-                ..Quality::default()
-            }),
+            Self::Joined(patch, _) => Some(quality(patch, None)),
             Self::Finished(patch) => Some(patch.quality()),
             Self::Region(region) => Some(region.quality()),
         }

@@ -1,7 +1,9 @@
-//! What to make next of a region, or which of what was made to take: a pure function of what was made and how that ended.
+//! Selects the next candidate to compute for a region, or the candidate to accept: a pure function of the candidates computed so far and
+//! their results.
 
 use super::grids::{Prospects, Try, Verdict, next_try};
 use super::outcome::TryFailure;
+use super::problem::RegionPlan;
 use super::quality::Quality;
 
 /// Rims of at most so many edges get a faired triangulation for a hundredth of what the level set takes,
@@ -14,19 +16,6 @@ const CLEARLY_HIGHER: f64 = 1.1;
 /// An energy this many times as high is that of another kind of surface, not of another triangulation. On 143 holes of scans lower
 /// ones, down to 1.5 times, were of surfaces farther from the truth than the first.
 const MUCH_HIGHER: f64 = 2.0;
-
-/// What a region calls for, before anything is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum RegionPlan {
-    /// One rim of so few edges that its triangulation needs no new vertices.
-    Trivial,
-    /// A nearly flat cap, because the caller asked for it.
-    Planar,
-    /// Two rims that lie on each other.
-    Seam,
-    /// A surface.
-    Solve,
-}
 
 /// A way to close a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -122,8 +111,8 @@ fn next_surface(first: &Try, made: &[Ending], region: &Prospects) -> Step {
         return Step::Make(Candidate::LevelSet(next));
     }
     let is_patch =
-        |e: &&Ending| matches!(e.candidate, Candidate::LevelSet(_)) && e.quality.is_some();
-    match (made.iter().any(|e| is_patch(&e)), nearly) {
+        |e: &Ending| matches!(e.candidate, Candidate::LevelSet(_)) && e.quality.is_some();
+    match (made.iter().any(is_patch), nearly) {
         (true, _) | (_, Some(Some(_))) => Step::Make(Candidate::Finished),
         (false, None) => Step::Make(Candidate::NearlySteady),
         (false, Some(None)) => best_of([Candidate::EachFaired, Candidate::RimTriangles], made),

@@ -163,6 +163,7 @@ impl<'a> Regions<'a> {
                 id: i + 1,
                 mesh: &self.found.mesh,
                 holes: &self.holes(group),
+                plan: self.plans[i],
                 known: &known,
                 all: &all,
                 params: &self.params,

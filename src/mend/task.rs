@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::control::{Control, Watch};
 use super::sources::{Looked, places};
 use super::{FillError, Inspection};
-use crate::fill::{FillParams, RegionPatch, RegionProblem};
+use crate::fill::{FillParams, RegionPatch, RegionPlan, RegionProblem};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology};
 use crate::sdf::Sampler;
@@ -144,6 +144,7 @@ impl RegionTask {
             id: self.id,
             mesh: &mesh,
             holes: &holes,
+            plan: RegionPlan::new(&mesh, &holes, &self.params),
             known: restricted.as_ref().unwrap_or(&all),
             all: &all,
             params: &self.params,

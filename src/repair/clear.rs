@@ -9,7 +9,7 @@ use super::edges;
 use crate::check::{is_flat, meets};
 use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_beside;
-use crate::mesh::{Mesh, area_vector};
+use crate::mesh::{Mesh, Part, area_vector};
 use crate::spatial::{Bounds, BoxTree, intersecting};
 
 /// Rims with more edges are first reduced by cutting ears. The memory of a search goes with the cube of it: 1 MB.
@@ -188,17 +188,10 @@ impl<'a> Ground<'a> {
         let mut beside = self.in_boxes(rim.iter().map(|v| Bounds::of_ball(at(*v), 0.0)));
         beside.extend(&self.degenerate);
         beside.retain(|f| f.iter().filter(|v| corners.contains(v)).count() > 1);
-        let mut vertices: Vec<u32> = beside.iter().flatten().chain(rim).copied().collect();
-        vertices.sort_unstable();
-        vertices.dedup();
-        let number = |v: u32| vertices.binary_search(&v).unwrap_or(0) as u32;
-        let part = Mesh::new(
-            vertices.iter().map(|v| at(*v)).collect(),
-            beside.iter().map(|f| f.map(number)).collect(),
-        );
-        let rim: Vec<u32> = rim.iter().map(|v| number(*v)).collect();
-        let faces = triangulate_loop_beside(&part, &rim, &[]).ok()?;
-        let back = |v: u32| vertices[v as usize];
+        let part = Part::of_faces(&self.mesh.positions, &beside, rim.iter().copied());
+        let rim: Vec<u32> = rim.iter().map(|v| part.local(*v)).collect();
+        let faces = triangulate_loop_beside(&part.mesh, &rim, &[]).ok()?;
+        let back = |v: u32| part.vertices()[v as usize];
         Some(faces.into_iter().map(|f| f.map(back)).collect())
     }
 

@@ -112,7 +112,7 @@ impl Draft {
         self.inspected.of(&self.mesh)
     }
 
-    /// The same for a caller that changes it, or the mesh: it is not kept.
+    /// The inspection as a value of the caller's own; the draft keeps none.
     pub(super) fn take_inspection(&mut self) -> Result<Inspection<'static>, FillError> {
         let found = self.inspect()?;
         self.forget_inspection();

@@ -9,7 +9,7 @@ use super::sheets::{LEAST_APART, moved};
 use super::{Edge, edges};
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
-use crate::mesh::{DisjointSets, Mesh, VertexFaces, face_normal};
+use crate::mesh::{DisjointSets, Mesh, Part, VertexFaces, face_normal};
 
 /// The layer first lies this part of the shortest edge there under the surface.
 const DEPTH: f64 = 0.1;
@@ -181,7 +181,7 @@ impl Layer {
     pub(super) fn place(&mut self, ground: &mut Ground) -> Result<(), Vec<u32>> {
         let surface: Vec<[u32; 3]> = self.under.iter().map(|f| ground.face(*f)).collect();
         let depth = self.vertices.iter().map(|v| v.depth).fold(0.0, f64::max);
-        let mut local = Local::new(self, ground, &ground.near_all(&surface, depth));
+        let mut local = LayerPart::new(self, ground, &ground.near_all(&surface, depth));
         let mut asked: Vec<usize> = (0..self.faces.len()).collect();
         for round in 0.. {
             local.place(&self.vertices);
@@ -222,8 +222,8 @@ impl Layer {
     }
 }
 
-/// A layer and the faces near it, with numbers of their own: those of vertices that are there already are first, in the same order.
-struct Local {
+/// A layer and the faces near it as a part of the ground; the layer's new vertices follow those of the part.
+struct LayerPart {
     positions: Vec<DVec3>,
     /// The faces of the layer.
     own: Vec<[u32; 3]>,
@@ -232,23 +232,17 @@ struct Local {
     first: usize,
 }
 
-impl Local {
+impl LayerPart {
     fn new(layer: &Layer, ground: &Ground, near: &[[u32; 3]]) -> Self {
-        let used = layer.faces.iter().chain(near).flatten().copied();
-        let mut old: Vec<u32> = used.filter(|v| *v < layer.first).collect();
-        old.sort_unstable();
-        old.dedup();
-        let number = |v: u32| match v.checked_sub(layer.first) {
-            Some(new) => old.len() as u32 + new,
-            None => old.partition_point(|w| *w < v) as u32,
-        };
-        let numbered = |faces: &[[u32; 3]]| faces.iter().map(|f| f.map(number)).collect();
-        let at = |v: &u32| ground.positions()[*v as usize];
+        let corners = layer.faces.iter().flatten().copied();
+        let old = corners.filter(|v| *v < layer.first);
+        let part = Part::of_faces(ground.positions(), near, old);
+        let local = |f: &[u32; 3]| f.map(|v| part.local_or_new(v, layer.first as usize));
         Self {
-            own: numbered(&layer.faces),
-            near: numbered(near),
-            first: old.len(),
-            positions: old.iter().map(at).collect(),
+            own: layer.faces.iter().map(local).collect(),
+            first: part.mesh.positions.len(),
+            positions: part.mesh.positions,
+            near: part.mesh.faces,
         }
     }
 

@@ -6,7 +6,7 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 
 use super::{Bounds, BoxTree};
 
-/// For at most so many faces the boxes of all others are compared one by one. With a tree over them, the offset shells of 8000 sheets
+/// Up to this number of query faces, the boxes of all others are compared one by one. With a tree over them, the offset shells of 8000 sheets
 /// of two triangles took a tenth longer.
 const FEW: usize = 8;
 
