@@ -42,8 +42,10 @@ pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
 }
 
 /// The polyharmonic fill of an order, `L (M⁻¹ L)ᵏ⁻¹ x = 0` with the cotangents of a shape: harmonic (1), biharmonic (2) or
-/// triharmonic (3), which continues the curvature of the rim too. None where the system cannot be solved.
+/// triharmonic (3), which continues the curvature of the rim too. None where the system cannot be solved, or the token is set.
 pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Option<Vec<DVec3>> {
+    let go_on = || (!patch.cancel.is_cancelled()).then_some(());
+    go_on()?;
     let near = patch.neighbourhood(order, shape);
     let (points, faces) = (near.points, near.faces);
     let (weights, twice) = half_cotangents(&points, &faces);
@@ -58,9 +60,11 @@ pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Opti
             row.iter_mut().for_each(|(_, v)| *v /= area);
         }
         for _ in 1..order {
+            go_on()?;
             matrix = &matrix * &scaled;
         }
     }
+    go_on()?;
     solve_for(&matrix, &near.moving, &points, &patch.cancel)
 }
 
@@ -90,6 +94,9 @@ pub(super) fn solve_for(
         starts.push(columns.len());
     }
     let inner = CsMat::new((n, n), starts, columns, values);
+    if cancel.is_cancelled() {
+        return None;
+    }
     let pattern = LdlPattern::new(&inner, cancel);
     let factor = pattern.factorise(&inner, 0.0)?;
     let mut solution = vec![DVec3::ZERO; n];

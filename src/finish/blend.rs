@@ -45,6 +45,9 @@ pub(super) fn blend(
     let rings = &RINGS_TRIED[if others { 0 } else { 1 }..];
     let refill = |&reach: &(f64, f64)| {
         let ring = Ring::new(patch, reach, minimum, is_large)?;
+        if patch.cancel.is_cancelled() {
+            return None;
+        }
         let wider = &ring.wider;
         let shape = minimise(wider, &wider.shape(), params).shape;
         Some((ring, shape))
@@ -53,6 +56,9 @@ pub(super) fn blend(
         || candidates(patch, minimum, others, &Models::new(), params),
         || rings.par_iter().filter_map(refill).collect::<Vec<_>>(),
     );
+    if patch.cancel.is_cancelled() {
+        return (surfaces, Err(Refusal::Stopped));
+    }
     let given = models(&surfaces);
     let tries = refilled.par_iter().map(|(ring, shape)| {
         let tried = candidates(&ring.wider, shape, others, &given, params);

@@ -113,7 +113,7 @@ pub(super) fn candidates(
 ) -> Vec<Surface> {
     let mut all = vec![Surface::new(Candidate::Willmore, minimum.to_vec())];
     all[0].found.weight = 1.0;
-    if !others {
+    if !others || patch.cancel.is_cancelled() {
         return all;
     }
     if is_slight(patch, minimum)

@@ -144,6 +144,10 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
     found.folds_before = willmore::folds(patch, &start);
     found.folds_after = found.folds_before;
     let mut shape = minimum(patch, &start, params, found);
+    if patch.cancel.is_cancelled() {
+        finished.set_stopped();
+        return;
+    }
     let (surfaces, blended) = blend::blend(patch, &shape, params);
     if patch.cancel.is_cancelled() {
         finished.set_stopped();
