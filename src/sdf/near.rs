@@ -117,7 +117,7 @@ impl<'a> Faces<'a> {
     /// The hierarchy over small components.
     pub(super) fn small(&self) -> &Bvh {
         self.small
-            .get_or_init(|| Bvh::new(self.mesh, self.list(true)))
+            .get_or_init(|| self.over(self.list(true).collect()))
     }
 }
 
@@ -153,8 +153,7 @@ impl Near {
         }
     }
 
-    /// The closest point to `p` that is no farther than `limit`: exactly what the hierarchy over all faces gives, but for which
-    /// one is told of several at the same distance.
+    /// The closest point to `p` that is no farther than `limit`: exactly what the hierarchy over all faces gives.
     pub(super) fn closest(&self, faces: &Faces, p: DVec3, limit: f64) -> Option<Closest> {
         let usual = || {
             let near = self.place.faces.iter().copied();

@@ -182,7 +182,8 @@ impl Bvh {
         self.faces.is_empty()
     }
 
-    /// The closest point to `p` on the mesh, or none when it is farther than `limit`.
+    /// The closest point to `p` on the mesh, or none when it is farther than `limit`. Of several faces at the same distance it is the
+    /// one of the lowest number, so that the result does not depend on which other faces the hierarchy holds.
     pub fn closest(&self, p: DVec3, limit: f64) -> Option<Closest> {
         if self.nodes.is_empty() {
             return None;
@@ -216,7 +217,8 @@ impl Bvh {
                 let [a, b, c] = self.corners[face as usize];
                 let (x, w) = closest_on_triangle(q, a, b, c);
                 let d = (q - x).length_squared();
-                if d < best || (d == best && found.is_none()) {
+                let is_first = |at: u32| self.faces[face as usize] < self.faces[at as usize];
+                if d < best || d == best && found.is_none_or(|(at, ..)| is_first(at)) {
                     best = d;
                     bound = Around::bound(best);
                     found = Some((face, w, x));
