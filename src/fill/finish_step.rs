@@ -12,7 +12,7 @@ use crate::stitch::{Patch, count_intersecting};
 
 /// How far round the rims the mesh is looked at, in diagonals of their bounding box. The finish asks for 0.68 of a hole's
 /// diameter, along the surface.
-const REACH: f64 = 0.8;
+pub(crate) const RIM_REACH: f64 = 0.8;
 /// The part of the mesh round a patch, with the patch in it.
 pub(super) struct Local {
     pub(super) part: Part,
@@ -161,7 +161,7 @@ impl RegionProblem<'_> {
     pub(super) fn wide_part(&self, patch: &Patch) -> Part {
         let rim = || self.holes.iter().flat_map(|h| &h.rim).copied();
         let (low, high) = bounds(rim().map(|v| self.mesh.positions[v as usize]));
-        let margin = DVec3::splat(REACH * low.distance(high));
+        let margin = DVec3::splat(RIM_REACH * low.distance(high));
         let (lowest, highest) = bounds(patch.positions.iter().copied());
         let (low, high) = (low - margin, high + margin);
         self.all.part(low.min(lowest), high.max(highest), rim())

@@ -20,6 +20,7 @@ mod stitching;
 mod strategy;
 
 pub use candidate::{FinishReport, PatchStart};
+pub(crate) use finish_step::RIM_REACH;
 pub(crate) use grids::WIDEST;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,

@@ -42,6 +42,8 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) all: &'a Sampler<'a>,
     /// The parameters.
     pub(crate) params: &'a FillParams,
+    /// What its box may grow by: as far as its part of the mesh reaches.
+    pub(crate) most_growth: f64,
     /// The surface whose shape is kept, if any.
     pub(crate) reference: Option<&'a ReferenceSurface<'a>>,
     /// The bounding box of what was cut out there.

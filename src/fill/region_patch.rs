@@ -21,9 +21,17 @@ pub struct RegionPatch {
     pub report: RegionReport,
     /// What became of each of its holes, in the order of the report's.
     pub outcomes: Vec<HoleOutcome>,
+    /// Whether its box was to grow beyond the part of the mesh that was at hand.
+    pub(super) is_cramped: bool,
 }
 
 impl RegionPatch {
+    /// Whether the region was to look farther than its task reaches. Its wide task reaches as far as any region looks; without it,
+    /// the region is worked on when patches are put together.
+    pub fn is_cramped(&self) -> bool {
+        self.is_cramped
+    }
+
     /// How good it is.
     pub(super) fn quality(&self) -> Quality {
         let is_open = |o: &&HoleOutcome| matches!(o, HoleOutcome::Failed(_));
@@ -51,6 +59,14 @@ impl RegionProblem<'_> {
     pub(super) fn accept(&self, finished: FinishedPatch, mut report: RegionReport) -> RegionPatch {
         report.closed_by = Some(ClosedBy::LevelSet);
         self.all_finished(finished, report, HoleOutcome::Filled)
+    }
+
+    /// A region whose box is to grow beyond the part of the mesh that is at hand.
+    pub(super) fn cramped(&self) -> RegionPatch {
+        RegionPatch {
+            is_cramped: true,
+            ..self.stopped(RegionReport::default())
+        }
     }
 
     /// A finished patch that closes all of its holes in one way.
@@ -99,6 +115,7 @@ impl RegionProblem<'_> {
             mesh,
             report,
             outcomes: vec![outcome; self.holes.len()],
+            is_cramped: false,
         }
     }
 

@@ -48,6 +48,7 @@ impl RegionProblem<'_> {
             sigma: Vec::new(),
             report,
             outcomes,
+            is_cramped: false,
         }
     }
 }

@@ -139,6 +139,9 @@ impl<'a, 'b> Search<'a, 'b> {
                     Step::Take(place) => return self.taken(place),
                     Step::Make(candidate) => candidate,
                 };
+            if candidate.growth() > self.problem.most_growth {
+                return self.problem.cramped();
+            }
             if !(self.problem.keep_going)() {
                 return self.problem.stopped(self.last);
             }

@@ -38,6 +38,16 @@ pub(super) enum Candidate {
     RimTriangles,
 }
 
+impl Candidate {
+    /// What the region's box grows by for it.
+    pub(super) fn growth(&self) -> f64 {
+        match self {
+            Self::LevelSet(now) => now.growth,
+            _ => 1.0,
+        }
+    }
+}
+
 /// A candidate that was made, and how that ended.
 #[derive(Clone, Debug)]
 pub(super) struct Ending {

@@ -9,6 +9,7 @@ mod error;
 mod fair;
 mod inspection;
 mod params;
+mod reach;
 mod reference;
 mod regions;
 mod report;

@@ -1,20 +1,26 @@
 //! The regions of a fill: which holes are filled, together with which others, and what is made of their patches.
 
+use std::ops::Range;
+use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::control::Watch;
+use super::control::{Control, Watch};
+use super::reach::{Looking, faces_of};
 use super::report::{FillReport, HoleReport};
 use super::sources::RegionSources;
-use super::task::RegionTask;
+use super::task::{Looked, RegionTask};
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
     FEW_EDGES, FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch,
-    RegionPlan, RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, first_region,
+    RegionPlan, RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, WIDEST, first_region,
 };
 use crate::mesh::{Hole, Mesh};
 use crate::region::{Region, VoxelSize, group_holes};
+
+/// The faces that so many regions look at are found in one walk over the mesh.
+const AT_A_TIME: usize = 16;
 
 /// What a fill with some parameters is: regions that can be worked on one by one, anywhere, and put together.
 ///
@@ -92,16 +98,49 @@ impl<'a> Regions<'a> {
 
     /// The work on each region as a value of its own, which can be sent elsewhere.
     ///
-    /// Each has a copy of the pieces of the mesh that its region may look at, so they are made one at a time.
+    /// Each has a copy of the part of the mesh that its region usually looks at, so they are made one at a time. A region that is to
+    /// look farther says so by its patch ([`RegionPatch::is_cramped`]).
     pub fn tasks(&self) -> impl Iterator<Item = RegionTask> {
-        let sources = self.sources();
-        (0..self.len()).map(move |i| {
-            let group = &self.groups[i];
-            let holes = self.holes(group);
-            let looked = sources.pieces_of(self.found, i, &holes, self.params.voxel);
-            let near = sources.are_near();
-            RegionTask::new(i + 1, self.found, &holes, looked, near, &self.params)
+        let sources = Arc::new(self.sources(None));
+        let several = (0..self.len()).step_by(AT_A_TIME);
+        several.flat_map(move |first| {
+            let regions = first..self.len().min(first + AT_A_TIME);
+            self.tasks_of(sources.clone(), regions, 1.0)
         })
+    }
+
+    /// The task of a region, by its place, with all of the mesh that the region may look at; none where there is no such region.
+    pub fn wide_task(&self, region: usize) -> Option<RegionTask> {
+        let regions = region..self.len().min(region + 1);
+        self.tasks_of(Arc::new(self.sources(None)), regions, WIDEST)
+            .next()
+    }
+
+    /// The tasks of some regions whose boxes may grow by a factor.
+    fn tasks_of(
+        &self,
+        sources: Arc<RegionSources<'a>>,
+        regions: Range<usize>,
+        growth: f64,
+    ) -> impl Iterator<Item = RegionTask> {
+        let looking = |i: usize| Looking {
+            holes: self.holes(&self.groups[i]),
+            known: sources.known_pieces(i),
+            growth,
+        };
+        let looking: Vec<Looking> = regions.clone().map(looking).collect();
+        let faces = faces_of(self.found, &looking, self.params.voxel);
+        regions
+            .zip(looking.into_iter().zip(faces))
+            .map(move |(i, (looking, faces))| {
+                let looked = Looked {
+                    faces: &sources.with_rings(&faces),
+                    growth,
+                    known: looking.known,
+                    centres: sources.centres(i),
+                };
+                RegionTask::new(i + 1, self.found, &looking.holes, looked, &self.params)
+            })
     }
 
     /// What would be done, without doing it.
@@ -130,11 +169,8 @@ impl<'a> Regions<'a> {
     /// Fills all regions, each on its own, and puts their patches together.
     pub(crate) fn fill(&self, watch: &Watch) -> Result<Filled, FillError> {
         let clock = Instant::now();
-        let patches = if self.is_empty() {
-            Vec::new()
-        } else {
-            self.patches(watch)
-        };
+        let all: Vec<usize> = (0..self.len()).collect();
+        let patches = self.patches(&all, watch);
         watch.finish()?;
         let mut filled = self.assemble(patches)?;
         filled.report.seconds = clock.elapsed().as_secs_f64();
@@ -153,9 +189,16 @@ impl<'a> Regions<'a> {
         self.groups.iter().zip(&self.plans).map(work).collect()
     }
 
-    fn patches(&self, watch: &Watch) -> Vec<RegionPatch> {
-        let sources = self.sources();
-        let fill = |(i, group): (usize, &Vec<usize>)| {
+    /// The patches of some regions.
+    fn patches(&self, regions: &[usize], watch: &Watch) -> Vec<RegionPatch> {
+        if regions.is_empty() {
+            return Vec::new();
+        }
+        // What a region keeps of the surface before a cut may lie outside its box.
+        let in_boxes = self.reference.is_none().then_some(self.params.voxel);
+        let sources = self.sources(in_boxes);
+        let fill = |&i: &usize| {
+            let group = &self.groups[i];
             let ids: Vec<usize> = group.iter().map(|&h| self.found.holes[h].id).collect();
             watch.begin(&ids);
             let [known, all] = sources.of(i);
@@ -166,6 +209,7 @@ impl<'a> Regions<'a> {
                 plan: self.plans[i],
                 known: &known,
                 all: &all,
+                most_growth: f64::INFINITY,
                 params: &self.params,
                 reference: self.reference,
                 extent: self.reference.and_then(|d| d.extent(group)),
@@ -176,19 +220,25 @@ impl<'a> Regions<'a> {
             watch.end(i, &patch.report);
             patch
         };
-        self.groups.par_iter().enumerate().map(fill).collect()
+        regions.par_iter().map(fill).collect()
     }
 
-    /// Appends the patches of all regions, in order, to the mesh.
+    /// Appends the patches of all regions, in order, to the mesh. Regions that were to look farther than their tasks reach are worked on
+    /// first.
     ///
     /// # Errors
     /// [`FillError::Patches`] when they are not those of these regions.
-    pub fn assemble(&self, patches: Vec<RegionPatch>) -> Result<Filled, FillError> {
+    pub fn assemble(&self, mut patches: Vec<RegionPatch>) -> Result<Filled, FillError> {
         let regions = self.len();
         let wrong = patches.iter().zip(1..).find(|(p, id)| p.report.id != *id);
         if patches.len() != regions || wrong.is_some() {
             let patches = wrong.map_or(patches.len(), |(p, _)| p.report.id);
             return Err(FillError::Patches { regions, patches });
+        }
+        let cramped: Vec<usize> = (0..regions).filter(|&i| patches[i].is_cramped()).collect();
+        let watch = Watch::new(Control::new(), vec![1.0; regions]);
+        for (&i, patch) in cramped.iter().zip(self.patches(&cramped, &watch)) {
+            patches[i] = patch;
         }
         let input = &*self.found.input;
         let mut mesh = match self.params.surface {
@@ -244,10 +294,8 @@ impl<'a> Regions<'a> {
         group.iter().map(|&h| &self.found.holes[h]).collect()
     }
 
-    fn sources(&self) -> RegionSources<'a> {
+    fn sources(&self, in_boxes: Option<VoxelSize>) -> RegionSources<'a> {
         let asked = |group: usize| self.plans[group] != RegionPlan::Trivial;
-        // What a region keeps of the surface before a cut may lie outside its box.
-        let in_boxes = self.reference.is_none().then_some(self.params.voxel);
         RegionSources::new(self.found, &self.groups, &asked, in_boxes)
     }
 

@@ -9,13 +9,13 @@ use crate::fill::WIDEST;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole, Mesh, Topology};
 use crate::region::{BoxSize, Region, Sphere, VoxelSize};
-use crate::sdf::{Place, Sampler, faces_at};
+use crate::sdf::{JET_RINGS, Place, Sampler, faces_at};
 use crate::spatial::Bounds;
 
 /// The restricted hierarchies may hold this many times the mesh's faces in all.
 const MOST_COPIES: usize = 8;
 /// How far out of a region's box, in parts of its size, what a patch must not cross is looked at: more than in `join`.
-const PATCH_MARGIN: f64 = 0.25;
+pub(super) const PATCH_MARGIN: f64 = 0.25;
 /// A mesh of fewer faces has one hierarchy over all of them, which takes at most 150 MB and a second.
 const MANY_FACES: usize = 500_000;
 /// Regions have hierarchies of their own when all these together hold at most this part of the faces.
@@ -23,6 +23,9 @@ const NEAR_PART: usize = 2;
 /// How far out of the box of its first try a region usually looks, in parts of the box's size: what is nearest to a corner of the
 /// box lies half a size away where the surface is flat.
 const USUAL_MARGIN: f64 = 0.6;
+
+/// Normals at the corners of the vertices that jets are fitted to: one ring more.
+const RINGS: usize = JET_RINGS + 1;
 
 /// The surroundings of each region.
 ///
@@ -38,14 +41,6 @@ pub(super) struct RegionSources<'a> {
     /// For each group where it looks; none where a hierarchy over all of the mesh is better.
     places: Option<Vec<Place>>,
     bodies: Bodies,
-}
-
-/// Which pieces a region looks at.
-pub(super) struct Looked {
-    /// Those in or near its box, by piece.
-    pub(super) near: Vec<bool>,
-    /// Those that it knows.
-    pub(super) known: Vec<bool>,
 }
 
 impl<'a> RegionSources<'a> {
@@ -96,36 +91,21 @@ impl<'a> RegionSources<'a> {
         }
     }
 
-    /// The pieces that a group looks at; none where it knows the whole mesh. `holes` are the group's.
-    pub(super) fn pieces_of(
-        &self,
-        found: &Inspection,
-        group: usize,
-        holes: &[&Hole],
-        voxel: VoxelSize,
-    ) -> Option<Looked> {
+    /// For each piece whether a group knows it; none where it knows the whole mesh.
+    pub(super) fn known_pieces(&self, group: usize) -> Option<Vec<bool>> {
         let own = self.own[group].as_ref()?;
-        let is_own = |piece: usize| own.binary_search(&self.bodies.of_piece[piece]).is_ok();
-        let boxes = [VoxelSize::Auto, voxel].map(|voxel| {
-            let [low, high] = widest_box(&found.mesh, holes, voxel);
-            let margin = DVec3::splat(PATCH_MARGIN * (high - low).max_element());
-            [low - margin, high + margin]
-        });
-        let is_near = |piece: usize| {
-            let body = self.bodies.of_piece[piece] as usize;
-            let small = self.bodies.faces[body] == 0;
-            small || boxes.iter().any(|b| meet(b, &self.bodies.boxes[body]))
-        };
-        let pieces = 0..found.topology.piece_faces.len();
-        Some(Looked {
-            near: pieces.clone().map(|p| is_own(p) || is_near(p)).collect(),
-            known: pieces.map(is_own).collect(),
-        })
+        let is_own = |body: &u32| own.binary_search(body).is_ok();
+        Some(self.bodies.of_piece.iter().map(is_own).collect())
     }
 
-    /// Whether groups have hierarchies of their own.
-    pub(super) fn are_near(&self) -> bool {
-        self.places.is_some()
+    /// Faces with those round them that their normals and jets need.
+    pub(super) fn with_rings(&self, faces: &[u32]) -> Vec<u32> {
+        self.all.with_rings(faces, RINGS)
+    }
+
+    /// What the samples of what a group knows and those of the whole mesh are computed relative to.
+    pub(super) fn centres(&self, group: usize) -> [DVec3; 2] {
+        self.of(group).map(|sampler| sampler.centre())
     }
 
     /// What a group looks at: what it knows, and the whole mesh.
@@ -148,7 +128,7 @@ pub(super) fn places(
 ) -> Option<Vec<Place>> {
     let boxes = |holes: &Vec<&Hole>| {
         let of = |voxel, growth| {
-            let [low, high] = grown_box(mesh, holes, voxel, growth);
+            let [low, high] = grown_box(mesh, holes, voxel, false, growth);
             Bounds { low, high }
         };
         let both = |growth| of(VoxelSize::Auto, growth).join(&of(voxel, growth));
@@ -240,15 +220,21 @@ impl Bodies {
 
 /// The box of a region once it was widened.
 fn widest_box(mesh: &Mesh, holes: &[&Hole], voxel: VoxelSize) -> [DVec3; 2] {
-    grown_box(mesh, holes, voxel, WIDEST)
+    grown_box(mesh, holes, voxel, false, WIDEST)
 }
 
-/// The box of a region that has grown by a factor.
-fn grown_box(mesh: &Mesh, holes: &[&Hole], voxel: VoxelSize, growth: f64) -> [DVec3; 2] {
+/// The box of a region that has grown by a factor, on a fine or a coarse grid.
+pub(super) fn grown_box(
+    mesh: &Mesh,
+    holes: &[&Hole],
+    voxel: VoxelSize,
+    coarse: bool,
+    growth: f64,
+) -> [DVec3; 2] {
     let sphere = Sphere::new(mesh, holes).map(|s| s.bounds());
     let size = BoxSize {
         voxel,
-        coarse: false,
+        coarse,
         growth,
         refine: 1.0,
     };

@@ -2,10 +2,11 @@
 
 use std::slice;
 
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, Watch};
-use super::sources::{Looked, places};
+use super::sources::places;
 use super::{FillError, Inspection};
 use crate::fill::{FillParams, RegionPatch, RegionPlan, RegionProblem};
 use crate::mesh::topology::{NONE, end, start};
@@ -14,82 +15,78 @@ use crate::sdf::Sampler;
 
 /// The work on one region of a fill: the part of the mesh that it may look at, its holes, the parameters.
 ///
-/// Numbers in a written form must come back bit for bit: JSON by `serde_json` does so with its feature `float_roundtrip`.
+/// How large it is depends on the region and what is near it, not on the mesh. Numbers in a written form must come back bit for bit:
+/// JSON by `serde_json` does so with its feature `float_roundtrip`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegionTask {
     /// Number of the region, from 1.
     pub id: usize,
-    /// The pieces of the welded mesh that are looked at, with faces turned to agree.
+    /// The part of the welded mesh that is looked at, with faces turned to agree.
     mesh: Mesh,
     /// Which of its faces the region knows; others, of pieces that pass through its box, are not to be crossed. None for all.
     known: Option<Vec<bool>>,
-    /// For each vertex of the part its number in the whole mesh; none where the part is the whole.
-    vertices: Option<Vec<u32>>,
+    /// For each vertex of the part its number in the whole mesh.
+    vertices: Vec<u32>,
     /// Number of vertices of the whole mesh.
     count: usize,
-    /// Whether the region has a hierarchy of its own over the faces near it.
-    near: bool,
+    /// What distances are computed relative to: in what the region knows, and in all of the mesh.
+    centres: [DVec3; 2],
+    /// What the region's box may grow by.
+    growth: f64,
     /// The holes, with the part's numbers of vertices.
     holes: Vec<Hole>,
     /// The parameters of the fill.
     params: FillParams,
 }
 
+/// What a region looks at.
+pub(super) struct Looked<'a> {
+    /// The faces, rising.
+    pub(super) faces: &'a [u32],
+    /// What its box may grow by.
+    pub(super) growth: f64,
+    /// For each piece of the mesh whether the region knows it; none where it knows all.
+    pub(super) known: Option<Vec<bool>>,
+    /// What distances are computed relative to: in what it knows, and in all of the mesh.
+    pub(super) centres: [DVec3; 2],
+}
+
 impl RegionTask {
-    /// The work on a region, from 1, of a mesh; `looked` says which pieces it looks at, if not all, and `near` whether the region
-    /// has a hierarchy of its own.
+    /// The work on a region, from 1, of a mesh.
     pub(super) fn new(
         id: usize,
         found: &Inspection,
         holes: &[&Hole],
-        looked: Option<Looked>,
-        near: bool,
+        looked: Looked,
         params: &FillParams,
     ) -> Self {
-        let task = Self {
-            id,
-            mesh: Mesh::default(),
-            known: None,
-            vertices: None,
-            count: found.mesh.positions.len(),
-            near,
-            holes: holes.iter().copied().cloned().collect(),
-            params: params.clone(),
-        };
-        let Some(Looked {
-            near: near_pieces,
-            known,
-        }) = looked
-        else {
-            let mesh = found.mesh.clone();
-            return Self { mesh, ..task };
-        };
-        let faces = found.topology.piece.iter().zip(0u32..);
-        let is_near = |piece: u32| piece == NONE || near_pieces[piece as usize];
-        let faces: Vec<u32> = faces
-            .filter(|(p, _)| is_near(**p))
-            .map(|(_, f)| f)
-            .collect();
-        let rims = task.holes.iter().flat_map(|h| h.rim.iter().copied());
-        let part = Part::new(&found.mesh, &faces, rims);
-        let known_face = |&f: &u32| {
-            let piece = found.topology.piece[f as usize];
-            piece == NONE || known[piece as usize]
-        };
-        let mut holes = task.holes;
+        let rims = holes.iter().flat_map(|h| h.rim.iter().copied());
+        let part = Part::new(&found.mesh, looked.faces, rims);
+        let known = looked.known.map(|known| {
+            let is_known = |&f: &u32| match found.topology.piece[f as usize] {
+                NONE => true,
+                piece => known[piece as usize],
+            };
+            looked.faces.iter().map(is_known).collect()
+        });
+        let mut holes: Vec<Hole> = holes.iter().copied().cloned().collect();
         for v in holes.iter_mut().flat_map(|h| &mut h.rim) {
             *v = part.local(*v);
         }
         Self {
-            known: Some(faces.iter().map(known_face).collect()),
-            vertices: Some(part.vertices().to_vec()),
+            id,
+            known,
+            vertices: part.vertices().to_vec(),
             mesh: part.mesh,
+            count: found.mesh.positions.len(),
+            centres: looked.centres,
+            growth: looked.growth,
             holes,
-            ..task
+            params: params.clone(),
         }
     }
 
-    /// Computes the patch.
+    /// Computes the patch; without one where [`RegionPatch::is_cramped`].
     ///
     /// # Errors
     /// [`FillError::Cancelled`], or [`FillError::Task`] when what was read is no task that was written.
@@ -103,50 +100,43 @@ impl RegionTask {
     }
 
     fn patch(&self, watch: &Watch) -> Result<RegionPatch, FillError> {
-        let mut mesh = self.mesh.clone();
-        let in_range = |v: u32| (v as usize) < mesh.positions.len();
-        let faces_fit = mesh.faces.iter().flatten().all(|&v| in_range(v));
-        let rims_fit = self.holes.iter().flat_map(|h| &h.rim).all(|&v| in_range(v));
-        let fits = |length: Option<usize>, wanted: usize| length.is_none_or(|n| n == wanted);
-        let maps_fit = fits(self.known.as_ref().map(Vec::len), mesh.faces.len())
-            && fits(self.vertices.as_ref().map(Vec::len), mesh.positions.len());
-        if !(faces_fit && rims_fit && maps_fit) || self.holes.is_empty() {
-            return Err(FillError::Task);
-        }
-        mesh.validate()?;
-        let topology = Topology::new(&mut mesh);
+        let mesh = &self.mesh;
+        self.check()?;
+        let topology = Topology::as_it_is(mesh);
         let mut holes = self.holes.clone();
         for hole in &mut holes {
-            hole.piece = piece_at(&mesh, &topology, hole).ok_or(FillError::Task)?;
+            hole.piece = piece_at(mesh, &topology, hole).ok_or(FillError::Task)?;
         }
-        let all = Sampler::new(&mesh, &topology);
-        let restricted = self.known.as_ref().map(|known| {
-            let mut pieces = vec![false; topology.piece_faces.len()];
-            for (&piece, _) in topology.piece.iter().zip(known).filter(|(_, k)| **k) {
-                if piece != NONE {
-                    pieces[piece as usize] = true;
-                }
-            }
-            all.restricted(&|piece| pieces[piece as usize])
-        });
         let holes: Vec<&Hole> = holes.iter().collect();
-        let voxel = self.params.voxel;
-        let place = || places(&mesh, &topology, slice::from_ref(&holes), voxel, usize::MAX)?.pop();
-        let place = self.near.then(place).flatten();
-        let [restricted, all] = [restricted, Some(all)].map(|sampler| match &place {
-            Some(place) => sampler.map(|s| s.at(place.clone())),
-            None => sampler,
-        });
-        let all = all.ok_or(FillError::Task)?;
+        let [of_known, of_all] = self.centres;
+        let all = Sampler::new(mesh, &topology).about(of_all);
+        let known = match &self.known {
+            None => all.about(of_known),
+            Some(known) => {
+                let mut pieces = vec![false; topology.piece_faces.len()];
+                for (&piece, _) in topology.piece.iter().zip(known).filter(|(_, k)| **k) {
+                    if piece != NONE {
+                        pieces[piece as usize] = true;
+                    }
+                }
+                let known = all.restricted(&|piece| pieces[piece as usize]);
+                known.about(of_known)
+            }
+        };
+        let groups = slice::from_ref(&holes);
+        let place = places(mesh, &topology, groups, self.params.voxel, usize::MAX);
+        let place = place.and_then(|mut all| all.pop()).ok_or(FillError::Task)?;
+        let [known, all] = [known, all].map(|sampler| sampler.at(place.clone()));
         let ids: Vec<usize> = holes.iter().map(|h| h.id).collect();
         watch.begin(&ids);
         let work = RegionProblem {
             id: self.id,
-            mesh: &mesh,
+            mesh,
             holes: &holes,
-            plan: RegionPlan::new(&mesh, &holes, &self.params),
-            known: restricted.as_ref().unwrap_or(&all),
+            plan: RegionPlan::new(mesh, &holes, &self.params),
+            known: &known,
             all: &all,
+            most_growth: self.growth,
             params: &self.params,
             reference: None,
             extent: None,
@@ -160,14 +150,27 @@ impl RegionTask {
         Ok(patch)
     }
 
+    /// An error where what was read is no task that was written.
+    fn check(&self) -> Result<(), FillError> {
+        let mesh = &self.mesh;
+        let in_range = |v: u32| (v as usize) < mesh.positions.len();
+        let faces_fit = mesh.faces.iter().flatten().all(|&v| in_range(v));
+        let rims_fit = self.holes.iter().flat_map(|h| &h.rim).all(|&v| in_range(v));
+        let known = self.known.as_ref().map(Vec::len);
+        let lists_fit = known.is_none_or(|n| n == mesh.faces.len())
+            && self.vertices.len() == mesh.positions.len();
+        if !(faces_fit && rims_fit && lists_fit) || self.holes.is_empty() {
+            return Err(FillError::Task);
+        }
+        Ok(mesh.validate()?)
+    }
+
     /// Gives a patch the whole mesh's numbers of vertices.
     fn renumber(&self, patch: &mut Mesh) {
-        let Some(vertices) = &self.vertices else {
-            return;
-        };
-        let whole = |v: u32| match vertices.get(v as usize) {
+        let own = self.vertices.len();
+        let whole = |v: u32| match self.vertices.get(v as usize) {
             Some(&w) => w,
-            None => v - vertices.len() as u32 + self.count as u32,
+            None => v - own as u32 + self.count as u32,
         };
         for face in &mut patch.faces {
             *face = face.map(whole);

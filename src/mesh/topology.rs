@@ -55,6 +55,15 @@ impl Topology {
     /// Finds the connectivity of a welded mesh, and turns over, in `mesh`, the faces that disagree with the majority of
     /// their piece where the piece can be oriented at all.
     pub fn new(mesh: &mut Mesh) -> Self {
+        let mut topology = Self::as_it_is(mesh);
+        if topology.defects.misoriented_edges > 0 {
+            topology.orient(mesh);
+        }
+        topology
+    }
+
+    /// Finds the connectivity of a welded mesh and leaves its faces as they are.
+    pub fn as_it_is(mesh: &Mesh) -> Self {
         let degenerate: Vec<bool> = mesh.faces.par_iter().map(is_degenerate).collect();
         let mut defects = Defects {
             degenerate_faces: degenerate.iter().filter(|&&d| d).count(),
@@ -71,9 +80,6 @@ impl Topology {
         topology.pair(mesh, &degenerate, &mut defects);
         topology.defects = defects;
         topology.find_pieces(&degenerate);
-        if topology.defects.misoriented_edges > 0 {
-            topology.orient(mesh);
-        }
         topology
     }
 

@@ -15,7 +15,8 @@ const MAX_DEGREE: usize = 4;
 const MAX_TERMS: usize = terms(MAX_DEGREE);
 /// Neighbours wanted for a fit.
 const WANTED: usize = 19;
-const MAX_RINGS: usize = 5;
+/// Rings of vertices round its own that a jet is fitted to, at most.
+pub const JET_RINGS: usize = 5;
 /// Newton's method for a foot ends with a step this short, in radii of the neighbourhood: what is left is its square, and
 /// the distance is flat there.
 const SETTLED: f64 = 1e-5;
@@ -272,7 +273,7 @@ fn neighbourhood(mesh: &Mesh, around: &VertexFaces, vertex: u32, normal: DVec3) 
     let mut found = vec![vertex];
     let mut queue = VecDeque::from([(vertex, 0)]);
     while let Some((v, ring)) = queue.pop_front() {
-        if ring >= MAX_RINGS || (ring >= 2 && found.len() >= WANTED) {
+        if ring >= JET_RINGS || (ring >= 2 && found.len() >= WANTED) {
             break;
         }
         for &f in around.of(v) {

@@ -9,7 +9,7 @@ mod surface;
 #[cfg(test)]
 mod tests;
 
-pub use jets::{Jet, fit_jet};
+pub use jets::{JET_RINGS, Jet, fit_jet};
 pub use near::{Place, faces_at};
 pub use redistance::{project_on_zero_set, redistance};
 pub use sampler::{DistanceSample, RimSet, Sampler};

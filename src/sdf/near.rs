@@ -101,11 +101,25 @@ impl<'a> Faces<'a> {
         (0..self.mesh.faces.len() as u32).filter(move |&f| self.is_wanted(f, small))
     }
 
+    /// What coordinates are relative to.
+    pub(super) fn centre(&self) -> DVec3 {
+        let middle = || middle(self.mesh, self.list(false));
+        *self.centre.get_or_init(middle)
+    }
+
+    /// The same faces, with coordinates relative to another point.
+    pub(super) fn about(&self, centre: DVec3) -> Self {
+        Self {
+            wanted: self.wanted.clone(),
+            centre: centre.into(),
+            all: OnceLock::new(),
+            small: OnceLock::new(),
+            ..*self
+        }
+    }
+
     fn over(&self, faces: Vec<u32>) -> Bvh {
-        let centre = self
-            .centre
-            .get_or_init(|| middle(self.mesh, self.list(false)));
-        Bvh::about(self.mesh, faces, *centre)
+        Bvh::about(self.mesh, faces, self.centre())
     }
 
     /// The hierarchy over all of them, built when it is first asked for.

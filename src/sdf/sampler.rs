@@ -93,6 +93,42 @@ impl<'a> Sampler<'a> {
         }
     }
 
+    /// The faces of a list and those round them, so many rings of vertices far, rising.
+    pub fn with_rings(&self, faces: &[u32], rings: usize) -> Vec<u32> {
+        let mut is_in = vec![false; self.mesh.faces.len()];
+        faces.iter().for_each(|&f| is_in[f as usize] = true);
+        let (mut all, mut last) = (faces.to_vec(), 0..faces.len());
+        for _ in 0..rings {
+            for i in last.clone() {
+                let corners = self.mesh.faces[all[i] as usize];
+                for &next in corners.iter().flat_map(|&v| self.smooth.around.of(v)) {
+                    if !std::mem::replace(&mut is_in[next as usize], true) {
+                        all.push(next);
+                    }
+                }
+            }
+            last = last.end..all.len();
+        }
+        all.sort_unstable();
+        all
+    }
+
+    /// What distances are computed relative to: samples of a part of the mesh about the same point are the same to the last bit.
+    pub fn centre(&self) -> DVec3 {
+        self.faces.centre()
+    }
+
+    /// The same queries with distances computed relative to another point.
+    #[must_use]
+    pub fn about(&self, centre: DVec3) -> Self {
+        Self {
+            smooth: self.smooth.clone(),
+            faces: Arc::new(self.faces.about(centre)),
+            near: None,
+            ..*self
+        }
+    }
+
     /// The hierarchy over the mesh's faces.
     pub fn bvh(&self) -> &Bvh {
         self.faces.all()

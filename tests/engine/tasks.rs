@@ -71,7 +71,7 @@ fn regions_worked_on_elsewhere_give_the_same_bytes() {
 }
 
 #[test]
-fn a_task_holds_no_more_than_the_pieces_near_its_region() {
+fn a_task_holds_no_more_than_what_is_near_its_region() {
     // A second ball passes through the opening of the first, which must not know it; a third is far away.
     let mut mesh = ball();
     with(&mut mesh, &shapes::sphere(6), DVec3::new(0.0, 0.0, 1.6));
@@ -90,6 +90,52 @@ fn a_task_holds_no_more_than_the_pieces_near_its_region() {
         sizes.iter().any(|&size| size < whole),
         "{sizes:?} of {whole}"
     );
+}
+
+/// Bytes of the task of the only hole, of 24 edges or so, in a sphere of `20 n²` faces.
+fn bytes_of_task(n: u32, params: &FillParams) -> usize {
+    let edge = 1.1 / f64::from(n);
+    let mesh = shapes::cut(&shapes::sphere(n), |p| p.distance(DVec3::Z) < 4.0 * edge);
+    let found = inspect(&mesh).unwrap();
+    let regions = found.regions(params).unwrap();
+    let task = regions.tasks().next().unwrap();
+    serde_json::to_string(&task).unwrap().len()
+}
+
+#[test]
+fn a_task_grows_with_its_region_and_not_with_the_mesh() {
+    let params = FillParams::default();
+    let [small, large] = [40, 160].map(|n| bytes_of_task(n, &params));
+    // The larger sphere bends less, so that a little more of it lies within reach.
+    assert!(large < 2 * small, "{small} bytes, then {large}");
+    let sphere = shapes::sphere(160);
+    let found = inspect(&sphere).unwrap();
+    let whole = serde_json::to_string(&found.mesh).unwrap().len();
+    assert!(20 * large < whole, "{large} bytes of {whole}");
+}
+
+#[test]
+fn a_region_that_looks_farther_than_its_task_reaches_says_so_and_is_closed_all_the_same() {
+    // A cap of 30 degrees: the box is widened twice for the rest of the sphere.
+    let cap = shapes::cut(&shapes::sphere(30), |p| p.z < 0.86);
+    let mut mesh = cap.clone();
+    with(&mut mesh, &shapes::sphere(6), DVec3::new(60.0, 0.0, 0.0));
+    let mut params = FillParams::default();
+    params.holes = Some(vec![1]);
+    let found = inspect(&mesh).unwrap();
+    let regions = found.regions(&params).unwrap();
+    let [usual, wide] = [regions.tasks().next(), regions.wide_task(0)].map(Option::unwrap);
+    let usual = usual.solve(&Control::new()).unwrap();
+    assert!(usual.is_cramped());
+    let wide = sent::<RegionTask>(&wide).solve(&Control::new()).unwrap();
+    assert!(!wide.is_cramped());
+    assert!(regions.wide_task(1).is_none());
+    let at_once = fill(&mesh, &params).unwrap().mesh;
+    for patch in [usual, wide] {
+        let filled = regions.assemble(vec![patch]).unwrap().mesh;
+        assert_eq!(bits(&filled), bits(&at_once));
+        assert_eq!(filled.faces, at_once.faces);
+    }
 }
 
 #[test]
