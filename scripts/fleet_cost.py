@@ -8,6 +8,8 @@ and of writing down what became of them."""
 
 import argparse
 import csv
+import json
+import subprocess
 import sys
 import tempfile
 import time
@@ -15,11 +17,40 @@ from pathlib import Path
 
 from isomend import fleet
 from isomend.fleet._manifest import Manifest, rows
+from scaling import made, write_ply
 from tables import renew
 
 ROOT = Path(__file__).resolve().parent.parent
 COPIES = 4
 KNOWN = 200_000
+# The one mesh: triangles, holes, edges across a hole.
+GIANT, HOLES, ACROSS = 1_100_000, 50, 40
+# Fills it in a process of its own, by threads or by workers; prints the CPU seconds of reading and filling it, those of all processes
+# below included, and a checksum of the result.
+FILL_GIANT = """
+import hashlib, json, os, pathlib, sys
+def below():
+    known, more, rows = {os.getpid()}, True, {}
+    for path in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            rows[int(path.parent.name)] = path.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            pass
+    while more:
+        more = {pid for pid, row in rows.items() if int(row[1]) in known} - known
+        known |= more
+    return sum(int(rows[pid][k]) for pid in known if pid in rows for k in range(11, 15)) / os.sysconf("SC_CLK_TCK")
+import isomend
+how, path = sys.argv[1:]
+if how == "workers":
+    import ray
+    from isomend import fleet
+    ray.init(num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level="ERROR")
+begun = below()
+model = isomend.read(path)
+mended = model.fill(threads=2) if how == "threads" else fleet.fill_regions(model, workers=2)
+print(json.dumps([below() - begun, hashlib.sha256(mended.to_bytes("ply")).hexdigest()]))
+"""
 # The fleet on paper.
 SCANS, CORES, PRICE = 1_000_000, 1000, 0.04
 
@@ -65,6 +96,21 @@ def sum_of(item):
     return sum(map(sys.getsizeof, item))
 
 
+def one_mesh(folder):
+    """CPU seconds of filling a giant mesh by two threads and by two workers: medians of three."""
+    path = folder / "giant.ply"
+    write_ply(path, *made(GIANT, HOLES, ACROSS))
+    seconds, results = {"threads": [], "workers": []}, set()
+    for how in 3 * ["threads", "workers"]:
+        command = [sys.executable, "-c", FILL_GIANT, how, str(path)]
+        done = subprocess.run(command, check=True, capture_output=True, text=True)
+        cpu, result = json.loads(done.stdout.splitlines()[-1])
+        seconds[how].append(cpu)
+        results.add(result)
+    assert len(results) == 1
+    return {how: sorted(runs)[1] for how, runs in seconds.items()}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--docs", action="store_true", help="put the table into its page")
@@ -77,6 +123,7 @@ def main():
             seconds[workers], table = one_run(inputs, folder / f"out-{workers}", workers)
             if workers == 1:
                 alone = table
+        giant = one_mesh(folder)
         (folder / "driver").mkdir()
         written, read, kept, size = driver(folder / "driver")
     count = len(alone)
@@ -94,6 +141,10 @@ def main():
         ("memory of a mesh's process: median, largest", f"{memory[count // 2] / 2**20:.0f} MB, {memory[-1] / 2**20:.0f} MB"),
         ("manifest: bytes a mesh; lines written, read a second", f"{size:.0f}; {written:,.0f}, {read:,.0f}"),
         ("memory of the driver a mesh", f"{kept:.0f} bytes"),
+        (
+            f"one mesh of {GIANT:,} triangles with {HOLES} holes: CPU seconds by two threads; by two workers",
+            f"{giant['threads']:.1f}; {giant['workers']:.1f}",
+        ),
     ]
     rate = CORES / cpu
     paper = [

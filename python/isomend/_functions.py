@@ -382,3 +382,13 @@ def solve_task(task: bytes, *, threads: int | None = None) -> bytes:
     if threads is not None:
         threads = _params.count("threads", threads)
     return _isomend.solve_task(task, threads)
+
+
+def is_cramped(patch: bytes) -> bool:
+    """Whether a region was to look farther than its task reaches, so that its patch is none. Its :meth:`isomend.Inspection.wide_task`
+    reaches as far as it may look; without that, :meth:`isomend.Inspection.assemble` works on the region itself.
+
+    Raises:
+        ParameterError: The bytes are no patch.
+    """
+    return _isomend.is_cramped(patch)

@@ -299,6 +299,11 @@ class Inspection(Drawn):
         _, parameters = _params.taken_apart(options)
         self._core.each_task(_params.as_json(_params.region_params(parameters)), take)
 
+    def wide_task(self, region: int, **options: Unpack[FillOptions]) -> bytes:
+        """The task of a region, counted from 0, with all of the mesh that the region may look at; see :func:`isomend.is_cramped`."""
+        _, parameters = _params.taken_apart(options)
+        return self._core.wide_task(_params.as_json(_params.region_params(parameters)), region)
+
     def region_count(self, **options: Unpack[FillOptions]) -> int:
         """Number of regions of a fill, each of one hole or several that are filled together."""
         _, parameters = _params.taken_apart(options)

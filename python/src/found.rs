@@ -125,6 +125,24 @@ impl Found {
         Ok(())
     }
 
+    /// The bytes of the task of a region, by its place, with all of the mesh that the region may look at.
+    fn wide_task<'py>(
+        &self,
+        py: Python<'py>,
+        params: &str,
+        region: usize,
+    ) -> PyResult<Bound<'py, PyBytes>> {
+        let params = fill_params(params)?;
+        let regions = self.found.regions(&params).map_err(Failure::from)?;
+        let task = py.detach(|| regions.wide_task(region)).ok_or_else(|| {
+            let count = regions.len();
+            Failure::parameter(format!(
+                "there is no region {region} of {count}, counted from 0"
+            ))
+        })?;
+        Ok(PyBytes::new(py, &packed(&task)?))
+    }
+
     /// Puts the patches of all regions, in order, to the mesh.
     fn assemble(&self, py: Python<'_>, json: &str, patches: Vec<Vec<u8>>) -> PyResult<Mended> {
         let spec = spec(&self.source, work(json)?);
@@ -157,4 +175,10 @@ pub fn solve_task<'py>(
         packed(&task.solve(control)?)
     })?;
     Ok(PyBytes::new(py, &patch))
+}
+
+/// Whether the region of a patch, given as bytes, was to look farther than its task reaches.
+#[pyfunction]
+pub fn is_cramped(patch: &[u8]) -> PyResult<bool> {
+    Ok(unpacked::<RegionPatch>(patch, "patch")?.is_cramped())
 }

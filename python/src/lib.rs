@@ -39,6 +39,7 @@ fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(compared::compare, module)?)?;
     module.add_function(wrap_pyfunction!(volume::sdf, module)?)?;
     module.add_function(wrap_pyfunction!(found::solve_task, module)?)?;
+    module.add_function(wrap_pyfunction!(found::is_cramped, module)?)?;
     module.add_function(wrap_pyfunction!(model::signed_distance, module)?)?;
     Ok(())
 }

@@ -143,6 +143,13 @@ def test_regions_can_be_worked_on_elsewhere():
         found.assemble(patches[:1], voxel=0.08)
     with pytest.raises(isomend.ParameterError, match="no task"):
         isomend.solve_task(b"nonsense")
+    with pytest.raises(isomend.ParameterError, match="no patch"):
+        isomend.is_cramped(b"nonsense")
+    with pytest.raises(isomend.ParameterError, match="no region 2 of 2"):
+        found.wide_task(2)
+    assert not isomend.is_cramped(patches[0])
+    wide = [isomend.solve_task(found.wide_task(region, voxel=0.08)) for region in range(2)]
+    assert found.assemble(wide, voxel=0.08).vertices.tobytes() == put_together.vertices.tobytes()
 
 
 def test_values_are_continued_on_patches(sphere):

@@ -1,14 +1,15 @@
 //! How far a region looks: the faces that the work on it needs, and no others.
 
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use glam::{DVec3, UVec3};
+use glam::{DVec3, IVec3, UVec3};
 
 use super::Inspection;
 use super::sources::{PATCH_MARGIN, grown_box};
 use crate::fill::RIM_REACH;
 use crate::mesh::topology::NONE;
-use crate::mesh::{Hole, bounds};
+use crate::mesh::{Hole, Mesh, bounds};
 use crate::region::VoxelSize;
 use crate::sdf::faces_at;
 use crate::spatial::{Bounds, BoxTree};
@@ -32,99 +33,155 @@ pub(super) fn faces_of(found: &Inspection, regions: &[Looking], voxel: VoxelSize
     let at = |boxes: &[Bounds]| -> Vec<Arc<[u32]>> {
         faces_at(&found.mesh, &found.topology, boxes, usize::MAX).unwrap_or_default()
     };
-    let inner: Vec<Bounds> = regions.iter().map(|r| inner(found, r, voxel)).collect();
+    let boxes = |region: &Looking| {
+        let sampled = sampled(found, region, voxel);
+        [sampled, patched(found, region, &sampled)]
+    };
+    let boxes: Vec<[Bounds; 2]> = regions.iter().map(boxes).collect();
+    let patched: Vec<Bounds> = boxes.iter().map(|b| b[1]).collect();
     let reaches: Vec<Reach> = regions
         .iter()
-        .zip(inner.iter().zip(&at(&inner)))
-        .map(|(region, (inner, faces))| Reach::new(found, region, *inner, faces))
+        .zip(boxes.iter().zip(&at(&patched)))
+        .map(|(region, (boxes, faces))| Reach::new(found, region, *boxes, faces))
         .collect();
     let outer: Vec<Bounds> = reaches.iter().map(|r| r.whole).collect();
     let degenerate: Vec<u32> = (0..found.mesh.faces.len() as u32)
         .filter(|&f| found.topology.piece[f as usize] == NONE)
         .collect();
     let of = |(reach, faces): (&Reach, &Arc<[u32]>)| {
-        let holds = |f: &&u32| reach.holds(&Bounds::of(found.mesh.corners(**f)));
-        let all = faces.iter().chain(&degenerate);
-        all.filter(holds).copied().collect()
+        let all: Vec<u32> = faces.iter().chain(&degenerate).copied().collect();
+        reach.held(&found.mesh, &all)
     };
     reaches.iter().zip(&at(&outer)).map(of).collect()
 }
 
-/// The box in which a region samples and its patch lies, with what the patch must not cross.
-fn inner(found: &Inspection, region: &Looking, voxel: VoxelSize) -> Bounds {
-    let rims = region.holes.iter().flat_map(|h| &h.rim);
-    let (low, high) = bounds(rims.map(|&v| found.mesh.positions[v as usize]));
-    let rims = Bounds { low, high }.widened(RIM_REACH * low.distance(high));
+/// The box in which a region samples.
+fn sampled(found: &Inspection, region: &Looking, voxel: VoxelSize) -> Bounds {
     let kinds = [VoxelSize::Auto, voxel].map(|voxel| [(voxel, false), (voxel, true)]);
     let grown = kinds.concat().into_iter().map(|(voxel, is_coarse)| {
         let holes = &region.holes;
         let [low, high] = grown_box(&found.mesh, holes, voxel, is_coarse, region.growth);
-        Bounds { low, high }.widened(PATCH_MARGIN * (high - low).max_element())
+        Bounds { low, high }
     });
-    grown.fold(rims, |all, b| all.join(&b))
+    let all = grown.reduce(|all, b| all.join(&b));
+    all.unwrap_or(Bounds::of_ball(DVec3::ZERO, 0.0))
 }
 
-/// The boxes that hold what a region looks at.
+/// The box that holds its patch and what the patch must not cross.
+fn patched(found: &Inspection, region: &Looking, sampled: &Bounds) -> Bounds {
+    let rims = region.holes.iter().flat_map(|h| &h.rim);
+    let (low, high) = bounds(rims.map(|&v| found.mesh.positions[v as usize]));
+    let rims = Bounds { low, high }.widened(RIM_REACH * low.distance(high));
+    let size = (sampled.high - sampled.low).max_element();
+    rims.join(&sampled.widened(PATCH_MARGIN * size))
+}
+
+/// What a region looks at: a box, and balls round the middles of cells of the box in which it samples.
 struct Reach {
+    patched: Bounds,
+    balls: Vec<(DVec3, f64)>,
+    /// Boxes of the balls.
     boxes: Vec<Bounds>,
     tree: BoxTree,
-    /// The box round all of them.
+    /// The box round all of that.
     whole: Bounds,
+    /// The size of the cells.
+    size: DVec3,
 }
 
 impl Reach {
-    /// That of a region which samples in a box; the faces that meet the box are given.
+    /// That of a region; the faces that meet the box of its patch are given.
     ///
-    /// For a point of a cell there is a known vertex in another cell, no farther than the middles of the two are apart and a diagonal,
-    /// and what is nearest to the point is no farther.
-    fn new(found: &Inspection, region: &Looking, inner: Bounds, faces: &[u32]) -> Self {
-        let size = (inner.high - inner.low) / CELLS as f64;
-        let is_known = |f: &&u32| match (found.topology.piece[**f as usize], &region.known) {
-            (NONE, _) => false,
-            (piece, known) => known.as_ref().is_none_or(|known| known[piece as usize]),
-        };
-        let known = faces.iter().filter(is_known);
-        let corners = known.flat_map(|&f| found.mesh.corners(f));
-        let rims = region.holes.iter().flat_map(|h| &h.rim);
-        let rims = rims.map(|&v| found.mesh.positions[v as usize]);
-        let mut holds_vertex = vec![false; CELLS.pow(3)];
-        for p in corners
-            .chain(rims)
-            .filter(|p| inner.contains(&Bounds::of_ball(*p, 0.0)))
-        {
-            let at = ((p - inner.low) / size).as_uvec3();
-            let [x, y, z] = at.min(UVec3::splat(CELLS as u32 - 1)).to_array();
-            holds_vertex[x as usize + CELLS * (y as usize + CELLS * z as usize)] = true;
-        }
-        let middle = |cell: usize| {
-            let at = [cell % CELLS, cell / CELLS % CELLS, cell / CELLS.pow(2)];
-            inner.low + size * (DVec3::from(at.map(|i| i as f64)) + 0.5)
-        };
-        let cells = 0..CELLS.pow(3);
-        let vertices: Vec<DVec3> = cells
-            .clone()
-            .filter(|&c| holds_vertex[c])
-            .map(middle)
-            .collect();
-        let mut boxes = vec![inner];
-        for from in cells.map(middle) {
-            let squares = vertices.iter().map(|to| from.distance_squared(*to));
+    /// What is nearest to a point of a cell is no farther from the cell's middle than some known vertex, and a diagonal.
+    fn new(
+        found: &Inspection,
+        region: &Looking,
+        [sampled, patched]: [Bounds; 2],
+        faces: &[u32],
+    ) -> Self {
+        let vertices = spread(&sampled, &known_vertices(found, region, faces));
+        let diagonal = (sampled.high - sampled.low).length() / CELLS as f64;
+        let ball = |middle: DVec3| {
+            let squares = vertices.iter().map(|v| middle.distance_squared(*v));
             let nearest = squares.fold(f64::INFINITY, f64::min).sqrt();
-            let reach = (nearest + 1.5 * size.length()) * (1.0 + ROUNDING);
-            let around = Bounds::of_ball(from, reach);
-            if reach.is_finite() && !inner.contains(&around) {
-                boxes.push(around);
-            }
-        }
-        let whole = boxes.iter().fold(inner, |all, b| all.join(b));
+            (middle, (nearest + diagonal) * (1.0 + ROUNDING))
+        };
+        let around = |(middle, radius): &(DVec3, f64)| Bounds::of_ball(*middle, *radius);
+        let mut balls: Vec<(DVec3, f64)> = middles(&sampled).map(ball).collect();
+        balls.retain(|ball| ball.1.is_finite() && !patched.contains(&around(ball)));
+        let boxes: Vec<Bounds> = balls.iter().map(around).collect();
         Self {
             tree: BoxTree::new(&boxes),
+            whole: boxes.iter().fold(patched, |all, b| all.join(b)),
             boxes,
-            whole,
+            balls,
+            patched,
+            size: (sampled.high - sampled.low) / CELLS as f64,
         }
     }
 
-    fn holds(&self, face: &Bounds) -> bool {
-        self.tree.find(&self.boxes, face, |_| true).is_some()
+    /// Those of some faces that it holds, and some beside them: all whose middles lie in one cell are asked for together.
+    fn held(&self, mesh: &Mesh, faces: &[u32]) -> Vec<u32> {
+        let cell = |f: u32| {
+            let Bounds { low, high } = Bounds::of(mesh.corners(f));
+            (0.5 * (low + high) / self.size).floor().as_ivec3()
+        };
+        let mut boxes: HashMap<IVec3, Bounds> = HashMap::new();
+        for &f in faces {
+            let bounds = Bounds::of(mesh.corners(f));
+            let all = boxes.entry(cell(f)).or_insert(bounds);
+            *all = all.join(&bounds);
+        }
+        let held = boxes.iter().filter(|(_, bounds)| self.holds(bounds));
+        let held: HashSet<IVec3> = held.map(|(cell, _)| *cell).collect();
+        let is_held = |f: &u32| held.contains(&cell(*f));
+        faces.iter().copied().filter(is_held).collect()
     }
+
+    fn holds(&self, bounds: &Bounds) -> bool {
+        let meets = |at: u32| {
+            let (middle, radius) = self.balls[at as usize];
+            bounds.gap(&Bounds::of_ball(middle, 0.0)) <= radius
+        };
+        self.patched.meets(bounds) || self.tree.find(&self.boxes, bounds, meets).is_some()
+    }
+}
+
+/// Vertices that a region knows: those of its rims, and of the faces that it knows.
+fn known_vertices(found: &Inspection, region: &Looking, faces: &[u32]) -> Vec<DVec3> {
+    let is_known = |f: &&u32| match (found.topology.piece[**f as usize], &region.known) {
+        (NONE, _) => false,
+        (piece, known) => known.as_ref().is_none_or(|known| known[piece as usize]),
+    };
+    let corners = faces.iter().filter(is_known);
+    let corners = corners.flat_map(|&f| found.mesh.faces[f as usize]);
+    let rims = region.holes.iter().flat_map(|h| h.rim.iter().copied());
+    rims.chain(corners)
+        .map(|v| found.mesh.positions[v as usize])
+        .collect()
+}
+
+/// Some of many points: one in each cell of a box, of cells half as large as those for samples; those outside count to the cells at the
+/// sides.
+fn spread(sampled: &Bounds, points: &[DVec3]) -> Vec<DVec3> {
+    let cells = 2 * CELLS;
+    let size = (sampled.high - sampled.low) / cells as f64;
+    let mut is_taken = vec![false; cells.pow(3)];
+    let is_first = |p: &&DVec3| {
+        let at = ((**p - sampled.low) / size).max(DVec3::ZERO).as_uvec3();
+        let [x, y, z] = at.min(UVec3::splat(cells as u32 - 1)).to_array();
+        let cell = x as usize + cells * (y as usize + cells * z as usize);
+        !std::mem::replace(&mut is_taken[cell], true)
+    };
+    points.iter().filter(is_first).copied().collect()
+}
+
+/// The middles of the cells of a box.
+fn middles(sampled: &Bounds) -> impl Iterator<Item = DVec3> {
+    let size = (sampled.high - sampled.low) / CELLS as f64;
+    let low = sampled.low;
+    (0..CELLS.pow(3)).map(move |cell| {
+        let at = [cell % CELLS, cell / CELLS % CELLS, cell / CELLS.pow(2)];
+        low + size * (DVec3::from(at.map(|i| i as f64)) + 0.5)
+    })
 }

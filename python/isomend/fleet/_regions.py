@@ -19,7 +19,7 @@ def fill_regions(
 ) -> Mended:
     """Fills the holes of one mesh on many cores or machines: the same, to the byte, as :meth:`isomend.Model.fill` makes.
 
-    It pays where a mesh has many large holes: each region is sent with the pieces of the mesh that it may look at.
+    It pays where a mesh has many holes that take long: each region is sent with the part of the mesh that it may look at.
 
     Args:
         model: The mesh.
@@ -30,6 +30,7 @@ def fill_regions(
     threads = options.pop("threads", None) or 1
     found = model.inspect()
     patches: dict[int, bytes] = {}
+    wider: list[int] = []
     with cluster(workers, threads, address) as ray:
         solve = ray.remote(isomend.solve_task).options(num_cpus=threads, max_retries=RETRIES)
         most = workers or 2 * max(1, int(ray.cluster_resources().get("CPU", 1)) // threads)
@@ -38,14 +39,21 @@ def fill_regions(
         def collect() -> None:
             ready, _ = ray.wait(list(pending), num_returns=1)
             for reference in ready:
-                patches[pending.pop(reference)] = ray.get(reference)
+                number, patch = pending.pop(reference), ray.get(reference)
+                if isomend.is_cramped(patch):
+                    wider.append(number)
+                patches[number] = patch
 
-        def send(task: bytes) -> None:
+        def send(task: bytes, number: int | None = None) -> None:
             while len(pending) >= most:
                 collect()
-            pending[solve.remote(task, threads=threads)] = len(patches) + len(pending)
+            pending[solve.remote(task, threads=threads)] = len(patches) + len(pending) if number is None else number
 
         found.each_task(send, **options)
-        while pending:
-            collect()
+        while pending or wider:
+            if wider:
+                number = wider.pop()
+                send(found.wide_task(number, **options), number)
+            else:
+                collect()
     return found.assemble([patches[number] for number in sorted(patches)], **options)
