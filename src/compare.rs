@@ -11,7 +11,7 @@ use crate::mesh::{Mesh, area_vector, face_normal};
 use crate::spatial::Bvh;
 
 /// The most samples that are taken of a mesh.
-pub const MOST_SAMPLES: usize = 100_000_000;
+pub const MOST_SAMPLES: usize = crate::parameters::tables::MOST_SAMPLES;
 /// Samples that are measured at a time: about 50 MB.
 const CHUNK: usize = 1 << 20;
 

@@ -87,6 +87,7 @@ pub mod compare;
 pub mod io;
 #[cfg(all(feature = "io", feature = "report"))]
 pub mod job;
+pub mod parameters;
 #[cfg(feature = "report")]
 pub mod report;
 #[cfg(feature = "study")]

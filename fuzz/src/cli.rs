@@ -7,3 +7,5 @@ pub mod arguments;
 pub mod config;
 #[path = "../../src/cli/mask.rs"]
 pub mod mask;
+#[path = "../../src/cli/parameters.rs"]
+pub mod parameters;

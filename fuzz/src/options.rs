@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
 
-use crate::cli::{arguments, config, mask};
+use crate::cli::{arguments, config, mask, parameters};
 
 /// A program with options of every kind that isomend's commands have.
 #[derive(Debug, Parser)]
@@ -27,12 +27,8 @@ struct Options {
     output: PathBuf,
     #[arg(long)]
     config: Option<PathBuf>,
-    #[arg(long, default_value = "auto", value_parser = arguments::voxel)]
-    voxel: isomend::VoxelSize,
-    #[arg(long, value_parser = arguments::choice)]
-    holes: Option<arguments::Choice>,
-    #[arg(long, value_parser = arguments::bridge)]
-    bridge: Vec<arguments::Ids>,
+    #[command(flatten)]
+    parameters: parameters::ParameterArgs<parameters::Fill>,
     #[arg(long, value_parser = arguments::count)]
     threads: Option<usize>,
     #[arg(short, long, conflicts_with = "verbose")]

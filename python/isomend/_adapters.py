@@ -14,7 +14,8 @@ from isomend._mesh import Mended, Model
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-    from isomend._params import FairOptions, FillOptions, Mask, RepairOptions, RestoreOptions
+    from isomend._options import FairOptions, FillOptions, RepairOptions, RestoreOptions
+    from isomend._params import Mask
 
 # Where a mesh has room for metadata, the report of what was done is there under this name, as JSON.
 REPORT = "isomend_report"

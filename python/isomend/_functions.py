@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
     from typing_extensions import Unpack
 
-    from isomend._params import FairOptions, FillOptions, Mask, Progress, RestoreOptions, Voxel
+    from isomend._options import FairOptions, RestoreOptions
+    from isomend._params import Mask, Progress, Voxel
 
     Path = Union[str, os.PathLike[str]]
 
@@ -264,7 +265,7 @@ def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = Non
     >>> done.a_to_b.max, done.kept.faces, round(done.b_to_a.max, 3)
     (0.0, 3, 0.331)
     """
-    samples = _params.count("samples", samples)
+    samples = _params.params("compare", {"samples": samples})["samples"]
     workers = None if threads is None else _params.count("threads", threads)
     first, second = as_model(a), as_model(b)
     return comparison(_isomend.compare(first._core, second._core, samples, workers))
@@ -368,7 +369,7 @@ def fair(
     >>> isomend.fair([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], strength=1.0, time=1.0)
     Traceback (most recent call last):
     ...
-    isomend._errors.ParameterError: time and strength say the same in two ways; give one of them
+    isomend._errors.ParameterError: strength and time exclude each other; give one of them
     """
     return Model(vertices, faces, point_data=point_data, cell_data=cell_data).fair(mark, **options)
 

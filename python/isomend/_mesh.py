@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from typing_extensions import Unpack
 
-    from isomend._params import FairOptions, FillOptions, Mask, RepairOptions, RestoreOptions, Voxel
+    from isomend._options import FairOptions, FillOptions, RepairOptions, RestoreOptions
+    from isomend._params import Mask, Voxel
 
 T = TypeVar("T")
 LOG = logging.getLogger("isomend")
@@ -232,14 +233,14 @@ class Model(_Shape):
     def check(self, *, thin: float | None = None, debris: float = 0.01, threads: int | None = None) -> Verdict:
         """Says whether the mesh is watertight and can be printed, and why not; see :func:`isomend.check`."""
         options = {"thin": thin, "debris": debris, "threads": threads}
-        params = _params.as_json(_params.plain_all({"thin": thin, "debris": debris}))
+        params = _params.as_json(_params.params("check", {"thin": thin, "debris": debris}))
         return Verdict(_isomend.check(self._core, params, _threads(threads)), (self, options))
 
     def sdf(
         self, *, voxel: Voxel = "auto", band: float | Literal["full"] = "full", threads: int | None = None
     ) -> Volume:
         """The signed distance of the mesh as a volume; see :func:`isomend.sdf`."""
-        params = _params.as_json(_params.plain_all({"voxel": voxel}) | {"band": _params.band(band)})
+        params = _params.as_json(_params.params("sdf", {"voxel": voxel, "band": band}))
         return Volume._of(_isomend.sdf(self._core, params, _threads(threads)))
 
     def plan(self, **options: Unpack[FillOptions]) -> dict[str, Any]:
@@ -443,13 +444,10 @@ def _work(command: str, mark: Mask | None, parameters: Mapping[str, Any], faces:
     mask = None if mark is None else _params.mask_of(mark, faces)
     if command == "fill":
         return _params.fill_work(parameters)
-    if command == "repair":
-        return {"repair": _params.repair_params(parameters)}
-    if command == "restore":
-        if mask is None:
-            raise EmptyMaskError("no region is marked")
-        return {"restore": [mask, _params.restore_params(parameters)]}
-    return {"fair": [mask, _params.fair_params(parameters)]}
+    params = _params.params(command, parameters)
+    if command == "restore" and mask is None:
+        raise EmptyMaskError("no region is marked")
+    return {command: params if command == "repair" else [mask, params]}
 
 
 def _mended(

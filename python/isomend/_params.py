@@ -1,12 +1,14 @@
-"""Parameters: from keywords to the JSON that the library reads. Names, defaults and bounds are the library's."""
+"""Parameters: from keywords to the JSON that the library reads. Names, kinds, bounds and paths are those of the library's tables."""
 
 from __future__ import annotations
 
+import functools
 import json
 import operator
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
+from typing import TYPE_CHECKING, Any, TypedDict, Union
 
+from isomend import _isomend
 from isomend._errors import ParameterError
 
 if TYPE_CHECKING:
@@ -26,84 +28,16 @@ class RunOptions(TypedDict, total=False):
     strict: bool
 
 
-class SolveOptions(RunOptions, total=False):
-    """The parameters that all works with patches have."""
-
-    voxel: Voxel
-    finish: Literal["auto", "willmore", "none"]
-    energy: Literal["willmore", "curvature-variation"]
-    variant: Literal["I", "II", "gauss-newton"]
-    steps: int | None
-    time_step: float | None
-    edge_ratio: float | None
-
-
-class FillOptions(SolveOptions, total=False):
-    """The parameters of a fill; see :func:`isomend.fill`."""
-
-    holes: Iterable[int] | None
-    keep_open: Iterable[int]
-    bridge: Iterable[Iterable[int]]
-    flat: Iterable[int]
-    max_diameter: float | None
-    surface: Literal["stitched", "whole"]
-    repair: bool
-
-
-class RepairOptions(SolveOptions, total=False):
-    """The parameters of a repair; see :func:`isomend.repair`."""
-
-    weld: float | None
-    debris: float | None
-    drop_inside: bool
-    keep_duplicates: bool
-    keep_orientation: bool
-    keep_non_manifold: bool
-    keep_crossings: bool
-    drop_unused: bool
-    keep_holes: bool
-    close_borders: bool
-    max_diameter: float | None
-
-
-class RestoreOptions(SolveOptions, total=False):
-    """The parameters of a restoration; see :func:`isomend.restore`."""
-
-    keep_shape: float
-    keep_vertices: bool
-
-
-class FairOptions(RunOptions, total=False):
-    """The parameters of a fairing; see :func:`isomend.fair`."""
-
-    strength: float | None
-    time: float | None
-    voxel: Voxel
-    variant: Literal["I", "II", "gauss-newton"]
-    edge_ratio: float | None
-    keep_vertices: bool
-
-
-CHOICES = {
-    "surface": ("stitched", "whole"),
-    "finish": ("auto", "willmore", "none"),
-    "energy": ("willmore", "curvature-variation"),
-    "variant": ("I", "II", "gauss-newton"),
-}
-
 RUN = ("threads", "progress", "strict")
 
-# The flags of a repair: what the library calls the step, and whether the flag leaves it out.
-REPAIR_FLAGS = {
-    "drop_inside": ("drop_inside", False),
-    "keep_duplicates": ("clean", True),
-    "keep_orientation": ("orient", True),
-    "keep_non_manifold": ("split", True),
-    "keep_crossings": ("crossings", True),
-    "drop_unused": ("drop_unused", False),
-    "keep_holes": ("holes", True),
-    "close_borders": ("borders", False),
-}
+Row: TypeAlias = "dict[str, Any]"
+
+
+@functools.lru_cache(maxsize=None)
+def tables() -> dict[str, dict[str, Row]]:
+    """The parameters of each command by their names, as the library declares them."""
+    document = json.loads(_isomend.parameters())
+    return {command: {row["name"]: row for row in rows} for command, rows in document.items()}
 
 
 def taken_apart(options: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -159,11 +93,13 @@ def positive(name: str, value: Any) -> float:
     return given
 
 
-def within(name: str, value: Any, least: float, most: float) -> float:
-    """A number between two bounds."""
-    given = number(name, value)
-    if not least <= given <= most:
-        raise ParameterError(f"{name} must lie between {least:g} and {most:g}, but is {given:g}")
+def bounded(row: Row, value: Any) -> float:
+    """A number that keeps the bounds of its parameter. Infinite ones are refused with all others; see :func:`as_json`."""
+    given, low, high = number(row["name"], value), row["low"], row["high"]
+    above = given > low or (given == low and not row["open"])
+    below = high is None or given < high or (given == high and not row["open"])
+    if not (above and below):
+        raise ParameterError(f"{row['name']} must be {row['allowed']}, but is {given:g}")
     return given
 
 
@@ -187,11 +123,6 @@ def flag(name: str, value: Any) -> bool:
     return bool(value)
 
 
-def band(value: Any) -> float | None:
-    """The length at which distances are cut off; none for ``"full"``."""
-    return None if isinstance(value, str) and value == "full" else positive("band", value)
-
-
 def wholes(name: str, values: Any) -> list[int]:
     """A list of whole numbers."""
     if isinstance(values, (str, bytes)) or not isinstance(values, Iterable):
@@ -199,79 +130,57 @@ def wholes(name: str, values: Any) -> list[int]:
     return [whole(name, value) for value in values]
 
 
-def plain(name: str, value: Any) -> Any:
-    """A parameter in the library's form."""
-    if name in ("holes", "keep_open", "flat"):
+def plain(row: Row, value: Any) -> Any:
+    """A value of a parameter in the library's form."""
+    name, kind = row["name"], row["kind"]
+    if kind == "flag":
+        return flag(name, value) == row["sets"]
+    if kind == "choice":
+        return choice(name, value, tuple(word["name"] for word in row["choices"]))
+    if kind == "holes":
         return wholes(name, value)
-    if name == "bridge":
-        return [wholes("each group of bridge", group) for group in value]
-    if name == "voxel":
-        return value if isinstance(value, str) and value == "auto" else {"length": positive(name, value)}
-    if name in ("max_diameter", "time_step", "strength", "time", "weld", "thin"):
-        return positive(name, value)
-    if name == "edge_ratio":
-        return within(name, value, 0.05, 20.0)
-    if name in ("keep_shape", "debris"):
-        return within(name, value, 0.0, 1.0)
-    if name == "steps":
-        return count(name, value)
-    if name in CHOICES:
-        return choice(name, value, CHOICES[name])
-    return value
+    if kind == "groups":
+        return [wholes(f"each group of {name}", group) for group in value]
+    if kind == "whole":
+        return int(bounded(row, whole(name, value)))
+    if kind == "voxel":
+        return value if isinstance(value, str) and value == "auto" else {"length": bounded(row, value)}
+    if kind == "band":
+        return None if isinstance(value, str) and value == "full" else bounded(row, value)
+    return bounded(row, value)
 
 
-def plain_all(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Parameters in the library's form; those that are ``None`` are left to it."""
-    return {name: plain(name, value) for name, value in parameters.items() if value is not None}
-
-
-def _without_repair(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], bool]:
-    """The parameters of a fill in the library's form, and whether the rest is to be repaired first."""
-    rest = dict(parameters)
-    repairs = flag("repair", rest.pop("repair", False))
-    return plain_all(rest), repairs
+def params(command: str, given: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a command in the library's form; those that are ``None`` are left to it."""
+    rows = tables()[command]
+    placed: dict[str, Any] = {}
+    chosen = {name: value for name, value in given.items() if value is not None and value is not False}
+    for name, value in given.items():
+        if name not in rows:
+            raise ParameterError(f"{command} has no parameter {name!r}; it has {', '.join(rows)}")
+        if value is None or not rows[name]["path"]:
+            continue
+        *steps, last = rows[name]["path"]
+        inner = placed
+        for step in steps:
+            inner = inner.setdefault(step, {})
+        inner[last] = plain(rows[name], value)
+        if name in chosen and rows[name]["excludes"] in chosen:
+            raise ParameterError(f"{name} and {rows[name]['excludes']} exclude each other; give one of them")
+    return placed
 
 
 def fill_work(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """The work of a fill, which may be one that repairs the rest first."""
-    fill, repairs = _without_repair(parameters)
+    fill, repairs = params("fill", parameters), flag("repair", parameters.get("repair") or False)
     return {"repair": {"fill": fill}} if repairs else {"fill": fill}
 
 
 def region_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """The parameters of a fill region by region, which repairs nothing else."""
-    fill, repairs = _without_repair(parameters)
-    if repairs:
+    if flag("repair", parameters.get("repair") or False):
         raise ParameterError("regions are those of a fill: call repair() first, or fill(…, repair=True) for both in one")
-    return fill
-
-
-def repair_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a repair, those of its fill among them."""
-    given = plain_all(parameters)
-    flags = {name: flag(name, given.pop(name)) for name in REPAIR_FLAGS if name in given}
-    if flags.get("keep_holes") and flags.get("close_borders"):
-        raise ParameterError("keep_holes leaves open what close_borders closes; give one of them")
-    steps: dict[str, Any] = {REPAIR_FLAGS[name][0]: value != REPAIR_FLAGS[name][1] for name, value in flags.items()}
-    own = {name: given.pop(name) for name in ("weld", "debris") if name in given}
-    return steps | own | {"fill": given}
-
-
-def restore_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a restoration, those of its fill among them."""
-    own = ("keep_shape", "keep_vertices")
-    given = plain_all(parameters)
-    fill = {name: value for name, value in given.items() if name not in own}
-    return {name: given[name] for name in own if name in given} | {"fill": fill}
-
-
-def fair_params(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of a fairing."""
-    given = plain_all(parameters)
-    extents = {name: given.pop(name) for name in ("time", "strength") if name in given}
-    if len(extents) > 1:
-        raise ParameterError("time and strength say the same in two ways; give one of them")
-    return given | ({"extent": extents} if extents else {})
+    return params("fill", parameters)
 
 
 def mask_of(mask: Mask, faces: int) -> dict[str, Any]:

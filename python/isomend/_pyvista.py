@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 
     from isomend._check import Verdict
     from isomend._mesh import Inspection
-    from isomend._params import FairOptions, FillOptions, Mask, RepairOptions, RestoreOptions
+    from isomend._options import FairOptions, FillOptions, RepairOptions, RestoreOptions
+    from isomend._params import Mask
 
 
 @pyvista.register_dataset_accessor("isomend", pyvista.PolyData)

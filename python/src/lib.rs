@@ -26,6 +26,12 @@ fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
     py.detach(|| isomend::cli::main(arguments.into_iter()).code())
 }
 
+/// The parameters of all commands as JSON: name, path, kind, bounds, default and sentence of each.
+#[pyfunction]
+fn parameters() -> PyResult<String> {
+    Ok(packed::json_of(&isomend::parameters::document())?)
+}
+
 #[pymodule]
 fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
@@ -35,6 +41,7 @@ fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<checked::Checked>()?;
     module.add_class::<volume::Volume>()?;
     module.add_function(wrap_pyfunction!(main, module)?)?;
+    module.add_function(wrap_pyfunction!(parameters, module)?)?;
     module.add_function(wrap_pyfunction!(checked::check, module)?)?;
     module.add_function(wrap_pyfunction!(compared::compare, module)?)?;
     module.add_function(wrap_pyfunction!(volume::sdf, module)?)?;

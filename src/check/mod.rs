@@ -18,6 +18,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::mesh::{Hole, Mesh, OpenChain, Topology};
+use crate::parameters::{OutOfBounds, tables};
 
 pub use components::Component;
 pub(crate) use components::components;
@@ -44,6 +45,17 @@ impl Default for CheckParams {
             thin: None,
             debris: 0.01,
         }
+    }
+}
+
+impl CheckParams {
+    /// Whether they make sense by themselves.
+    ///
+    /// # Errors
+    /// With the parameter that does not.
+    pub fn check(&self) -> Result<(), OutOfBounds> {
+        tables::THIN.check(self.thin)?;
+        tables::DEBRIS.check(self.debris)
     }
 }
 

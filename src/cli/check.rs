@@ -10,8 +10,9 @@ use isomend::report::verdict_lines;
 use super::console::{self, Console};
 use super::input;
 use super::json::Target;
+use super::parameters::{Check, ParameterArgs};
 use super::report::ReportArgs;
-use super::{CommonArgs, End, arguments};
+use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -35,16 +36,8 @@ pub struct CheckArgs {
     #[arg(value_name = "IN")]
     input: PathBuf,
 
-    /// Also look for parts thinner than this, in the mesh's units.
-    ///
-    /// The thickness at a face is the length of the ray from its centre inward to the next face that faces the other way, within
-    /// 60 degrees; faces that share a vertex with it do not count.
-    #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
-    thin: Option<f64>,
-
-    /// Call components debris that have less than this part of the largest one's area.
-    #[arg(long, value_name = "PART", default_value = "0.01", value_parser = arguments::part)]
-    debris: f64,
+    #[command(flatten)]
+    parameters: ParameterArgs<Check>,
 
     #[command(flatten)]
     report: ReportArgs,
@@ -62,10 +55,7 @@ pub fn run(args: &CheckArgs, console: &Console) -> anyhow::Result<End> {
     }
     let drawings = args.report.drawings(json)?;
     drawings.check(&place, None).map_err(super::told)?;
-    let params = CheckParams {
-        thin: args.thin,
-        debris: args.debris,
-    };
+    let params: CheckParams = args.parameters.params()?;
     let source = input::source(&args.input, args.common.from)?;
     let loaded = input::read(&source, console)?;
     let checked = job::check(&source, &loaded, &params, &drawings).map_err(super::told)?;

@@ -6,11 +6,13 @@ use clap::Args;
 use isomend::compare::{Comparison, Distances, SurfaceFacts};
 use isomend::job;
 use isomend::report::{length, point};
+use serde::Deserialize;
 
 use super::console::{self, Console};
 use super::input::{self, is_stream};
 use super::json::Target;
-use super::{CommonArgs, End, Usage, arguments};
+use super::parameters::{Compare, ParameterArgs};
+use super::{CommonArgs, End, Usage};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -32,12 +34,17 @@ pub struct CompareArgs {
     #[arg(value_name = "B")]
     b: PathBuf,
 
-    /// Samples on each mesh, at most 100 million.
-    #[arg(long, value_name = "N", default_value = "100000", value_parser = arguments::samples)]
-    samples: usize,
+    #[command(flatten)]
+    parameters: ParameterArgs<Compare>,
 
     #[command(flatten)]
     pub(super) common: CommonArgs,
+}
+
+/// How closely is looked.
+#[derive(Deserialize)]
+struct Samples {
+    samples: usize,
 }
 
 /// Reads both and compares.
@@ -52,8 +59,8 @@ pub fn run(args: &CompareArgs, console: &Console) -> anyhow::Result<End> {
     let a = input::read(&first, console)?;
     let second = input::source(&args.b, args.common.from)?;
     let b = input::read(&second, console)?;
-    let compared =
-        job::compare([(&first, &a), (&second, &b)], args.samples).map_err(super::told)?;
+    let Samples { samples } = args.parameters.params()?;
+    let compared = job::compare([(&first, &a), (&second, &b)], samples).map_err(super::told)?;
     if let Some(json) = &args.common.json {
         json.write(&compared.document())?;
     }

@@ -1,14 +1,14 @@
 //! `isomend fill`: find holes and fill them.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use isomend::job::Work;
 use isomend::{FillParams, RepairParams, SurfaceKind};
+use serde_json::Value;
 
-use super::arguments::{self, Choice, Ids};
 use super::console::Console;
 use super::files::{FilesArgs, Task};
-use super::solve::SolveArgs;
-use super::{CommonArgs, End, Usage};
+use super::parameters::{Fill, ParameterArgs};
+use super::{CommonArgs, End, Usage, solve};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -32,112 +32,56 @@ pub struct FillArgs {
     #[command(flatten)]
     files: FilesArgs,
 
-    /// Holes to fill, by their numbers: `all`, or such as `2,5`.
-    ///
-    /// Numbers are those of `isomend inspect`. An outer border is filled when it is named here.
-    #[arg(long, value_name = "all|ID,…", default_value = "all", value_parser = arguments::choice)]
-    holes: Choice,
-
-    /// Leave holes open that are wider than this, in the mesh's units, unless --holes names them.
-    #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
-    max_diameter: Option<f64>,
-
-    /// Leave these holes open.
-    #[arg(long, value_name = "ID,…", value_parser = arguments::ids)]
-    keep_open: Option<Ids>,
-
-    /// Fill these holes in one region whatever their distance, such as `3+7`; may be given several times.
-    ///
-    /// Holes that are near each other are joined without it.
-    #[arg(long, value_name = "ID+ID", value_parser = arguments::bridge)]
-    bridge: Vec<Ids>,
-
-    /// Close these holes by nearly flat caps instead of continuing the surface, such as `1,4`: necks, bases, mouths of vessels.
-    #[arg(long, value_name = "ID,…", value_parser = arguments::ids)]
-    flat: Option<Ids>,
-
-    /// What to write.
-    #[arg(
-        long,
-        value_enum,
-        value_name = "stitched|whole",
-        default_value = "stitched"
-    )]
-    surface: Surface,
-
-    /// First mend what else is wrong, as `isomend repair` does. The exit code is that of `isomend check` on what is written.
-    #[arg(long)]
-    repair: bool,
-
     #[command(flatten)]
-    solve: SolveArgs,
+    parameters: ParameterArgs<Fill>,
+
+    /// Exit with 3 unless every hole of more than four edges that was to be filled got a steady surface of the level set,
+    /// joined to its rim, that crosses no face.
+    #[arg(long)]
+    strict: bool,
 
     #[command(flatten)]
     pub(super) common: CommonArgs,
 }
 
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Surface {
-    /// The mesh with the patches stitched in.
-    Stitched,
-    /// The zero sets of the level sets alone, as marching cubes gives them.
-    Whole,
-}
-
 impl FillArgs {
-    fn params(&self) -> FillParams {
-        let list = |ids: &Ids| ids.0.clone();
-        let mut params = self.solve.params();
-        params.holes = match &self.holes {
-            Choice::All => None,
-            Choice::Some(ids) => Some(ids.clone()),
-        };
-        params.max_diameter = self.max_diameter;
-        params.keep_open = self.keep_open.as_ref().map(list).unwrap_or_default();
-        params.bridge = self.bridge.iter().map(list).collect();
-        params.flat = self.flat.as_ref().map(list).unwrap_or_default();
-        params.surface = match self.surface {
-            Surface::Stitched => SurfaceKind::Stitched,
-            Surface::Whole => SurfaceKind::Whole,
-        };
-        params
-    }
-
     /// What is to be done.
     ///
     /// # Errors
     /// When the options do not go together.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
-        self.solve.check()?;
-        let is_whole = matches!(self.surface, Surface::Whole);
-        if is_whole {
-            self.solve.check_whole()?;
+        let params: FillParams = self.parameters.params()?;
+        solve::check(&params)?;
+        if !self.parameters.flag("repair") {
+            return Ok(Work::Fill(params));
         }
-        if self.repair && is_whole {
+        if params.surface == SurfaceKind::Whole {
             let what = "--repair stitches patches into the mesh; --surface whole has the level sets alone, so leave one of them out";
             return Err(Usage(what.to_owned()).into());
         }
-        Ok(match self.repair {
-            true => {
-                let mut params = RepairParams::default();
-                params.fill = self.params();
-                Work::Repair(params)
-            }
-            false => Work::Fill(self.params()),
-        })
+        Ok(Work::Repair(RepairParams {
+            fill: params,
+            ..RepairParams::default()
+        }))
+    }
+
+    /// Whether a bound was given that has no effect, since the holes are named.
+    fn bounds_named_holes(&self) -> bool {
+        let names = self.parameters.value("holes").is_some_and(Value::is_array);
+        names && self.parameters.value("max_diameter").is_some()
     }
 }
 
 /// Reads, fills, writes.
 pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
     let work = args.work()?;
-    if args.max_diameter.is_some() && matches!(args.holes, Choice::Some(_)) {
+    if args.bounds_named_holes() {
         console.note("--max-diameter does nothing here: --holes names the holes that are filled");
     }
     let task = Task {
         work,
         common: &args.common,
-        strict: args.solve.strict,
+        strict: args.strict,
     };
     args.files.each(&task, console)
 }

@@ -16,6 +16,7 @@ mod json;
 mod manual;
 mod mask;
 mod outcome;
+mod parameters;
 mod progress;
 mod repair;
 mod report;

@@ -4,11 +4,10 @@ use clap::Args;
 use isomend::RepairParams;
 use isomend::job::Work;
 
-use super::arguments;
 use super::console::Console;
 use super::files::{FilesArgs, Task};
-use super::solve::SolveArgs;
-use super::{CommonArgs, End};
+use super::parameters::{ParameterArgs, Repair};
+use super::{CommonArgs, End, solve};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -31,77 +30,15 @@ pub struct RepairArgs {
     files: FilesArgs,
 
     #[command(flatten)]
-    steps: StepArgs,
+    parameters: ParameterArgs<Repair>,
 
-    /// Drop vertices that no face of the input uses.
+    /// Exit with 3 unless every hole of more than four edges that was to be filled got a steady surface of the level set,
+    /// joined to its rim, that crosses no face.
     #[arg(long)]
-    drop_unused: bool,
-
-    /// Leave the holes of the mesh open; those that the repair makes are filled.
-    #[arg(long)]
-    keep_holes: bool,
-
-    /// Close the outer borders of open sheets too, which are left open otherwise.
-    #[arg(long, conflicts_with = "keep_holes")]
-    close_borders: bool,
-
-    /// Leave holes open that are wider than this, in the mesh's units.
-    #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
-    max_diameter: Option<f64>,
-
-    #[command(flatten)]
-    solve: SolveArgs,
+    strict: bool,
 
     #[command(flatten)]
     pub(super) common: CommonArgs,
-}
-
-/// The steps of a repair but the last, the filling of holes.
-#[derive(Debug, Args)]
-pub struct StepArgs {
-    /// Merge vertices of the border that are no farther apart than this; those at exactly the same position are merged anyway.
-    #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
-    weld: Option<f64>,
-
-    /// Take out components with less than this part of the area of the largest one.
-    #[arg(long, value_name = "PART", value_parser = arguments::part)]
-    debris: Option<f64>,
-
-    /// Take out components that lie wholly inside another one.
-    #[arg(long)]
-    drop_inside: bool,
-
-    /// Leave coinciding vertices, and degenerate and duplicate faces.
-    #[arg(long)]
-    keep_duplicates: bool,
-
-    /// Turn no faces over.
-    #[arg(long)]
-    keep_orientation: bool,
-
-    /// Leave edges with more than two faces, and vertices where surfaces meet in a point only.
-    #[arg(long)]
-    keep_non_manifold: bool,
-
-    /// Leave faces that cross others.
-    #[arg(long)]
-    keep_crossings: bool,
-}
-
-impl StepArgs {
-    /// The parameters of a repair; holes are filled as usual.
-    pub fn params(&self) -> RepairParams {
-        RepairParams {
-            clean: !self.keep_duplicates,
-            weld: self.weld,
-            orient: !self.keep_orientation,
-            split: !self.keep_non_manifold,
-            debris: self.debris,
-            drop_inside: self.drop_inside,
-            crossings: !self.keep_crossings,
-            ..RepairParams::default()
-        }
-    }
 }
 
 impl RepairArgs {
@@ -110,13 +47,8 @@ impl RepairArgs {
     /// # Errors
     /// When the options do not go together.
     pub(super) fn work(&self) -> anyhow::Result<Work> {
-        self.solve.check()?;
-        let mut params = self.steps.params();
-        params.drop_unused = self.drop_unused;
-        params.holes = !self.keep_holes;
-        params.borders = self.close_borders;
-        params.fill = self.solve.params();
-        params.fill.max_diameter = self.max_diameter;
+        let params: RepairParams = self.parameters.params()?;
+        solve::check(&params.fill)?;
         Ok(Work::Repair(params))
     }
 }
@@ -126,7 +58,7 @@ pub fn run(args: &RepairArgs, console: &Console) -> anyhow::Result<End> {
     let task = Task {
         work: args.work()?,
         common: &args.common,
-        strict: args.solve.strict,
+        strict: args.strict,
     };
     args.files.each(&task, console)
 }

@@ -8,8 +8,8 @@ use isomend::job::Work;
 use super::console::Console;
 use super::files::{FilesArgs, Task};
 use super::mask::MaskArgs;
-use super::solve::SolveArgs;
-use super::{CommonArgs, End, arguments};
+use super::parameters::{ParameterArgs, Restore};
+use super::{CommonArgs, End, solve};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -29,15 +29,13 @@ pub struct RestoreArgs {
     #[command(flatten)]
     files: FilesArgs,
 
-    /// How much of the damaged shape to keep, from 0 (nothing) to 1 (all that the grid can hold).
-    ///
-    /// With W the flow starts from the damaged surface and is pulled to it: features narrower than about (1 - W) / W times
-    /// the diameter of the region go, wider ones stay.
-    #[arg(long, value_name = "W", default_value = "0", value_parser = arguments::part)]
-    keep_shape: f64,
-
     #[command(flatten)]
-    solve: SolveArgs,
+    parameters: ParameterArgs<Restore>,
+
+    /// Exit with 3 unless every hole of more than four edges that was to be filled got a steady surface of the level set,
+    /// joined to its rim, that crosses no face.
+    #[arg(long)]
+    strict: bool,
 
     #[command(flatten)]
     pub(super) common: CommonArgs,
@@ -58,10 +56,8 @@ impl RestoreArgs {
                 "no region is marked; give --ball, --box, --mask, --faces, --colour or --material"
             );
         };
-        self.solve.check()?;
-        let mut params = RestoreParams::default();
-        params.fill = self.solve.params();
-        params.keep_shape = self.keep_shape;
+        let params: RestoreParams = self.parameters.params()?;
+        solve::check(&params.fill)?;
         Ok(Work::Restore(mask, params))
     }
 }
@@ -71,7 +67,7 @@ pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
     let task = Task {
         work: args.work()?,
         common: &args.common,
-        strict: args.solve.strict,
+        strict: args.strict,
     };
     args.files.each(&task, console)
 }

@@ -10,10 +10,9 @@ use isomend::job::{self, VolumeSeconds};
 use isomend::report::length;
 use isomend::volume::VolumeParams;
 
-use super::arguments::{self, Band};
 use super::console::Console;
 use super::input::is_stream;
-use super::solve::VoxelArg;
+use super::parameters::{ParameterArgs, Sdf};
 use super::{CommonArgs, End, console, input};
 
 const EXAMPLES: &str = "\
@@ -22,16 +21,12 @@ Examples:
   isomend sdf bust.ply -o bust.vti --voxel 0.5 --band 2 only what lies near the surface is measured
   isomend surface bust.vti -o inner.ply --level -1      and back: one unit inside";
 
-const VOXEL: &str =
-    "Distance of neighbouring nodes in the mesh's units; `auto` takes 1/128 of the longest side";
-
 /// Write the signed distance of a whole model as a volume (VTI), negative inside.
 ///
 /// Distances are those to the triangles. Inside is where the generalized winding number exceeds one half, so that a model
 /// with holes has an inside too. The values are point data named `distance`, compressed with zlib.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-#[command(mut_arg("voxel", |voxel| voxel.help(VOXEL).long_help(VOXEL)))]
 pub struct SdfArgs {
     /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input.
     #[arg(value_name = "IN")]
@@ -42,11 +37,7 @@ pub struct SdfArgs {
     output: PathBuf,
 
     #[command(flatten)]
-    voxel: VoxelArg,
-
-    /// Cut distances off at this length, which is faster; `full` keeps all.
-    #[arg(long, value_name = "LENGTH|full", default_value = "full", value_parser = arguments::band)]
-    band: Band,
+    parameters: ParameterArgs<Sdf>,
 
     /// Write 64-bit floats instead of 32-bit ones.
     #[arg(long)]
@@ -78,10 +69,7 @@ pub fn run(args: &SdfArgs, console: &Console) -> anyhow::Result<End> {
     let source = input::source(&args.input, args.common.from)?;
     let loaded = input::read(&source, console)?;
     let reading = start.elapsed().as_secs_f64();
-    let params = VolumeParams {
-        voxel: args.voxel.voxel,
-        band: args.band.0,
-    };
+    let params: VolumeParams = args.parameters.params()?;
     let done = job::measure(&source, &loaded, &params).map_err(super::told)?;
     let volume = &done.measured.volume;
     let before_writing = Instant::now();

@@ -15,11 +15,11 @@ use isomend::study::experiments::{
     table1,
 };
 use isomend::study::{Frame, Observer, StudyError, StudyReport, to_svg};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::console::{self, Console};
 use super::json::Target;
-use super::solve::EnergyArg;
+use super::parameters::{ParameterArgs, Study};
 use super::{End, RunArgs, arguments};
 
 const EXAMPLES: &str = "\
@@ -43,7 +43,7 @@ pub struct StudyArgs {
     finest: Option<usize>,
 
     #[command(flatten)]
-    energy: EnergyArg,
+    parameters: ParameterArgs<Study>,
 
     /// Write the tables as comma-separated values.
     #[arg(long, value_name = "FILE")]
@@ -93,7 +93,7 @@ pub fn run(args: &StudyArgs, console: &Console) -> anyhow::Result<End> {
         folder: args.series.as_deref(),
         written: Mutex::new(BTreeMap::new()),
     };
-    let report = experiment(args, &recorder)?;
+    let report = experiment(args, args.energy()?, &recorder)?;
     recorder.finish()?;
     if let Some(path) = &args.csv {
         write_text(path, &report.csv())?;
@@ -118,6 +118,19 @@ pub fn run(args: &StudyArgs, console: &Console) -> anyhow::Result<End> {
     } else {
         End::InPart
     })
+}
+
+/// The parameters that are options here too.
+#[derive(Deserialize)]
+struct Solve {
+    energy: Energy,
+}
+
+impl StudyArgs {
+    fn energy(&self) -> anyhow::Result<Energy> {
+        let Solve { energy } = self.parameters.params()?;
+        Ok(energy)
+    }
 }
 
 /// What can be refused before the long work.
@@ -149,13 +162,17 @@ fn check(args: &StudyArgs) -> anyhow::Result<()> {
     {
         bail!("--finest is for table1, circle, surfaces and patches");
     }
-    if args.energy.energy() != Energy::Willmore && args.name != Experiment::Patches {
+    if args.energy()? != Energy::Willmore && args.name != Experiment::Patches {
         bail!("--energy is for patches");
     }
     Ok(())
 }
 
-fn experiment(args: &StudyArgs, observer: &Recorder) -> Result<StudyReport, StudyError> {
+fn experiment(
+    args: &StudyArgs,
+    energy: Energy,
+    observer: &Recorder,
+) -> Result<StudyReport, StudyError> {
     let finest = args.finest.unwrap_or(usize::MAX);
     match args.name {
         Experiment::Table1 => {
@@ -179,7 +196,7 @@ fn experiment(args: &StudyArgs, observer: &Recorder) -> Result<StudyReport, Stud
         }
         Experiment::Patches => {
             let mut settings = PatchesSettings::default();
-            settings.flow.energy = args.energy.energy();
+            settings.flow.energy = energy;
             settings.refinements.retain(|&r| 16 << r <= finest);
             patches(&settings, observer)
         }

@@ -1,13 +1,14 @@
 //! Work in the words of the command line: the options that ask for it.
 
 use clap::Parser;
-use isomend::flow::{Energy, Variant};
+use isomend::RepairParams;
 use isomend::job::Work;
+use isomend::parameters::{Kind, Table, tables};
 use isomend::view::{Command, Words};
-use isomend::{
-    FairExtent, FairParams, FillParams, Finish, RepairParams, RestoreParams, SurfaceKind, VoxelSize,
-};
+use serde::Serialize;
+use serde_json::Value;
 
+use super::parameters::typed;
 use super::{Cli, Command as Parsed};
 
 /// The command line's words for steps.
@@ -16,9 +17,9 @@ pub struct CommandLine;
 impl Words for CommandLine {
     fn command(&self, work: &Work, faces: Option<&str>) -> Result<Command, String> {
         let mut command = match work {
-            Work::Fill(params) => fill(params),
-            Work::Restore(_, params) => restore(params),
-            Work::Fair(_, params) => fair(params),
+            Work::Fill(params) => command(&tables::FILL, params),
+            Work::Restore(_, params) => command(&tables::RESTORE, params),
+            Work::Fair(_, params) => command(&tables::FAIR, params),
             Work::Repair(params) => repair(params),
             Work::Copy => Command::new(work.name()),
         };
@@ -72,92 +73,24 @@ fn without_files(mut work: Work) -> Work {
     work
 }
 
-fn fill(params: &FillParams) -> Command {
-    let mut command = Command::new("fill");
-    holes(&mut command, params);
-    solve(&mut command, params);
-    command
-}
-
-/// Which holes are filled, and how.
-fn holes(command: &mut Command, params: &FillParams) {
-    if let Some(ids) = &params.holes {
-        command.option("holes", joined(ids, ","));
-    }
-    if let Some(length) = params.max_diameter {
-        command.option("max-diameter", number(length));
-    }
-    if !params.keep_open.is_empty() {
-        command.option("keep-open", joined(&params.keep_open, ","));
-    }
-    for ids in &params.bridge {
-        command.option("bridge", joined(ids, "+"));
-    }
-    if !params.flat.is_empty() {
-        command.option("flat", joined(&params.flat, ","));
-    }
-    if params.surface == SurfaceKind::Whole {
-        command.option("surface", "whole");
-    }
-}
-
-/// The options of the solve.
-fn solve(command: &mut Command, params: &FillParams) {
-    voxel(command, params.voxel);
-    if params.energy == Energy::CurvatureVariation {
-        command.option("energy", "curvature-variation");
-    }
-    match params.finish {
-        Finish::Auto => {}
-        Finish::Willmore => command.option("finish", "willmore"),
-        Finish::None => command.option("finish", "none"),
-    }
-    variant(command, params.variant);
-    if let Some(step) = params.time_step {
-        command.option("time-step", number(step));
-    }
-    if let Some(steps) = params.steps {
-        command.option("steps", steps);
-    }
-    if let Some(ratio) = params.edge_ratio {
-        command.option("edge-ratio", number(ratio));
-    }
-}
-
-fn voxel(command: &mut Command, voxel: VoxelSize) {
-    if let VoxelSize::Length(length) = voxel {
-        command.option("voxel", number(length));
-    }
-}
-
-fn variant(command: &mut Command, variant: Variant) {
-    match variant {
-        Variant::GaussNewton => {}
-        Variant::I => command.option("variant", "I"),
-        Variant::II => command.option("variant", "II"),
-    }
-}
-
-fn restore(params: &RestoreParams) -> Command {
-    let mut command = Command::new("restore");
-    if params.keep_shape != 0.0 {
-        command.option("keep-shape", number(params.keep_shape));
-    }
-    solve(&mut command, &params.fill);
-    command
-}
-
-fn fair(params: &FairParams) -> Command {
-    let mut command = Command::new("fair");
-    match params.extent {
-        FairExtent::Auto => {}
-        FairExtent::Time(time) => command.option("time", number(time)),
-        FairExtent::Strength(length) => command.option("strength", number(length)),
-    }
-    voxel(&mut command, params.voxel);
-    variant(&mut command, params.variant);
-    if params.edge_ratio != FairParams::default().edge_ratio {
-        command.option("edge-ratio", number(params.edge_ratio));
+/// A command with the options of the parameters that are not the usual ones.
+fn command<P: Serialize + Default>(table: &'static Table, params: &P) -> Command {
+    let mut command = Command::new(table.command);
+    let json = |params: &P| serde_json::to_value(params).unwrap_or_default();
+    let (values, usual) = (json(params), json(&P::default()));
+    for (path, parameter) in table.entries() {
+        let at = |values: &Value| path.iter().fold(values.clone(), |v, step| v[*step].clone());
+        let value = at(&values);
+        if path.is_empty() || parameter.library_only || value == at(&usual) {
+            continue;
+        }
+        let name = parameter.option();
+        if matches!(parameter.kind, Kind::Flag(_)) {
+            command.flag(&name);
+        }
+        for text in typed(parameter, &value) {
+            command.option(&name, text);
+        }
     }
     command
 }
@@ -167,46 +100,9 @@ fn repair(params: &RepairParams) -> Command {
     let fills = &params.fill;
     let chosen = fills.holes.is_some() || !fills.bridge.is_empty();
     if chosen || !fills.keep_open.is_empty() || !fills.flat.is_empty() {
-        let mut command = fill(fills);
+        let mut command = command(&tables::FILL, fills);
         command.flag("repair");
         return command;
     }
-    let mut command = Command::new("repair");
-    if let Some(length) = params.weld {
-        command.option("weld", number(length));
-    }
-    if let Some(part) = params.debris {
-        command.option("debris", number(part));
-    }
-    let flags = [
-        ("drop-inside", params.drop_inside),
-        ("keep-duplicates", !params.clean),
-        ("keep-orientation", !params.orient),
-        ("keep-non-manifold", !params.split),
-        ("keep-crossings", !params.crossings),
-        ("drop-unused", params.drop_unused),
-        ("keep-holes", !params.holes),
-        ("close-borders", params.borders),
-    ];
-    for (name, _) in flags.iter().filter(|(_, is_set)| *is_set) {
-        command.flag(name);
-    }
-    if let Some(length) = fills.max_diameter {
-        command.option("max-diameter", number(length));
-    }
-    solve(&mut command, fills);
-    command
-}
-
-/// A number that reads as the same.
-fn number(x: f64) -> String {
-    match x.abs() {
-        size if (1e-5..1e15).contains(&size) => x.to_string(),
-        _ => format!("{x:e}"),
-    }
-}
-
-fn joined(ids: &[usize], separator: &str) -> String {
-    let ids: Vec<String> = ids.iter().map(usize::to_string).collect();
-    ids.join(separator)
+    command(&tables::REPAIR, params)
 }

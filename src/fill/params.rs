@@ -72,7 +72,7 @@ pub struct FillParams {
 
 impl FillParams {
     /// The largest number of steps on a grid: each is kept in the report.
-    pub const MOST_STEPS: usize = 1_000_000;
+    pub const MOST_STEPS: usize = crate::parameters::solve::MOST_STEPS;
 
     /// Length of the patch's edges over that of the edges round the hole.
     pub fn edge_ratio(&self) -> f64 {

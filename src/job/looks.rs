@@ -8,7 +8,7 @@ use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Sou
 use crate::check::{CheckParams, Verdict};
 use crate::compare::{Comparison, compare as compare_meshes};
 use crate::io::Loaded;
-use crate::mend::Inspection;
+use crate::mend::{FillError, Inspection};
 use crate::mesh::mask::Selection;
 use crate::mesh::{Defects, OpenChain};
 
@@ -114,6 +114,7 @@ pub fn check<'a>(
     params: &CheckParams,
     drawings: &Drawings,
 ) -> Result<Checked<'a>, JobError> {
+    params.check().map_err(FillError::from)?;
     let place = &source.place;
     let found = Inspection::new(&loaded.mesh).map_err(|error| JobError::Inspect {
         name: place.name(),

@@ -52,7 +52,10 @@ impl Work {
                 }
             }
             Self::Repair(params) => Ok(params.check()?),
-            Self::Fair(mask, _) => mask.as_ref().map_or(Ok(()), MaskSpec::check),
+            Self::Fair(mask, params) => {
+                mask.as_ref().map_or(Ok(()), MaskSpec::check)?;
+                Ok(params.check()?)
+            }
             Self::Copy => Ok(()),
         }
     }

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::mesh::{Mesh, MeshError, length};
+use crate::parameters::OutOfBounds;
 
 /// Most threads of a run.
 pub(super) const MOST_THREADS: usize = 1024;
@@ -22,12 +23,15 @@ pub enum FillError {
         /// Number of holes.
         count: usize,
     },
-    /// A parameter makes no sense.
+    /// Parameters do not go together.
     #[error("{what}")]
     Parameter {
         /// What is wrong and what would be right.
         what: &'static str,
     },
+    /// A number that a parameter cannot have.
+    #[error(transparent)]
+    Bounds(#[from] OutOfBounds),
     /// The voxel would need too large a grid.
     #[error(
         "a voxel of {} makes too large a grid for the widest hole that is to be filled; the smallest that fits is about \
@@ -107,9 +111,6 @@ pub enum RestoreError {
         /// Where.
         z: f64,
     },
-    /// The part of the shape to be kept is no such part.
-    #[error("the part of the shape to keep must lie between 0 and 1, but is {0}")]
-    KeepShape(f64),
 }
 
 impl RestoreError {

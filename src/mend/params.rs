@@ -5,25 +5,16 @@ use serde::{Deserialize, Serialize};
 use super::FillError;
 use crate::fill::{FillParams, Finish, SurfaceKind};
 use crate::flow::{Energy, Variant};
+use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
-
-/// The edge ratios that meshes can have.
-const EDGE_RATIOS: std::ops::Range<f64> = 0.05..20.0;
 
 impl FillParams {
     /// Whether they make sense by themselves.
     ///
     /// # Errors
-    /// [`FillError::Parameter`].
+    /// [`FillError::Bounds`] and [`FillError::Parameter`].
     pub fn check(&self) -> Result<(), FillError> {
-        if let VoxelSize::Length(v) = self.voxel
-            && !(v.is_finite() && v > 0.0)
-        {
-            return Err(FillError::Parameter {
-                what: "the voxel size must be a positive length, or automatic",
-            });
-        }
-        check_edge_ratio(self.edge_ratio())?;
+        self.bounds()?;
         if self.bridges(&self.flat) {
             return Err(FillError::Parameter {
                 what: "a hole that is bridged to others gets no flat cap",
@@ -34,35 +25,17 @@ impl FillParams {
                 what: "flat caps come without a level set: they can only be stitched in",
             });
         }
-        if self.max_diameter.is_some_and(|d| d.is_nan() || d <= 0.0) {
-            return Err(FillError::Parameter {
-                what: "the largest diameter must be a positive length",
-            });
-        }
-        if self
-            .steps
-            .is_some_and(|n| !(1..=Self::MOST_STEPS).contains(&n))
-        {
-            return Err(FillError::Parameter {
-                what: "the number of steps must be a whole number from 1 to 1000000",
-            });
-        }
-        if self.time_step.is_some_and(|t| t.is_nan() || t <= 0.0) {
-            return Err(FillError::Parameter {
-                what: "the time step must be positive",
-            });
-        }
         Ok(())
     }
-}
 
-pub(super) fn check_edge_ratio(ratio: f64) -> Result<(), FillError> {
-    if ratio > EDGE_RATIOS.start && ratio < EDGE_RATIOS.end {
-        return Ok(());
+    /// Whether all numbers keep their bounds.
+    fn bounds(&self) -> Result<(), OutOfBounds> {
+        solve::VOXEL.check(self.voxel.length())?;
+        solve::EDGE_RATIO.check(self.edge_ratio())?;
+        solve::MAX_DIAMETER.check(self.max_diameter)?;
+        solve::STEPS.check(self.steps.map(|n| n as f64))?;
+        solve::TIME_STEP.check(self.time_step)
     }
-    Err(FillError::Parameter {
-        what: "the edge ratio must lie between 0.05 and 20",
-    })
 }
 
 impl Default for FillParams {
@@ -130,6 +103,22 @@ pub struct FairParams {
     pub edge_ratio: f64,
     /// Keeps vertices that no face uses any more, so that those of the input keep their numbers.
     pub keep_vertices: bool,
+}
+
+impl FairParams {
+    /// Whether they make sense by themselves.
+    ///
+    /// # Errors
+    /// [`FillError::Bounds`].
+    pub fn check(&self) -> Result<(), FillError> {
+        match self.extent {
+            FairExtent::Time(time) => tables::TIME.check(time)?,
+            FairExtent::Strength(strength) => tables::STRENGTH.check(strength)?,
+            FairExtent::Auto => {}
+        }
+        solve::VOXEL.check(self.voxel.length())?;
+        Ok(tables::FAIR_EDGE_RATIO.check(self.edge_ratio)?)
+    }
 }
 
 impl Default for FairParams {

@@ -11,6 +11,7 @@ use super::{FillError, Filled, Inspection, RestoreError};
 use crate::fill::{FillParams, ReferenceSurface};
 use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
+use crate::parameters::tables;
 
 /// A mesh whose marked region was replaced.
 #[derive(Clone, Debug)]
@@ -87,13 +88,11 @@ impl RestoreParams {
     /// Whether they make sense by themselves.
     ///
     /// # Errors
-    /// [`FillError::Parameter`] and [`RestoreError::KeepShape`].
+    /// [`FillError::Bounds`] and [`FillError::Parameter`].
     pub fn check(&self) -> Result<(), RestoreError> {
         self.fill.check()?;
-        if !(0.0..=1.0).contains(&self.keep_shape) {
-            return Err(RestoreError::KeepShape(self.keep_shape));
-        }
-        Ok(())
+        let part = tables::KEEP_SHAPE.check(self.keep_shape);
+        Ok(part.map_err(FillError::Bounds)?)
     }
 }
 

@@ -61,6 +61,16 @@ pub enum VoxelSize {
     Length(f64),
 }
 
+impl VoxelSize {
+    /// The length that was asked for.
+    pub fn length(self) -> Option<f64> {
+        match self {
+            Self::Auto => None,
+            Self::Length(length) => Some(length),
+        }
+    }
+}
+
 /// The lattice on which holes are filled together.
 #[derive(Clone, Debug)]
 pub struct Region {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::check::Verdict;
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport};
+use crate::parameters::tables;
 
 /// Parameters of a repair. Make one by [`RepairParams::default`] and set what is to differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -57,17 +58,11 @@ impl RepairParams {
     /// Whether they make sense by themselves.
     ///
     /// # Errors
-    /// [`FillError::Parameter`].
+    /// [`FillError::Bounds`] and [`FillError::Parameter`].
     pub fn check(&self) -> Result<(), FillError> {
         let bad = |what| Err(FillError::Parameter { what });
-        if self.weld.is_some_and(|l| !(l.is_finite() && l >= 0.0)) {
-            return bad("the length within which vertices are merged must not be negative");
-        }
-        if self.debris.is_some_and(|part| !(0.0..=1.0).contains(&part)) {
-            return bad(
-                "the part of an area below which components are debris must lie between 0 and 1",
-            );
-        }
+        tables::WELD.check(self.weld)?;
+        tables::DEBRIS.check(self.debris)?;
         if self.fill.surface == crate::fill::SurfaceKind::Whole {
             return bad(
                 "a repair is stitched into the mesh; whole level sets come from a fill alone",

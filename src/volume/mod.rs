@@ -12,6 +12,7 @@ use thiserror::Error;
 
 use crate::grid::Volume;
 use crate::mesh::{Mesh, MeshError, Topology, bounds, length, welded};
+use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
 use crate::spatial::Bvh;
 pub use points::signed_distances;
@@ -46,6 +47,17 @@ impl Default for VolumeParams {
     }
 }
 
+impl VolumeParams {
+    /// Whether they make sense by themselves.
+    ///
+    /// # Errors
+    /// With the parameter that does not.
+    pub fn check(&self) -> Result<(), OutOfBounds> {
+        solve::VOXEL.check(self.voxel.length())?;
+        tables::BAND.check(self.band)
+    }
+}
+
 /// Why there is no signed distance.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -56,12 +68,15 @@ pub enum VolumeError {
     /// All faces are degenerate.
     #[error("all faces are degenerate; there is no surface to measure distances from")]
     NoSurface,
-    /// A parameter makes no sense.
+    /// A parameter makes no sense for this mesh.
     #[error("{what}")]
     Parameter {
         /// What is wrong and what would be right.
         what: String,
     },
+    /// A number that a parameter cannot have.
+    #[error(transparent)]
+    Bounds(#[from] OutOfBounds),
     /// The volume would be too large.
     #[error(
         "a voxel of {} makes {} x {} x {} nodes, more than the {MOST_NODES} there may be; the smallest voxel that fits is \
@@ -125,6 +140,7 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
             .elapsed()
             .as_secs_f64()
     };
+    params.check()?;
     mesh.validate()?;
     let (mut mesh, _) = welded(mesh);
     let topology = Topology::new(&mut mesh);
@@ -183,9 +199,6 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
         VoxelSize::Length(voxel) => voxel,
     };
     let refuse = |what: String| Err(VolumeError::Parameter { what });
-    if !(voxel.is_finite() && voxel > 0.0) {
-        return refuse("the voxel size must be a positive length, or `auto`".to_owned());
-    }
     let longest = size.max_element();
     if voxel > longest {
         return refuse(format!(
@@ -195,7 +208,7 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
         ));
     }
     if let Some(band) = params.band
-        && !(band.is_finite() && band >= voxel)
+        && band < voxel
     {
         return refuse(format!(
             "the band must be at least a voxel wide, which is {voxel}, or full"

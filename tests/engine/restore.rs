@@ -10,7 +10,7 @@ use isomend::io::{WriteOptions, read_path, write_path};
 use isomend::mesh::Attributes;
 use isomend::mesh::attributes::LabelKind;
 use isomend::mesh::mask::{Mask, Selector};
-use isomend::{FillParams, Mesh, RestoreError, RestoreParams, fill, restore};
+use isomend::{FillError, FillParams, Mesh, RestoreError, RestoreParams, fill, restore};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -294,7 +294,10 @@ fn what_cannot_be_restored_is_refused() {
     keep_shape.keep_shape = 1.5;
     let marked = ball(DVec3::Z, 0.4, &mesh);
     let part = restore(&mesh, &marked, &keep_shape).unwrap_err();
-    assert!(matches!(part, RestoreError::KeepShape(_)), "{part}");
+    assert!(
+        matches!(part, RestoreError::Fill(FillError::Bounds(_))),
+        "{part}"
+    );
     let empty = refused(&Mesh::default(), &[]);
     assert!(empty.to_string().contains("no faces"), "{empty}");
 }

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from isomend._mesh import Mended, Model
-    from isomend._params import FillOptions
+    from isomend._options import FillOptions
 
 
 def fill_regions(

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::control::Control;
 use super::cut::{CutResult, count};
-use super::params::{FairParams, check_edge_ratio};
+use super::params::FairParams;
 use super::report::FairReport;
 use super::{FillError, Inspection, RestoreError, inspect};
 use crate::fill::TriangulatedReason;
@@ -221,8 +221,8 @@ fn prepare(
     if let Some(marked) = marked {
         RestoreError::check_marks(&found.input, marked)?;
     }
+    params.check()?;
     let plan = Plan::new(found, marked, params)?;
-    check_edge_ratio(params.edge_ratio)?;
     let target = match marked {
         Some(marked) => Target::Part(marked.to_vec(), 0),
         None if found.holes.is_empty() && found.open_chains.is_empty() => Target::Whole,

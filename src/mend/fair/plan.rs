@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use glam::DVec3;
 
+use super::super::Inspection;
 use super::super::control::{Control, Watch};
 use super::super::cut::{CutResult, count};
 use super::super::params::{FairExtent, FairParams};
 use super::super::report::{FairReport, FillReport};
-use super::super::{FillError, Inspection};
 use super::{FairError, Faired};
 use crate::fill::{ClosedBy, FailedReason, FillParams, HoleOutcome, RegionReport};
 use crate::flow::{FlowSettings, Pace};
@@ -65,7 +65,6 @@ impl Plan {
     ) -> Result<Self, FairError> {
         let sizes = Sizes::new(found, marked).ok_or(FairError::NoSurface)?;
         let Sizes { edge, area, .. } = sizes;
-        let bad = |what| FillError::Parameter { what };
         let finest = (LEAST_PER_EDGE * edge).max((area / USUAL_SQUARES).sqrt());
         let fits = LEAST_VOXELS * finest;
         let strength = match params.extent {
@@ -73,9 +72,6 @@ impl Plan {
             FairExtent::Strength(strength) => strength,
             FairExtent::Auto => fits.max(STRENGTH_EDGES * edge),
         };
-        if !(strength.is_finite() && strength > 0.0) {
-            return Err(bad("the time and the strength must be positive").into());
-        }
         let span = match params.extent {
             FairExtent::Time(time) => TimeSpan {
                 time,
@@ -90,9 +86,6 @@ impl Plan {
             VoxelSize::Auto => (strength / PER_FEATURE).max(finest),
             VoxelSize::Length(voxel) => voxel,
         };
-        if !(voxel.is_finite() && voxel > 0.0) {
-            return Err(bad("the voxel size must be a positive length, or automatic").into());
-        }
         sizes.check(strength, voxel, params.voxel)?;
         // The error names the strength rounded.
         if params.voxel == VoxelSize::Auto && strength < (1.0 - 1e-3) * fits {

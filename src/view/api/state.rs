@@ -24,6 +24,7 @@ use crate::io::Format;
 use crate::mend::{FairParams, RestoreParams};
 use crate::mesh::Attributes;
 use crate::mesh::attributes::{Attribute, Role, SIGMA_NAME};
+use crate::parameters;
 use crate::repair::RepairParams;
 
 /// Seconds after which a line is sent to a page that is told nothing, so that both sides know of each other.
@@ -79,6 +80,7 @@ fn told(app: &App) -> Value {
         "attributes": attribute_rows(&current.loaded.attributes),
         "errors": current.errors.is_known(),
         "texture": texture,
+        "parameters": parameters::document(),
         "defaults": {
             "fill": usual::<FillParams>(),
             "restore": usual::<RestoreParams>(),

@@ -281,7 +281,7 @@ async function begin() {
   const app = window.isomend = new App();
   useTheme(() => app.viewer?.refresh());
   const started = performance.now();
-  const state = await app.model.fetchState(), { states, current, scene, defaults, file, formats } = state;
+  const state = await app.model.fetchState(), { states, current, scene, parameters, defaults, file, formats } = state;
   // The mesh comes while the graphics card gets ready.
   app.model.mesh(current).catch(() => null);
   app.viewer = new Viewer(find("#view"), { radius: scene.radius, faces: states.find((s) => s.id === current).faces, parts: true });
@@ -297,7 +297,7 @@ async function begin() {
     const mesh = app.mesh();
     return mesh?.topology ? { mesh, mask: mesh.mask, topology: mesh.topology } : null;
   }, (words = "", trouble = false) => app.painted(words, trouble));
-  app.steps.start(defaults);
+  app.steps.start(parameters, defaults);
   app.save.start({ file, formats });
   Object.assign(viewer.camera, app.home());
   app.setBrush(scene.radius / 15);

@@ -26,13 +26,13 @@ class Steps {
     return find("[name=kind]:checked").value;
   }
 
-  /** The forms, with the defaults that the program tells. */
-  start(defaults) {
-    for (const kind of Object.keys(FIELDS)) {
+  /** The forms, with the parameters and defaults that the program has. */
+  start(parameters, defaults) {
+    for (const kind of KINDS) {
       const box = document.createElement("div");
       box.id = "fields-" + kind;
       find("#fields").append(box);
-      this.forms[kind] = new Form(box, kind, defaults[kind] || {});
+      this.forms[kind] = new Form(box, kind, parameters[kind], defaults[kind]);
     }
     // Enter in a field runs; the button itself is not shown.
     find("#fields").append(Object.assign(document.createElement("button"), { className: "hidden", tabIndex: -1, textContent: "Run" }));

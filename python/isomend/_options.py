@@ -1,0 +1,66 @@
+"""The keywords of functions, written from the library's tables of parameters: see docs/ARCHITECTURE.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal
+
+from isomend._params import RunOptions, Voxel
+
+
+class SolveOptions(RunOptions, total=False):
+    """The parameters of all works that fill holes."""
+
+    voxel: Voxel
+    energy: Literal["willmore", "curvature-variation"]
+    finish: Literal["auto", "willmore", "none"]
+    variant: Literal["I", "II", "gauss-newton"]
+    time_step: float | None
+    steps: int | None
+    edge_ratio: float | None
+
+
+class FillOptions(SolveOptions, total=False):
+    """The keywords of :func:`isomend.fill`."""
+
+    holes: Iterable[int] | None
+    max_diameter: float | None
+    keep_open: Iterable[int]
+    bridge: Iterable[Iterable[int]]
+    flat: Iterable[int]
+    surface: Literal["stitched", "whole"]
+    repair: bool
+
+
+class RepairOptions(SolveOptions, total=False):
+    """The keywords of :func:`isomend.repair`."""
+
+    weld: float | None
+    debris: float | None
+    drop_inside: bool
+    keep_duplicates: bool
+    keep_orientation: bool
+    keep_non_manifold: bool
+    keep_crossings: bool
+    drop_unused: bool
+    keep_holes: bool
+    close_borders: bool
+    max_diameter: float | None
+
+
+class RestoreOptions(SolveOptions, total=False):
+    """The keywords of :func:`isomend.restore`."""
+
+    keep_shape: float
+    keep_vertices: bool
+
+
+class FairOptions(RunOptions, total=False):
+    """The keywords of :func:`isomend.fair`."""
+
+    strength: float | None
+    time: float | None
+    voxel: Voxel
+    variant: Literal["I", "II", "gauss-newton"]
+    edge_ratio: float
+    keep_vertices: bool

@@ -1,0 +1,230 @@
+//! The options of a command's parameters, as the tables of `isomend::parameters` have them: their help, their values as JSON, and
+//! values as they are typed.
+
+use std::marker::PhantomData;
+
+use anyhow::Context;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
+use isomend::parameters::{Choice, Kind, Parameter, Table, Usual, tables};
+use serde::de::DeserializeOwned;
+use serde_json::{Map, Value};
+
+use super::arguments;
+
+/// A command whose parameters are options.
+pub trait OfCommand {
+    /// Its parameters.
+    const TABLE: &'static Table;
+}
+
+macro_rules! commands {
+    ($($name:ident $table:ident),*) => {$(
+        #[derive(Debug)]
+        pub struct $name;
+
+        impl OfCommand for $name {
+            const TABLE: &'static Table = &tables::$table;
+        }
+    )*};
+}
+
+commands!(Fill FILL, Restore RESTORE, Fair FAIR, Repair REPAIR, Check CHECK, Sdf SDF, Compare COMPARE, Study STUDY);
+
+/// The parameters that were given for a command, and the defaults of those that have one.
+#[derive(Debug)]
+pub struct ParameterArgs<C> {
+    /// Values by the names of their parameters, serialised.
+    given: Map<String, Value>,
+    command: PhantomData<C>,
+}
+
+impl<C: OfCommand> ParameterArgs<C> {
+    /// The value of a parameter; none where it was not given and has no default.
+    pub fn value(&self, name: &str) -> Option<&Value> {
+        self.given.get(name)
+    }
+
+    /// Whether a flag was given.
+    pub fn flag(&self, name: &str) -> bool {
+        self.given.contains_key(name)
+    }
+
+    /// The parameters of the command; those that were not given are the usual ones.
+    ///
+    /// # Errors
+    /// When the table does not fit the parameters, which a test rules out.
+    pub fn params<P: DeserializeOwned>(&self) -> anyhow::Result<P> {
+        let mut params = Value::Object(Map::new());
+        for (path, parameter) in C::TABLE.entries() {
+            if let Some(value) = self.given.get(parameter.name)
+                && !path.is_empty()
+            {
+                place(&mut params, &path, value.clone());
+            }
+        }
+        serde_json::from_value(params).context("the options do not fit the parameters")
+    }
+}
+
+/// Puts a value at its path.
+fn place(params: &mut Value, path: &[&str], value: Value) {
+    let mut at = params;
+    for step in path {
+        at = &mut at[*step];
+    }
+    *at = value;
+}
+
+impl<C: OfCommand> Args for ParameterArgs<C> {
+    fn augment_args(command: Command) -> Command {
+        options(C::TABLE).fold(command, |command, p| command.arg(argument(p)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl<C: OfCommand> FromArgMatches for ParameterArgs<C> {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let value = |p: &Parameter| Some((p.name.to_owned(), given(p, matches)?));
+        Ok(Self {
+            given: options(C::TABLE).filter_map(value).collect(),
+            command: PhantomData,
+        })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+/// The parameters of a command that are options.
+fn options(table: &'static Table) -> impl Iterator<Item = &'static Parameter> {
+    let parameters = table.entries().map(|(_, parameter)| parameter);
+    parameters.filter(|parameter| !parameter.library_only)
+}
+
+/// The value of an option, serialised.
+fn given(parameter: &Parameter, matches: &ArgMatches) -> Option<Value> {
+    match parameter.kind {
+        Kind::Flag(value) => matches
+            .get_flag(parameter.name)
+            .then_some(Value::Bool(value)),
+        Kind::Groups => {
+            let groups = matches.get_many::<Value>(parameter.name)?;
+            Some(groups.cloned().collect())
+        }
+        _ => matches.get_one(parameter.name).cloned(),
+    }
+}
+
+/// The option of a parameter.
+pub fn argument(parameter: &'static Parameter) -> Arg {
+    let mut argument = Arg::new(parameter.name).long(parameter.option());
+    let mut help = parameter.sentence.to_owned();
+    match parameter.default {
+        Usual::Value(text) => argument = argument.default_value(text),
+        Usual::Unset => {}
+        usual => help = format!("{} [default: {}]", help.trim_end_matches('.'), usual.text()),
+    }
+    if parameter.details.is_empty() {
+        help = help.trim_end_matches('.').to_owned();
+    } else {
+        argument = argument.long_help(format!("{help}\n\n{}", parameter.details));
+    }
+    argument = argument.help(help.trim_end_matches('.').to_owned());
+    if !parameter.excludes.is_empty() {
+        argument = argument.conflicts_with(parameter.excludes);
+    }
+    match parameter.kind {
+        Kind::Flag(_) => argument.action(ArgAction::SetTrue),
+        Kind::Choice(choices) => argument
+            .value_name(parameter.kind.placeholder())
+            .ignore_case(true)
+            .value_parser(words(choices)),
+        kind => argument
+            .value_name(kind.placeholder())
+            .action(match kind {
+                Kind::Groups => ArgAction::Append,
+                _ => ArgAction::Set,
+            })
+            .value_parser(move |text: &str| parsed(parameter, text)),
+    }
+}
+
+/// The parser of a choice.
+fn words(choices: &'static [Choice]) -> impl TypedValueParser<Value = Value> {
+    let possible = choices.iter().map(|choice| {
+        let value = PossibleValue::new(choice.name);
+        match choice.sentence {
+            "" => value,
+            sentence => value.help(sentence.trim_end_matches('.')),
+        }
+    });
+    PossibleValuesParser::new(possible).map(|text| {
+        let same = |choice: &&Choice| choice.name.eq_ignore_ascii_case(&text);
+        let name = choices.iter().find(same).map(|choice| choice.name);
+        Value::from(name.unwrap_or_default())
+    })
+}
+
+/// A value as it is typed, serialised.
+fn parsed(parameter: &Parameter, text: &str) -> Result<Value, String> {
+    let number = || {
+        let bounds = parameter.kind.bounds()?;
+        let value = text.parse::<f64>().ok()?;
+        bounds.hold(value).then_some(value)
+    };
+    let length = |word: &str| {
+        number()
+            .ok_or_else(|| format!("a positive length in the mesh's units is needed, or {word}"))
+    };
+    match parameter.kind {
+        Kind::Whole(most) => arguments::count_to(text, most).map(Value::from),
+        Kind::Voxel if text == "auto" => Ok(Value::from(text)),
+        Kind::Voxel => length("auto").map(|value| serde_json::json!({ "length": value })),
+        Kind::Band if text == "full" => Ok(Value::Null),
+        Kind::Band => length("full").map(Value::from),
+        Kind::Holes(true) if text == "all" => Ok(Value::Null),
+        Kind::Holes(_) => arguments::ids(text).map(Value::from),
+        Kind::Groups => arguments::bridge(text).map(Value::from),
+        Kind::Number(bounds, _) => {
+            let value = number().map(Value::from);
+            value.ok_or_else(|| format!("{} is needed", bounds.text(false)))
+        }
+        Kind::Choice(_) | Kind::Flag(_) => Ok(Value::from(text)),
+    }
+}
+
+/// Serialised values as they are typed: one for each time that the option is given, none for the usual value.
+pub fn typed(parameter: &Parameter, value: &Value) -> Vec<String> {
+    let joined = |ids: &Value, separator: &str| {
+        let ids = ids.as_array().into_iter().flatten();
+        ids.map(Value::to_string)
+            .collect::<Vec<_>>()
+            .join(separator)
+    };
+    match (parameter.kind, value) {
+        (Kind::Voxel, value) => match value["length"].as_f64() {
+            Some(length) => vec![number(length)],
+            None => Vec::new(),
+        },
+        (Kind::Groups, Value::Array(groups)) => groups.iter().map(|ids| joined(ids, "+")).collect(),
+        (Kind::Holes(_), Value::Array(_)) => vec![joined(value, ",")],
+        (_, Value::String(word)) => vec![word.clone()],
+        (Kind::Whole(_), Value::Number(count)) => vec![count.to_string()],
+        (_, Value::Number(x)) => x.as_f64().map(number).into_iter().collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// A number that reads as the same.
+fn number(x: f64) -> String {
+    match x.abs() {
+        size if (1e-5..1e15).contains(&size) => x.to_string(),
+        _ => format!("{x:e}"),
+    }
+}

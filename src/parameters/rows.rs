@@ -1,0 +1,147 @@
+//! The tables of parameters as a document: what the local page, Python and the test of the documentation read.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::{Kind, Parameter, Table, Usual, tables};
+
+/// A parameter of a command.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Row {
+    /// Name in Python.
+    pub name: &'static str,
+    /// Option of the command line, without the dashes before it.
+    pub option: String,
+    /// Steps of the path of the value in the serialised parameters; none where the parameter chooses the work.
+    pub path: Vec<&'static str>,
+    /// What values it has: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes` or `groups`.
+    pub kind: &'static str,
+    /// What stands for the value in the help.
+    pub placeholder: String,
+    /// Unit of a number.
+    pub unit: &'static str,
+    /// Lower bound of a number.
+    pub low: Option<f64>,
+    /// Upper bound of a number, where there is one.
+    pub high: Option<f64>,
+    /// Whether the bounds are excluded.
+    pub open: bool,
+    /// The numbers that keep the bounds, in words.
+    pub allowed: Option<String>,
+    /// The words of a choice.
+    pub choices: Vec<ChoiceRow>,
+    /// The value of the field where a flag is given.
+    pub sets: Option<bool>,
+    /// The default as it is typed, where it is one value.
+    pub default: Option<&'static str>,
+    /// The default in words; empty where there is nothing to say.
+    pub usual: String,
+    /// What the parameter does.
+    pub sentence: &'static str,
+    /// More about it.
+    pub details: &'static str,
+    /// A parameter that cannot be given beside it; empty where there is none.
+    pub excludes: &'static str,
+    /// Whether the command line and the page do not have it.
+    pub library_only: bool,
+}
+
+/// A word that can be chosen.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ChoiceRow {
+    /// The word.
+    pub name: &'static str,
+    /// What it stands for; may be empty.
+    pub sentence: &'static str,
+}
+
+impl Table {
+    /// Its parameters as rows of a document.
+    pub fn rows(&self) -> Vec<Row> {
+        let entries = self.entries();
+        entries.map(|(path, p)| p.row(path)).collect()
+    }
+}
+
+/// The tables of all commands, by their names.
+pub fn document() -> BTreeMap<&'static str, Vec<Row>> {
+    let tables = tables::ALL.iter();
+    tables.map(|table| (table.command, table.rows())).collect()
+}
+
+impl Parameter {
+    fn row(&self, path: Vec<&'static str>) -> Row {
+        let bounds = self.kind.bounds();
+        let is_whole = matches!(self.kind, Kind::Whole(_));
+        let choices = match self.kind {
+            Kind::Choice(choices) => choices,
+            _ => &[],
+        };
+        let choice = |choice: &super::Choice| ChoiceRow {
+            name: choice.name,
+            sentence: choice.sentence,
+        };
+        Row {
+            name: self.name,
+            option: self.option(),
+            path,
+            kind: self.kind.name(),
+            placeholder: self.kind.placeholder(),
+            unit: self.unit,
+            low: bounds.map(|b| b.low),
+            high: bounds.map(|b| b.high).filter(|high| high.is_finite()),
+            open: bounds.is_some_and(|b| b.open),
+            allowed: bounds.map(|b| b.text(is_whole)),
+            choices: choices.iter().map(choice).collect(),
+            sets: match self.kind {
+                Kind::Flag(value) => Some(value),
+                _ => None,
+            },
+            default: match self.default {
+                Usual::Value(text) => Some(text),
+                _ => None,
+            },
+            usual: self.default.text(),
+            sentence: self.sentence,
+            details: self.details,
+            excludes: self.excludes,
+            library_only: self.library_only,
+        }
+    }
+}
+
+impl Kind {
+    /// Its name in the document.
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Number(..) => "number",
+            Self::Whole(_) => "whole",
+            Self::Voxel => "voxel",
+            Self::Band => "band",
+            Self::Choice(_) => "choice",
+            Self::Flag(_) => "flag",
+            Self::Holes(_) => "holes",
+            Self::Groups => "groups",
+        }
+    }
+
+    /// What stands for a value in the help of the command line.
+    pub fn placeholder(&self) -> String {
+        let text = match self {
+            Self::Number(_, text) => text,
+            Self::Whole(_) => "N",
+            Self::Voxel => "LENGTH|auto",
+            Self::Band => "LENGTH|full",
+            Self::Choice(choices) => {
+                let names: Vec<&str> = choices.iter().map(|c| c.name).collect();
+                return names.join("|");
+            }
+            Self::Flag(_) => "",
+            Self::Holes(true) => "all|ID,…",
+            Self::Holes(false) => "ID,…",
+            Self::Groups => "ID+ID",
+        };
+        text.to_owned()
+    }
+}
