@@ -35,8 +35,8 @@ def sdf(
     Args:
         vertices: (n, 3).
         faces: (m, 3).
-        voxel: Distance of neighbouring nodes in the units of the mesh; ``"auto"`` is 1/128 of the longest side.
-        band: Length at which distances are cut off, which is faster, at least a voxel; ``"full"`` keeps all.
+        voxel: Distance of neighbouring nodes in the mesh's units; ``auto`` takes 1/128 of the longest side.
+        band: Cut distances off at this length, which is faster; ``full`` keeps all. At least a voxel.
         threads: Number of threads, one per core by default.
 
     Returns:

@@ -61,18 +61,18 @@ def fill(
     faces: ArrayLike,
     *,
     holes: Iterable[int] | None = None,
+    max_diameter: float | None = None,
     keep_open: Iterable[int] = (),
     bridge: Iterable[Iterable[int]] = (),
     flat: Iterable[int] = (),
-    max_diameter: float | None = None,
-    voxel: Voxel = "auto",
     surface: Literal["stitched", "whole"] = "stitched",
     repair: bool = False,
-    finish: Literal["auto", "willmore", "none"] = "auto",
+    voxel: Voxel = "auto",
     energy: Literal["willmore", "curvature-variation"] = "willmore",
+    finish: Literal["auto", "willmore", "none"] = "auto",
     variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
-    steps: int | None = None,
     time_step: float | None = None,
+    steps: int | None = None,
     edge_ratio: float | None = None,
     threads: int | None = None,
     point_data: Mapping[str, ArrayLike] | None = None,
@@ -85,20 +85,23 @@ def fill(
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0, counter-clockwise from outside.
-        holes: Numbers of the holes to fill; by default all but outer borders of open sheets.
-        keep_open: Numbers of holes to keep open.
-        bridge: Groups of holes to fill together whatever their distance, such as ``[(1, 2)]``.
-        flat: Holes to close by nearly flat caps instead of continuing the surface.
-        max_diameter: Wider holes stay open; in the units of the mesh.
-        voxel: Voxel size in the units of the mesh.
-        surface: ``"whole"`` returns the level set round each hole alone.
-        repair: First mend what else is wrong, as :func:`repair` does; numbers of holes are those of the input.
-        finish: How patches are finished on their own triangles.
+        holes: Numbers of the holes to fill.
+        max_diameter: Leave holes open that are wider than this, in the mesh's units.
+        keep_open: Numbers of holes to leave open.
+        bridge: Groups of holes to fill in one region each, whatever their distance. By default near ones are joined.
+        flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
+        surface: What is returned or written: the mesh with its patches, or the level sets alone.
+        repair: First mend what else is wrong, as ``isomend repair`` does; numbers of holes are those of the input.
+        voxel: Voxel size in the mesh's units.
         energy: What the patch makes small.
-        variant: The scheme of the flow's steps.
-        steps: Most steps on each grid.
-        time_step: Time step in units of the voxel size to the fourth power; none aims at the steady state.
-        edge_ratio: Length of the patch's edges over that of the edges round the hole; by default what suits the energy.
+        finish: How patches are finished on their own triangles, once the level set has found them.
+        variant: Scheme of the flow's steps: I and II are the paper's, for the Willmore energy; all have the same steady
+            surface.
+        time_step: Time step of the flow, in units of the voxel size to the fourth power. By default straight to the steady
+            state.
+        steps: Most steps of the flow on each grid. By default 20, 200 with ``variant`` I or II.
+        edge_ratio: Length of the patch's edges over that of the edges round the hole. By default 0.7, 0.8 with ``finish`` none,
+            0.45 with ``energy`` curvature-variation.
         threads: Number of threads, one per core by default. The result does not depend on it.
         point_data: Named values of vertices, (n,) or (n, k), which are continued on patches; see :class:`isomend.Model`.
         cell_data: Named values of faces, (m,) or (m, k).
@@ -122,8 +125,8 @@ def fill(
     """
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.fill(
-        holes=holes, keep_open=keep_open, bridge=bridge, flat=flat, max_diameter=max_diameter, voxel=voxel, surface=surface,
-        repair=repair, finish=finish, energy=energy, variant=variant, steps=steps, time_step=time_step, edge_ratio=edge_ratio,
+        holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, surface=surface, repair=repair,
+        voxel=voxel, energy=energy, finish=finish, variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
@@ -144,11 +147,11 @@ def repair(
     close_borders: bool = False,
     max_diameter: float | None = None,
     voxel: Voxel = "auto",
-    finish: Literal["auto", "willmore", "none"] = "auto",
     energy: Literal["willmore", "curvature-variation"] = "willmore",
+    finish: Literal["auto", "willmore", "none"] = "auto",
     variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
-    steps: int | None = None,
     time_step: float | None = None,
+    steps: int | None = None,
     edge_ratio: float | None = None,
     threads: int | None = None,
     point_data: Mapping[str, ArrayLike] | None = None,
@@ -166,19 +169,19 @@ def repair(
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0.
-        weld: Merge vertices of the border that are no farther apart than this, in the units of the mesh; those at exactly the same
+        weld: Merge vertices of the border that are no farther apart than this, in the mesh's units; those at exactly the same
             position are merged anyway.
-        debris: Take out components with less than this part, from 0 to 1, of the area of the largest one.
+        debris: Take out components with less than this part, from 0 to 1, of the area of the largest one. By default they stay.
         drop_inside: Take out components that lie wholly inside another one.
         keep_duplicates: Leave coinciding vertices, and degenerate and duplicate faces.
         keep_orientation: Turn no faces over.
         keep_non_manifold: Leave edges with more than two faces, and vertices where surfaces meet in a point only.
         keep_crossings: Leave faces that cross others.
         drop_unused: Drop vertices that no face of the input uses.
-        keep_holes: Leave the holes of the mesh open; those that the repair makes are filled.
-        close_borders: Close the outer borders of open sheets too, which are left open otherwise; not with ``keep_holes``.
-        max_diameter: Leave holes open that are wider than this, in the units of the mesh.
-        voxel, finish, energy, variant, steps, time_step, edge_ratio: How holes are filled, as for :func:`fill`.
+        keep_holes: Leave the holes of the mesh open; those that the repair makes are filled. Not with ``close_borders``.
+        close_borders: Close the outer borders of open sheets too, which are left open otherwise. Not with ``keep_holes``.
+        max_diameter: Leave holes open that are wider than this, in the mesh's units.
+        voxel, energy, finish, variant, time_step, steps, edge_ratio: How holes are filled, as for :func:`fill`.
         threads, point_data, cell_data, progress: As for :func:`fill`.
         strict: Raise :class:`isomend.StrictError` unless the result is sound and every patch is a steady surface.
 
@@ -196,8 +199,9 @@ def repair(
     return model.repair(
         weld=weld, debris=debris, drop_inside=drop_inside, keep_duplicates=keep_duplicates, keep_orientation=keep_orientation,
         keep_non_manifold=keep_non_manifold, keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes,
-        close_borders=close_borders, max_diameter=max_diameter, voxel=voxel, finish=finish, energy=energy, variant=variant,
-        steps=steps, time_step=time_step, edge_ratio=edge_ratio, threads=threads, progress=progress, strict=strict,
+        close_borders=close_borders, max_diameter=max_diameter, voxel=voxel, energy=energy, finish=finish, variant=variant,
+        time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
 
@@ -218,7 +222,7 @@ def check(
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0.
-        thin: Also look for parts thinner than this, in the units of the mesh.
+        thin: Also look for parts thinner than this, in the mesh's units.
         debris: Call components debris that have less than this part, from 0 to 1, of the area of the largest one.
         threads: Number of threads, one per core by default.
 
@@ -249,8 +253,8 @@ def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = Non
         a: The first mesh: vertices and faces as a pair, a path, a :class:`Model` or :class:`Mended`, or a mesh of trimesh, pyvista,
             meshio or Open3D.
         b: The second mesh.
-        samples: Samples on each mesh, at most 100 million. They are spread evenly over the area; the largest distance also looks at
-            every vertex.
+        samples: Samples on each mesh, at most 100 million. They are spread evenly over the area; the largest distance also looks
+            at every vertex.
         threads: Number of threads, one per core by default.
 
     Raises:

@@ -99,7 +99,8 @@ def bounded(row: Row, value: Any) -> float:
     above = given > low or (given == low and not row["open"])
     below = high is None or given < high or (given == high and not row["open"])
     if not (above and below):
-        raise ParameterError(f"{row['name']} must be {row['allowed']}, but is {given:g}")
+        shown = value if isinstance(value, int) else f"{given:g}"
+        raise ParameterError(f"{row['name']} must be {row['allowed']}, but is {shown}")
     return given
 
 

@@ -119,9 +119,9 @@ def test_an_incomplete_repair_says_why(caplog):
     ("options", "what"),
     [
         ({"weld": 0}, "weld must be a positive number"),
-        ({"debris": 1.5}, "debris must lie between 0 and 1"),
+        ({"debris": 1.5}, "debris must be a number from 0 to 1"),
         ({"keep_holes": 1}, "keep_holes must be True or False"),
-        ({"keep_holes": True, "close_borders": True}, "keep_holes leaves open what close_borders closes"),
+        ({"keep_holes": True, "close_borders": True}, "keep_holes and close_borders exclude each other"),
         ({"max_diameter": -1}, "max_diameter must be a positive number"),
         ({"voxel": 0}, "voxel must be a positive number"),
         ({"variant": "III"}, "variant must be one of"),
@@ -132,7 +132,7 @@ def test_options_of_a_repair_that_make_no_sense_are_refused(sphere, options, wha
     with pytest.raises(isomend.ParameterError, match=what):
         isomend.repair(*sphere, **options)
     if "voxel" in options:
-        with pytest.raises(isomend.ParameterError, match="unknown field `hole`"):
+        with pytest.raises(isomend.ParameterError, match="repair has no parameter 'hole'; it has weld, "):
             isomend.Model(*sphere).repair(hole=[1])
 
 
@@ -160,7 +160,7 @@ def test_a_comparison_is_that_of_the_command_line(tmp_path, program, sphere, fil
     assert np.linalg.norm(done.b_to_a.max_at) == pytest.approx(1, abs=0.01)
     for first in (tmp_path / "a.obj", str(tmp_path / "a.obj"), isomend.Model(*sphere)):
         assert of_files(isomend.compare(first, filled.model(), samples=5000, threads=1).report) == of_files(report)
-    for samples, what in ((0, "samples must be a whole number from 1"), (2.5, "samples must be a whole"), (10**9, "number of samples")):
+    for samples, what in ((0, "samples must be a whole number from 1"), (2.5, "samples must be a whole"), (10**9, "samples must be a whole number from 1 to 100000000, but is 1000000000")):
         with pytest.raises(isomend.ParameterError, match=what):
             isomend.compare(sphere, filled, samples=samples)
     with pytest.raises(isomend.MeshError, match="first mesh has no face with an area"):
@@ -256,7 +256,7 @@ def test_volumes_are_arrays_and_files(tmp_path):
     ("call", "error", "what"),
     [
         (lambda s: isomend.check(*s, thin=0), isomend.ParameterError, "thin must be a positive number"),
-        (lambda s: isomend.check(*s, debris=2), isomend.ParameterError, "debris must lie between 0 and 1"),
+        (lambda s: isomend.check(*s, debris=2), isomend.ParameterError, "debris must be a number from 0 to 1"),
         (lambda s: isomend.check(*s, threads=0), isomend.ParameterError, "threads must be a whole number from 1"),
         (lambda s: isomend.check(s[0], s[1][:0]), isomend.MeshError, "no faces"),
         (lambda s: isomend.sdf(*s, voxel=-1), isomend.ParameterError, "voxel must be a positive number"),

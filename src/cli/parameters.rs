@@ -78,7 +78,8 @@ fn place(params: &mut Value, path: &[&str], value: Value) {
 
 impl<C: OfCommand> Args for ParameterArgs<C> {
     fn augment_args(command: Command) -> Command {
-        options(C::TABLE).fold(command, |command, p| command.arg(argument(p)))
+        let table = C::TABLE;
+        options(table).fold(command, |command, p| command.arg(argument(p, table)))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -121,8 +122,8 @@ fn given(parameter: &Parameter, matches: &ArgMatches) -> Option<Value> {
     }
 }
 
-/// The option of a parameter.
-pub fn argument(parameter: &'static Parameter) -> Arg {
+/// The option of a parameter of a command.
+fn argument(parameter: &'static Parameter, table: &Table) -> Arg {
     let mut argument = Arg::new(parameter.name).long(parameter.option());
     let mut help = parameter.sentence.to_owned();
     match parameter.default {
@@ -130,12 +131,12 @@ pub fn argument(parameter: &'static Parameter) -> Arg {
         Usual::Unset => {}
         usual => help = format!("{} [default: {}]", help.trim_end_matches('.'), usual.text()),
     }
-    if parameter.details.is_empty() {
-        help = help.trim_end_matches('.').to_owned();
-    } else {
-        argument = argument.long_help(format!("{help}\n\n{}", parameter.details));
+    let short = table.as_options(help.trim_end_matches('.'));
+    argument = argument.help(short);
+    if !parameter.details.is_empty() {
+        let long = format!("{help}\n\n{}", parameter.details);
+        argument = argument.long_help(table.as_options(&long));
     }
-    argument = argument.help(help.trim_end_matches('.').to_owned());
     if !parameter.excludes.is_empty() {
         argument = argument.conflicts_with(parameter.excludes);
     }

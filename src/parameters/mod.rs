@@ -95,8 +95,8 @@ pub enum Usual {
 pub struct Case {
     /// The default.
     pub value: &'static str,
-    /// The other parameter and its value; none for the first case, which holds always.
-    pub with: Option<(&'static str, &'static str)>,
+    /// The other parameter and the values of it; none for the first case, which holds always.
+    pub with: Option<(&'static str, &'static [&'static str])>,
 }
 
 /// The parameters of a command.
@@ -219,7 +219,9 @@ impl Usual {
             Self::Value(text) | Self::Words(text) => (*text).to_owned(),
             Self::Cases(cases) => {
                 let told = |case: &Case| match case.with {
-                    Some((name, value)) => format!("{} with `{name}` {value}", case.value),
+                    Some((name, values)) => {
+                        format!("{} with `{name}` {}", case.value, values.join(" or "))
+                    }
                     None => case.value.to_owned(),
                 };
                 let told: Vec<String> = cases.iter().map(told).collect();
@@ -240,6 +242,13 @@ impl Table {
         own.chain(solve).map(|(at, parameter)| {
             let steps = parameter.field.split('.').filter(|step| !step.is_empty());
             (at.into_iter().chain(steps).collect(), parameter)
+        })
+    }
+
+    /// A text in which other parameters are named as options of the command line, as `--max-diameter`.
+    pub fn as_options(&self, text: &str) -> String {
+        self.entries().fold(text.to_owned(), |text, (_, p)| {
+            text.replace(&format!("`{}`", p.name), &format!("`--{}`", p.option()))
         })
     }
 

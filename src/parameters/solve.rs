@@ -66,7 +66,7 @@ pub const FINISH: Parameter = Parameter {
     ]),
     default: Usual::Value("auto"),
     sentence: "How patches are finished on their own triangles, once the level set has found them.",
-    details: "Patches of `energy` curvature-variation, of `surface` whole, with `steps` or with `time_step` are not finished.",
+    details: "Patches of `energy` curvature-variation, and those with `steps` or `time_step`, are not finished.",
     ..Parameter::PLAIN
 };
 
@@ -117,11 +117,7 @@ pub const STEPS: Parameter = Parameter {
         },
         Case {
             value: "200",
-            with: Some(("variant", "I")),
-        },
-        Case {
-            value: "200",
-            with: Some(("variant", "II")),
+            with: Some(("variant", &["I", "II"])),
         },
     ]),
     sentence: "Most steps of the flow on each grid.",
@@ -147,15 +143,14 @@ pub const EDGE_RATIO: Parameter = Parameter {
         },
         Case {
             value: "0.8",
-            with: Some(("finish", "none")),
+            with: Some(("finish", &["none"])),
         },
         Case {
             value: "0.45",
-            with: Some(("energy", "curvature-variation")),
+            with: Some(("energy", &["curvature-variation"])),
         },
     ]),
     sentence: "Length of the patch's edges over that of the edges round the hole.",
-    details: "Not with `surface` whole, which has the triangles of the grid.",
     ..Parameter::PLAIN
 };
 

@@ -16,9 +16,8 @@ pub const FILL: Table = Table {
             field: "holes",
             kind: Kind::Holes(true),
             default: Usual::Value("all"),
-            sentence: "Numbers of the holes to fill.",
-            details: "Numbers are those of `isomend inspect`. Of all holes outer borders of open sheets stay open; one is filled when \
-                      it is named here.",
+            sentence: "Numbers of the holes to fill; of all holes the outer borders of open sheets stay open.",
+            details: "Numbers are those of `isomend inspect`. An outer border is filled when it is named here.",
             ..Parameter::PLAIN
         },
         Parameter {
@@ -65,6 +64,7 @@ pub const FILL: Table = Table {
             ]),
             default: Usual::Value("stitched"),
             sentence: "What is returned or written: the mesh with its patches, or the level sets alone.",
+            details: "The level sets have the triangles of the grid, without an `edge_ratio`, and are not finished.",
             ..Parameter::PLAIN
         },
         Parameter {
@@ -135,7 +135,6 @@ pub const TIME: Parameter = Parameter {
 pub const FAIR_EDGE_RATIO: Parameter = Parameter {
     default: Usual::Value("1"),
     sentence: "Length of the new edges over that of the edges round the region, or over the mean of all.",
-    details: "",
     ..EDGE_RATIO
 };
 

@@ -234,12 +234,12 @@ fn threads_beyond_the_bound_are_refused() {
     assert!(matches!(stopped, Err(FillError::Threads { .. })));
     let mut params = FillParams::default();
     params.steps = Some(FillParams::MOST_STEPS + 1);
-    assert!(matches!(params.check(), Err(FillError::Parameter { .. })));
+    assert!(matches!(params.check(), Err(FillError::Bounds(_))));
     params.steps = Some(0);
-    assert!(matches!(params.check(), Err(FillError::Parameter { .. })));
+    assert!(matches!(params.check(), Err(FillError::Bounds(_))));
     params.steps = None;
     params.max_diameter = Some(0.0);
-    assert!(matches!(params.check(), Err(FillError::Parameter { .. })));
+    assert!(matches!(params.check(), Err(FillError::Bounds(_))));
 }
 
 /// How long a run may go on after it is cancelled, in seconds of CPU time.

@@ -4,6 +4,7 @@
 
 mod parameters;
 mod unfinished;
+mod written;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;

@@ -1,12 +1,9 @@
-//! The tables of parameters against the structs that hold them, and what is written from them: the tables of `docs/options.md` and
-//! `python/isomend/_options.py`. `RENEW=1 cargo test --test house parameters` writes both anew.
+//! The tables of parameters against the structs that hold them: fields, defaults, bounds and words.
 
 use std::collections::BTreeSet;
-use std::fs;
-use std::path::Path;
 
 use isomend::check::CheckParams;
-use isomend::parameters::{Kind, Parameter, Table, Usual, solve, tables};
+use isomend::parameters::{Kind, Table, Usual, solve, tables};
 use isomend::volume::VolumeParams;
 use isomend::{FairParams, FillParams, RepairParams, RestoreParams};
 use serde::Serialize;
@@ -185,140 +182,10 @@ fn words_and_defaults_that_depend_on_others_are_the_librarys() {
     };
     for case in cases {
         let mut params = usual::<FillParams>();
-        if let Some((name, value)) = case.with {
-            params[name] = json!(value);
+        if let Some((name, values)) = case.with {
+            params[name] = json!(values[0]);
         }
         let params: FillParams = serde_json::from_value(params).unwrap();
         assert_eq!(params.edge_ratio().to_string(), case.value);
     }
-}
-
-/// Puts what is made of the tables in the place of what stands there, or says that it is not the same.
-fn renewed(file: &str, made: impl Fn(&str) -> String) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
-    let text = fs::read_to_string(&path).unwrap_or_default();
-    let made = made(&text);
-    if std::env::var_os("RENEW").is_some() {
-        fs::write(&path, &made).unwrap();
-    }
-    let place = text.lines().zip(made.lines()).find(|(old, new)| old != new);
-    assert!(
-        std::env::var_os("RENEW").is_some() || text == made,
-        "{file} is not what the tables of parameters say, first at {place:?}; RENEW=1 cargo test --test house parameters \
-         writes it anew"
-    );
-}
-
-/// In words of the command line: other parameters are options there.
-fn as_options(text: &str, table: &Table) -> String {
-    let mut text = text.to_owned();
-    for (_, parameter) in table.entries() {
-        let option = format!("`--{}`", parameter.option());
-        text = text.replace(&format!("`{}`", parameter.name), &option);
-    }
-    text
-}
-
-/// A row of the table of a page.
-fn row(parameter: &Parameter, table: &Table) -> String {
-    let value = parameter.kind.placeholder().replace('|', "\\|");
-    let option = format!("--{} {value}", parameter.option());
-    let what = format!("{} {}", parameter.sentence, parameter.details);
-    let what = as_options(what.trim_end_matches(['.', ' ']), table);
-    let default = match parameter.default {
-        Usual::Value(text) => format!("`{text}`"),
-        usual => as_options(&usual.text(), table),
-    };
-    format!("| `{}` | {what} | {default} |\n", option.trim_end())
-}
-
-#[test]
-fn the_page_of_options_has_the_tables() {
-    renewed("docs/options.md", |page| {
-        let mut made = String::new();
-        let mut rest = page;
-        let mut count = 0;
-        while let Some((before, after)) = rest.split_once("<!-- parameters of ") {
-            let (command, after) = after.split_once(" -->\n").unwrap();
-            let (_, after) = after.split_once("<!-- end -->").unwrap();
-            let table = tables::ALL.iter().find(|t| t.command == command).unwrap();
-            made += before;
-            made += &format!(
-                "<!-- parameters of {command} -->\n\n| option | meaning | default |\n|---|---|---|\n"
-            );
-            // Those of the solve stand with a fill.
-            let solve = table.solve.filter(|at| at.is_empty()).map(|_| solve::SOLVE);
-            for parameter in table.own.iter().chain(solve.unwrap_or_default()) {
-                if !parameter.library_only {
-                    made += &row(parameter, table);
-                }
-            }
-            made += "\n<!-- end -->";
-            rest = after;
-            count += 1;
-        }
-        assert_eq!(count, tables::ALL.len(), "tables of parameters");
-        made + rest
-    });
-}
-
-/// The type of a keyword of Python.
-fn annotation(parameter: &Parameter) -> String {
-    let is_set = matches!(parameter.default, Usual::Value(_));
-    let optional = |name: &str| match is_set {
-        true => name.to_owned(),
-        false => format!("{name} | None"),
-    };
-    match parameter.kind {
-        Kind::Number(..) => optional("float"),
-        Kind::Whole(_) => optional("int"),
-        Kind::Voxel => "Voxel".to_owned(),
-        Kind::Band => "float | Literal['full']".to_owned(),
-        Kind::Choice(choices) => {
-            let names: Vec<String> = choices.iter().map(|c| format!("\"{}\"", c.name)).collect();
-            format!("Literal[{}]", names.join(", "))
-        }
-        Kind::Flag(_) => "bool".to_owned(),
-        Kind::Holes(true) => "Iterable[int] | None".to_owned(),
-        Kind::Holes(false) => "Iterable[int]".to_owned(),
-        Kind::Groups => "Iterable[Iterable[int]]".to_owned(),
-    }
-}
-
-#[test]
-fn the_keywords_of_python_are_those_of_the_tables() {
-    let class = |name: &str, base: &str, about: &str, parameters: &[Parameter]| {
-        let mut text =
-            format!("\n\nclass {name}({base}, total=False):\n    \"\"\"{about}\"\"\"\n\n");
-        for parameter in parameters {
-            text += &format!("    {}: {}\n", parameter.name, annotation(parameter));
-        }
-        text
-    };
-    renewed("python/isomend/_options.py", |_| {
-        let mut text = "\
-\"\"\"The keywords of functions, written from the library's tables of parameters: see docs/ARCHITECTURE.md.\"\"\"
-
-from __future__ import annotations
-
-from collections.abc import Iterable
-from typing import Literal
-
-from isomend._params import RunOptions, Voxel
-"
-        .to_owned();
-        let about = "The parameters of all works that fill holes.";
-        text += &class("SolveOptions", "RunOptions", about, solve::SOLVE);
-        for (table, name) in [
-            (&tables::FILL, "Fill"),
-            (&tables::REPAIR, "Repair"),
-            (&tables::RESTORE, "Restore"),
-            (&tables::FAIR, "Fair"),
-        ] {
-            let base = table.solve.map_or("RunOptions", |_| "SolveOptions");
-            let about = format!("The keywords of :func:`isomend.{}`.", table.command);
-            text += &class(&format!("{name}Options"), base, &about, table.own);
-        }
-        text
-    });
 }

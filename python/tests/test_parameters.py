@@ -1,0 +1,73 @@
+"""The keywords of functions against the library's tables of parameters."""
+
+import inspect
+import json
+import re
+
+import pytest
+
+import isomend
+from isomend import _isomend, _options
+
+TABLES = json.loads(_isomend.parameters())
+# Keywords that say how a call is run, and what a mesh carries.
+OTHERS = {"vertices", "faces", "mark", "a", "b", "threads", "progress", "strict", "point_data", "cell_data", "options"}
+KEYWORDS = {"fill": _options.FillOptions, "repair": _options.RepairOptions, "restore": _options.RestoreOptions, "fair": _options.FairOptions}
+
+
+def words(text):
+    """A text without its line ends and quotes of code."""
+    return re.sub(r"\s+", " ", text.replace("`", ""))
+
+
+def default(row):
+    """The default of a keyword."""
+    if row["kind"] == "flag":
+        return False
+    if row["kind"] in ("holes", "groups"):
+        return None if row["default"] else ()
+    if row["default"] is None or row["kind"] in ("voxel", "band", "choice"):
+        return row["default"]
+    return json.loads(row["default"])
+
+
+@pytest.mark.parametrize("command", TABLES)
+def test_keywords_and_their_defaults_are_those_of_the_tables(command):
+    rows = {row["name"]: row for row in TABLES[command]}
+    keywords = inspect.signature(getattr(isomend, command)).parameters
+    named = {name: keyword.default for name, keyword in keywords.items() if name not in OTHERS}
+    if "options" in keywords:
+        assert set(KEYWORDS[command].__annotations__) == set(rows) | {"threads", "progress", "strict"}
+        assert not named
+    else:
+        assert named == {name: default(row) for name, row in rows.items()}
+
+
+@pytest.mark.parametrize("command", TABLES)
+def test_documentation_has_the_sentences_of_the_tables(command):
+    documented = words(getattr(isomend, command).__doc__)
+    for row in TABLES[command]:
+        # Those that work as in a fill are named only.
+        as_fill = row["path"][:1] == ["fill"] and row["name"] != "max_diameter"
+        if as_fill or command in ("restore", "fair"):
+            assert row["name"] in documented or "those of :func:fill" in documented, row["name"]
+        else:
+            assert words(f"{row['name']}: {row['sentence']}") in documented, row["name"]
+    for row in TABLES["fill"]:
+        if row["default"] is None and row["kind"] in ("number", "whole") and row["usual"]:
+            assert words(f"By default {row['usual']}") in words(isomend.fill.__doc__), row["name"]
+
+
+@pytest.mark.parametrize(("command", "row"), [(command, row) for command in TABLES for row in TABLES[command]])
+def test_what_keeps_no_bounds_is_refused(sphere, command, row):
+    run = getattr(isomend.Model(*sphere), command, None) or (lambda **options: isomend.compare(sphere, sphere, **options))
+    arguments = ([0],) if command in ("restore", "fair") else ()
+    wrong = {"choice": "none of them", "flag": 1, "holes": 1}.get(row["kind"])
+    if row["kind"] == "groups":
+        wrong = [[0.5]]
+    for value in [wrong] if wrong is not None else [row["low"] - 1, "a word", *([row["high"] + 1] if row["high"] else [])]:
+        with pytest.raises(isomend.ParameterError, match=row["name"]):
+            run(*arguments, **{row["name"]: value})
+    if row["high"]:
+        with pytest.raises(isomend.ParameterError, match=f"{row['name']} must be {row['allowed']}, but is "):
+            run(*arguments, **{row["name"]: row["high"] + 1})

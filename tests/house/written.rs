@@ -1,0 +1,230 @@
+//! What is written from the tables of parameters: the tables of `docs/options.md`, and the keywords of Python's functions in
+//! `_options.py` and `_functions.py`. `RENEW=1 cargo test --test house written` writes all of them anew.
+
+use std::fs;
+use std::path::Path;
+
+use isomend::parameters::{Kind, Parameter, Table, Usual, solve, tables};
+
+/// Puts what is made of the tables in the place of what stands there, or says that it is not the same.
+fn renewed(file: &str, made: impl Fn(&str) -> String) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let text = fs::read_to_string(&path).unwrap_or_default();
+    let made = made(&text);
+    if std::env::var_os("RENEW").is_some() {
+        fs::write(&path, &made).unwrap();
+    }
+    let place = text.lines().zip(made.lines()).find(|(old, new)| old != new);
+    assert!(
+        std::env::var_os("RENEW").is_some() || text == made,
+        "{file} is not what the tables of parameters say, first at {place:?}; RENEW=1 cargo test --test house written \
+         writes it anew"
+    );
+}
+
+/// What cannot be given beside a parameter.
+fn excluded(parameter: &Parameter) -> String {
+    match parameter.excludes {
+        "" => String::new(),
+        other => format!("Not with `{other}`."),
+    }
+}
+
+/// A row of the table of a page.
+fn row(parameter: &Parameter, table: &Table) -> String {
+    let value = parameter.kind.placeholder().replace('|', "\\|");
+    let option = format!("--{} {value}", parameter.option());
+    let what = format!(
+        "{} {} {}",
+        parameter.sentence,
+        parameter.details,
+        excluded(parameter)
+    );
+    let what = table.as_options(what.replace(".  ", ". ").trim_end_matches(['.', ' ']));
+    let default = match parameter.default {
+        Usual::Value(text) => format!("`{text}`"),
+        usual => table.as_options(&usual.text()),
+    };
+    format!("| `{}` | {what} | {default} |\n", option.trim_end())
+}
+
+#[test]
+fn the_page_of_options_has_the_tables() {
+    renewed("docs/options.md", |page| {
+        let mut made = String::new();
+        let mut rest = page;
+        let mut count = 0;
+        while let Some((before, after)) = rest.split_once("<!-- parameters of ") {
+            let (command, after) = after.split_once(" -->\n").unwrap();
+            let (_, after) = after.split_once("<!-- end -->").unwrap();
+            let table = tables::ALL.iter().find(|t| t.command == command).unwrap();
+            made += before;
+            made += &format!(
+                "<!-- parameters of {command} -->\n\n| option | meaning | default |\n|---|---|---|\n"
+            );
+            // Those of the solve stand with a fill.
+            let solve = table.solve.filter(|at| at.is_empty()).map(|_| solve::SOLVE);
+            for parameter in table.own.iter().chain(solve.unwrap_or_default()) {
+                if !parameter.library_only {
+                    made += &row(parameter, table);
+                }
+            }
+            made += "\n<!-- end -->";
+            rest = after;
+            count += 1;
+        }
+        assert_eq!(count, tables::ALL.len(), "tables of parameters");
+        made + rest
+    });
+}
+
+/// The type of a keyword of Python.
+fn annotation(parameter: &Parameter) -> String {
+    let is_set = matches!(parameter.default, Usual::Value(_));
+    let optional = |name: &str| match is_set {
+        true => name.to_owned(),
+        false => format!("{name} | None"),
+    };
+    match parameter.kind {
+        Kind::Number(..) => optional("float"),
+        Kind::Whole(_) => optional("int"),
+        Kind::Voxel => "Voxel".to_owned(),
+        Kind::Band => "float | Literal['full']".to_owned(),
+        Kind::Choice(choices) => {
+            let names: Vec<String> = choices.iter().map(|c| format!("\"{}\"", c.name)).collect();
+            format!("Literal[{}]", names.join(", "))
+        }
+        Kind::Flag(_) => "bool".to_owned(),
+        Kind::Holes(true) => "Iterable[int] | None".to_owned(),
+        Kind::Holes(false) => "Iterable[int]".to_owned(),
+        Kind::Groups => "Iterable[Iterable[int]]".to_owned(),
+    }
+}
+
+#[test]
+fn the_keywords_of_python_are_those_of_the_tables() {
+    let class = |name: &str, base: &str, about: &str, parameters: &[Parameter]| {
+        let mut text =
+            format!("\n\nclass {name}({base}, total=False):\n    \"\"\"{about}\"\"\"\n\n");
+        for parameter in parameters {
+            text += &format!("    {}: {}\n", parameter.name, annotation(parameter));
+        }
+        text
+    };
+    renewed("python/isomend/_options.py", |_| {
+        let mut text = "\
+\"\"\"The keywords of functions, written from the library's tables of parameters: see docs/ARCHITECTURE.md.\"\"\"
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Literal
+
+from isomend._params import RunOptions, Voxel
+"
+        .to_owned();
+        let about = "The parameters of all works that fill holes.";
+        text += &class("SolveOptions", "RunOptions", about, solve::SOLVE);
+        for (table, name) in [
+            (&tables::FILL, "Fill"),
+            (&tables::REPAIR, "Repair"),
+            (&tables::RESTORE, "Restore"),
+            (&tables::FAIR, "Fair"),
+        ] {
+            let base = table.solve.map_or("RunOptions", |_| "SolveOptions");
+            let about = format!("The keywords of :func:`isomend.{}`.", table.command);
+            text += &class(&format!("{name}Options"), base, &about, table.own);
+        }
+        text
+    });
+}
+
+/// The default of a keyword of Python.
+fn keyword_default(parameter: &Parameter) -> String {
+    let text = match (parameter.kind, parameter.default) {
+        (Kind::Flag(_), _) => "False",
+        (Kind::Holes(false) | Kind::Groups, _) => "()",
+        (Kind::Number(..) | Kind::Whole(_), Usual::Value(text)) => text,
+        (Kind::Voxel | Kind::Band | Kind::Choice(_), Usual::Value(text)) => {
+            return format!("\"{text}\"");
+        }
+        _ => "None",
+    };
+    text.to_owned()
+}
+
+/// Words in lines of at most 128 characters, behind as many spaces as are given, the later lines behind more.
+fn wrapped(words: &str, first: usize, later: usize) -> String {
+    let mut text = " ".repeat(first);
+    let mut length = first;
+    for (i, word) in words.split(' ').enumerate() {
+        let count = word.chars().count();
+        if i > 0 && length + 1 + count > 128 {
+            text += &format!("\n{}", " ".repeat(later));
+            length = later;
+        } else if i > 0 {
+            text.push(' ');
+            length += 1;
+        }
+        text += word;
+        length += count;
+    }
+    text + "\n"
+}
+
+/// What the documentation of a function says of a keyword.
+fn documented(parameter: &Parameter) -> String {
+    let usual = match parameter.default {
+        Usual::Unset | Usual::Value(_) => String::new(),
+        usual => format!(" By default {}.", usual.text()),
+    };
+    let (name, sentence, not) = (parameter.name, parameter.sentence, excluded(parameter));
+    let text = format!("{name}: {sentence}{usual} {not}");
+    wrapped(&text.trim_end().replace('`', "``"), 8, 12)
+}
+
+/// The text with other words between the ends of two marks, the first behind a place.
+fn between(text: &str, place: &str, marks: [&str; 2], new: &str) -> String {
+    let from = text.find(place).unwrap();
+    let begin = from + text[from..].find(marks[0]).unwrap() + marks[0].len();
+    let begin = begin + text[begin..].find('\n').unwrap() + 1;
+    let end = begin + text[begin..].find(marks[1]).unwrap();
+    format!("{}{new}{}", &text[..begin], &text[end..])
+}
+
+#[test]
+fn the_functions_of_python_have_the_keywords_of_the_tables() {
+    renewed("python/isomend/_functions.py", |text| {
+        let mut text = text.to_owned();
+        for table in [&tables::FILL, &tables::REPAIR] {
+            let all: Vec<&Parameter> = table.own.iter().chain(solve::SOLVE).collect();
+            let place = format!("def {}(", table.command);
+            let keyword = |p: &&Parameter| {
+                let (name, default) = (p.name, keyword_default(p));
+                format!("    {name}: {} = {default},\n", annotation(p))
+            };
+            let keywords: String = all.iter().map(keyword).collect();
+            text = between(&text, &place, ["    *,", "    threads: "], &keywords);
+            let mut about: String = table.own.iter().map(documented).collect();
+            if table.solve == Some("") {
+                about.extend(solve::SOLVE.iter().map(documented));
+            } else {
+                let names: Vec<&str> = solve::SOLVE.iter().map(|p| p.name).collect();
+                let names = names.join(", ");
+                let all = format!("{names}: How holes are filled, as for :func:`fill`.");
+                about += &wrapped(&all, 8, 12);
+            }
+            text = between(
+                &text,
+                &place,
+                ["        faces: ", "        threads"],
+                &about,
+            );
+            let passed: Vec<String> = all.iter().map(|p| format!("{0}={0},", p.name)).collect();
+            let passed = wrapped(&passed.join(" "), 8, 8);
+            let call = format!("return model.{}(", table.command);
+            text = between(&text, &call, [&call, "        threads=threads"], &passed);
+        }
+        text
+    });
+}
