@@ -85,7 +85,7 @@ def fill(
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0, counter-clockwise from outside.
-        holes: Numbers of the holes to fill.
+        holes: Numbers of the holes to fill; of all holes the outer borders of open sheets stay open.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
         keep_open: Numbers of holes to leave open.
         bridge: Groups of holes to fill in one region each, whatever their distance. By default near ones are joined.

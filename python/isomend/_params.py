@@ -6,7 +6,7 @@ import functools
 import json
 import operator
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, TypedDict, Union
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Union
 
 from isomend import _isomend
 from isomend._errors import ParameterError

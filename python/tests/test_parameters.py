@@ -62,12 +62,13 @@ def test_documentation_has_the_sentences_of_the_tables(command):
 def test_what_keeps_no_bounds_is_refused(sphere, command, row):
     run = getattr(isomend.Model(*sphere), command, None) or (lambda **options: isomend.compare(sphere, sphere, **options))
     arguments = ([0],) if command in ("restore", "fair") else ()
-    wrong = {"choice": "none of them", "flag": 1, "holes": 1}.get(row["kind"])
-    if row["kind"] == "groups":
-        wrong = [[0.5]]
-    for value in [wrong] if wrong is not None else [row["low"] - 1, "a word", *([row["high"] + 1] if row["high"] else [])]:
+    wrong = {"choice": ["none of them"], "flag": [1], "holes": [1], "groups": [[[0.5]]]}.get(row["kind"], ["a word"])
+    for value in wrong:
         with pytest.raises(isomend.ParameterError, match=row["name"]):
             run(*arguments, **{row["name"]: value})
-    if row["high"]:
+    bounds = [row["low"] - 1] if row["low"] is not None else []
+    bounds += [row["high"] + 1] if row["high"] is not None else []
+    for bound in bounds:
+        value = int(bound) if row["kind"] == "whole" else bound
         with pytest.raises(isomend.ParameterError, match=f"{row['name']} must be {row['allowed']}, but is "):
-            run(*arguments, **{row["name"]: row["high"] + 1})
+            run(*arguments, **{row["name"]: value})
