@@ -218,14 +218,14 @@ impl Usual {
             Self::Unset => String::new(),
             Self::Value(text) | Self::Words(text) => (*text).to_owned(),
             Self::Cases(cases) => {
-                let told = |case: &Case| match case.with {
+                let text = |case: &Case| match case.with {
                     Some((name, values)) => {
                         format!("{} with `{name}` {}", case.value, values.join(" or "))
                     }
                     None => case.value.to_owned(),
                 };
-                let told: Vec<String> = cases.iter().map(told).collect();
-                told.join(", ")
+                let texts: Vec<String> = cases.iter().map(text).collect();
+                texts.join(", ")
             }
         }
     }

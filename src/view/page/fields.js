@@ -42,6 +42,7 @@ class Form {
     else input.type = kind === "flag" ? "checkbox" : "text";
     if (kind !== "flag" && kind !== "choice") {
       input.inputMode = "decimal";
+      input.title = row.unit && `in ${row.unit}`;
       input.placeholder = row.usual.replaceAll("`", "");
     }
     if (kind === "flag") input.checked = start;
