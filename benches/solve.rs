@@ -73,6 +73,7 @@ fn run(name: &str, shape: &Shape, across: f64) {
     let voxel = 2.0 / 16.0;
     let nodes = 36;
     let settings = NestedSettings {
+        own: None,
         lattice: Lattice {
             origin: -DVec3::splat(17.5 * voxel) - voxel * DVec3::new(0.137, -0.251, 0.319),
             voxel,

@@ -139,7 +139,7 @@ pub use finish::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,
 };
 #[doc(inline)]
-pub use flow::{Energy, Variant};
+pub use flow::{BendingEnergy, Density, Energy, Variant};
 #[doc(inline)]
 pub use grid::Volume;
 pub use mend::{

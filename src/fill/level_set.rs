@@ -208,6 +208,7 @@ impl RegionProblem<'_> {
             .stopped_by(self.cancel);
         let may_refine = self.params.voxel == VoxelSize::Auto;
         let settings = NestedSettings {
+            own: self.own,
             lattice: region.lattice,
             dims: region.dims,
             refinements: region.refinements,

@@ -19,6 +19,9 @@ pub enum Energy {
     /// `½∫ |∇h|²` along the surface: nearly exact on cylinders and cones too, much closer on ellipsoids, continuous in
     /// curvature across the rim. It starts from the steady state of the Willmore energy.
     CurvatureVariation,
+    /// One of the caller's, by [`Inspection::fill_with`](crate::Inspection::fill_with). It starts from the steady state of the Willmore
+    /// energy. Reports name it so; no parameters can ask for it.
+    Own,
 }
 
 /// Which approximation of the Hessian a step uses. All share their steady states.

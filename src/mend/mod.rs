@@ -18,6 +18,7 @@ mod sources;
 mod task;
 
 use crate::fill::FillParams;
+use crate::flow::BendingEnergy;
 use crate::mesh::Mesh;
 
 pub(crate) use control::Watch;
@@ -61,6 +62,29 @@ impl Inspection<'_> {
     pub fn fill(&self, params: &FillParams, control: &Control) -> Result<Filled, FillError> {
         control.install(|| {
             let regions = self.regions(params)?;
+            regions.fill(&Watch::new(*control, regions.expected_work()))
+        })
+    }
+}
+
+impl Inspection<'_> {
+    /// Fills holes by an energy of the caller's, in the place of [`FillParams::energy`].
+    ///
+    /// Patches are the level set's, as those of the variation of curvature: they are not finished on their own triangles, and have
+    /// no expected errors. Where the flow finds no surface the Willmore energy takes its place, which
+    /// [`RegionReport::other_energy`](crate::RegionReport::other_energy) says. The energy lives in this process alone: the regions of such a
+    /// fill are no tasks that could be sent.
+    ///
+    /// # Errors
+    /// As [`Inspection::fill`].
+    pub fn fill_with(
+        &self,
+        params: &FillParams,
+        energy: &dyn BendingEnergy,
+        control: &Control,
+    ) -> Result<Filled, FillError> {
+        control.install(|| {
+            let regions = self.regions(params)?.by(energy);
             regions.fill(&Watch::new(*control, regions.expected_work()))
         })
     }

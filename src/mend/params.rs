@@ -23,6 +23,11 @@ impl FillParams {
                 what: "the voxel size must be a positive length, or automatic",
             });
         }
+        if self.energy == Energy::Own {
+            return Err(FillError::Parameter {
+                what: "an energy of one's own is given to `Inspection::fill_with`, not in the parameters",
+            });
+        }
         check_edge_ratio(self.edge_ratio())?;
         if self.bridges(&self.flat) {
             return Err(FillError::Parameter {

@@ -16,6 +16,7 @@ use crate::fill::{
     FEW_EDGES, FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch,
     RegionPlan, RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, WIDEST, first_region,
 };
+use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, Mesh};
 use crate::region::{Region, VoxelSize, group_holes};
 
@@ -40,6 +41,8 @@ const AT_A_TIME: usize = 16;
 pub struct Regions<'a> {
     found: &'a Inspection<'a>,
     params: FillParams,
+    /// The caller's energy, where it is what the flow makes small.
+    own: Option<&'a dyn BendingEnergy>,
     /// The surface whose shape is kept, if any.
     reference: Option<&'a ReferenceSurface<'a>>,
     /// What becomes of the holes that are in no region.
@@ -78,12 +81,20 @@ impl<'a> Regions<'a> {
             found,
             plans: groups.iter().map(plan).collect(),
             params,
+            own: None,
             reference,
             outcomes,
             groups,
         };
         new.check_voxel()?;
         Ok(new)
+    }
+
+    /// The same by an energy of the caller's.
+    pub(super) fn by(mut self, energy: &'a dyn BendingEnergy) -> Self {
+        self.params.energy = Energy::Own;
+        self.own = Some(energy);
+        self
     }
 
     /// Number of regions.
@@ -211,6 +222,7 @@ impl<'a> Regions<'a> {
                 all: &all,
                 most_growth: f64::INFINITY,
                 params: &self.params,
+                own: self.own,
                 reference: self.reference,
                 extent: self.reference.and_then(|d| d.extent(group)),
                 keep_going: &|| watch.keep_going(),

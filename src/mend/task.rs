@@ -138,6 +138,7 @@ impl RegionTask {
             all: &all,
             most_growth: self.growth,
             params: &self.params,
+            own: None,
             reference: None,
             extent: None,
             keep_going: &|| watch.keep_going(),

@@ -232,7 +232,8 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
             length(level.voxel),
             match flow.energy {
                 Energy::Willmore => "",
-                _ => ", variation of curvature",
+                Energy::CurvatureVariation => ", variation of curvature",
+                Energy::Own => ", the caller's energy",
             },
             level.nodes,
             flow.unknowns,

@@ -233,6 +233,7 @@ impl Plan {
         let margin = DVec3::splat(MARGIN * coarse);
         let (lattice, dims) = Lattice::around(low, high, margin, coarse);
         NestedSettings {
+            own: None,
             lattice,
             dims,
             refinements,
