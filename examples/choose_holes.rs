@@ -18,8 +18,7 @@ pub fn run(input: &Path, output: &Path, widest: f64) -> Result<FillReport, Box<d
         .holes
         .iter()
         .filter(|hole| !hole.outer_border && hole.diameter <= widest);
-    let mut params = FillParams::default();
-    params.holes = Some(chosen.map(|hole| hole.id).collect());
+    let params = FillParams::new().with_holes(chosen.map(|hole| hole.id));
     let filled = found.fill(&params, &Control::new())?;
     let done = transfer(&loaded.mesh, &loaded.attributes, filled.mesh);
     let model = Contents {

@@ -84,10 +84,10 @@ pub fn run() -> Result<[f64; 2], Box<dyn Error>> {
         .iter()
         .find(is_in_wall)
         .ok_or("the tube has no hole")?;
-    let mut params = FillParams::default();
-    params.holes = Some(vec![hole.id]);
     // Patches as the energies have them: the finish would predict the tube from what surrounds the hole.
-    params.finish = Finish::None;
+    let params = FillParams::new()
+        .with_holes([hole.id])
+        .with_finish(Finish::None);
     let control = Control::new();
 
     let willmore = found.fill(&params, &control)?;
@@ -96,7 +96,7 @@ pub fn run() -> Result<[f64; 2], Box<dyn Error>> {
     };
     let own = found.fill_with(&params, &helfrich, &control)?;
     for filled in [&willmore, &own] {
-        let outcome = &filled.report.holes[hole.id - 1].outcome;
+        let outcome = &filled.report.holes[hole.id.get() - 1].outcome;
         if !matches!(outcome, HoleOutcome::Filled) || !filled.report.regions[0].converged {
             return Err(format!("the hole was not filled: {outcome:?}").into());
         }

@@ -118,6 +118,7 @@ pub mod region;
 mod repair;
 #[doc(hidden)]
 pub mod sdf;
+mod setters;
 #[doc(hidden)]
 pub mod spatial;
 #[doc(hidden)]
@@ -149,8 +150,8 @@ pub use mend::{
 };
 #[doc(inline)]
 pub use mesh::{
-    Attributes, ChainReason, Defects, FaceOrigin, Hole, Mesh, MeshError, Model, OpenChain, Origins,
-    Topology, cut::Remainder, mask,
+    Attributes, ChainReason, Defects, FaceOrigin, Hole, HoleId, Mesh, MeshError, Model, OpenChain,
+    Origins, Topology, cut::Remainder, mask,
 };
 #[doc(inline)]
 pub use region::{LevelReport, VoxelSize};

@@ -1,11 +1,11 @@
 //! Parsers of single arguments. Their messages are shown by clap after the name of the option.
 
-use isomend::VoxelSize;
 use isomend::io::Format;
+use isomend::{HoleId, VoxelSize};
 
 /// Numbers of holes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Ids(pub Vec<usize>);
+pub struct Ids(pub Vec<HoleId>);
 
 /// A width about the surface; none where all is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub enum Choice {
     /// All of them.
     All,
     /// Those with these numbers.
-    Some(Vec<usize>),
+    Some(Vec<HoleId>),
 }
 
 /// A positive whole number.
@@ -134,10 +134,10 @@ pub fn bridge(text: &str) -> Result<Ids, String> {
     Ok(Ids(ids))
 }
 
-fn separated(text: &str, separator: char) -> Result<Vec<usize>, String> {
+fn separated(text: &str, separator: char) -> Result<Vec<HoleId>, String> {
     text.split(separator)
         .map(|part| {
-            count(part.trim()).map_err(|_| {
+            count(part.trim()).map(HoleId::from).map_err(|_| {
                 format!(
                     "'{part}' is not the number of a hole; numbers count from 1, with '{separator}' between them \
                      (`isomend inspect` lists them)"
@@ -154,9 +154,12 @@ mod tests {
     #[test]
     fn holes_are_lists_of_numbers_or_all() {
         assert_eq!(choice("all"), Ok(Choice::All));
-        assert_eq!(choice("3, 1"), Ok(Choice::Some(vec![3, 1])));
-        assert_eq!(ids("2"), Ok(Ids(vec![2])));
-        assert_eq!(bridge("3+7+9"), Ok(Ids(vec![3, 7, 9])));
+        assert_eq!(choice("3, 1"), Ok(Choice::Some(vec![3.into(), 1.into()])));
+        assert_eq!(ids("2"), Ok(Ids(vec![2.into()])));
+        assert_eq!(
+            bridge("3+7+9"),
+            Ok(Ids([3, 7, 9].map(HoleId::from).to_vec()))
+        );
         for wrong in ["", "0", "1,,2", "-1", "1;2", "x"] {
             assert!(ids(wrong).is_err(), "{wrong}");
         }

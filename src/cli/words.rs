@@ -5,7 +5,8 @@ use isomend::flow::{Energy, Variant};
 use isomend::job::Work;
 use isomend::view::{Command, Words};
 use isomend::{
-    FairExtent, FairParams, FillParams, Finish, RepairParams, RestoreParams, SurfaceKind, VoxelSize,
+    FairExtent, FairParams, FillParams, Finish, HoleId, RepairParams, RestoreParams, SurfaceKind,
+    VoxelSize,
 };
 
 use super::{Cli, Command as Parsed};
@@ -206,7 +207,7 @@ fn number(x: f64) -> String {
     }
 }
 
-fn joined(ids: &[usize], separator: &str) -> String {
-    let ids: Vec<String> = ids.iter().map(usize::to_string).collect();
+fn joined(ids: &[HoleId], separator: &str) -> String {
+    let ids: Vec<String> = ids.iter().map(HoleId::to_string).collect();
     ids.join(separator)
 }

@@ -170,7 +170,7 @@ impl RegionProblem<'_> {
     }
 
     fn log_try(&self, now: &Try, region: &Region, solved: &Solved, begun: Instant) {
-        let ids: Vec<usize> = self.holes.iter().map(|h| h.id).collect();
+        let ids: Vec<usize> = self.holes.iter().map(|h| h.id.get()).collect();
         let levels: Vec<String> = solved
             .reports
             .iter()

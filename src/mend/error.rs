@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::mesh::{Mesh, MeshError, length};
+use crate::mesh::{HoleId, Mesh, MeshError, length};
 
 /// Most threads of a run.
 pub(super) const MOST_THREADS: usize = 1024;
@@ -18,7 +18,7 @@ pub enum FillError {
     #[error("there is no hole {id}; the mesh has {count}")]
     NoSuchHole {
         /// The number asked for.
-        id: usize,
+        id: HoleId,
         /// Number of holes.
         count: usize,
     },

@@ -14,6 +14,7 @@ mod reference;
 mod regions;
 mod report;
 mod restore;
+mod setters;
 mod sources;
 mod task;
 

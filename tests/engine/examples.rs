@@ -28,7 +28,10 @@ fn a_ball_without_its_top_is_filled_to_the_sphere() {
 #[test]
 fn an_energy_of_the_callers_own_continues_a_tube_that_the_willmore_energy_does_not() {
     let [willmore, own] = own_energy::run().unwrap();
-    assert!(willmore > 0.005 && own < 0.2 * willmore, "{willmore}, {own}");
+    assert!(
+        willmore > 0.005 && own < 0.2 * willmore,
+        "{willmore}, {own}"
+    );
 }
 
 #[test]

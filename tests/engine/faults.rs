@@ -196,8 +196,7 @@ fn small_rims_far_apart_share_a_lattice_that_fits() {
         mesh.faces
             .extend(small.faces.iter().map(|f| f.map(|v| v + base)));
     }
-    let mut params = FillParams::default();
-    params.bridge = vec![vec![1, 2]];
+    let params = FillParams::new().with_bridges([[1, 2]]);
     let plan = inspect(&mesh).unwrap().plan(&params).unwrap();
     let dims = plan.regions[0].dims.unwrap();
     let nodes: f64 = dims.iter().map(|&n| n as f64).product();

@@ -10,7 +10,7 @@ use isomend::io::{WriteOptions, read_path, write_path};
 use isomend::mesh::Attributes;
 use isomend::mesh::attributes::LabelKind;
 use isomend::mesh::mask::{Mask, Selector};
-use isomend::{FillParams, Mesh, RestoreError, RestoreParams, fill, restore};
+use isomend::{FillParams, HoleId, Mesh, RestoreError, RestoreParams, fill, restore};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -182,7 +182,7 @@ fn damage_goes_as_well_as_a_hole_is_filled() {
     }
 }
 
-fn holes_in(hole: &Mesh, case: &Case) -> Vec<usize> {
+fn holes_in(hole: &Mesh, case: &Case) -> Vec<HoleId> {
     let found = isomend::inspect(hole).unwrap();
     let near = |h: &&isomend::mesh::Hole| h.centre.distance(case.centre) < case.radius;
     found.holes.iter().filter(near).map(|h| h.id).collect()
