@@ -14,6 +14,7 @@ const FINISHED_EDGE_RATIO: f64 = 0.7;
 /// What a fill returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SurfaceKind {
     /// The input with the patches stitched in; its own vertices and faces are kept bit-exact and in order.
     #[default]
@@ -25,6 +26,7 @@ pub enum SurfaceKind {
 /// How patches are finished on their own triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Finish {
     /// By Newton steps of the Willmore energy, and by what the surroundings foretell as far as that proves itself next to the
     /// hole.

@@ -17,6 +17,7 @@ const BALLOON: f64 = 0.3;
 
 /// A region and its patch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RegionReport {
     /// Number, from 1.
     pub id: usize,

@@ -12,6 +12,7 @@ const KAPPA_ACROSS: f64 = 20.0;
 /// The energy whose steady state a fill is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Energy {
     /// `½∫ h²`: exact on spheres, minimal surfaces, Clifford tori and their Möbius images, and the most robust.
     #[default]
@@ -26,6 +27,7 @@ pub enum Energy {
 
 /// Which approximation of the Hessian a step uses. All share their steady states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Variant {
     /// `L2 M⁻¹ L3`, nonsymmetric: the paper's first scheme.
     I,

@@ -106,6 +106,7 @@ impl From<Loaded> for Model {
 
 /// The floating-point type of written coordinates, for formats that have a choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Precision {
     /// 32-bit floats.
     #[default]
@@ -150,6 +151,7 @@ pub struct Contents<'a> {
 
 /// A mesh as the bytes of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Written {
     /// The content of the file.
     pub bytes: Vec<u8>,

@@ -48,6 +48,7 @@ pub struct PaintedColour {
 
 /// What a mask marks of a mesh.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Marked {
     /// For each face whether it is marked.
     pub faces: Vec<bool>,

@@ -35,6 +35,7 @@ pub use task::RegionTask;
 
 /// A filled mesh.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Filled {
     /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches. With
     /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole) the zero sets alone.

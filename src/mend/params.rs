@@ -108,6 +108,7 @@ pub struct RestoreParams {
 /// How far a surface is faired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum FairExtent {
     /// For a time of the Willmore flow, in length⁴.
     Time(f64),

@@ -15,6 +15,7 @@ const FLAT: f64 = 1e-9;
 
 /// A hole: one simple boundary loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Hole {
     /// Number of the hole, from 1, by falling length.
     pub id: HoleId,

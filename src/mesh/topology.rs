@@ -11,6 +11,7 @@ pub const NONE: u32 = u32::MAX;
 
 /// What is wrong with a mesh's connectivity; counts are of the mesh as given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Defects {
     /// Faces that repeat a vertex or have no area.
     pub degenerate_faces: usize,

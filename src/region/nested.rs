@@ -99,6 +99,7 @@ pub enum Start {
 
 /// What happened on one level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LevelReport {
     /// Voxel size in world units.
     pub voxel: f64,

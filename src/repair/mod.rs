@@ -48,6 +48,7 @@ const RINGS: usize = 1;
 
 /// A repaired mesh.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Repaired {
     /// The mesh: what comes from the input first, in order, then the patches.
     pub mesh: Mesh,

@@ -24,6 +24,7 @@ pub const SIGMA_NAME: &str = "isomend_sigma";
 
 /// What the numbers of an attribute mean, as far as it matters for carrying them over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Role {
     /// A unit normal of three components.
     Normal,
