@@ -9,9 +9,9 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use isomend::flow::FlowSettings;
-use isomend::grid::Lattice;
-use isomend::region::{DistanceData, NestedSettings, NodeData, Start, solve_nested};
+use isomend::internals::flow::FlowSettings;
+use isomend::internals::grid::Lattice;
+use isomend::internals::region::{DistanceData, NestedSettings, NodeData, Start, solve_nested};
 
 struct Shape {
     distance: fn(DVec3) -> f64,

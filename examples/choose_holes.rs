@@ -4,9 +4,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use isomend::attributes::transfer;
 use isomend::io::{Contents, Precision, WriteOptions, read_path, write_model};
 use isomend::report::summary_lines;
+use isomend::transfer;
 use isomend::{Control, FillParams, FillReport, inspect};
 
 /// Fills the holes of `input` that are at most so wide, in the mesh's units, and writes `output` in the format of its

@@ -3,10 +3,10 @@
 use std::collections::{HashMap, HashSet};
 
 use arbitrary::{Result, Unstructured};
-use isomend::flow::Energy;
+use isomend::Energy;
 use isomend::glam::DVec3;
+use isomend::internals::mesh::weld_map;
 use isomend::io::{Format, WriteOptions, to_bytes};
-use isomend::mesh::weld_map;
 use isomend::{
     Control, FailedReason, FillParams, FillReport, HoleId, HoleOutcome, Inspection, Mesh,
     SurfaceKind, VoxelSize,

@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use isomend::flow::{Energy, Variant};
+use isomend::{Energy, Variant};
 use isomend::{FillParams, Finish, VoxelSize};
 
 use super::{Usage, arguments};

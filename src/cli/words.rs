@@ -1,9 +1,9 @@
 //! Work in the words of the command line: the options that ask for it.
 
 use clap::Parser;
-use isomend::flow::{Energy, Variant};
 use isomend::job::Work;
 use isomend::view::{Command, Words};
+use isomend::{Energy, Variant};
 use isomend::{
     FairExtent, FairParams, FillParams, Finish, HoleId, RepairParams, RestoreParams, SurfaceKind,
     VoxelSize,

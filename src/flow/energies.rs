@@ -12,7 +12,7 @@ use crate::grid::SparseGrid;
 
 impl Energy {
     /// What it asks for.
-    pub fn needs(self) -> &'static Needs {
+    pub(crate) fn needs(self) -> &'static Needs {
         match self {
             Self::Willmore => &WillmoreBand::NEEDS,
             Self::CurvatureVariation => &VariationBand::NEEDS,

@@ -7,7 +7,7 @@ use super::attributes::NONE;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct FaceOrigin {
-    /// The face that it is, or was made of; [`NONE`] for a new one.
+    /// The face that it is, or was made of; `u32::MAX` for a new one.
     pub face: u32,
     /// For each corner the corner of that face which it is; 3 where it is none of them.
     pub corners: [u8; 3],

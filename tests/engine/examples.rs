@@ -16,8 +16,8 @@ use std::fs;
 use crate::shapes;
 use glam::DVec3;
 use isomend::HoleOutcome;
+use isomend::Role;
 use isomend::io::read_path;
-use isomend::mesh::attributes::Role;
 
 #[test]
 fn a_ball_without_its_top_is_filled_to_the_sphere() {

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use crate::desk::{Desk, ball, bytes};
 use crate::shapes::{cut, polar, sphere};
 use glam::DVec3;
+use isomend::ChainReason;
 use isomend::io::Format;
-use isomend::mesh::ChainReason;
 use isomend::{FillParams, HoleOutcome, Mesh, fill, inspect};
 
 /// Far more than these fills take, and far less than they took.

@@ -167,7 +167,7 @@ impl Attribute {
 pub struct CornerAttribute {
     /// The pool.
     pub pool: Attribute,
-    /// For each face the places of its corners' values in the pool; [`NONE`] where there is none.
+    /// For each face the places of its corners' values in the pool; `u32::MAX` where there is none.
     pub corners: Vec<[u32; 3]>,
 }
 
@@ -218,7 +218,7 @@ pub struct Labels {
     pub kind: LabelKind,
     /// The labels there are.
     pub names: Vec<String>,
-    /// For each face the place of its label in `names`, or [`NONE`].
+    /// For each face the place of its label in `names`, or `u32::MAX`.
     pub of_face: Vec<u32>,
 }
 
