@@ -9,9 +9,9 @@ mod common;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isomend::glam::DVec3;
-use isomend::grid::SparseGrid;
-use isomend::sdf::redistance;
-use isomend::spatial::{Bvh, WindingTree};
+use isomend::internals::grid::SparseGrid;
+use isomend::internals::sdf::redistance;
+use isomend::internals::spatial::{Bvh, WindingTree};
 use isomend::volume::{VolumeParams, signed_distance_volume};
 use isomend::{Mesh, VoxelSize};
 

@@ -9,9 +9,9 @@
 use std::time::Instant;
 
 use glam::DVec3;
-use isomend::flow::FlowSettings;
-use isomend::grid::Lattice;
-use isomend::region::{DistanceData, NestedSettings, NodeData, Start, solve_nested};
+use isomend::internals::flow::FlowSettings;
+use isomend::internals::grid::Lattice;
+use isomend::internals::region::{DistanceData, NestedSettings, NodeData, Start, solve_nested};
 
 struct Shape {
     distance: fn(DVec3) -> f64,
@@ -73,6 +73,7 @@ fn run(name: &str, shape: &Shape, across: f64) {
     let voxel = 2.0 / 16.0;
     let nodes = 36;
     let settings = NestedSettings {
+        own: None,
         lattice: Lattice {
             origin: -DVec3::splat(17.5 * voxel) - voxel * DVec3::new(0.137, -0.251, 0.319),
             voxel,

@@ -7,12 +7,12 @@
 mod common;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use isomend::extract::level_surface;
+use isomend::Volume;
 use isomend::glam::DVec3;
-use isomend::grid::Volume;
-use isomend::sdf::Surface;
-use isomend::sdf::{RimSet, Sampler};
-use isomend::stitch::{StitchInput, StitchParams, stitch};
+use isomend::internals::sdf::Surface;
+use isomend::internals::sdf::{RimSet, Sampler};
+use isomend::internals::stitch::{StitchInput, StitchParams, stitch};
+use isomend::level_surface;
 use isomend::{Inspection, Mesh};
 
 /// The values of a function on `nodes`³ nodes of the cube from −`half` to `half`.

@@ -4,9 +4,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use isomend::attributes::transfer;
 use isomend::io::{Contents, Precision, WriteOptions, read_path, write_model};
 use isomend::report::summary_lines;
+use isomend::transfer;
 use isomend::{Control, FillParams, FillReport, inspect};
 
 /// Fills the holes of `input` that are at most so wide, in the mesh's units, and writes `output` in the format of its
@@ -18,8 +18,7 @@ pub fn run(input: &Path, output: &Path, widest: f64) -> Result<FillReport, Box<d
         .holes
         .iter()
         .filter(|hole| !hole.outer_border && hole.diameter <= widest);
-    let mut params = FillParams::default();
-    params.holes = Some(chosen.map(|hole| hole.id).collect());
+    let params = FillParams::new().with_holes(chosen.map(|hole| hole.id));
     let filled = found.fill(&params, &Control::new())?;
     let done = transfer(&loaded.mesh, &loaded.attributes, filled.mesh);
     let model = Contents {

@@ -4,9 +4,9 @@
 use std::error::Error;
 use std::f64::consts::{PI, TAU};
 
+use isomend::Attributes;
 use isomend::glam::DVec3;
-use isomend::mesh::Attributes;
-use isomend::mesh::mask::{Mask, Selector};
+use isomend::{Mask, Selector};
 use isomend::{Mesh, RestoreParams, restore};
 
 /// Vertices on each ring, and rings between the poles.

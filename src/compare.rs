@@ -17,6 +17,7 @@ const CHUNK: usize = 1 << 20;
 
 /// Why two meshes cannot be compared.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum CompareError {
     /// There are no samples or too many.
     #[error("the number of samples must lie between 1 and {MOST_SAMPLES}, but is {0}")]
@@ -31,6 +32,7 @@ pub enum CompareError {
 
 /// Everything about two meshes A and B.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Comparison {
     /// The first mesh.
     pub a: SurfaceFacts,
@@ -46,6 +48,7 @@ pub struct Comparison {
 
 /// One mesh by itself.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct SurfaceFacts {
     /// Vertices.
     pub vertices: usize,
@@ -61,6 +64,7 @@ pub struct SurfaceFacts {
 
 /// Distances from samples of one mesh to another, in the meshes' units.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct Distances {
     /// Samples, spread evenly over the area.
     pub samples: usize,
@@ -80,6 +84,7 @@ pub struct Distances {
 
 /// What of A is bit for bit in B.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Kept {
     /// Vertices of A whose position is that of a vertex of B.
     pub vertices: usize,

@@ -62,7 +62,7 @@
 //! - [`Model::inspect`] and [`Model::mended`] carry colours, normals, texture coordinates and materials along.
 //! - `job` (features `io` and `report`): from file to file, as the command line does it; `io`: files and bytes to meshes and back.
 //!
-//! [`restore`] cuts marked faces out, which a [`mask::Mask`] may choose, and fills what is missing then; all other faces are kept
+//! [`restore`] cuts marked faces out, which a [`Mask`] may choose, and fills what is missing then; all other faces are kept
 //! as above. [`RestoreParams::keep_shape`] keeps part of the shape that was there. Lengths are in the units of the mesh
 //! throughout.
 //!
@@ -73,15 +73,14 @@
 //! # Source
 //! M. Droske, M. Rumpf, "A level set formulation for Willmore flow", Interfaces and Free Boundaries 6 (2004) 361–378.
 #![warn(missing_docs)]
+// Some of what the engine rooms offer each other's tests and the benchmarks is used by nothing else.
+#![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]
 
 // The command line names the library as other callers do.
 #[cfg(feature = "cli")]
 extern crate self as isomend;
 
 pub mod check;
-#[cfg(feature = "cli")]
-#[doc(hidden)]
-pub mod cli;
 pub mod compare;
 #[cfg(feature = "io")]
 pub mod io;
@@ -92,71 +91,66 @@ pub mod parameters;
 pub mod report;
 #[cfg(feature = "study")]
 pub mod study;
-#[cfg(feature = "view")]
-#[doc(hidden)]
-pub mod view;
-
-// The engine's rooms, open to the project's own tests and benchmarks. They may change in any release.
-#[doc(hidden)]
-pub mod attributes;
-mod cancel;
-#[doc(hidden)]
-pub mod extract;
-mod fill;
-#[doc(hidden)]
-pub mod finish;
-#[doc(hidden)]
-pub mod flow;
-#[doc(hidden)]
-pub mod grid;
-#[doc(hidden)]
-pub mod linalg;
-mod mend;
-#[doc(hidden)]
-pub mod mesh;
-#[doc(hidden)]
-pub mod region;
-mod repair;
-#[doc(hidden)]
-pub mod sdf;
-#[doc(hidden)]
-pub mod spatial;
-#[doc(hidden)]
-pub mod stitch;
 pub mod volume;
+
+mod attributes;
+mod cancel;
+#[cfg(feature = "cli")]
+mod cli;
+mod extract;
+mod fill;
+mod finish;
+mod flow;
+mod grid;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod internals;
+mod linalg;
+mod mend;
+mod mesh;
+mod region;
+mod repair;
+mod sdf;
+mod setters;
+mod spatial;
+mod stitch;
+#[cfg(feature = "view")]
+mod view;
 
 pub use glam;
 
 pub use attributes::transfer;
 pub use cancel::Cancel;
-#[doc(inline)]
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
     ClosedBy, FailedReason, FillParams, Finish, FinishReport, HoleOutcome, LeftReason, PatchStart,
     RegionPatch, RegionReport, SurfaceKind, Tally, TriangulatedReason, TryFailure,
 };
-#[doc(inline)]
 pub use finish::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,
 };
-#[doc(inline)]
-pub use flow::{Energy, Variant};
-#[doc(inline)]
+pub use flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
 pub use grid::Volume;
 pub use mend::{
     Control, Event, FairError, FairExtent, FairParams, FairReport, Faired, FillError, FillReport,
     Filled, HoleReport, Inspection, Progress, RegionTask, Regions, RestoreError, RestoreParams,
     RestoreReport, Restored, Step, fair, fill, inspect, restore,
 };
-#[doc(inline)]
-pub use mesh::{
-    Attributes, ChainReason, Defects, FaceOrigin, Hole, Mesh, MeshError, Model, OpenChain, Origins,
-    Topology, cut::Remainder, mask,
+pub use mesh::attributes::{
+    Active, Attribute, Attributes, CornerAttribute, LabelKind, Labels, Material, PATCH_NAME, Role,
+    SIGMA_NAME, Scalar,
 };
-#[doc(inline)]
+pub use mesh::mask::{Mask, MaskError, Selection, Selector};
+pub use mesh::triangulate::TriangulationError;
+pub use mesh::{
+    ChainReason, Defects, FaceOrigin, Hole, HoleId, Mesh, MeshError, Model, OpenChain, Origins,
+    Topology, cut::Remainder,
+};
 pub use region::{LevelReport, VoxelSize};
 pub use repair::{Carried, CrossingPass, RepairParams, RepairReport, Repaired, repair};
-#[doc(inline)]
 pub use stitch::StitchError;
 
 /// The examples of the pages, run as tests.

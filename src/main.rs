@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    isomend::cli::main(std::env::args_os()).into()
+    isomend::command_line(std::env::args_os()).into()
 }

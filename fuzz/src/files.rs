@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use isomend::LabelKind;
 use isomend::Mesh;
-use isomend::grid::Volume;
+use isomend::Volume;
 use isomend::io::{
     Contents, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes, no_side_files,
     read_bytes, read_volume_bytes, volume_to_bytes,
 };
-use isomend::mesh::attributes::LabelKind;
 
 /// Reads OBJ; what it names as its materials and textures are its own bytes.
 pub fn obj(data: &[u8]) {

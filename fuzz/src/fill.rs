@@ -3,13 +3,13 @@
 use std::collections::{HashMap, HashSet};
 
 use arbitrary::{Result, Unstructured};
-use isomend::flow::Energy;
+use isomend::Energy;
 use isomend::glam::DVec3;
+use isomend::internals::mesh::weld_map;
 use isomend::io::{Format, WriteOptions, to_bytes};
-use isomend::mesh::weld_map;
 use isomend::{
-    Control, FailedReason, FillParams, FillReport, HoleOutcome, Inspection, Mesh, SurfaceKind,
-    VoxelSize,
+    Control, FailedReason, FillParams, FillReport, HoleId, HoleOutcome, Inspection, Mesh,
+    SurfaceKind, VoxelSize,
 };
 
 use crate::shapes;
@@ -76,7 +76,7 @@ fn params(found: &Inspection, input: &mut Unstructured) -> Result<FillParams> {
         length if length > 0.0 && length.is_finite() => VoxelSize::Length(length),
         _ => VoxelSize::Auto,
     };
-    let ids: Vec<usize> = found.holes.iter().map(|h| h.id).collect();
+    let ids: Vec<HoleId> = found.holes.iter().map(|h| h.id).collect();
     let mut params = FillParams::default();
     params.voxel = voxel;
     params.steps = Some(3);

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use arbitrary::{Result, Unstructured};
 use isomend::glam::DVec3;
 use isomend::job::parse_face_numbers;
-use isomend::mesh::attributes::{Attribute, Attributes, LabelKind, Labels, Role, Scalar};
-use isomend::mesh::mask::{Mask, Selection, Selector};
+use isomend::{Attribute, Attributes, LabelKind, Labels, Role, Scalar};
+use isomend::{Mask, Selection, Selector};
 use isomend::{Mesh, RestoreParams};
 
 use crate::cli::mask::{BallArg, BoxArg, Colour};

@@ -1,8 +1,7 @@
 //! Named values of vertices, faces and corners as arrays.
 
-use isomend::mesh::attributes::{
-    Attribute, CornerAttribute, NONE, PATCH_NAME, Role, SIGMA_NAME, Scalar,
-};
+use isomend::internals::mesh::attributes::NONE;
+use isomend::{Attribute, CornerAttribute, PATCH_NAME, Role, SIGMA_NAME, Scalar};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyList;

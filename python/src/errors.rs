@@ -97,7 +97,7 @@ fn volume_exception(error: &VolumeError) -> &'static str {
 fn compare_exception(error: &CompareError) -> &'static str {
     match error {
         CompareError::Empty { .. } => "MeshError",
-        CompareError::Samples(_) => "ParameterError",
+        _ => "ParameterError",
     }
 }
 

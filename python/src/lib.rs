@@ -23,7 +23,7 @@ use pyo3::prelude::*;
 /// The command line; its exit code.
 #[pyfunction]
 fn main(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-    py.detach(|| isomend::cli::main(arguments.into_iter()).code())
+    py.detach(|| isomend::command_line(arguments.into_iter()).code())
 }
 
 /// The parameters of all commands as JSON: name, path, kind, bounds, default and sentence of each.

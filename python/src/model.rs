@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use isomend::Attributes;
 use isomend::Mesh;
 use isomend::io::{Format, Loaded, Precision};
 use isomend::job::{Place, Source, Work};
-use isomend::mesh::Attributes;
 use isomend::volume::signed_distances;
 use numpy::{PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use isomend::glam::DVec3;
-use isomend::grid;
 use isomend::io::{Precision, read_volume_bytes, read_volume_path};
 use isomend::job::{self, Place, Source};
 use isomend::level_surface;
@@ -21,7 +20,7 @@ use crate::worker;
 /// Numbers on the nodes of a lattice.
 #[pyclass(frozen, module = "isomend._isomend")]
 pub struct Volume {
-    volume: Arc<grid::Volume>,
+    volume: Arc<isomend::Volume>,
     /// The document of the measurement, where it was measured.
     document: Option<String>,
 }
@@ -68,7 +67,7 @@ impl Volume {
             );
             return Err(Failure::parameter(what).into());
         }
-        let volume = Arc::new(grid::Volume {
+        let volume = Arc::new(isomend::Volume {
             dims,
             origin: DVec3::from(origin),
             spacing: DVec3::from(spacing),

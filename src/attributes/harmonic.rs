@@ -67,7 +67,7 @@ impl Laplacian {
             .zip(values.iter().copied())
     }
 
-    /// For each point the fixed one that is fewest edges away, or [`NONE`] where there is none.
+    /// For each point the fixed one that is fewest edges away, or `u32::MAX` where there is none.
     pub(super) fn nearest(&self, fixed: &[bool]) -> Vec<u32> {
         let mut nearest = vec![NONE; fixed.len()];
         let mut queue = VecDeque::new();

@@ -18,6 +18,7 @@ const LEAST_FACES: usize = 4;
 
 /// A part of a mesh that hangs together by edges with two faces.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Component {
     /// Number of faces.
     pub faces: usize,

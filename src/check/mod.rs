@@ -129,6 +129,7 @@ impl DefectKind {
 
 /// All defects of a kind.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Defect {
     /// The kind.
     pub kind: DefectKind,

@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use isomend::Inspection;
+use isomend::Selection;
 use isomend::io::Loaded;
 use isomend::job;
-use isomend::mesh::mask::Selection;
 use isomend::report::{chain_lines, defect_lines, hole_table, length, point};
 
 use super::console::{self, Console};

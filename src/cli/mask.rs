@@ -5,9 +5,9 @@ use std::str::FromStr;
 
 use anyhow::bail;
 use clap::Args;
+use isomend::Selector;
 use isomend::glam::DVec3;
 use isomend::job::{MaskSpec, PaintedColour};
-use isomend::mesh::mask::Selector;
 
 use super::arguments;
 

@@ -5,7 +5,8 @@ use std::collections::{BTreeSet, HashMap};
 use isomend::job::Work;
 use isomend::report::{chain_lines, defect_lines, left_holes, ranges};
 use isomend::{
-    ClosedBy, FillReport, HoleOutcome, HoleReport, LeftReason, RegionReport, TriangulatedReason,
+    ClosedBy, FillReport, HoleId, HoleOutcome, HoleReport, LeftReason, RegionReport,
+    TriangulatedReason,
 };
 
 /// Rows of the table without a problem: the widest holes.
@@ -80,7 +81,7 @@ impl Remark {
     }
 
     /// What it means and what can be done about it, after `hole 3` or `holes 3, 5`.
-    fn advice(self, ids: &[usize], work: &Work) -> String {
+    fn advice(self, ids: &[HoleId], work: &Work) -> String {
         let flat = match (work, ids) {
             (Work::Fill(_), [one]) => format!("; for a flat cap: --flat {one}"),
             (Work::Fill(_), _) => "; for flat caps: --flat with their numbers".to_owned(),
@@ -182,8 +183,8 @@ fn closed_by(by: Option<ClosedBy>) -> &'static str {
 }
 
 /// Numbers of holes as `3+7`, cut off where they are longer than their column.
-fn short_list(holes: &[usize]) -> String {
-    let all: Vec<String> = holes.iter().map(usize::to_string).collect();
+fn short_list(holes: &[HoleId]) -> String {
+    let all: Vec<String> = holes.iter().map(HoleId::to_string).collect();
     let all = all.join("+");
     match all.len() > NUMBERS {
         true => format!("{}...", &all[..NUMBERS - 3]),
@@ -209,7 +210,7 @@ fn digits(x: f64, count: usize) -> String {
     }
 }
 
-fn holes(ids: &[usize]) -> String {
+fn holes(ids: &[HoleId]) -> String {
     let noun = if ids.len() == 1 { "hole" } else { "holes" };
     format!("{noun} {}", ranges(ids))
 }
@@ -253,7 +254,7 @@ pub fn lines(report: &FillReport, work: &Work, verbose: bool) -> Vec<String> {
 
 /// The regions but those of small holes without a problem, the widest first.
 fn rows(report: &FillReport) -> Vec<Row<'_>> {
-    let holes: HashMap<usize, &HoleReport> = report.holes.iter().map(|h| (h.hole.id, h)).collect();
+    let holes: HashMap<HoleId, &HoleReport> = report.holes.iter().map(|h| (h.hole.id, h)).collect();
     let mut rows: Vec<Row> = Vec::new();
     for region in &report.regions {
         let own = || region.holes.iter().filter_map(|id| holes.get(id));
@@ -295,8 +296,8 @@ fn shown<'a, 'r>(rows: &'a [Row<'r>], verbose: bool) -> (Vec<&'a Row<'r>>, Vec<&
 fn advice(rows: &[Row], work: &Work) -> Vec<String> {
     let line = |remark: &Remark| {
         let own = rows.iter().filter(|row| row.remark == Some(*remark));
-        let ids: BTreeSet<usize> = own.flat_map(|row| row.region.holes.clone()).collect();
-        let ids: Vec<usize> = ids.into_iter().collect();
+        let ids: BTreeSet<HoleId> = own.flat_map(|row| row.region.holes.clone()).collect();
+        let ids: Vec<HoleId> = ids.into_iter().collect();
         (!ids.is_empty()).then(|| format!("{}: {}", holes(&ids), remark.advice(&ids, work)))
     };
     Remark::ALL.iter().filter_map(line).collect()
@@ -305,7 +306,7 @@ fn advice(rows: &[Row], work: &Work) -> Vec<String> {
 /// The holes that were left open, why, and the option that changes it.
 fn left(report: &FillReport, work: &Work) -> Vec<String> {
     let repairs = matches!(work, Work::Repair(_));
-    let line = |(why, ids): &(LeftReason, Vec<usize>)| {
+    let line = |(why, ids): &(LeftReason, Vec<HoleId>)| {
         let text = match why {
             LeftReason::OuterBorder if repairs => {
                 "the outer border of an open sheet; --close-borders closes it".to_owned()
@@ -347,7 +348,7 @@ mod tests {
     fn rows_fit_eighty_columns() {
         for remark in Remark::ALL {
             let widest = Cells {
-                hole: &short_list(&[1234, 2345, 3456]),
+                hole: &short_list(&[1234, 2345, 3456].map(HoleId::from)),
                 diameter: "-1.234e-9",
                 edges: "12345",
                 closed_by: closed_by(Some(ClosedBy::Faired)),

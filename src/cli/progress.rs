@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use isomend::{Event, Progress, RegionReport, Step};
+use isomend::{Event, HoleId, Progress, RegionReport, Step};
 
 use super::console::Console;
 
@@ -48,7 +48,7 @@ pub fn watched<R>(
     })
 }
 
-fn show(bar: &ProgressBar, busy: &Mutex<BTreeSet<usize>>, step: &Step) {
+fn show(bar: &ProgressBar, busy: &Mutex<BTreeSet<HoleId>>, step: &Step) {
     let mut busy = busy.lock().unwrap_or_else(PoisonError::into_inner);
     match step.event {
         Event::Begun(holes) => busy.extend(holes.first()),
@@ -59,7 +59,7 @@ fn show(bar: &ProgressBar, busy: &Mutex<BTreeSet<usize>>, step: &Step) {
         }
         _ => return,
     }
-    let holes: Vec<String> = busy.iter().take(4).map(usize::to_string).collect();
+    let holes: Vec<String> = busy.iter().take(4).map(HoleId::to_string).collect();
     let at = match holes.len() {
         0 => String::new(),
         1 => format!(", hole {}", holes[0]),

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use isomend::grid::Volume;
+use isomend::Volume;
 use isomend::io::Precision;
 use isomend::job::{self, VolumeSeconds};
 use isomend::report::length;

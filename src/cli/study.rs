@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum, ValueHint};
-use isomend::flow::Energy;
+use isomend::Energy;
 use isomend::io::{Precision, write_volume_path};
 use isomend::job::{Document, Place, write_text};
 use isomend::study::experiments::{

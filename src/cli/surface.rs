@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use clap::{Args, ValueHint};
-use isomend::extract::level_surface;
+use isomend::Attributes;
 use isomend::io::{Contents, Format, Precision, read_volume_bytes, read_volume_path};
 use isomend::job::{Document, FileInfo};
-use isomend::mesh::Attributes;
+use isomend::level_surface;
 use serde::Serialize;
 
 use super::console::{self, Console};

@@ -190,7 +190,7 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
 /// A line for a region that was faired.
 pub fn faired_region_line(region: &RegionReport) -> String {
     let steps: usize = region.levels.iter().map(|l| l.flow.steps.len()).sum();
-    let rims: Vec<String> = region.holes.iter().map(usize::to_string).collect();
+    let rims: Vec<String> = region.holes.iter().map(ToString::to_string).collect();
     let name = match rims.is_empty() {
         true => "all of the surface".to_owned(),
         false => format!("inside rim {}", rims.join("+")),

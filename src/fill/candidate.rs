@@ -20,6 +20,7 @@ pub enum PatchStart {
 
 /// What the finish of a region's patch found and did.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FinishReport {
     /// From what it was finished.
     pub start: PatchStart,

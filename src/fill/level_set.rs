@@ -170,7 +170,7 @@ impl RegionProblem<'_> {
     }
 
     fn log_try(&self, now: &Try, region: &Region, solved: &Solved, begun: Instant) {
-        let ids: Vec<usize> = self.holes.iter().map(|h| h.id).collect();
+        let ids: Vec<usize> = self.holes.iter().map(|h| h.id.get()).collect();
         let levels: Vec<String> = solved
             .reports
             .iter()
@@ -208,6 +208,7 @@ impl RegionProblem<'_> {
             .stopped_by(self.cancel);
         let may_refine = self.params.voxel == VoxelSize::Auto;
         let settings = NestedSettings {
+            own: self.own,
             lattice: region.lattice,
             dims: region.dims,
             refinements: region.refinements,

@@ -16,6 +16,7 @@ mod report;
 mod rim_triangles;
 mod seam;
 mod search;
+mod setters;
 mod stitching;
 mod strategy;
 

@@ -151,6 +151,7 @@ pub enum ClosedBy {
 
 /// How many holes ended in which way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Tally {
     /// Filled by the level set.
     pub filled: usize,

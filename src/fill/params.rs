@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::flow::{Energy, Variant};
+use crate::mesh::HoleId;
 use crate::region::VoxelSize;
 
 /// The usual edge ratio of patches that are finished on their own triangles. Their vertices lie on the surface, so that its chords
@@ -13,6 +14,7 @@ const FINISHED_EDGE_RATIO: f64 = 0.7;
 /// What a fill returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SurfaceKind {
     /// The input with the patches stitched in; its own vertices and faces are kept bit-exact and in order.
     #[default]
@@ -24,6 +26,7 @@ pub enum SurfaceKind {
 /// How patches are finished on their own triangles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Finish {
     /// By Newton steps of the Willmore energy, and by what the surroundings foretell as far as that proves itself next to the
     /// hole.
@@ -43,16 +46,16 @@ pub struct FillParams {
     /// Voxel size.
     pub voxel: VoxelSize,
     /// Numbers of the holes to fill, from 1; all when none are given.
-    pub holes: Option<Vec<usize>>,
+    pub holes: Option<Vec<HoleId>>,
     /// Holes wider than this stay open, in the mesh's units.
     pub max_diameter: Option<f64>,
     /// Numbers of the holes to keep open.
-    pub keep_open: Vec<usize>,
+    pub keep_open: Vec<HoleId>,
     /// Groups of holes to fill in one region whatever their distance.
-    pub bridge: Vec<Vec<usize>>,
+    pub bridge: Vec<Vec<HoleId>>,
     /// Numbers of the holes to close by nearly flat caps, surfaces of least area, instead of continuing the surface: necks, bases,
     /// mouths of vessels.
-    pub flat: Vec<usize>,
+    pub flat: Vec<HoleId>,
     /// What to return.
     pub surface: SurfaceKind,
     /// How patches are finished. Those of the variation of curvature, of level sets by themselves and of flows in time are not.
@@ -84,12 +87,12 @@ impl FillParams {
     }
 
     /// Whether a hole is to get a flat cap.
-    pub(crate) fn is_flat(&self, hole: usize) -> bool {
+    pub(crate) fn is_flat(&self, hole: HoleId) -> bool {
         self.flat.contains(&hole)
     }
 
     /// Whether one of these holes is to be put together with others.
-    pub(crate) fn bridges(&self, holes: &[usize]) -> bool {
+    pub(crate) fn bridges(&self, holes: &[HoleId]) -> bool {
         self.bridge.iter().flatten().any(|id| holes.contains(id))
     }
 

@@ -7,6 +7,7 @@ use super::params::{FillParams, SurfaceKind};
 use super::reference::ReferenceSurface;
 use super::report::FEW_EDGES;
 use crate::cancel::Cancel;
+use crate::flow::BendingEnergy;
 use crate::mesh::{Hole, Mesh};
 use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
@@ -38,6 +39,8 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) plan: RegionPlan,
     /// What of the mesh it knows: the pieces that its rims lie on.
     pub(crate) known: &'a Sampler<'a>,
+    /// The caller's energy, where the parameters' is [`Energy::Own`](crate::flow::Energy::Own).
+    pub(crate) own: Option<&'a dyn BendingEnergy>,
     /// All of the mesh, which patches must not cross.
     pub(crate) all: &'a Sampler<'a>,
     /// The parameters.

@@ -12,6 +12,7 @@ use crate::mesh::Mesh;
 
 /// What became of a region.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RegionPatch {
     /// The patch: vertex numbers below the input's number of vertices are the input's, the others those of its own vertices.
     pub mesh: Mesh,

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
 use super::outcome::{ClosedBy, TryFailure};
+use crate::mesh::HoleId;
 use crate::region::LevelReport;
 
 /// Holes of at most so many edges are closed by triangles between their vertices without being solved.
@@ -16,11 +17,12 @@ const BALLOON: f64 = 0.3;
 
 /// A region and its patch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RegionReport {
     /// Number, from 1.
     pub id: usize,
     /// Numbers of its holes.
-    pub holes: Vec<usize>,
+    pub holes: Vec<HoleId>,
     /// Whether its holes were put together because the caller asked for a bridge.
     pub bridge: bool,
     /// Diameter in the mesh's units: that of the widest hole, or of what was cut out.

@@ -106,6 +106,7 @@ impl FinishFound {
 /// What the positions of a finished patch are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum FinishResult {
     /// Those that they were.
     #[default]
@@ -120,6 +121,7 @@ pub enum FinishResult {
 /// start is with a strip along the rim filled so.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Restart {
     /// The first start was quick and did not fold.
     #[default]
@@ -135,6 +137,7 @@ pub enum Restart {
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Candidate {
     /// The minimum of the energy.
     Willmore,
@@ -151,6 +154,7 @@ pub enum Candidate {
 /// The surface over which heights were kriged.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum ChartKind {
     /// A plane.
     Plane,

@@ -1,5 +1,6 @@
 //! The energies by their names. Here and in [`Energy`] each has a line; all else about one is in its own file.
 
+use super::bending::{BendingBand, OwnEnergy};
 use super::energy::{BandEnergy, Needs};
 use super::outcome::FlowOutcome;
 use super::pull::Pull;
@@ -11,10 +12,11 @@ use crate::grid::SparseGrid;
 
 impl Energy {
     /// What it asks for.
-    pub fn needs(self) -> &'static Needs {
+    pub(crate) fn needs(self) -> &'static Needs {
         match self {
             Self::Willmore => &WillmoreBand::NEEDS,
             Self::CurvatureVariation => &VariationBand::NEEDS,
+            Self::Own => &BendingBand::NEEDS,
         }
     }
 }
@@ -32,9 +34,29 @@ pub fn relax(
     pull: Option<&Pull>,
     keep_going: &dyn Fn() -> bool,
 ) -> FlowOutcome {
-    let run = match settings.energy {
-        Energy::Willmore => relax_with::<WillmoreBand>,
-        Energy::CurvatureVariation => relax_with::<VariationBand>,
-    };
-    run(grid, phi, mask, settings, pull, keep_going)
+    match settings.energy {
+        Energy::CurvatureVariation => {
+            let make = VariationBand::new;
+            relax_with(make, grid, phi, mask, settings, pull, keep_going)
+        }
+        // One's own is `relax_own`'s.
+        Energy::Willmore | Energy::Own => {
+            let make = WillmoreBand::new;
+            relax_with(make, grid, phi, mask, settings, pull, keep_going)
+        }
+    }
+}
+
+/// As [`relax`], with an energy of the caller's.
+pub fn relax_own(
+    own: OwnEnergy,
+    grid: &SparseGrid,
+    phi: &mut Vec<f64>,
+    mask: &[bool],
+    settings: &FlowSettings,
+    pull: Option<&Pull>,
+    keep_going: &dyn Fn() -> bool,
+) -> FlowOutcome {
+    let make = |band, kappa| BendingBand::new(own, grid, band, kappa);
+    relax_with(make, grid, phi, mask, settings, pull, keep_going)
 }

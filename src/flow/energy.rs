@@ -1,4 +1,5 @@
-//! The interface of an energy to the flow.
+//! The interface of an energy to the flow, for energies whose terms are computed cell by cell; see [`super::BendingEnergy`] for the simpler
+//! one that callers have.
 
 use super::band::Band;
 use super::settings::{Energy, Variant};
@@ -27,9 +28,6 @@ pub struct Needs {
 pub trait BandEnergy: Sized {
     /// What it asks for.
     const NEEDS: Needs;
-
-    /// The energy on a band, with the weight κ of the eikonal term.
-    fn new(band: Band, kappa: f64) -> Self;
 
     /// The nodes and cells.
     fn band(&self) -> &Band;

@@ -178,8 +178,8 @@ impl Evolution {
             if off {
                 return Pause::OffGrid;
             }
-            let mut state =
-                BandState::<WillmoreBand>::new(grid, band, phi, self.settings.kappa, None);
+            let energy = WillmoreBand::new(band, self.settings.kappa);
+            let mut state = BandState::new(grid, energy, phi, None);
             if self.willmore_before.is_nan() {
                 self.willmore_before = state.at.as_ref().map_or(f64::NAN, |at| at.surface) / WIDTH;
             }

@@ -4,6 +4,7 @@
 //! narrow band whose weight follows the level. Lengths are in voxels.
 
 mod band;
+mod bending;
 mod cells;
 mod coarse;
 mod element;
@@ -25,7 +26,8 @@ mod variation;
 mod willmore;
 
 pub use band::Band;
-pub use energies::relax;
+pub use bending::{BendingBand, BendingEnergy, Density, OwnEnergy};
+pub use energies::{relax, relax_own};
 pub use energy::{BandEnergy, Evaluation, Needs};
 pub use evolve::{Evolution, EvolutionStep, Pace, Pause};
 pub use outcome::{FlowOutcome, StepRecord};

@@ -12,6 +12,7 @@ pub(super) const DIVERGED: f64 = 2.0;
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct StepRecord {
     /// Energy before it.
     pub energy: f64,
@@ -40,6 +41,7 @@ impl StepRecord {
 
 /// How the flow ended.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FlowOutcome {
     /// The energy that was minimised.
     pub energy: Energy,

@@ -12,6 +12,7 @@ const KAPPA_ACROSS: f64 = 20.0;
 /// The energy whose steady state a fill is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Energy {
     /// `½∫ h²`: exact on spheres, minimal surfaces, Clifford tori and their Möbius images, and the most robust.
     #[default]
@@ -19,10 +20,14 @@ pub enum Energy {
     /// `½∫ |∇h|²` along the surface: nearly exact on cylinders and cones too, much closer on ellipsoids, continuous in
     /// curvature across the rim. It starts from the steady state of the Willmore energy.
     CurvatureVariation,
+    /// One of the caller's, by [`Inspection::fill_with`](crate::Inspection::fill_with). It starts from the steady state of the Willmore
+    /// energy. Reports name it so; no parameters can ask for it.
+    Own,
 }
 
 /// Which approximation of the Hessian a step uses. All share their steady states.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Variant {
     /// `L2 M⁻¹ L3`, nonsymmetric: the paper's first scheme.
     I,

@@ -1,6 +1,6 @@
 //! A band between two redistancings, and one step on it.
 
-use super::band::{Band, MARGIN, WIDTH};
+use super::band::{MARGIN, WIDTH};
 use super::coarse::{feet, hierarchy};
 use super::energy::{BandEnergy, Evaluation};
 use super::outcome::StepRecord;
@@ -82,19 +82,13 @@ pub(super) struct BandState<E> {
 }
 
 impl<E: BandEnergy> BandState<E> {
-    /// The state on a band of `phi`, a distance within [`REACH`](super::steady::REACH) of its zero set.
-    pub(super) fn new(
-        grid: &SparseGrid,
-        band: Band,
-        phi: &[f64],
-        kappa: f64,
-        pull: Option<&Pull>,
-    ) -> Self {
+    /// The state of an energy on a band of `phi`, a distance within [`REACH`](super::steady::REACH) of its zero set.
+    pub(super) fn new(grid: &SparseGrid, energy: E, phi: &[f64], pull: Option<&Pull>) -> Self {
+        let band = energy.band();
         let values = band.gather(phi);
-        let pull = pull.map(|p| BandPull::new(p, &band, &values));
+        let pull = pull.map(|p| BandPull::new(p, band, &values));
         let moved = vec![0.0; values.len()];
-        let feet = feet(&band, grid, phi);
-        let energy = E::new(band, kappa);
+        let feet = feet(band, grid, phi);
         let mut state = Self {
             energy,
             pull,

@@ -23,8 +23,10 @@ const SHREDS: (f64, f64, f64) = (4.0, 2e4, 4.0);
 /// κ is doubled when steps grow, until it is at least this.
 const KAPPA_LIMIT: f64 = 16.0;
 
-/// Lets `phi` flow to the steady state of an energy; see [`super::relax`].
+/// Lets `phi` flow to the steady state of an energy, which `make` puts on a band with the weight κ of the eikonal term; see
+/// [`super::relax`].
 pub(super) fn relax_with<E: BandEnergy>(
+    make: impl Fn(Band, f64) -> E,
     grid: &SparseGrid,
     phi: &mut Vec<f64>,
     mask: &[bool],
@@ -40,7 +42,7 @@ pub(super) fn relax_with<E: BandEnergy>(
         }
         let band = match state.take() {
             Some(band) => Some(band),
-            None => run.new_band(grid, phi, mask, pull),
+            None => run.new_band(&make, grid, phi, mask, pull),
         };
         let Some(mut band) = band else { break };
         if grid.is_cancelled() {
@@ -97,6 +99,7 @@ impl<'a> Relaxation<'a> {
     /// `phi` then stays as it was.
     fn new_band<E: BandEnergy>(
         &mut self,
+        make: impl Fn(Band, f64) -> E,
         grid: &SparseGrid,
         phi: &mut Vec<f64>,
         mask: &[bool],
@@ -104,7 +107,8 @@ impl<'a> Relaxation<'a> {
     ) -> Option<BandState<E>> {
         let distances = redistance(grid, phi, mask, REACH);
         let band = Band::new(grid, &distances, mask, E::NEEDS.dilations);
-        let next = BandState::<E>::new(grid, band, &distances, self.outcome.kappa, pull);
+        let energy = make(band, self.outcome.kappa);
+        let next = BandState::new(grid, energy, &distances, pull);
         let last = self.outcome.steps.last();
         if last.is_some_and(|s| next.has_jumped(s.energy)) {
             return None;

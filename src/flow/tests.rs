@@ -1,11 +1,16 @@
 //! What holds for every energy: its gradient is its derivative, its matrix symmetric and the Jacobi factor the diagonal's.
 
-use super::{Band, BandEnergy, System, Variant, VariationBand, WillmoreBand};
-use crate::grid::SparseGrid;
+use glam::DVec3;
+
+use super::{
+    Band, BandEnergy, BendingBand, BendingEnergy, Density, OwnEnergy, System, Variant,
+    VariationBand, WillmoreBand,
+};
+use crate::grid::{Lattice, SparseGrid};
 use crate::linalg::LinearOperator;
 
 /// A bumpy ball, free on one side.
-fn ball<E: BandEnergy>() -> (E, Vec<f64>) {
+fn ball<E: BandEnergy>(make: impl Fn(&SparseGrid, Band) -> E) -> (E, Vec<f64>) {
     let grid = SparseGrid::new([24, 24, 24], |_| true);
     let (mut phi, mut mask) = (vec![], vec![]);
     for s in 0..grid.len() {
@@ -17,7 +22,7 @@ fn ball<E: BandEnergy>() -> (E, Vec<f64>) {
     }
     let band = Band::new(&grid, &phi, &mask, E::NEEDS.dilations);
     let values = band.gather(&phi);
-    (E::new(band, 1.0), values)
+    (make(&grid, band), values)
 }
 
 /// A direction on the unknowns.
@@ -41,8 +46,8 @@ fn system<E: BandEnergy>(energy: &E, phi: &[f64]) -> System {
     energy.system(phi, &at, Variant::GaussNewton, f64::INFINITY)
 }
 
-fn gradient_is_derivative<E: BandEnergy>() {
-    let (energy, phi) = ball::<E>();
+fn gradient_is_derivative<E: BandEnergy>(make: impl Fn(&SparseGrid, Band) -> E) {
+    let (energy, phi) = ball(make);
     let gradient = energy.gradient(&phi, &energy.evaluate(&phi));
     for frequency in [1.7, 0.03] {
         let direction = waves(energy.band(), frequency);
@@ -60,8 +65,8 @@ fn gradient_is_derivative<E: BandEnergy>() {
     }
 }
 
-fn operator_is_symmetric_with_its_diagonal<E: BandEnergy>() {
-    let (energy, phi) = ball::<E>();
+fn operator_is_symmetric_with_its_diagonal<E: BandEnergy>(make: impl Fn(&SparseGrid, Band) -> E) {
+    let (energy, phi) = ball(make);
     let band = energy.band();
     let system = system(&energy, &phi);
     let layout = system.layout();
@@ -91,20 +96,89 @@ fn operator_is_symmetric_with_its_diagonal<E: BandEnergy>() {
 
 #[test]
 fn the_willmore_gradient_is_that_of_the_energy() {
-    gradient_is_derivative::<WillmoreBand>();
+    gradient_is_derivative(|_, band| WillmoreBand::new(band, 1.0));
 }
 
 #[test]
 fn the_gradient_of_the_variation_is_that_of_the_energy() {
-    gradient_is_derivative::<VariationBand>();
+    gradient_is_derivative(|_, band| VariationBand::new(band, 1.0));
 }
 
 #[test]
 fn the_willmore_operator_is_symmetric_and_its_diagonal_is_the_jacobi_factor() {
-    operator_is_symmetric_with_its_diagonal::<WillmoreBand>();
+    operator_is_symmetric_with_its_diagonal(|_, band| WillmoreBand::new(band, 1.0));
 }
 
 #[test]
 fn the_operator_of_the_variation_is_symmetric_and_its_diagonal_is_the_jacobi_factor() {
-    operator_is_symmetric_with_its_diagonal::<VariationBand>();
+    operator_is_symmetric_with_its_diagonal(|_, band| VariationBand::new(band, 1.0));
+}
+
+/// `½∫(h − h₀)²` with an h₀ that grows along x.
+struct Target {
+    at_origin: f64,
+    growth: f64,
+}
+
+impl BendingEnergy for Target {
+    fn density(&self, place: DVec3, h: f64) -> Density {
+        let excess = h - self.at_origin - self.growth * place.x;
+        Density::new(0.5 * excess * excess, excess, 1.0)
+    }
+}
+
+/// The energy on the lattice of a ball of 0.7 units, whose centre is the origin.
+fn own<'a>(energy: &'a Target) -> impl Fn(&SparseGrid, Band) -> BendingBand<'a> {
+    let lattice = Lattice {
+        origin: DVec3::splat(-1.13),
+        voxel: 0.1,
+    };
+    move |grid, band| BendingBand::new(OwnEnergy { energy, lattice }, grid, band, 1.0)
+}
+
+const GROWING: Target = Target {
+    at_origin: 1.5,
+    growth: 2.0,
+};
+
+#[test]
+fn the_gradient_of_an_own_energy_is_that_of_the_energy() {
+    gradient_is_derivative(own(&GROWING));
+}
+
+#[test]
+fn the_operator_of_an_own_energy_is_symmetric_and_its_diagonal_is_the_jacobi_factor() {
+    operator_is_symmetric_with_its_diagonal(own(&GROWING));
+}
+
+#[test]
+fn half_h_squared_is_the_willmore_energy_whatever_the_voxel() {
+    let plain = Target {
+        at_origin: 0.0,
+        growth: 0.0,
+    };
+    let (own, phi) = ball(own(&plain));
+    let (willmore, _) = ball(|_, band| WillmoreBand::new(band, 1.0));
+    let [a, b] = [own.evaluate(&phi).energy, willmore.evaluate(&phi).energy];
+    assert!((a - b).abs() < 1e-12 * b, "{a} {b}");
+}
+
+#[test]
+fn a_ball_with_its_own_curvature_as_the_target_has_next_to_no_energy() {
+    let smooth = |h0: f64| {
+        let target = Target {
+            at_origin: h0,
+            growth: 0.0,
+        };
+        let (energy, mut phi) = ball(own(&target));
+        let grid = SparseGrid::new([24, 24, 24], |_| true);
+        for (value, &slot) in phi.iter_mut().zip(&energy.band().slots) {
+            let x = DVec3::from_array(grid.node(slot as usize).map(|i| f64::from(i) - 11.3));
+            *value = x.length() - 7.0;
+        }
+        energy.evaluate(&phi).surface
+    };
+    // Outward normals: 2/r is positive.
+    assert!(smooth(2.0 / 0.7) < 0.02 * smooth(0.0));
+    assert!(smooth(-2.0 / 0.7) > 3.0 * smooth(0.0));
 }

@@ -39,18 +39,6 @@ impl BandEnergy for VariationBand {
         fallback: Some(Energy::Willmore),
     };
 
-    fn new(band: Band, kappa: f64) -> Self {
-        let counted = |cell: &Cell| {
-            let corners = corner_numbers(cell);
-            corners.iter().all(|&v| band.residual[v]) && corners.iter().any(|&v| band.near[v])
-        };
-        Self {
-            counted: band.cells.iter().map(counted).collect(),
-            band,
-            kappa,
-        }
-    }
-
     fn band(&self) -> &Band {
         &self.band
     }
@@ -138,6 +126,19 @@ impl BandEnergy for VariationBand {
 }
 
 impl VariationBand {
+    /// The energy on a band, with the weight κ of the eikonal term.
+    pub fn new(band: Band, kappa: f64) -> Self {
+        let counted = |cell: &Cell| {
+            let corners = corner_numbers(cell);
+            corners.iter().all(|&v| band.residual[v]) && corners.iter().any(|&v| band.near[v])
+        };
+        Self {
+            counted: band.cells.iter().map(counted).collect(),
+            band,
+            kappa,
+        }
+    }
+
     fn variation(&self, phi: &[f64], at: &Evaluation) -> Vec<VariationCell> {
         let cells = (0..self.band.cells.len()).into_par_iter();
         cells.map(|c| self.variation_of(c, phi, at)).collect()

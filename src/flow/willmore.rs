@@ -36,10 +36,6 @@ impl BandEnergy for WillmoreBand {
         fallback: None,
     };
 
-    fn new(band: Band, kappa: f64) -> Self {
-        Self { band, kappa }
-    }
-
     fn band(&self) -> &Band {
         &self.band
     }
@@ -63,59 +59,25 @@ impl BandEnergy for WillmoreBand {
 
     /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; all but the third come from the cells.
     fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64> {
-        let band = &self.band;
-        let mut gradient = Vec::with_capacity(phi.len());
-        self.with_fields(phi, at, |fields| {
-            let make = |c: usize| fields.load(&band.cells[c]);
-            in_slabs(
-                band,
-                phi.len(),
-                |i| i,
-                make,
-                |nodes, loads| {
-                    let entry = |i: usize| {
-                        if !band.unknown[i] {
-                            return 0.0;
-                        }
-                        let mut sum = gathered(band, i, |c, a| loads.get(c)[a]);
-                        if band.residual[i] {
-                            sum += 0.5 * chi_derivative(phi[i]) * at.r[i] * at.r[i] / at.mass[i];
-                        }
-                        sum
-                    };
-                    gradient.par_extend(nodes.into_par_iter().map(entry));
-                },
-            );
-        });
-        gradient.resize(phi.len(), 0.0);
-        gradient
+        let by_level = |i: usize| 0.5 * chi_derivative(phi[i]) * at.r[i] * at.r[i] / at.mass[i];
+        self.with_fields(phi, at, |fields| gradient(&self.band, fields, by_level))
     }
 
     fn system(&self, phi: &[f64], at: &Evaluation, variant: Variant, time_step: f64) -> System {
-        let band = &self.band;
-        let which: &[fn(&CellMatrices) -> &Packed] = match variant {
-            Variant::GaussNewton => &[|c| &c.second, |c| &c.tangential],
-            Variant::I => &[|c| &c.second, |c| &c.tangential, |c| &c.full],
-            Variant::II => &[|c| &c.second, |c| &c.full],
-        };
-        let mut lists = self
-            .with_fields(phi, at, |fields| {
-                let make = |c: usize| CellMatrices::new(&band.cells[c], fields, variant);
-                stencils(band, make, which)
-            })
-            .into_iter();
-        let mut next = || lists.next();
-        let factors = Factors {
-            second: next().unwrap_or_default(),
-            curvature: next().unwrap_or_default(),
-            inner: next(),
-            middle: None,
-        };
-        System::new(band, factors, self.weights(phi, &at.mass, time_step))
+        let residual = |i: usize| chi(phi[i]) / at.mass[i];
+        let weights = weights(&self.band, phi, &at.mass, time_step, residual);
+        self.with_fields(phi, at, |fields| {
+            system(&self.band, fields, variant, weights)
+        })
     }
 }
 
 impl WillmoreBand {
+    /// The energy on a band, with the weight κ of the eikonal term.
+    pub fn new(band: Band, kappa: f64) -> Self {
+        Self { band, kappa }
+    }
+
     /// Calls `run` with what the cells' matrices are made of.
     fn with_fields<T>(&self, phi: &[f64], at: &Evaluation, run: impl FnOnce(&Fields) -> T) -> T {
         let curvature = |i: usize| {
@@ -139,28 +101,88 @@ impl WillmoreBand {
             kappa: self.kappa,
         })
     }
+}
 
-    fn weights(&self, phi: &[f64], mass: &[f64], time_step: f64) -> Vec<RowWeights> {
-        let band = &self.band;
-        band.layout
-            .rows
-            .iter()
-            .map(|&i| {
-                let i = i as usize;
-                RowWeights {
-                    residual: if band.residual[i] {
-                        (chi(phi[i]) / mass[i]) as f32
-                    } else {
-                        0.0
-                    },
-                    inertia: if time_step.is_finite() {
-                        (chi(phi[i]) * mass[i] / time_step) as f32
-                    } else {
-                        0.0
-                    },
-                    unknown: band.unknown[i],
+/// The gradient of an energy `Σ χ e(r_i, M_i) + κ Eik` on the unknowns: `BPᵀ(χ ∂e/∂r) + ½ L1 φ + κ Σ (1 − 1/|g|) g·∇N` from the cells,
+/// with the two derivatives in `fields`, and `by_level`, which is χ′e, at the nodes of R.
+pub(super) fn gradient(
+    band: &Band,
+    fields: &Fields,
+    by_level: impl Fn(usize) -> f64 + Sync,
+) -> Vec<f64> {
+    let count = fields.phi.len();
+    let mut gradient = Vec::with_capacity(count);
+    let make = |c: usize| fields.load(&band.cells[c]);
+    in_slabs(
+        band,
+        count,
+        |i| i,
+        make,
+        |nodes, loads| {
+            let entry = |i: usize| {
+                if !band.unknown[i] {
+                    return 0.0;
                 }
-            })
-            .collect()
-    }
+                let mut sum = gathered(band, i, |c, a| loads.get(c)[a]);
+                if band.residual[i] {
+                    sum += by_level(i);
+                }
+                sum
+            };
+            gradient.par_extend(nodes.into_par_iter().map(entry));
+        },
+    );
+    gradient.resize(count, 0.0);
+    gradient
+}
+
+/// The matrix of a step of such an energy.
+pub(super) fn system(
+    band: &Band,
+    fields: &Fields,
+    variant: Variant,
+    weights: Vec<RowWeights>,
+) -> System {
+    let which: &[fn(&CellMatrices) -> &Packed] = match variant {
+        Variant::GaussNewton => &[|c| &c.second, |c| &c.tangential],
+        Variant::I => &[|c| &c.second, |c| &c.tangential, |c| &c.full],
+        Variant::II => &[|c| &c.second, |c| &c.full],
+    };
+    let make = |c: usize| CellMatrices::new(&band.cells[c], fields, variant);
+    let mut lists = stencils(band, make, which).into_iter();
+    let mut next = || lists.next();
+    let factors = Factors {
+        second: next().unwrap_or_default(),
+        curvature: next().unwrap_or_default(),
+        inner: next(),
+        middle: None,
+    };
+    System::new(band, factors, weights)
+}
+
+/// What the rows of a step's matrix hold beside their stencils; `residual` is χ ∂²e/∂r² at a node of R.
+pub(super) fn weights(
+    band: &Band,
+    phi: &[f64],
+    mass: &[f64],
+    time_step: f64,
+    residual: impl Fn(usize) -> f64,
+) -> Vec<RowWeights> {
+    let row = |&i: &u32| {
+        let i = i as usize;
+        RowWeights {
+            residual: if band.residual[i] {
+                residual(i) as f32
+            } else {
+                0.0
+            },
+            inertia: if time_step.is_finite() {
+                (chi(phi[i]) * mass[i] / time_step) as f32
+            } else {
+                0.0
+            },
+            unknown: band.unknown[i],
+        }
+    };
+    band.layout.rows.iter().map(row).collect()
 }

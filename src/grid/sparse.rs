@@ -43,12 +43,12 @@ pub struct Lattice {
 
 impl Lattice {
     /// World position of a point in lattice coordinates.
-    pub fn to_world(&self, x: DVec3) -> DVec3 {
+    pub fn to_world(self, x: DVec3) -> DVec3 {
         self.origin + x * self.voxel
     }
 
     /// Lattice coordinates of a world position.
-    pub fn to_lattice(&self, p: DVec3) -> DVec3 {
+    pub fn to_lattice(self, p: DVec3) -> DVec3 {
         (p - self.origin) / self.voxel
     }
 

@@ -7,6 +7,7 @@ use super::Format;
 
 /// Where in a file something was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Place {
     /// The file as a whole.
     File,

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 /// A file format that can be read and written: of meshes, and of volumes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum Format {
     /// Wavefront OBJ, text.
     Obj,

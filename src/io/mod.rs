@@ -39,14 +39,17 @@ mod vtk;
 
 pub use self::gltf::{Document, Image};
 pub use error::{IoError, Place};
+#[cfg_attr(not(feature = "cli"), allow(unused_imports))]
+pub(crate) use files::{beside, read_as, read_stream};
 pub use files::{
-    MOST_STREAM, beside, read_as, read_path, read_stream, read_text, read_volume_path, write_model,
-    write_path, write_volume_path,
+    read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
 };
 pub use format::Format;
-pub use save::save;
+#[cfg(feature = "internals")]
 #[doc(hidden)]
-pub use save::{Abandoned, abandon_unfinished};
+pub use save::{Abandoned, abandon_unfinished, save};
+#[cfg(not(feature = "internals"))]
+pub(crate) use save::{abandon_unfinished, save};
 
 use serde::{Deserialize, Serialize};
 
@@ -106,6 +109,7 @@ impl From<Loaded> for Model {
 
 /// The floating-point type of written coordinates, for formats that have a choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Precision {
     /// 32-bit floats.
     #[default]
@@ -150,6 +154,7 @@ pub struct Contents<'a> {
 
 /// A mesh as the bytes of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Written {
     /// The content of the file.
     pub bytes: Vec<u8>,

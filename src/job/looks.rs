@@ -13,6 +13,7 @@ use crate::mesh::mask::Selection;
 use crate::mesh::{Defects, OpenChain};
 
 /// What a mesh file holds.
+#[non_exhaustive]
 pub struct Inspected<'a> {
     place: &'a Place,
     /// What was read.
@@ -94,6 +95,7 @@ impl Inspected<'_> {
 }
 
 /// A mesh file and the verdict on it.
+#[non_exhaustive]
 pub struct Checked<'a> {
     place: &'a Place,
     /// What was read.
@@ -164,6 +166,7 @@ struct CompareBody<'a> {
 }
 
 /// Two meshes beside each other.
+#[non_exhaustive]
 pub struct Compared {
     files: [FileInfo; 2],
     /// What was measured.

@@ -14,6 +14,7 @@ use crate::repair::{Carried, RepairParams, RepairReport, repair};
 
 /// For each vertex and each face of a mesh whether it is kept.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Kept {
     /// For each vertex.
     pub vertices: Vec<bool>,

@@ -13,7 +13,7 @@ use crate::mesh::mask::{Mask, Selector};
 use crate::report::missed_lines;
 use crate::spatial::{Bvh, WindingTree};
 
-/// Chooses faces; what several of its fields choose adds up. See [`crate::mesh::mask`].
+/// Chooses faces; what several of its fields choose adds up. See [`Mask`](crate::Mask).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct MaskSpec {
@@ -25,7 +25,7 @@ pub struct MaskSpec {
     pub inside: Vec<PathBuf>,
     /// Face numbers, from 0.
     pub faces: Vec<usize>,
-    /// Files of face numbers; see [`face_numbers`].
+    /// Files of face numbers, as [`parse_face_numbers`] reads them.
     pub face_files: Vec<PathBuf>,
     /// Colours of vertices.
     pub colours: Vec<PaintedColour>,
@@ -48,6 +48,7 @@ pub struct PaintedColour {
 
 /// What a mask marks of a mesh.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Marked {
     /// For each face whether it is marked.
     pub faces: Vec<bool>,
@@ -181,7 +182,7 @@ pub fn face_numbers(path: &Path) -> Result<Vec<usize>, JobError> {
     parse_face_numbers(&text, &path.display().to_string())
 }
 
-/// As [`face_numbers`], from the text of a file of that name.
+/// As `face_numbers`, from the text of a file of that name.
 ///
 /// # Errors
 /// When it holds something else.

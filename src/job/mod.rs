@@ -33,15 +33,23 @@ mod spec;
 mod steps;
 mod volumes;
 
-pub use documents::{Document, FileInfo, failed_document};
+pub use documents::{Document, FileInfo};
 pub use draw::{Drawings, Unchanged};
 pub use error::JobError;
 pub use looks::{Checked, Compared, Inspected, check, compare, inspect};
 pub use made::{Extent, Kept};
-pub use marks::{Marked, MaskSpec, PaintedColour, face_numbers, parse_face_numbers};
-pub use output::{Output, write_text};
-pub use places::{Place, in_folder, is_folder_name};
+pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
+pub use output::Output;
+pub use places::Place;
 pub use read::Source;
 pub use spec::{JobSpec, Work};
 pub use steps::{JobResult, Mended, Read, run};
-pub use volumes::{DISTANCE, MeasuredFile, VolumeSeconds, measure, write_volume};
+pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
+
+#[cfg_attr(not(feature = "cli"), allow(unused_imports))]
+pub(crate) use {
+    documents::failed_document,
+    output::write_text,
+    places::{in_folder, is_folder_name},
+    volumes::DISTANCE,
+};

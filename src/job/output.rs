@@ -23,6 +23,7 @@ pub(super) const PATCH_MATERIAL: &str = "# The material of patches that the text
 
 /// Where a mesh goes, in which format.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Output {
     /// The file, or bytes for the caller.
     pub place: Place,

@@ -11,6 +11,7 @@ use crate::io::Format;
 /// A file, or bytes that the caller has or gets.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Place {
     /// A file.
     File(PathBuf),

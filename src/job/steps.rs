@@ -52,6 +52,7 @@ pub struct Mended<'s> {
 
 /// What came of a job.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct JobResult<'s> {
     /// The job.
     pub spec: Cow<'s, JobSpec>,

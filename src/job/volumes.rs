@@ -13,6 +13,7 @@ use crate::volume::{Measured, MeasuredSeconds, VolumeParams, measure_volume};
 pub const DISTANCE: &str = "distance";
 
 /// The signed distance volume of a mesh file.
+#[non_exhaustive]
 pub struct MeasuredFile {
     input: FileInfo,
     /// The volume and what it took.
@@ -65,6 +66,7 @@ pub fn write_volume(
 
 /// What the files of a volume took, in seconds of the clock.
 #[derive(Clone, Copy, Debug, Serialize)]
+#[non_exhaustive]
 pub struct VolumeSeconds {
     /// Reading the mesh.
     pub reading: f64,

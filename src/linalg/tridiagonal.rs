@@ -64,7 +64,7 @@ impl Tridiagonal {
     }
 
     /// `x ← Q x`.
-    pub fn from_reduced(&self, x: &mut [f64]) {
+    pub fn to_original(&self, x: &mut [f64]) {
         (1..self.n).for_each(|k| self.reflect(k, x));
     }
 
@@ -159,7 +159,7 @@ mod tests {
             reduced.to_reduced(&mut b);
             assert!((shifted.quadratic(&b) - product).abs() < 1e-10 * product.abs());
             shifted.solve(&mut b);
-            reduced.from_reduced(&mut b);
+            reduced.to_original(&mut b);
             for (x, w) in b.iter().zip(&wanted) {
                 assert!((x - w).abs() < 1e-12, "{n}");
             }

@@ -6,6 +6,7 @@ use super::FillError;
 use super::error::MOST_THREADS;
 use crate::cancel::Cancel;
 use crate::fill::RegionReport;
+use crate::mesh::HoleId;
 
 /// Told of each [`Step`], often and from several threads.
 pub type Progress<'a> = dyn Fn(&Step) + Sync + 'a;
@@ -104,7 +105,7 @@ pub enum Event<'a> {
     /// Nothing that need be told.
     Working,
     /// A region was begun: the numbers of its holes.
-    Begun(&'a [usize]),
+    Begun(&'a [HoleId]),
     /// A region is done.
     Ended(&'a RegionReport),
 }
@@ -145,7 +146,7 @@ impl<'a> Watch<'a> {
     }
 
     /// A region is begun.
-    pub(crate) fn begin(&self, holes: &[usize]) {
+    pub(crate) fn begin(&self, holes: &[HoleId]) {
         self.tell(Event::Begun(holes));
     }
 

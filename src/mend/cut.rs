@@ -7,6 +7,7 @@ use glam::DVec3;
 use super::report::FillReport;
 use super::{Inspection, RestoreError};
 use crate::fill::{FillParams, HoleOutcome, LeftReason, SurfaceKind};
+use crate::mesh::HoleId;
 use crate::mesh::cut::{Remainder, settled, without_spikes};
 use crate::mesh::topology::{NONE, end, start};
 
@@ -27,7 +28,7 @@ pub(super) struct CutResult<'a> {
     /// The mesh after it, and its holes.
     pub(super) found: Inspection<'static>,
     /// The numbers of the holes that the cut made or changed.
-    made: Vec<usize>,
+    made: Vec<HoleId>,
     /// For each hole the part of what was cut out that it bounds, as indices of `bounds`.
     part: Vec<Option<usize>>,
     /// The bounding boxes of the connected parts of what was cut out.
@@ -112,10 +113,10 @@ impl<'a> CutResult<'a> {
     }
 
     /// Holes that bound the same connected part of what was cut out: they are filled together.
-    fn bridges(&self) -> Vec<Vec<usize>> {
-        let mut of_part: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    fn bridges(&self) -> Vec<Vec<HoleId>> {
+        let mut of_part: BTreeMap<usize, Vec<HoleId>> = BTreeMap::new();
         for &id in &self.made {
-            if let Some(part) = self.part[id - 1] {
+            if let Some(part) = self.part[id.get() - 1] {
                 of_part.entry(part).or_default().push(id);
             }
         }
@@ -177,7 +178,7 @@ fn made(
     before: &Inspection,
     found: &Inspection,
     rims: &[Vec<Edge>],
-) -> Result<Vec<usize>, RestoreError> {
+) -> Result<Vec<HoleId>, RestoreError> {
     let old: BTreeSet<Edge> = (0..before.topology.boundary.len() as u32)
         .filter(|&h| before.topology.boundary[h as usize])
         .map(|h| key(start(&before.mesh, h), end(&before.mesh, h)))

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::mesh::{Mesh, MeshError, length};
+use crate::mesh::{HoleId, Mesh, MeshError, length};
 use crate::parameters::OutOfBounds;
 
 /// Most threads of a run.
@@ -19,7 +19,7 @@ pub enum FillError {
     #[error("there is no hole {id}; the mesh has {count}")]
     NoSuchHole {
         /// The number asked for.
-        id: usize,
+        id: HoleId,
         /// Number of holes.
         count: usize,
     },

@@ -9,6 +9,7 @@ use crate::mesh::{Hole, Mesh, Model, OpenChain, Topology, find_holes, weld_map};
 
 /// What a mesh holds. [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and [`Inspection::fair`] work on it.
 #[derive(Clone)]
+#[non_exhaustive]
 pub struct Inspection<'m> {
     /// The mesh as given.
     pub input: Cow<'m, Mesh>,

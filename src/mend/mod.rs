@@ -14,10 +14,12 @@ mod reference;
 mod regions;
 mod report;
 mod restore;
+mod setters;
 mod sources;
 mod task;
 
 use crate::fill::FillParams;
+use crate::flow::BendingEnergy;
 use crate::mesh::Mesh;
 
 pub(crate) use control::Watch;
@@ -33,6 +35,7 @@ pub use task::RegionTask;
 
 /// A filled mesh.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Filled {
     /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches. With
     /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole) the zero sets alone.
@@ -61,6 +64,29 @@ impl Inspection<'_> {
     pub fn fill(&self, params: &FillParams, control: &Control) -> Result<Filled, FillError> {
         control.install(|| {
             let regions = self.regions(params)?;
+            regions.fill(&Watch::new(*control, regions.expected_work()))
+        })
+    }
+}
+
+impl Inspection<'_> {
+    /// Fills holes by an energy of the caller's, in the place of [`FillParams::energy`].
+    ///
+    /// Patches are the level set's, as those of the variation of curvature: they are not finished on their own triangles, and have
+    /// no expected errors. Where the flow finds no surface the Willmore energy takes its place, which
+    /// [`RegionReport::other_energy`](crate::RegionReport::other_energy) says. The energy lives in this process alone: the regions of such a
+    /// fill are no tasks that could be sent.
+    ///
+    /// # Errors
+    /// As [`Inspection::fill`].
+    pub fn fill_with(
+        &self,
+        params: &FillParams,
+        energy: &dyn BendingEnergy,
+        control: &Control,
+    ) -> Result<Filled, FillError> {
+        control.install(|| {
+            let regions = self.regions(params)?.by(energy);
             regions.fill(&Watch::new(*control, regions.expected_work()))
         })
     }

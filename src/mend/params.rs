@@ -15,6 +15,11 @@ impl FillParams {
     /// [`FillError::Bounds`] and [`FillError::Parameter`].
     pub fn check(&self) -> Result<(), FillError> {
         self.bounds()?;
+        if self.energy == Energy::Own {
+            return Err(FillError::Parameter {
+                what: "an energy of one's own is given to `Inspection::fill_with`, not in the parameters",
+            });
+        }
         if self.bridges(&self.flat) {
             return Err(FillError::Parameter {
                 what: "a hole that is bridged to others gets no flat cap",
@@ -76,6 +81,7 @@ pub struct RestoreParams {
 /// How far a surface is faired.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum FairExtent {
     /// For a time of the Willmore flow, in length⁴.
     Time(f64),

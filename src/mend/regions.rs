@@ -16,7 +16,8 @@ use crate::fill::{
     FEW_EDGES, FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch,
     RegionPlan, RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, WIDEST, first_region,
 };
-use crate::mesh::{Hole, Mesh};
+use crate::flow::{BendingEnergy, Energy};
+use crate::mesh::{Hole, HoleId, Mesh};
 use crate::region::{Region, VoxelSize, group_holes};
 
 /// The faces that so many regions look at are found in one walk over the mesh.
@@ -29,7 +30,7 @@ const AT_A_TIME: usize = 16;
 /// # let corners = [[0., 0., 0.], [1., 0., 0.], [0., 1., 0.], [0., 0., 1.]].map(DVec3::from_array);
 /// # let mesh = Mesh::new(corners.to_vec(), vec![[0, 2, 1], [0, 1, 3], [0, 3, 2]]);
 /// # let mut params = FillParams::default();
-/// # params.holes = Some(vec![1]);
+/// # params.holes = Some(vec![1.into()]);
 /// let found = Inspection::new(&mesh)?;
 /// let regions = found.regions(&params)?;
 /// let patches = regions.tasks().map(|task| task.solve(&Control::new()));
@@ -40,6 +41,8 @@ const AT_A_TIME: usize = 16;
 pub struct Regions<'a> {
     found: &'a Inspection<'a>,
     params: FillParams,
+    /// The caller's energy, where it is what the flow makes small.
+    own: Option<&'a dyn BendingEnergy>,
     /// The surface whose shape is kept, if any.
     reference: Option<&'a ReferenceSurface<'a>>,
     /// What becomes of the holes that are in no region.
@@ -78,12 +81,20 @@ impl<'a> Regions<'a> {
             found,
             plans: groups.iter().map(plan).collect(),
             params,
+            own: None,
             reference,
             outcomes,
             groups,
         };
         new.check_voxel()?;
         Ok(new)
+    }
+
+    /// The same by an energy of the caller's.
+    pub(super) fn by(mut self, energy: &'a dyn BendingEnergy) -> Self {
+        self.params.energy = Energy::Own;
+        self.own = Some(energy);
+        self
     }
 
     /// Number of regions.
@@ -199,7 +210,7 @@ impl<'a> Regions<'a> {
         let sources = self.sources(in_boxes);
         let fill = |&i: &usize| {
             let group = &self.groups[i];
-            let ids: Vec<usize> = group.iter().map(|&h| self.found.holes[h].id).collect();
+            let ids: Vec<HoleId> = group.iter().map(|&h| self.found.holes[h].id).collect();
             watch.begin(&ids);
             let [known, all] = sources.of(i);
             let work = RegionProblem {
@@ -211,6 +222,7 @@ impl<'a> Regions<'a> {
                 all: &all,
                 most_growth: f64::INFINITY,
                 params: &self.params,
+                own: self.own,
                 reference: self.reference,
                 extent: self.reference.and_then(|d| d.extent(group)),
                 keep_going: &|| watch.keep_going(),
@@ -331,7 +343,7 @@ impl<'a> Regions<'a> {
         let holes = self.holes(&self.groups[region]);
         let is_solved = self.plans[region] == RegionPlan::Solve;
         let grid = is_solved.then(|| first_region(&self.found.mesh, &holes, &self.params));
-        let ids: Vec<usize> = holes.iter().map(|h| h.id).collect();
+        let ids: Vec<HoleId> = holes.iter().map(|h| h.id).collect();
         RegionReport {
             id: region + 1,
             bridge: self.params.bridges(&ids),
@@ -344,10 +356,10 @@ impl<'a> Regions<'a> {
     }
 }
 
-fn lookup(found: &Inspection, ids: &[usize]) -> Result<Vec<usize>, FillError> {
+fn lookup(found: &Inspection, ids: &[HoleId]) -> Result<Vec<usize>, FillError> {
     let count = found.holes.len();
-    let index = |&id: &usize| match id {
-        1.. if id <= count => Ok(id - 1),
+    let index = |&id: &HoleId| match id.get() {
+        number @ 1.. if number <= count => Ok(number - 1),
         _ => Err(FillError::NoSuchHole { id, count }),
     };
     ids.iter().map(index).collect()

@@ -8,6 +8,7 @@ use crate::mesh::{Defects, Hole, OpenChain};
 
 /// A hole and what happened to it, or would.
 #[derive(Clone, Debug, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct HoleReport {
     /// The hole.
     pub hole: Hole,
@@ -19,6 +20,7 @@ pub struct HoleReport {
 
 /// Everything about a fill, or about what one would do.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FillReport {
     /// Vertices of the input.
     pub vertices: usize,
@@ -93,6 +95,7 @@ impl FillReport {
 
 /// What a restoration found and did, or would do.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RestoreReport {
     /// Faces that were marked.
     pub marked_faces: usize,
@@ -108,6 +111,7 @@ pub struct RestoreReport {
 
 /// What a fairing did, or would do.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct FairReport {
     /// Features narrower than this went, in the mesh's units.
     pub strength: f64,

@@ -15,6 +15,7 @@ use crate::parameters::tables;
 
 /// A mesh whose marked region was replaced.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Restored {
     /// The mesh: what is kept of the input's vertices and faces first, in order and bit-exact, then the patches.
     pub mesh: Mesh,

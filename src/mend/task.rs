@@ -10,7 +10,7 @@ use super::sources::places;
 use super::{FillError, Inspection};
 use crate::fill::{FillParams, RegionPatch, RegionPlan, RegionProblem};
 use crate::mesh::topology::{NONE, end, start};
-use crate::mesh::{Hole, Mesh, Part, Topology};
+use crate::mesh::{Hole, HoleId, Mesh, Part, Topology};
 use crate::sdf::Sampler;
 
 /// The work on one region of a fill: the part of the mesh that it may look at, its holes, the parameters.
@@ -127,7 +127,7 @@ impl RegionTask {
         let place = places(mesh, &topology, groups, self.params.voxel, usize::MAX);
         let place = place.and_then(|mut all| all.pop()).ok_or(FillError::Task)?;
         let [known, all] = [known, all].map(|sampler| sampler.at(place.clone()));
-        let ids: Vec<usize> = holes.iter().map(|h| h.id).collect();
+        let ids: Vec<HoleId> = holes.iter().map(|h| h.id).collect();
         watch.begin(&ids);
         let work = RegionProblem {
             id: self.id,
@@ -138,6 +138,7 @@ impl RegionTask {
             all: &all,
             most_growth: self.growth,
             params: &self.params,
+            own: None,
             reference: None,
             extent: None,
             keep_going: &|| watch.keep_going(),

@@ -9,6 +9,7 @@ use super::{Mesh, VertexFaces};
 /// Why a boundary chain does not close.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ChainReason {
     /// At an end of it an edge has more than two faces, such as where faces are there twice.
     NonManifold,
@@ -29,6 +30,7 @@ impl ChainReason {
 
 /// A part of the boundary that comes back to none of its vertices, so that it bounds no hole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct OpenChain {
     /// Number of edges.
     pub edges: usize,

@@ -173,6 +173,7 @@ fn remove_loose(mesh: &Mesh, topology: &Topology, around: &VertexFaces, removed:
 
 /// A mesh without some of its faces.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Remainder {
     /// The mesh that is left.
     pub mesh: Mesh,

@@ -3,6 +3,7 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::hole_id::HoleId;
 use super::{
     Mesh, OpenChain,
     chains::describe_chains,
@@ -14,9 +15,10 @@ const FLAT: f64 = 1e-9;
 
 /// A hole: one simple boundary loop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct Hole {
     /// Number of the hole, from 1, by falling length.
-    pub id: usize,
+    pub id: HoleId,
     /// Its vertices, in the direction the faces of a patch use its edges (against the mesh's own).
     pub rim: Vec<u32>,
     /// For each edge `rim[i] → rim[i + 1]`, the direction in which the surface would continue: unit, in the plane of the
@@ -62,7 +64,7 @@ pub fn find_holes(mesh: &Mesh, topology: &mut Topology) -> (Vec<Hole>, Vec<OpenC
             .then_with(|| a.rim.cmp(&b.rim))
     });
     for (i, hole) in holes.iter_mut().enumerate() {
-        hole.id = i + 1;
+        hole.id = HoleId(i + 1);
     }
     mark_outer_borders(mesh, topology, &mut holes);
     (holes, open_chains)
@@ -166,7 +168,7 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
         (l.min(x), h.max(x))
     });
     Hole {
-        id: 0,
+        id: HoleId::default(),
         edges: rim.len(),
         rim,
         conormals,

@@ -5,8 +5,9 @@ use super::attributes::NONE;
 
 /// Where a face comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct FaceOrigin {
-    /// The face that it is, or was made of; [`NONE`] for a new one.
+    /// The face that it is, or was made of; `u32::MAX` for a new one.
     pub face: u32,
     /// For each corner the corner of that face which it is; 3 where it is none of them.
     pub corners: [u8; 3],
@@ -30,6 +31,7 @@ impl FaceOrigin {
 
 /// Where the vertices and faces of a mesh come from.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Origins {
     /// For each vertex the one that it is or is a copy of.
     pub vertices: Vec<u32>,

@@ -11,6 +11,7 @@ pub const NONE: u32 = u32::MAX;
 
 /// What is wrong with a mesh's connectivity; counts are of the mesh as given.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[non_exhaustive]
 pub struct Defects {
     /// Faces that repeat a vertex or have no area.
     pub degenerate_faces: usize,
@@ -33,9 +34,9 @@ pub struct Defects {
 /// Half-edge `3 f + k` runs from corner `k` to corner `k + 1` of face `f`.
 #[derive(Clone)]
 pub struct Topology {
-    /// For each half-edge the half-edge on the other side, or [`NONE`] (boundary, non-manifold or degenerate face).
+    /// For each half-edge the half-edge on the other side, or `u32::MAX` (boundary, non-manifold or degenerate face).
     pub opposite: Vec<u32>,
-    /// Piece of each face: connected through edges. Degenerate faces have [`NONE`].
+    /// Piece of each face: connected through edges. Degenerate faces have `u32::MAX`.
     pub piece: Vec<u32>,
     /// Number of faces of each piece.
     pub piece_faces: Vec<usize>,

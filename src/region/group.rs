@@ -52,6 +52,7 @@ const LEAST_MARGIN: f64 = 0.15;
 /// The voxel size of a region.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum VoxelSize {
     /// 32 voxels across the hole, up to 64 where its rim is finer or it is a slot, up to 96 where a region holds a small loop;
     /// 2.5 times as many, at most 128, with the variation of curvature.

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::distance::DistanceData;
 use super::level::Level;
 use crate::flow::{
-    Energy, Evolution, FlowOutcome, FlowSettings, Pace, Pause, biharmonic_fill, relax,
+    BendingEnergy, Energy, Evolution, FlowOutcome, FlowSettings, OwnEnergy, Pace, Pause, Pull,
+    biharmonic_fill, relax, relax_own,
 };
 use crate::grid::{Lattice, NodeIndex};
 
@@ -29,7 +30,7 @@ const FAR_FROM_STEADY: f64 = 0.05;
 const NO_LIMIT: (f64, f64) = (3.0, 300.0);
 
 /// The grids of a nested solve.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct NestedSettings<'a> {
     /// The coarsest lattice.
     pub lattice: Lattice,
@@ -46,6 +47,8 @@ pub struct NestedSettings<'a> {
     pub from: Option<&'a Level>,
     /// The flow on each level.
     pub flow: FlowSettings,
+    /// The caller's energy, where the flow is that of [`Energy::Own`].
+    pub own: Option<&'a dyn BendingEnergy>,
     /// How long the surface evolves from the data's guess on the finest lattice; none for the flow to the steady state.
     pub time: Option<TimeSpan>,
 }
@@ -96,6 +99,7 @@ pub enum Start {
 
 /// What happened on one level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct LevelReport {
     /// Voxel size in world units.
     pub voxel: f64,
@@ -167,6 +171,26 @@ fn stages(energy: Energy, refinement: usize) -> Vec<Energy> {
     let start = energy.needs().start.iter().copied();
     let start = start.filter(|_| refinement == 0);
     start.chain([energy]).collect()
+}
+
+impl Level {
+    /// Lets φ flow to the steady state of an energy: the caller's, or that of the settings.
+    fn relax(
+        &mut self,
+        own: Option<&dyn BendingEnergy>,
+        settings: &FlowSettings,
+        pull: Option<&Pull>,
+        keep_going: &dyn Fn() -> bool,
+    ) -> FlowOutcome {
+        let (lattice, grid, phi, mask) = (self.lattice, &self.grid, &mut self.phi, &self.mask);
+        match own {
+            Some(energy) => {
+                let own = OwnEnergy { energy, lattice };
+                relax_own(own, grid, phi, mask, settings, pull, keep_going)
+            }
+            None => relax(grid, phi, mask, settings, pull, keep_going),
+        }
+    }
 }
 
 /// Solves on each level in turn; `keep_going` may end it early.
@@ -283,14 +307,8 @@ fn relax_nested(
                 tolerance: flow_settings.tolerance * energy.needs().tolerance,
                 ..flow_settings
             };
-            let flow = relax(
-                &level.grid,
-                &mut level.phi,
-                &level.mask,
-                &flow_settings,
-                pull.as_ref(),
-                keep_going,
-            );
+            let own = settings.own.filter(|_| energy == Energy::Own);
+            let flow = level.relax(own, &flow_settings, pull.as_ref(), keep_going);
             reports.push(LevelReport {
                 voxel: level.lattice.voxel,
                 nodes: level.grid.len(),

@@ -1,16 +1,18 @@
 //! The holes that are to be filled: chosen by their numbers in the input, found again after what was done to it.
 
+use std::cmp::Reverse;
 use std::collections::{HashMap, HashSet};
 
 use super::edges;
 use crate::fill::FillParams;
 use crate::mend::{FillError, Inspection};
+use crate::mesh::HoleId;
 
 /// The holes of the input, where some are chosen by their numbers or width.
 #[derive(Default)]
 pub(super) struct Choice {
     /// The hole of each edge of a rim, between welded vertices of the input.
-    hole_of: HashMap<(u32, u32), usize>,
+    hole_of: HashMap<(u32, u32), HoleId>,
     /// The welded vertex of each vertex of the input.
     weld: Vec<u32>,
 }
@@ -36,7 +38,7 @@ impl Choice {
         &self,
         now: &Inspection,
         origin: &[u32],
-        made: &[usize],
+        made: &[HoleId],
         params: &FillParams,
     ) -> FillParams {
         let chooses = params.holes.is_some()
@@ -46,18 +48,18 @@ impl Choice {
         if !chooses {
             return params.clone();
         }
-        let was: Vec<Option<usize>> = now
+        let was: Vec<Option<HoleId>> = now
             .holes
             .iter()
             .map(|h| self.before(&h.rim, origin))
             .collect();
-        let renumbered = |ids: &[usize]| -> Vec<usize> {
+        let renumbered = |ids: &[HoleId]| -> Vec<HoleId> {
             let is_one =
-                |(_, was): &(usize, &Option<usize>)| was.is_some_and(|id| ids.contains(&id));
+                |(_, was): &(usize, &Option<HoleId>)| was.is_some_and(|id| ids.contains(&id));
             let found = (1..).zip(&was).filter(is_one);
-            found.map(|(id, _)| id).collect()
+            found.map(|(id, _)| HoleId(id)).collect()
         };
-        let made: HashSet<usize> = made.iter().copied().collect();
+        let made: HashSet<HoleId> = made.iter().copied().collect();
         let mut new = params.clone();
         new.keep_open = renumbered(&params.keep_open);
         new.keep_open.retain(|id| !made.contains(id));
@@ -79,9 +81,9 @@ impl Choice {
     }
 
     /// The hole of the input with which a rim has most edges in common.
-    fn before(&self, rim: &[u32], origin: &[u32]) -> Option<usize> {
+    fn before(&self, rim: &[u32], origin: &[u32]) -> Option<HoleId> {
         let of = |v: u32| self.weld.get(origin[v as usize] as usize).copied();
-        let mut votes: HashMap<usize, usize> = HashMap::new();
+        let mut votes: HashMap<HoleId, usize> = HashMap::new();
         for (v, w) in edges(rim) {
             if let (Some(v), Some(w)) = (of(v), of(w))
                 && let Some(hole) = self.hole_of.get(&(v.min(w), v.max(w)))
@@ -91,7 +93,7 @@ impl Choice {
         }
         let most = votes
             .into_iter()
-            .max_by_key(|(hole, n)| (*n, usize::MAX - hole));
+            .max_by_key(|(hole, n)| (*n, Reverse(*hole)));
         most.map(|(hole, _)| hole)
     }
 }

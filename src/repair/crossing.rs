@@ -202,7 +202,7 @@ fn grow(mesh: &Mesh, topology: &Topology, marks: &mut [bool], rings_of: &[Option
 /// The parts into which cuts divide the components that cross.
 struct Parts<'a> {
     found: &'a Inspection<'a>,
-    /// For each component the group of those that cross each other; [`NONE`] for those that cross none.
+    /// For each component the group of those that cross each other; `u32::MAX` for those that cross none.
     group: Vec<u32>,
     /// The faces of each part.
     faces: Vec<Vec<u32>>,

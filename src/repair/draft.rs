@@ -16,13 +16,13 @@ use crate::spatial::intersecting_pairs;
 #[derive(Clone)]
 pub(super) struct Draft {
     pub(super) mesh: Mesh,
-    /// Where its vertices and faces come from; [`NONE`] and [`FaceOrigin::NEW`] for those of patches.
+    /// Where its vertices and faces come from; `u32::MAX` and [`FaceOrigin::NEW`] for those of patches.
     pub(super) origins: Origins,
     /// For each vertex its expected error, where it is one of a patch.
     pub(super) sigma: Vec<Option<f64>>,
-    /// For each face the place of the region whose patch it is in; [`NONE`] for those that come from the input.
+    /// For each face the place of the region whose patch it is in; `u32::MAX` for those that come from the input.
     pub(super) region: Vec<u32>,
-    /// For each face of the input its component there; [`NONE`] for degenerate faces.
+    /// For each face of the input its component there; `u32::MAX` for degenerate faces.
     component: Vec<u32>,
     /// Faces of the input that are scraps of their component; see [`super::scraps`]. None where there are no scraps.
     scrap: HashSet<u32>,
@@ -88,7 +88,7 @@ pub(super) struct Finished {
     pub(super) mesh: Mesh,
     pub(super) origins: Origins,
     pub(super) sigma: Vec<Option<f64>>,
-    /// The new number of each vertex of the draft; [`NONE`] where it went.
+    /// The new number of each vertex of the draft; `u32::MAX` where it went.
     pub(super) number: Vec<u32>,
 }
 
@@ -149,7 +149,7 @@ impl Draft {
         before - self.mesh.faces.len()
     }
 
-    /// The component of the input that a face comes from; [`NONE`] where it is new or was degenerate.
+    /// The component of the input that a face comes from; `u32::MAX` where it is new or was degenerate.
     pub(super) fn component(&self, face: usize) -> u32 {
         match self.origins.faces[face].face {
             NONE => NONE,

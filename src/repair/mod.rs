@@ -15,6 +15,7 @@ mod params;
 mod pockets;
 mod report;
 mod scraps;
+mod setters;
 mod sheets;
 mod widen;
 
@@ -26,7 +27,7 @@ use crate::check::{CheckParams, DefectKind, components};
 use crate::fill::FillParams;
 use crate::mend::{Control, Watch};
 use crate::mesh::topology::NONE;
-use crate::mesh::{Hole, Mesh, Origins};
+use crate::mesh::{Hole, HoleId, Mesh, Origins};
 use choice::Choice;
 use clean::Alike;
 use draft::{Draft, Faults, KeepVertices};
@@ -47,6 +48,7 @@ const RINGS: usize = 1;
 
 /// A repaired mesh.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Repaired {
     /// The mesh: what comes from the input first, in order, then the patches.
     pub mesh: Mesh,
@@ -313,7 +315,7 @@ impl Run<'_> {
             if self.params.borders {
                 found.holes.iter_mut().for_each(|h| h.outer_border = false);
             }
-            let mut made: Vec<usize> = Vec::new();
+            let mut made: Vec<HoleId> = Vec::new();
             for hole in &mut found.holes {
                 if edges(&hole.rim).any(|e| !old.contains(&e)) {
                     // What was cut out is no border of a sheet.
@@ -364,13 +366,13 @@ impl Run<'_> {
             if !first && hole.region == 0 {
                 continue;
             }
-            hole.hole.id += holes;
+            hole.hole.id.0 += holes;
             hole.region += if hole.region > 0 { regions } else { 0 };
             all.holes.push(hole);
         }
         for mut region in new.regions.drain(..) {
             region.id += regions;
-            region.holes.iter_mut().for_each(|id| *id += holes);
+            region.holes.iter_mut().for_each(|id| id.0 += holes);
             all.regions.push(region);
         }
     }

@@ -74,6 +74,7 @@ impl RepairParams {
 
 /// What a repair found and did.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct RepairReport {
     /// Coinciding vertices that were merged into another.
     pub merged_vertices: usize,
@@ -115,6 +116,7 @@ pub struct RepairReport {
 
 /// One pass in which crossing faces were cut out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub struct CrossingPass {
     /// Faces that crossed others.
     pub crossing_faces: usize,

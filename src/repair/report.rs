@@ -6,8 +6,8 @@ use super::draft::Draft;
 use super::{Edge, edges};
 use crate::fill::{FailedReason, HoleOutcome, LeftReason};
 use crate::mend::{FillError, FillReport, HoleReport};
-use crate::mesh::Hole;
 use crate::mesh::topology::NONE;
+use crate::mesh::{Hole, HoleId};
 
 /// Tells of open holes that nothing was told of, such as those that the last cuts made, as ones that are to be closed, and so of
 /// components of two faces; single faces are left. `was_border` says which rims are those of outer borders of the input that are to be
@@ -31,7 +31,7 @@ pub(super) fn open(
         }
         known.extend(edges(&hole.hole.rim));
     }
-    let mut last = holes.iter().map(|h| h.hole.id).max().unwrap_or(0);
+    let mut last = holes.iter().map(|h| h.hole.id.get()).max().unwrap_or(0);
     for hole in &found.holes {
         if edges(&hole.rim).any(|e| known.contains(&e)) {
             continue;
@@ -45,7 +45,7 @@ pub(super) fn open(
         };
         last += 1;
         let mut hole = hole.clone();
-        hole.id = last;
+        hole.id = HoleId(last);
         holes.push(HoleReport {
             hole,
             outcome,

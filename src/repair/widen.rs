@@ -10,7 +10,7 @@ use crate::fill::{ClosedBy, FailedReason, HoleOutcome, RegionReport};
 use crate::mend::{FillError, FillReport, HoleReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
-use crate::mesh::{DisjointSets, Hole, VertexFaces};
+use crate::mesh::{DisjointSets, Hole, HoleId, VertexFaces};
 
 /// A hole that is to be closed and what is cut out round it.
 struct Zone {
@@ -262,7 +262,8 @@ fn tell<'a>(
         diameter = rim.diameter.max(diameter);
         if i > 0 {
             let mut hole = rim.clone();
-            hole.id = report.holes.iter().map(|h| h.hole.id).max().unwrap_or(0) + 1;
+            let last = report.holes.iter().map(|h| h.hole.id.get()).max();
+            hole.id = HoleId(last.unwrap_or(0) + 1);
             holes.push(hole.id);
             report.holes.push(HoleReport {
                 hole,

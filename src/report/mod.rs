@@ -9,12 +9,16 @@ mod repair;
 pub mod scene;
 mod text;
 
-pub use crate::mesh::{length, length_beside, point};
-pub use check::{verdict_lines, verdict_rows};
-pub use missed::missed_lines;
-pub use plan::{left_holes, plan_lines};
+pub use check::verdict_lines;
+pub use plan::plan_lines;
 pub use repair::repair_lines;
-pub use text::{
-    chain_lines, counted, defect_lines, hole_table, level_lines, ranges, reason, reason_lines,
-    region_lines, summary_lines, tally_line,
+pub use text::{hole_table, region_lines, summary_lines, tally_line};
+
+#[cfg_attr(not(feature = "cli"), allow(unused_imports))]
+pub(crate) use {
+    crate::mesh::{length, length_beside, point},
+    check::verdict_rows,
+    missed::missed_lines,
+    plan::left_holes,
+    text::{chain_lines, counted, defect_lines, level_lines, ranges, reason, reason_lines},
 };

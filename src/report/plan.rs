@@ -4,13 +4,14 @@ use super::text::{chain_lines, joined, ranges};
 use super::{defect_lines, length};
 use crate::fill::{HoleOutcome, LeftReason};
 use crate::mend::FillReport;
+use crate::mesh::HoleId;
 
 /// A plan in lines: defects, then the regions, then the holes that would stay open.
 pub fn plan_lines(plan: &FillReport) -> Vec<String> {
     let mut lines = defect_lines(&plan.defects);
     lines.extend(chain_lines(&plan.open_chains));
     let simple = plan.regions.iter().filter(|r| r.voxel.is_none());
-    let simple: Vec<usize> = simple.flat_map(|r| r.holes.iter().copied()).collect();
+    let simple: Vec<HoleId> = simple.flat_map(|r| r.holes.iter().copied()).collect();
     for r in &plan.regions {
         if let (Some(voxel), Some([x, y, z])) = (r.voxel, r.dims) {
             lines.push(format!(
@@ -41,8 +42,8 @@ pub fn plan_lines(plan: &FillReport) -> Vec<String> {
 }
 
 /// The numbers of the holes that stay open, those with the same reason together.
-pub fn left_holes(report: &FillReport) -> Vec<(LeftReason, Vec<usize>)> {
-    let mut left: Vec<(LeftReason, Vec<usize>)> = Vec::new();
+pub fn left_holes(report: &FillReport) -> Vec<(LeftReason, Vec<HoleId>)> {
+    let mut left: Vec<(LeftReason, Vec<HoleId>)> = Vec::new();
     for h in &report.holes {
         if let HoleOutcome::Left(why) = h.outcome {
             match left.iter_mut().find(|(w, _)| *w == why) {

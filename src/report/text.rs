@@ -8,7 +8,7 @@ use crate::fill::{
 use crate::finish::{FinishFound, FinishResult};
 use crate::flow::Energy;
 use crate::mend::FillReport;
-use crate::mesh::{Defects, Hole, OpenChain, length, length_beside, point};
+use crate::mesh::{Defects, Hole, HoleId, OpenChain, length, length_beside, point};
 
 /// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.
 const MOST_JOINED: usize = 12;
@@ -232,7 +232,8 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
             length(level.voxel),
             match flow.energy {
                 Energy::Willmore => "",
-                _ => ", variation of curvature",
+                Energy::CurvatureVariation => ", variation of curvature",
+                Energy::Own => ", the caller's energy",
             },
             level.nodes,
             flow.unknowns,
@@ -259,7 +260,7 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
 }
 
 /// Numbers of holes that are filled together, such as `3+7`; of many the first.
-pub(super) fn joined(holes: &[usize]) -> String {
+pub(super) fn joined(holes: &[HoleId]) -> String {
     let shown = &holes[..holes.len().min(MOST_JOINED)];
     let numbers: Vec<String> = shown.iter().map(ToString::to_string).collect();
     match holes.len() - shown.len() {
@@ -269,8 +270,8 @@ pub(super) fn joined(holes: &[usize]) -> String {
 }
 
 /// Numbers in a list, such as `1, 4-9, 12`; of many ranges the first.
-pub fn ranges(numbers: &[usize]) -> String {
-    let mut sorted = numbers.to_vec();
+pub fn ranges<N: Copy + Into<usize>>(numbers: &[N]) -> String {
+    let mut sorted: Vec<usize> = numbers.iter().map(|&n| n.into()).collect();
     sorted.sort_unstable();
     let mut parts: Vec<(usize, usize)> = Vec::new();
     for n in sorted {
@@ -336,7 +337,7 @@ pub fn summary_lines(report: &FillReport, with_regions: bool) -> Vec<String> {
 
 /// The holes that did not end in a level set's surface and why, those with the same reason together.
 pub fn reason_lines(report: &FillReport) -> Vec<String> {
-    let mut reasons: Vec<(&str, String, Vec<usize>)> = Vec::new();
+    let mut reasons: Vec<(&str, String, Vec<HoleId>)> = Vec::new();
     let mut places: HashMap<(&str, String), usize> = HashMap::new();
     for h in &report.holes {
         let what = match h.outcome {
@@ -440,11 +441,12 @@ mod tests {
 
     #[test]
     fn long_lists_of_numbers_are_ranges_and_end() {
-        assert_eq!(ranges(&[1, 2, 4, 5, 6, 9]), "1, 2, 4-6, 9");
-        assert_eq!(ranges(&(1..=20_000).collect::<Vec<_>>()), "1-20000");
+        assert_eq!(ranges(&[1_usize, 2, 4, 5, 6, 9]), "1, 2, 4-6, 9");
+        assert_eq!(ranges(&(1..=20_000_usize).collect::<Vec<_>>()), "1-20000");
         let odd: Vec<usize> = (0..100).map(|i| 2 * i + 1).collect();
         assert!(ranges(&odd).ends_with("47 and 76 more"), "{}", ranges(&odd));
-        assert_eq!(joined(&[3, 7]), "3+7");
+        assert_eq!(joined(&[3, 7].map(HoleId)), "3+7");
+        let odd: Vec<HoleId> = odd.into_iter().map(HoleId).collect();
         assert!(joined(&odd).ends_with("+23 and 88 more"));
     }
 

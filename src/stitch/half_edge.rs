@@ -24,11 +24,11 @@ pub(super) struct PatchMesh {
     pub(super) size: Vec<f64>,
     /// The input vertex of each rim corner.
     pub(super) origin: Vec<u32>,
-    /// Faces; a removed one has [`NONE`] in all corners.
+    /// Faces; a removed one has `u32::MAX` in all corners.
     pub(super) faces: Vec<[u32; 3]>,
-    /// The half-edge on the other side, [`NONE`] along the rim.
+    /// The half-edge on the other side, `u32::MAX` along the rim.
     twin: Vec<u32>,
-    /// One half-edge out of each vertex; of a rim corner the one along the rim. [`NONE`] for removed vertices.
+    /// One half-edge out of each vertex; of a rim corner the one along the rim. `u32::MAX` for removed vertices.
     out: Vec<u32>,
 }
 

@@ -1,7 +1,7 @@
 //! The experiments of the paper: level lines in the plane, and graphs.
 //!
 //! Droske and Rumpf, "A level set formulation for Willmore flow", 2004, by bilinear elements on squares. The schemes are
-//! those of [`crate::flow`] ([`Variant`](crate::flow::Variant)), the solvers those of [`crate::linalg`]. The energy is
+//! those of `flow` ([`Variant`](crate::Variant)), the solvers those of `linalg`. The energy is
 //! that of the paper, without the localisation that the fill of a hole needs.
 //!
 //! Each experiment of [`experiments`] hands back a [`StudyReport`]: tables, what was stated beside what was got, and what
@@ -27,17 +27,23 @@ mod start;
 mod step;
 mod system;
 
-pub use contour::{Segment, level_line, pieces_inside};
-pub use evolution::PlaneRun;
-pub use grid::{SquareGrid, Stencils};
-pub use multigrid::coarse_levels;
+pub use crate::flow::FlowSettings;
 pub use observer::{Frame, Observer, Silent, StudyError};
-pub use parametric::{ParametricFlow, ParametricStep};
-pub use plane::{Linearisation, PlaneEnergy, Quadrature};
 pub use plot::to_svg;
-pub use redistance::{keeps_rule, redistance, redistance_interval, zero_points};
 pub use report::{Cell, Chart, Claim, Curve, Levels, Panel, StudyReport, Table};
-pub use spline::{Jet, Spline};
-pub use start::harmonic_fill;
-pub use step::{PlaneFlow, PlaneStep, Tolerance};
-pub use system::StepSystem;
+
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub use {
+    contour::{Segment, level_line, pieces_inside},
+    evolution::PlaneRun,
+    grid::{SquareGrid, Stencils},
+    multigrid::coarse_levels,
+    parametric::{ParametricFlow, ParametricStep},
+    plane::{Linearisation, PlaneEnergy, Quadrature},
+    redistance::{keeps_rule, redistance, redistance_interval, zero_points},
+    spline::{Jet, Spline},
+    start::harmonic_fill,
+    step::{PlaneFlow, PlaneStep, Tolerance},
+    system::StepSystem,
+};

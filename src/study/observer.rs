@@ -6,6 +6,7 @@ use crate::grid::Volume;
 
 /// Why an experiment did not come to its end.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum StudyError {
     /// The caller ended it.
     #[error("the experiment was stopped")]

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::delta::{Numbers, rim_key};
 use super::runs::Runs;
 use super::state::{Origin, State};
-use crate::mesh::Hole;
+use crate::mesh::{Hole, HoleId};
 
 /// What is to be done with a hole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -69,7 +69,7 @@ pub struct Change {
     pub id: u32,
     /// What is to be done with holes, by their numbers; the others stay as they are.
     #[serde(default)]
-    pub holes: BTreeMap<usize, Doing>,
+    pub holes: BTreeMap<HoleId, Doing>,
     /// The marked faces, where those are others now.
     #[serde(default)]
     pub mask: Option<Runs>,
@@ -87,7 +87,7 @@ pub struct Choices {
 
 impl Choices {
     /// What is to be done with the holes of a mesh of which it is not the usual, by their numbers.
-    pub fn doings(&self, state: &State) -> BTreeMap<usize, Doing> {
+    pub fn doings(&self, state: &State) -> BTreeMap<HoleId, Doing> {
         let by_rim: HashMap<_, _> = self.holes.iter().map(|(rim, d)| (rim, *d)).collect();
         let holes = state.holes.iter();
         let chosen = holes.filter_map(|hole| Some((hole.id, *by_rim.get(&rim_key(&hole.rim))?)));
@@ -128,7 +128,7 @@ impl Choices {
     }
 
     /// Takes what is to be done with holes, and drops what is the usual.
-    fn set(&mut self, doings: &BTreeMap<usize, Doing>, state: &State) {
+    fn set(&mut self, doings: &BTreeMap<HoleId, Doing>, state: &State) {
         let holes = state.holes.iter();
         let chosen = holes.filter_map(|hole| {
             let doing = doings.get(&hole.id).copied()?;
@@ -156,7 +156,7 @@ impl Choices {
             .filter_map(|h| Some((renumbered(&h.rim)?, doing(h).unwrap_or(Doing::usual(h)))))
             .collect();
         let holes = new.holes.iter();
-        let mut doings: BTreeMap<usize, Doing> = holes
+        let mut doings: BTreeMap<HoleId, Doing> = holes
             .filter_map(|hole| Some((hole.id, *kept.get(&rim_key(&hole.rim))?)))
             .collect();
         // A bridge needs two.

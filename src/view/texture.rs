@@ -25,7 +25,7 @@ enum Place {
 #[derive(Default)]
 pub struct Textures {
     images: Vec<Place>,
-    /// For each face the number of its image, or [`NONE`].
+    /// For each face the number of its image, or `u32::MAX`.
     pub of_face: Vec<u8>,
 }
 

@@ -95,6 +95,7 @@ pub enum VolumeError {
 
 /// A volume, and what it took.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Measured {
     /// The signed distance.
     pub volume: Volume,
@@ -106,6 +107,7 @@ pub struct Measured {
 
 /// Where the time of a volume went, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct MeasuredSeconds {
     /// Joining vertices at the same place and finding edges and pieces.
     pub topology: f64,

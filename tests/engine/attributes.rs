@@ -10,7 +10,7 @@ use isomend::Mesh;
 use isomend::io::{
     Contents, Format, Loaded, WriteOptions, model_to_bytes, no_side_files, read_bytes, read_path,
 };
-use isomend::mesh::attributes::{Attribute, Attributes, PATCH_NAME, Role, Scalar};
+use isomend::{Attribute, Attributes, PATCH_NAME, Role, Scalar};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -490,7 +490,7 @@ fn the_document_of_a_gltf_file_survives() {
     // The scene is closed, and the marks come back.
     let loaded = desk.read("out.glb");
     assert_eq!(
-        shapes::topology(&isomend::mesh::welded(&loaded.mesh).0).0,
+        shapes::topology(&isomend::internals::mesh::welded(&loaded.mesh).0).0,
         0
     );
     let marked = (0..loaded.mesh.faces.len())
@@ -536,7 +536,10 @@ fn a_second_fill_keeps_the_first_ones_patches() {
     };
     assert_eq!(two.mesh.faces.len() - marked(&two), mesh.faces.len());
     assert!(marked(&two) > marked(&one) && marked(&one) > 0);
-    assert_eq!(shapes::topology(&isomend::mesh::welded(&two.mesh).0).0, 0);
+    assert_eq!(
+        shapes::topology(&isomend::internals::mesh::welded(&two.mesh).0).0,
+        0
+    );
 }
 
 #[test]

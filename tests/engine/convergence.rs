@@ -1,6 +1,6 @@
 //! The fill of exact surfaces: bounds on the error, and second order.
 
-use isomend::flow::{Energy, FlowSettings, Variant};
+use isomend::internals::flow::{Energy, FlowSettings, Variant};
 use isomend::study::experiments::{PatchError, fill_shape, patch_error};
 use isomend::study::shapes::ExactShape;
 

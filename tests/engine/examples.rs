@@ -5,6 +5,8 @@
 mod choose_holes;
 #[path = "../../examples/fill_hole.rs"]
 mod fill_hole;
+#[path = "../../examples/own_energy.rs"]
+mod own_energy;
 #[path = "../../examples/restore_dent.rs"]
 mod restore_dent;
 
@@ -14,13 +16,22 @@ use std::fs;
 use crate::shapes;
 use glam::DVec3;
 use isomend::HoleOutcome;
+use isomend::Role;
 use isomend::io::read_path;
-use isomend::mesh::attributes::Role;
 
 #[test]
 fn a_ball_without_its_top_is_filled_to_the_sphere() {
     let farthest = fill_hole::run().unwrap();
     assert!(farthest > 0.0 && farthest < 0.02, "{farthest}");
+}
+
+#[test]
+fn an_energy_of_the_callers_own_continues_a_tube_that_the_willmore_energy_does_not() {
+    let [willmore, own] = own_energy::run().unwrap();
+    assert!(
+        willmore > 0.005 && own < 0.2 * willmore,
+        "{willmore}, {own}"
+    );
 }
 
 #[test]

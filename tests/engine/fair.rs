@@ -5,10 +5,10 @@ use std::process::Output;
 use crate::shapes;
 use assert_cmd::Command;
 use glam::{DVec2, DVec3};
+use isomend::Attributes;
 use isomend::io::{WriteOptions, read_path, write_path};
-use isomend::mesh::Attributes;
-use isomend::mesh::mask::{Mask, Selector};
 use isomend::{FairError, FairExtent, FairParams, FairReport, Mesh, RestoreError, fair, inspect};
+use isomend::{Mask, Selector};
 use serde_json::Value;
 use tempfile::TempDir;
 

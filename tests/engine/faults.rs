@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 use crate::desk::{Desk, ball, bytes};
 use crate::shapes::{cut, polar, sphere};
 use glam::DVec3;
+use isomend::ChainReason;
 use isomend::io::Format;
-use isomend::mesh::ChainReason;
 use isomend::{FillParams, HoleOutcome, Mesh, fill, inspect};
 
 /// Far more than these fills take, and far less than they took.
@@ -196,8 +196,7 @@ fn small_rims_far_apart_share_a_lattice_that_fits() {
         mesh.faces
             .extend(small.faces.iter().map(|f| f.map(|v| v + base)));
     }
-    let mut params = FillParams::default();
-    params.bridge = vec![vec![1, 2]];
+    let params = FillParams::new().with_bridges([[1, 2]]);
     let plan = inspect(&mesh).unwrap().plan(&params).unwrap();
     let dims = plan.regions[0].dims.unwrap();
     let nodes: f64 = dims.iter().map(|&n| n as f64).product();

@@ -12,9 +12,7 @@ fn half() -> Mesh {
 }
 
 fn flat(holes: &[usize]) -> FillParams {
-    let mut params = FillParams::default();
-    params.flat = holes.to_vec();
-    params
+    FillParams::new().with_flat(holes.iter().copied())
 }
 
 #[test]
@@ -68,9 +66,7 @@ fn the_surface_goes_on_without_it_which_is_said() {
 fn a_flat_cap_does_not_depend_on_its_neighbours_and_is_planned() {
     let two = cut(&sphere(14), |p| polar(p) < 40.0 || polar(p) > 150.0);
     let both = fill(&two, &flat(&[1, 2])).unwrap();
-    let mut one = flat(&[1]);
-    one.holes = Some(vec![2]);
-    let mixed = fill(&two, &one).unwrap();
+    let mixed = fill(&two, &flat(&[1]).with_holes([2])).unwrap();
     assert_eq!(topology(&both.mesh), (0, 2));
     assert_eq!(topology(&mixed.mesh), (0, 2));
     let outcomes = |report: &isomend::FillReport| -> Vec<HoleOutcome> {
@@ -80,13 +76,16 @@ fn a_flat_cap_does_not_depend_on_its_neighbours_and_is_planned() {
         outcomes(&mixed.report),
         [HoleOutcome::Flat, HoleOutcome::Filled]
     );
-    let planned = Inspection::new(&two).unwrap().plan(&one).unwrap();
+    let planned = Inspection::new(&two)
+        .unwrap()
+        .plan(&flat(&[1]).with_holes([2]))
+        .unwrap();
     assert_eq!(
         outcomes(&planned),
         [HoleOutcome::WouldBeFlat, HoleOutcome::WouldBeFilled]
     );
     let caps = |report: &isomend::FillReport, hole: usize| {
-        let of = |r: &&isomend::RegionReport| r.holes == [hole];
+        let of = |r: &&isomend::RegionReport| r.holes == [isomend::HoleId::from(hole)];
         report.regions.iter().find(of).unwrap().new_vertices
     };
     assert_eq!(caps(&both.report, 1), caps(&mixed.report, 1));

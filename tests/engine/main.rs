@@ -13,6 +13,7 @@ mod accuracy;
 mod attributes;
 mod check;
 mod convergence;
+mod energies;
 mod examples;
 mod fair;
 mod faults;

@@ -133,7 +133,7 @@ fn the_edge_ratio_is_the_energys_unless_it_is_given() {
     assert_eq!(params.edge_ratio(), 0.7);
     params.finish = isomend::Finish::None;
     assert_eq!(params.edge_ratio(), 0.8);
-    params.energy = isomend::flow::Energy::CurvatureVariation;
+    params.energy = isomend::Energy::CurvatureVariation;
     assert_eq!(params.edge_ratio(), 0.45);
     params.edge_ratio = Some(1.5);
     assert_eq!(params.edge_ratio(), 1.5);

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 use isomend::{
-    Control, FillParams, Filled, Finish, HoleOutcome, Inspection, Mesh, RestoreParams, fill,
-    inspect,
+    Control, FillParams, Filled, Finish, HoleId, HoleOutcome, Inspection, Mesh, RestoreParams,
+    fill, inspect,
 };
 
 use crate::shapes::{cut, polar, sphere, topology};
@@ -21,7 +21,7 @@ fn bumpy(n: u32) -> Mesh {
 }
 
 /// The number of the hole with its centre in a direction.
-fn hole_towards(mesh: &Mesh, direction: DVec3) -> usize {
+fn hole_towards(mesh: &Mesh, direction: DVec3) -> HoleId {
     let holes = inspect(mesh).unwrap().holes;
     let along = |c: DVec3| c.normalize_or_zero().dot(direction);
     let nearest = holes
@@ -153,7 +153,7 @@ fn moved_and_scaled_it_goes_along() {
             positions.for_each(|p| *p = *p * scale + offset);
             let mut params = FillParams::default();
             params.finish = finish;
-            params.holes = Some(vec![1]);
+            params.holes = Some(vec![1.into()]);
             let filled = fill(&moved, &params).unwrap();
             let points = filled.mesh.positions[mesh.positions.len()..].iter();
             let back: Vec<DVec3> = points.map(|p| (*p - offset) / scale).collect();
@@ -183,7 +183,7 @@ fn most_of_a_sphere_grows_from_what_is_left() {
                 mesh.faces.iter_mut().for_each(|f| f.swap(1, 2));
             }
             let mut params = FillParams::default();
-            params.holes = Some(vec![1]);
+            params.holes = Some(vec![1.into()]);
             let filled = fill(&mesh, &params).unwrap();
             assert_eq!(filled.report.holes[0].outcome, HoleOutcome::Filled, "{top}");
             assert_eq!(topology(&filled.mesh), (0, 2));

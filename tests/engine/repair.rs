@@ -430,10 +430,7 @@ usemtl a\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nusemtl b\nf 1 5 6\nf 1 7 5\nf 1 6 
     assert_code(&desk.run(&["repair", "two.obj", "-o", "out.obj", "-q"]), 0);
     let out = read_path(&desk.path("out.obj"), None).unwrap();
     assert_sound(&out.mesh);
-    let colours = out
-        .attributes
-        .vertex_role(isomend::mesh::attributes::Role::Colour)
-        .unwrap();
+    let colours = out.attributes.vertex_role(isomend::Role::Colour).unwrap();
     let at_origin: Vec<_> = (0..out.mesh.positions.len())
         .filter(|v| out.mesh.positions[*v].length() < 0.01)
         .collect();
@@ -445,7 +442,7 @@ usemtl a\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\nusemtl b\nf 1 5 6\nf 1 7 5\nf 1 6 
     );
     let materials = out
         .attributes
-        .labels_of(isomend::mesh::attributes::LabelKind::Material)
+        .labels_of(isomend::LabelKind::Material)
         .unwrap();
     let names: Vec<_> = (0..8).map(|f| materials.get(f).unwrap()).collect();
     assert_eq!(names, ["a", "a", "a", "a", "b", "b", "b", "b"]);

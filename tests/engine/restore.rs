@@ -6,11 +6,11 @@ use std::process::Output;
 use crate::shapes;
 use assert_cmd::Command;
 use glam::DVec3;
+use isomend::Attributes;
+use isomend::LabelKind;
 use isomend::io::{WriteOptions, read_path, write_path};
-use isomend::mesh::Attributes;
-use isomend::mesh::attributes::LabelKind;
-use isomend::mesh::mask::{Mask, Selector};
-use isomend::{FillError, FillParams, Mesh, RestoreError, RestoreParams, fill, restore};
+use isomend::{FillError, FillParams, HoleId, Mesh, RestoreError, RestoreParams, fill, restore};
+use isomend::{Mask, Selector};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -182,9 +182,9 @@ fn damage_goes_as_well_as_a_hole_is_filled() {
     }
 }
 
-fn holes_in(hole: &Mesh, case: &Case) -> Vec<usize> {
+fn holes_in(hole: &Mesh, case: &Case) -> Vec<HoleId> {
     let found = isomend::inspect(hole).unwrap();
-    let near = |h: &&isomend::mesh::Hole| h.centre.distance(case.centre) < case.radius;
+    let near = |h: &&isomend::Hole| h.centre.distance(case.centre) < case.radius;
     found.holes.iter().filter(near).map(|h| h.id).collect()
 }
 
@@ -394,7 +394,7 @@ fn a_gltf_document_goes_through() {
     write_path(&path, &shapes::sphere(12), None, &WriteOptions::default()).unwrap();
     desk.done(&["ball.glb", "-o", "out.glb", "--ball", "0,0,1,0.5"]);
     let after = read_path(&desk.0.path().join("out.glb"), None).unwrap();
-    let (mut welded, _) = isomend::mesh::welded(&after.mesh);
+    let (mut welded, _) = isomend::internals::mesh::welded(&after.mesh);
     let used: Vec<u32> = welded.faces.iter().flatten().copied().collect();
     assert!(!used.is_empty());
     assert_eq!(shapes::topology(&welded), (0, 2));

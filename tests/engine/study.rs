@@ -1,7 +1,7 @@
 //! The paper's experiments at sizes that run in seconds.
 
-use isomend::flow::Variant;
-use isomend::linalg::LinearOperator;
+use isomend::Variant;
+use isomend::internals::linalg::LinearOperator;
 use isomend::study::experiments::{
     CapSettings, CircleSettings, Closed, GraphSettings, MergeSettings, OrthogonalSettings,
     SurfacesSettings, Table1Settings, cap, circle, graph, merge, orthogonal, surfaces, table1,

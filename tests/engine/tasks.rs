@@ -121,7 +121,7 @@ fn a_region_that_looks_farther_than_its_task_reaches_says_so_and_is_closed_all_t
     let mut mesh = cap.clone();
     with(&mut mesh, &shapes::sphere(6), DVec3::new(60.0, 0.0, 0.0));
     let mut params = FillParams::default();
-    params.holes = Some(vec![1]);
+    params.holes = Some(vec![1.into()]);
     let found = inspect(&mesh).unwrap();
     let regions = found.regions(&params).unwrap();
     let [usual, wide] = [regions.tasks().next(), regions.wide_task(0)].map(Option::unwrap);
@@ -176,7 +176,7 @@ fn one_inspection_serves_many_runs() {
     let mut params = FillParams::default();
     params.voxel = isomend::VoxelSize::Length(0.08);
     for hole in 1..=3 {
-        params.holes = Some(vec![hole]);
+        params = params.with_holes([hole]);
         let filled = found.fill(&params, &Control::new()).unwrap();
         assert_eq!(
             bits(&filled.mesh),

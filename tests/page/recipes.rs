@@ -5,9 +5,7 @@ use std::fs;
 use crate::desk::{self, Desk, ball};
 use crate::served::{Served, in_ball};
 use isomend::io::{Contents, Format, WriteOptions, model_to_bytes};
-use isomend::mesh::attributes::{
-    Attribute, Attributes, CornerAttribute, LabelKind, Labels, Material, Role, Scalar,
-};
+use isomend::{Attribute, Attributes, CornerAttribute, LabelKind, Labels, Material, Role, Scalar};
 use serde_json::{Value, json};
 
 fn fill(hole: usize) -> Value {

@@ -21,6 +21,7 @@ pub(super) use rows::HoleRow;
 
 /// A document: which command of which version made it, and what it says.
 #[derive(Debug, Serialize)]
+#[non_exhaustive]
 pub struct Document<T> {
     command: &'static str,
     version: &'static str,
@@ -41,6 +42,7 @@ impl<T> Document<T> {
 
 /// A mesh file.
 #[derive(Clone, Debug, Serialize)]
+#[non_exhaustive]
 pub struct FileInfo {
     path: String,
     format: &'static str,

@@ -8,14 +8,14 @@ use crate::fill::{
     TriangulatedReason, TryFailure,
 };
 use crate::mend::HoleReport;
-use crate::mesh::Hole;
+use crate::mesh::{Hole, HoleId};
 use crate::region::LevelReport;
 use crate::report::reason;
 
 /// A hole.
 #[derive(Debug, Serialize)]
 pub(in crate::job) struct HoleRow {
-    id: usize,
+    id: HoleId,
     edges: usize,
     length: f64,
     diameter: f64,
@@ -128,7 +128,7 @@ fn left(why: LeftReason) -> &'static str {
 #[derive(Serialize)]
 pub(super) struct PlannedRow<'a> {
     id: usize,
-    holes: &'a [usize],
+    holes: &'a [HoleId],
     bridge: bool,
     diameter: f64,
     voxel: Option<f64>,
@@ -152,7 +152,7 @@ impl<'a> PlannedRow<'a> {
 #[derive(Serialize)]
 pub(super) struct RegionRow<'a> {
     id: usize,
-    holes: &'a [usize],
+    holes: &'a [HoleId],
     bridge: bool,
     diameter: f64,
     voxel: f64,

@@ -119,6 +119,7 @@ impl From<FillError> for FairError {
 
 /// A mesh that was faired.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Faired {
     /// The mesh: what is kept of the input's vertices and faces first, in order and bit-exact, then what is new.
     pub mesh: Mesh,

@@ -226,6 +226,7 @@ impl Plan {
         let margin = DVec3::splat(MARGIN * coarse);
         let (lattice, dims) = Lattice::around(low, high, margin, coarse);
         NestedSettings {
+            own: None,
             lattice,
             dims,
             refinements,

@@ -24,6 +24,7 @@ pub const SIGMA_NAME: &str = "isomend_sigma";
 
 /// What the numbers of an attribute mean, as far as it matters for carrying them over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
 pub enum Role {
     /// A unit normal of three components.
     Normal,
@@ -166,7 +167,7 @@ impl Attribute {
 pub struct CornerAttribute {
     /// The pool.
     pub pool: Attribute,
-    /// For each face the places of its corners' values in the pool; [`NONE`] where there is none.
+    /// For each face the places of its corners' values in the pool; `u32::MAX` where there is none.
     pub corners: Vec<[u32; 3]>,
 }
 
@@ -217,7 +218,7 @@ pub struct Labels {
     pub kind: LabelKind,
     /// The labels there are.
     pub names: Vec<String>,
-    /// For each face the place of its label in `names`, or [`NONE`].
+    /// For each face the place of its label in `names`, or `u32::MAX`.
     pub of_face: Vec<u32>,
 }
 

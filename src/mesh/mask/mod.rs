@@ -12,6 +12,7 @@ use super::{DisjointSets, Mesh, Topology, area_vector, weld_map};
 
 /// One way to choose faces.
 #[derive(Clone)]
+#[non_exhaustive]
 pub enum Selector {
     /// Faces whose centroid lies in a box, its borders included.
     Box {
@@ -317,6 +318,7 @@ pub fn shrunk_from_borders(mesh: &Mesh, topology: &Topology, by: f64) -> Vec<boo
 
 /// What a mask selects.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Selection {
     /// Number of faces.
     pub faces: usize,

@@ -14,6 +14,7 @@ use serde::Serialize;
 use super::scene::Scene;
 use crate::fill::{HoleOutcome, RegionReport};
 use crate::mend::HoleReport;
+use crate::mesh::HoleId;
 
 const TEMPLATE: &str = include_str!("page.html");
 /// Its looks, which the local page begins with.
@@ -73,7 +74,7 @@ pub fn page(page: &Page) -> String {
         .holes
         .iter()
         .map(|h| HoleItem {
-            id: h.hole.id,
+            id: h.hole.id.get(),
             region: h.region,
             centre: (h.hole.centre - scene.origin).as_vec3().to_array(),
             diameter: h.hole.diameter,
@@ -175,7 +176,7 @@ macro_rules! add {
 use add;
 
 /// Numbers of holes, joined.
-fn listed(ids: &[usize]) -> String {
+fn listed(ids: &[HoleId]) -> String {
     let mut out = String::new();
     for (i, id) in ids.iter().enumerate() {
         add!(out, "{}{id}", if i == 0 { "" } else { " + " });

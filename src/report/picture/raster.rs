@@ -100,7 +100,7 @@ pub struct Seen {
     pub width: usize,
     /// The faces that come before the eye.
     pub faces: Vec<Projected>,
-    /// For each sample the index in `faces`, or [`NONE`].
+    /// For each sample the index in `faces`, or `u32::MAX`.
     pub nearest: Vec<u32>,
 }
 

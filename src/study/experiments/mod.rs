@@ -16,7 +16,10 @@ pub use closed::Closed;
 pub use graph::{GraphSettings, graph};
 pub use merge::{MergeSettings, merge};
 pub use orthogonal::{OrthogonalSettings, orthogonal};
-pub use patches::{PatchError, PatchesSettings, fill_shape, patch_error, patches};
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub use patches::{PatchError, fill_shape, patch_error};
+pub use patches::{PatchesSettings, patches};
 pub use surfaces::{SurfacesSettings, surfaces};
 pub use table1::{Table1Settings, table1};
 

@@ -56,6 +56,7 @@ pub struct PatchError {
 /// Largest errors over D at 16, 32 and 64 voxels that a prototype got, where it did.
 fn reference(energy: Energy, name: &str) -> [Option<f64>; 3] {
     match energy {
+        Energy::Own => [None; 3],
         Energy::Willmore => match name {
             "sphere 60" => [5.5e-4, 1.3e-4, 1.5e-4],
             "sphere 90" => [1.4e-3, 3.3e-4, 7.3e-5],
@@ -96,6 +97,7 @@ pub fn fill_shape(
     // The lattice is not centred on the ball, by the same part of the finest voxel at each resolution.
     let shift = finer * voxel * DVec3::new(0.137, -0.251, 0.319);
     let settings = NestedSettings {
+        own: None,
         lattice: Lattice {
             origin: -DVec3::splat(0.5 * f64::from(nodes - 1) * voxel) - shift,
             voxel,
@@ -110,7 +112,7 @@ pub fn fill_shape(
             kappa: flow.kappa * (f64::from(COARSEST) / finer / KAPPA_ACROSS).max(1.0),
             tolerance: match flow.energy {
                 Energy::Willmore => REST,
-                Energy::CurvatureVariation => flow.tolerance,
+                _ => flow.tolerance,
             },
             ..flow
         },
@@ -156,7 +158,7 @@ pub fn patches(
             Energy::Willmore => {
                 "Fills of exact surfaces: an unknown ball of diameter D, position and normal of the rest held"
             }
-            Energy::CurvatureVariation => {
+            _ => {
                 "Fills of exact surfaces by the least variation of curvature: an unknown ball of diameter D, the rest held"
             }
         },

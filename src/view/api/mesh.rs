@@ -125,7 +125,7 @@ pub async fn rims(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)
         Ok(Container::new(header)
             .with("points", 3, vertices().flat_map(point))
             .with("starts", 1, starts)
-            .with("ids", 1, holes.iter().map(|hole| hole.id as u32))
+            .with("ids", 1, holes.iter().map(|hole| hole.id.get() as u32))
             .with("vertices", 1, vertices())
             .bytes())
     });

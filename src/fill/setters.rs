@@ -1,0 +1,59 @@
+//! Setters of [`FillParams`], for calls in a row.
+
+use super::params::{FillParams, Finish, SurfaceKind};
+use crate::flow::{Energy, Variant};
+use crate::mesh::HoleId;
+use crate::region::VoxelSize;
+use crate::setters::setters;
+
+/// Numbers of holes as parameters have them.
+fn ids<T: Into<HoleId>>(holes: impl IntoIterator<Item = T>) -> Vec<HoleId> {
+    holes.into_iter().map(Into::into).collect()
+}
+
+setters! { FillParams:
+    /// Sets [`FillParams::voxel`].
+    with_voxel(voxel: VoxelSize) => voxel = voxel;
+    /// Fills these holes only; see [`FillParams::holes`].
+    ///
+    /// ```
+    /// use isomend::{Energy, FillParams};
+    ///
+    /// let params = FillParams::new()
+    ///     .with_holes([2, 5])
+    ///     .with_max_diameter(0.3)
+    ///     .with_energy(Energy::CurvatureVariation);
+    /// assert_eq!(params.holes, Some(vec![2.into(), 5.into()]));
+    /// assert_eq!(params.max_diameter, Some(0.3));
+    /// params.check()?;
+    /// # Ok::<(), isomend::FillError>(())
+    /// ```
+    with_holes(holes: impl IntoIterator<Item = impl Into<HoleId>>) => holes = Some(ids(holes));
+    /// Leaves wider holes open; see [`FillParams::max_diameter`].
+    with_max_diameter(length: f64) => max_diameter = Some(length);
+    /// Keeps these holes open; see [`FillParams::keep_open`].
+    with_keep_open(holes: impl IntoIterator<Item = impl Into<HoleId>>) => keep_open = ids(holes);
+    /// Fills the holes of each group in one region; see [`FillParams::bridge`].
+    ///
+    /// ```
+    /// let params = isomend::FillParams::new().with_bridges([[1, 4], [2, 3]]);
+    /// assert_eq!(params.bridge[1], [2.into(), 3.into()]);
+    /// ```
+    with_bridges(groups: impl IntoIterator<Item = impl IntoIterator<Item = impl Into<HoleId>>>) => bridge = groups.into_iter().map(ids).collect();
+    /// Closes these holes by nearly flat caps; see [`FillParams::flat`].
+    with_flat(holes: impl IntoIterator<Item = impl Into<HoleId>>) => flat = ids(holes);
+    /// Sets [`FillParams::surface`].
+    with_surface(surface: SurfaceKind) => surface = surface;
+    /// Sets [`FillParams::finish`].
+    with_finish(finish: Finish) => finish = finish;
+    /// Sets [`FillParams::energy`].
+    with_energy(energy: Energy) => energy = energy;
+    /// Sets [`FillParams::variant`].
+    with_variant(variant: Variant) => variant = variant;
+    /// Sets [`FillParams::steps`].
+    with_steps(steps: usize) => steps = Some(steps);
+    /// Sets [`FillParams::time_step`], in units of h⁴.
+    with_time_step(step: f64) => time_step = Some(step);
+    /// Sets [`FillParams::edge_ratio`].
+    with_edge_ratio(ratio: f64) => edge_ratio = Some(ratio);
+}

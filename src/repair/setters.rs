@@ -1,0 +1,36 @@
+//! Setters of [`RepairParams`], for calls in a row.
+
+use super::params::RepairParams;
+use crate::fill::FillParams;
+use crate::setters::setters;
+
+setters! { RepairParams:
+    /// Sets [`RepairParams::clean`].
+    with_clean(clean: bool) => clean = clean;
+    /// Sets [`RepairParams::weld`], in the mesh's units.
+    with_weld(length: f64) => weld = Some(length);
+    /// Sets [`RepairParams::drop_unused`].
+    with_drop_unused(drop: bool) => drop_unused = drop;
+    /// Sets [`RepairParams::orient`].
+    with_orient(orient: bool) => orient = orient;
+    /// Sets [`RepairParams::split`].
+    with_split(split: bool) => split = split;
+    /// Sets [`RepairParams::debris`], a part of an area.
+    ///
+    /// ```
+    /// let params = isomend::RepairParams::new().with_debris(0.01).with_holes(false);
+    /// assert_eq!(params.debris, Some(0.01));
+    /// assert!(!params.holes && params.check().is_ok());
+    /// ```
+    with_debris(part: f64) => debris = Some(part);
+    /// Sets [`RepairParams::drop_inside`].
+    with_drop_inside(drop: bool) => drop_inside = drop;
+    /// Sets [`RepairParams::crossings`].
+    with_crossings(cut: bool) => crossings = cut;
+    /// Sets [`RepairParams::holes`].
+    with_holes(fill: bool) => holes = fill;
+    /// Sets [`RepairParams::borders`].
+    with_borders(fill: bool) => borders = fill;
+    /// Sets [`RepairParams::fill`].
+    with_fill(fill: FillParams) => fill = fill;
+}
