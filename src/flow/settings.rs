@@ -22,6 +22,7 @@ pub enum Energy {
     CurvatureVariation,
     /// One of the caller's, by [`Inspection::fill_with`](crate::Inspection::fill_with). It starts from the steady state of the Willmore
     /// energy. Reports name it so; no parameters can ask for it.
+    #[serde(skip_deserializing)]
     Own,
 }
 
