@@ -56,9 +56,10 @@ pub struct FlowOutcome {
     pub flat: bool,
     /// Number of unknowns of the last band.
     pub unknowns: usize,
-    /// The surface's part of the energy at the start.
+    /// The surface's part of the energy at the start; for the Willmore energy ½∫h² of the free part times 2.5,
+    /// the half width of the band in voxels.
     pub energy_before: f64,
-    /// The surface's part of the energy at the end.
+    /// The same at the end.
     pub energy_after: f64,
     /// Weight of the eikonal term at the end.
     pub kappa: f64,
