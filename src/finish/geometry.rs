@@ -55,7 +55,8 @@ fn raised(mut areas: Vec<f64>) -> Vec<f64> {
     areas
 }
 
-/// Half the cotangents at the corners of each face, bounded, and twice its area.
+/// Half the cotangents at the corners of each face, bounded, and twice its area. The weight of an edge is the sum of the two at the
+/// corners opposite to it (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993).
 pub(super) fn half_cotangents(points: &[DVec3], faces: &Faces) -> (Vec<[f64; 3]>, Vec<f64>) {
     let area = |&f: &[u32; 3]| area_vector(corners(points, f)).length();
     let mut areas: Vec<f64> = faces.iter().map(area).collect();
@@ -176,7 +177,8 @@ impl Stiffness {
     }
 }
 
-/// `S x` without the matrix.
+/// `S x` without the matrix, for each point: over the mixed area the mean curvature normal (Meyer et al., section 3.4), whose length
+/// is the sum of the principal curvatures.
 pub(super) fn stiffness_times(
     points: &[DVec3],
     faces: &Faces,

@@ -70,6 +70,9 @@ pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams
 }
 
 /// `½ ∫ h²` of the patch of some vertices, `h` being the sum of the principal curvatures; it does not depend on the unit.
+///
+/// # Errors
+/// When no face uses the vertices, there are too many, or nothing that stays, or no finite shape, is round them.
 pub fn willmore_energy(around: &Surroundings<'_>, vertices: &[u32]) -> Result<f64, Refusal> {
     let located = located(around, &usable(around, vertices), &FinishParams::default())?;
     Ok(willmore::energy(&located.patch, &located.patch.shape()))
@@ -77,13 +80,20 @@ pub fn willmore_energy(around: &Surroundings<'_>, vertices: &[u32]) -> Result<f6
 
 /// The number of faces of the patch of some vertices that are folded over: that look against the normals at all three of their
 /// vertices.
+///
+/// # Errors
+/// As [`willmore_energy`].
 pub fn folds(around: &Surroundings<'_>, vertices: &[u32]) -> Result<usize, Refusal> {
     let located = located(around, &usable(around, vertices), &FinishParams::default())?;
     Ok(willmore::folds(&located.patch, &located.patch.shape()))
 }
 
 /// The biharmonic fill of the patch of some vertices, given (rising) with their new positions: it takes the triangles alone, not
-/// their shape, and continues position and slope of the rim. The second start for what cannot be found by a level set.
+/// their shape, and continues position and slope of the rim. The second start for what cannot be found by a level set. One pair of vertex
+/// and position in units of the mesh for each vertex that a face uses (Botsch and Kobbelt 2004).
+///
+/// # Errors
+/// As [`willmore_energy`], and when the system cannot be solved or the token is set ([`Refusal::Singular`]).
 pub fn biharmonic(
     around: &Surroundings<'_>,
     vertices: &[u32],
@@ -92,7 +102,10 @@ pub fn biharmonic(
 }
 
 /// The surface of least area with the rim and the triangles of the patch of some vertices, which are given (rising) with their new
-/// positions: a tight, nearly flat cap.
+/// positions: a tight, nearly flat cap (Pinkall and Polthier 1993).
+///
+/// # Errors
+/// As [`biharmonic`].
 pub fn minimal_surface(
     around: &Surroundings<'_>,
     vertices: &[u32],
