@@ -105,7 +105,7 @@ pub fn biharmonic(
 /// positions: a tight, nearly flat cap (Pinkall and Polthier 1993).
 ///
 /// # Errors
-/// As [`biharmonic`].
+/// As [`biharmonic()`].
 pub fn minimal_surface(
     around: &Surroundings<'_>,
     vertices: &[u32],

@@ -266,6 +266,7 @@ impl<'a> Solver<'a> {
             }
             starts.push(columns.len());
         }
+        // Jᵀ (M J): its rows and columns are the vertices that move.
         let shape = (closure.acting.len(), closure.moving.len());
         let weighted = CsMat::new(shape, starts.clone(), columns.clone(), weighted);
         let jacobian = CsMat::new(shape, starts, columns, values);
@@ -447,6 +448,7 @@ pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) 
     let mut params = params.clone();
     let (mut start, mut second) = (shape, Second::NotNeeded);
     let energy_before = energy(patch, &start);
+    // A large patch gets a smooth strip along its rim first, if that lowers its energy.
     if is_large {
         params.most_steps = params.most_steps_of_large;
         second = Second::Worse;
