@@ -77,7 +77,7 @@ impl RegionProblem<'_> {
         why: TryFailure,
         mut report: RegionReport,
     ) -> Option<RegionPatch> {
-        // Rims that share a vertex cannot be filled one by one: two patches would then use the same edges.
+        // Rims that share a vertex cannot be filled one by one: two patches could have the same edge.
         let mut seen = HashSet::new();
         if !self
             .holes

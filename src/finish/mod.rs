@@ -48,8 +48,9 @@ const ENERGY_RISE: f64 = 1.02;
 /// scans and models two were so; their error fell from 165 to 2.6 ‰ of D.
 const MUCH_LOWER: f64 = 0.5;
 
-/// Finishes the patch of some vertices, which must hang together (see [`Surroundings::pieces`]). Whatever cannot be finished
-/// keeps its positions, to the bit, and [`FinishFound`] says why; so it is where the token of the surroundings is set.
+/// Finishes the patch of some vertices (in any order), which must hang together (see [`Surroundings::pieces`]). Whatever cannot
+/// be finished keeps its positions, to the bit, and [`FinishFound`] says why; so it is where the token of the surroundings is
+/// set.
 pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams) -> Finished {
     let vertices = usable(around, vertices);
     let mut finished = Finished {

@@ -143,12 +143,12 @@ impl Band {
         grid.around(slot).iter().all(|&s| s != ABSENT)
     }
 
-    /// The values of a field at the band's nodes.
+    /// The values at the band's nodes, in their order, of a field with one value for each slot of the grid.
     pub fn gather(&self, field: &[f64]) -> Vec<f64> {
         self.slots.iter().map(|&s| field[s as usize]).collect()
     }
 
-    /// Writes values of the band's nodes back to a field.
+    /// Writes values at the band's nodes, in their order, back to a field with one value for each slot of the grid.
     pub fn scatter(&self, values: &[f64], field: &mut [f64]) {
         for (&s, &v) in self.slots.iter().zip(values) {
             field[s as usize] = v;

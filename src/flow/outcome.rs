@@ -14,13 +14,13 @@ pub(super) const DIVERGED: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StepRecord {
-    /// Energy before it.
+    /// The whole energy before it, with the eikonal term.
     pub energy: f64,
     /// Largest movement of a node within one voxel of the surface, in voxels.
     pub movement: f64,
     /// Root mean square movement of those nodes.
     pub mean_movement: f64,
-    /// Fraction of the step taken.
+    /// Fraction of the step taken: 1, ½, ¼ …; 0 where none lowered the energy.
     pub fraction: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,

@@ -193,7 +193,7 @@ impl Level {
     }
 }
 
-/// Solves on each level in turn; `keep_going` may end it early.
+/// Solves on each level in turn; `keep_going` may end it early, and the result is then what there is so far, not converged.
 pub fn solve_nested(
     data: &dyn DistanceData,
     settings: &NestedSettings,

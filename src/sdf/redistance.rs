@@ -38,7 +38,8 @@ fn neighbours(grid: &SparseGrid, slot: usize) -> impl Iterator<Item = usize> {
 }
 
 /// The point of the zero set of the tricubic interpolant closest to `x`, from the start `p` (lattice coordinates):
-/// damped steps along the gradient and along the zero set. None where it does not converge, and once the grid's token is set.
+/// damped steps along the gradient and along the zero set. None where it does not converge, the gradient vanishes or nodes are not
+/// stored, and once the grid's token is set.
 ///
 /// A step of the part s leaves `1 − s (1 + κd)` of what is to go along a zero set with curvature κ: the next one's part is
 /// taken from what the last has left.
