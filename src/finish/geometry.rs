@@ -81,7 +81,7 @@ pub(super) fn barycentric(count: usize, faces: &Faces, twice: &[f64]) -> Vec<f64
     raised(areas)
 }
 
-/// Mixed Voronoi areas of vertices (Meyer et al., section 3.3): obtuse faces give a half to the obtuse corner and a quarter to
+/// Mixed Voronoi areas of vertices (Meyer et al., figure 4): obtuse faces give a half to the obtuse corner and a quarter to
 /// the others.
 pub(super) fn voronoi(points: &[DVec3], faces: &Faces) -> Vec<f64> {
     let mut areas = vec![0.0; points.len()];
@@ -107,7 +107,7 @@ pub(super) fn voronoi(points: &[DVec3], faces: &Faces) -> Vec<f64> {
     raised(areas)
 }
 
-/// Gaussian curvature at vertices by the angles that lack to a full turn, over the areas (Meyer et al., section 4).
+/// Gaussian curvature at vertices by the angles that lack to a full turn, over the areas (Meyer et al., equation (9)).
 pub(super) fn gauss_curvature(points: &[DVec3], faces: &Faces, areas: &[f64]) -> Vec<f64> {
     let mut lack = vec![2.0 * PI; points.len()];
     for &face in faces {
@@ -177,7 +177,7 @@ impl Stiffness {
     }
 }
 
-/// `S x` without the matrix, for each point: over the mixed area the mean curvature normal (Meyer et al., section 3.4), whose length
+/// `S x` without the matrix, for each point: over the mixed area the mean curvature normal (Meyer et al., equation (8)), whose length
 /// is the sum of the principal curvatures.
 pub(super) fn stiffness_times(
     points: &[DVec3],

@@ -78,7 +78,7 @@ struct State {
 }
 
 impl State {
-    /// `h = n · S x / m` (mean curvature normal, Meyer et al. 2003, section 3.4) and `E = ½ Σ m h²` over the vertices that act.
+    /// `h = n · S x / m` (mean curvature normal, Meyer et al. 2003, equation (8)) and `E = ½ Σ m h²` over the vertices that act.
     fn new(closure: &Closure, points: &[DVec3]) -> Self {
         let faces = &closure.faces;
         let (half_cotangents, _) = half_cotangents(points, faces);
