@@ -29,12 +29,16 @@ pub(super) struct Patches {
 
 impl Patches {
     pub(super) fn new(original: &Mesh, filled: &Mesh) -> Self {
+        // Vertices of the mesh at the same position count as one, so that a patch stays connected where the mesh doubles
+        // vertices (seams of texture coordinates).
         let weld = weld_map(original);
         let canonical = |v: u32| weld.get(v as usize).copied().unwrap_or(v);
         let faces: Vec<[u32; 3]> = filled.faces[original.faces.len()..]
             .iter()
             .map(|f| f.map(canonical))
             .collect();
+        // The new face that uses each directed edge: an edge that no new face uses the other way lies on the rim of a
+        // patch.
         let mut edges: HashMap<(u32, u32), u32> = HashMap::new();
         for (f, face) in faces.iter().enumerate() {
             for k in 0..3 {
@@ -44,6 +48,8 @@ impl Patches {
             }
         }
         let (of_face, count) = connected(&faces, &edges);
+        // One slot for each pair of patch and vertex, numbered in the order of the faces: where two patches meet at a
+        // vertex, each may have its own values there.
         let (mut slots, mut number) = (Vec::new(), HashMap::new());
         let in_slots = faces
             .iter()
@@ -68,6 +74,7 @@ impl Patches {
             rim_faces: vec![Vec::new(); count],
             weld,
         };
+        // The corners of the mesh across the rim edges: the values at the rim are theirs.
         patches.meet(original, &edges, &number);
         patches
     }

@@ -11,6 +11,7 @@ pub(super) fn finish(transfer: &Transfer<'_>, out: &mut Model) {
     if before.is_empty() {
         return;
     }
+    // One field for each attribute, with a value at each slot of the patches.
     let fields: Vec<Field> = before
         .iter()
         .map(|a| transfer.field(&Source::Vertex(a)))
@@ -21,6 +22,8 @@ pub(super) fn finish(transfer: &Transfer<'_>, out: &mut Model) {
     let mut slot_of = vec![NONE; out.mesh.positions.len() - kept];
     let mut vertex_of: Vec<u32> = slots.iter().map(|s| s.vertex).collect();
     let mut copies: Vec<(u32, usize)> = Vec::new();
+    // A new vertex takes the values of its first slot. A slot on the rim uses the vertex of the mesh that has its values;
+    // where none has, as between the two sides of a texture seam, it gets a copy of the vertex.
     for (s, slot) in slots.iter().enumerate() {
         match (slot.vertex as usize).checked_sub(kept) {
             Some(new) if slot_of[new] == NONE => slot_of[new] = s as u32,
@@ -34,6 +37,7 @@ pub(super) fn finish(transfer: &Transfer<'_>, out: &mut Model) {
             },
         }
     }
+    // Values in the order of the vertices: those of the mesh unchanged, then the new ones, then the copies.
     for (a, (attribute, field)) in out.attributes.vertex.iter_mut().zip(&fields).enumerate() {
         attribute.values.truncate(kept * before[a].components);
         for &s in &slot_of {
@@ -48,6 +52,7 @@ pub(super) fn finish(transfer: &Transfer<'_>, out: &mut Model) {
             attribute.push(field.get(s));
         }
     }
+    // A copy has the position of the vertex that it stands for.
     for (copy, _) in copies {
         let at = out.mesh.positions.len() as u32;
         out.attributes.copies.push((at, copy));
@@ -55,6 +60,7 @@ pub(super) fn finish(transfer: &Transfer<'_>, out: &mut Model) {
             .positions
             .push(transfer.original.positions[copy as usize]);
     }
+    // New faces use the vertices chosen for their slots.
     let new_faces = out.mesh.faces[transfer.original.faces.len()..].iter_mut();
     for (face, in_slots) in new_faces.zip(&transfer.patches.faces) {
         *face = in_slots.map(|s| vertex_of[s as usize]);

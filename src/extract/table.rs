@@ -1,4 +1,5 @@
-//! The polygons of each of the 256 sign patterns, found by tracing the segments on the faces of the cell.
+//! The polygons of each of the 256 sign patterns of marching cubes (Lorensen and Cline 1987), found by tracing the segments on the faces
+//! of the cell instead of from a printed table.
 
 use std::sync::OnceLock;
 

@@ -39,17 +39,19 @@ pub enum VolumeSurfaceError {
     Dims([usize; 3]),
 }
 
-/// The surface where a volume has the given level, by marching cubes. Inside is where values are below the level.
+/// The surface where a volume has the given level, in world units, by marching cubes (Lorensen and Cline 1987). Inside is where values
+/// are below the level.
 ///
 /// It ends at the volume's border; with `close` it is closed there by flat caps, as if all beyond were outside.
 ///
 /// # Errors
-/// When there is no such surface, or a value is not finite.
+/// When there is no such surface, a value is not finite, or an axis has fewer than two nodes or too many.
 pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, VolumeSurfaceError> {
     let dims = volume.dims;
     if dims.iter().any(|n| *n < 2 || *n > i32::MAX as usize - 2) {
         return Err(VolumeSurfaceError::Dims(dims));
     }
+    // With `close` a layer of nodes outside the solid surrounds the volume.
     let [low, high] = match close {
         true => volume.range(),
         false => [0.0; 2],
@@ -58,6 +60,7 @@ pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, V
     let beyond = ((high - level).abs().max((low - level).abs())).max(f64::MIN_POSITIVE) * 1e9;
     let margin = usize::from(close);
     let [nx, ny, nz] = dims.map(|n| n + 2 * margin);
+    // Writes the nodes of one z plane, as values relative to the level; false where one is not finite.
     let plane = |k: usize, out: &mut [f64]| {
         if close {
             out.fill(beyond);
@@ -76,6 +79,7 @@ pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, V
         }
         sound
     };
+    // Vertices come in lattice coordinates in which the first node of the volume is the origin.
     let nodes = Nodes {
         dims: [nx, ny, nz],
         shift: -(margin as i32),
@@ -88,6 +92,8 @@ pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, V
         let [low, high] = volume.range();
         return Err(VolumeSurfaceError::NoSurface { level, low, high });
     }
+    // Vertices between the added layer and the outermost nodes are moved onto the latter; then lattice coordinates become
+    // world coordinates.
     let last = DVec3::from_array(dims.map(|n| (n - 1) as f64));
     positions
         .par_iter_mut()

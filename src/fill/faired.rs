@@ -77,6 +77,7 @@ impl RegionProblem<'_> {
         why: TryFailure,
         mut report: RegionReport,
     ) -> Option<RegionPatch> {
+        // Rims that share a vertex cannot be filled one by one: two patches could have the same edge.
         let mut seen = HashSet::new();
         if !self
             .holes
@@ -86,6 +87,7 @@ impl RegionProblem<'_> {
         {
             return None;
         }
+        // One patch for the region. Its new vertices are numbered behind those of the mesh, hole after hole.
         let count = self.mesh.positions.len() as u32;
         let mut all = FinishedPatch::unfinished(Patch::default());
         let mut pieces = Vec::new();
@@ -96,9 +98,11 @@ impl RegionProblem<'_> {
                 holes: &[hole],
                 ..*self
             };
+            // If one hole cannot be filled so, the region is left to other candidates.
             let finished = one.faired()?;
             let base = all.patch.positions.len() as u32;
             let moved = |v: u32| if v < count { v } else { v + base };
+            // Means over the region weigh seam angles by rim edges and triangle quality by faces.
             let (own, sum) = (&finished.patch.report, &mut all.patch.report);
             sum.components += own.components;
             sum.seam_angle_max = sum.seam_angle_max.max(own.seam_angle_max);
@@ -118,6 +122,7 @@ impl RegionProblem<'_> {
             start: PatchStart::Triangulation,
             pieces,
         });
+        // Self-intersections are counted for all patches together: they may intersect each other.
         let local = Local::new(
             self.wide_part(&all.patch),
             count as usize,

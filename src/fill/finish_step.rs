@@ -96,6 +96,7 @@ impl RegionProblem<'_> {
     /// Moves the vertices of a patch to where the finish has them. What crosses more than before is not taken, but the step
     /// before.
     pub(super) fn finished(&self, mut patch: Patch, start: PatchStart) -> FinishedPatch {
+        // The patch and as much of the mesh round it as the finish looks at.
         let count = self.mesh.positions.len();
         let local = Local::new(self.wide_part(&patch), count, &patch, self.cancel);
         let own = local.part.mesh.positions.len();
@@ -104,6 +105,8 @@ impl RegionProblem<'_> {
         if self.params.finish == Finish::Willmore {
             params.method = FinishMethod::Willmore;
         }
+        // Two results: the blend with what the surroundings predict, and the minimum of the energy, which replaces it if
+        // the blend intersects more faces. Connected components of the patch are finished one by one.
         let (mut blend, mut minimum) = (patch.positions.clone(), patch.positions.clone());
         let mut sigma = vec![None; patch.positions.len()];
         let mut report = FinishReport {
@@ -120,6 +123,7 @@ impl RegionProblem<'_> {
             }
             report.pieces.push(done.found);
         }
+        // After a cancellation the patch keeps its positions and has no expected errors.
         if self.cancel.is_cancelled() {
             sigma.fill(None);
             let report = Some(report);
@@ -129,6 +133,7 @@ impl RegionProblem<'_> {
                 sigma,
             };
         }
+        // The first of the two that intersects no more faces than the patch did before is taken.
         let before = patch.report.intersecting_faces;
         let fits = |positions: &[DVec3]| {
             let crossing = local.crossing(positions);
@@ -141,6 +146,7 @@ impl RegionProblem<'_> {
                 fits(&minimum).map(|crossing| (minimum, crossing))
             }
         };
+        // Quality and seam angles are measured at the new positions; if both results were refused, the patch stays.
         if let Some((positions, crossing)) = taken {
             patch.positions = positions;
             patch.report.intersecting_faces = crossing;

@@ -122,11 +122,13 @@ pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Op
         Verdict::Sound => return None,
         Verdict::Failed(failure) => failure,
     };
+    // The next attempt on half the voxel, where refining may help; it does not at the end of a tube.
     let finest = own.iter().map(|(t, _)| t.refine).fold(1.0, f64::max);
     let finer = || {
         last.finer()
             .filter(|_| region.may_refine && !region.tube_end)
     };
+    // What each failure calls for: a finer grid, a wider box, the first grid again with its surface accepted, or nothing.
     let next = match failure {
         TryFailure::Contradiction | TryFailure::Stopped => None,
         TryFailure::NotSteady => finer(),
@@ -146,10 +148,13 @@ pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Op
         TryFailure::NotJoined(_) if last.accept => None,
         TryFailure::NotJoined(_) => finer(),
     };
+    // The budget bounds the cost of the attempts with one energy, MOST_TRIES their number.
     let next = next.filter(|_| region.spent < region.budget);
     if next.is_some() {
         return next.filter(|_| own.len() < MOST_TRIES);
     }
+    // Without a next attempt a less robust energy gives way to its fallback, from the first settings on, unless there is a
+    // patch already that merely intersects faces.
     let has_patch = |(_, v): &(Try, Verdict)| matches!(v, Verdict::Failed(TryFailure::Crossing(_)));
     let fallback = first.energy.needs().fallback?;
     let anew = last.energy == first.energy && !history.iter().any(has_patch);

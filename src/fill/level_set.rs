@@ -60,9 +60,11 @@ pub(super) enum Found {
 impl RegionProblem<'_> {
     /// One try.
     pub(super) fn try_once(&self, now: &Try, from: Option<&Level>) -> Tried<'_> {
+        // Solves on nested grids, from the surface of an earlier attempt where there is one.
         let begun = Instant::now();
         let (mut solved, region, data) = self.solve(now, from);
         self.log_try(now, &region, &solved, begun);
+        // A strongly bent surface may be one minimum of several: another initialisation wins if its energy is lower.
         if !self.cancel.is_cancelled()
             && let Some(lower) = self.lower(now, &solved)
         {
@@ -77,6 +79,7 @@ impl RegionProblem<'_> {
             other_energy: now.energy != self.params.energy,
             ..RegionReport::default()
         };
+        // An unusable surface may still initialise later attempts if its last update was small and it stays inside its box.
         if let Some(failure) = self.unusable(&solved, now) {
             let nearly = solved.movement() < NEARLY_STEADY && !solved.level.touches_box();
             let keep = nearly && self.params.surface == SurfaceKind::Stitched;
@@ -92,6 +95,8 @@ impl RegionProblem<'_> {
                 }),
             };
         }
+        // The zero set as it is, or cut to the hole and joined to the rims. A joined patch that intersects faces counts as
+        // a failure, but is kept as a candidate.
         let (verdict, patch) = {
             let surface = LevelSurface {
                 level: &solved.level,

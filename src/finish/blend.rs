@@ -32,6 +32,7 @@ pub(super) fn blend(
     minimum: &[DVec3],
     params: &FinishParams,
 ) -> (Vec<Surface>, Result<Vec<DVec3>, Refusal>) {
+    // Why there is no blend, if there is none: not asked for, or too many vertices to krige.
     let is_large = minimum.len() > params.most_blended;
     let reason = if params.method == FinishMethod::Willmore {
         Some(Refusal::NotAsked)
@@ -43,6 +44,7 @@ pub(super) fn blend(
     let others = reason.is_none();
     // Without other surfaces the error only says how sure the patch is, for which one ring is enough.
     let rings = &RINGS_TRIED[if others { 0 } else { 1 }..];
+    // Deletes a ring of known vertices and minimises the energy on the wider hole.
     let refill = |&reach: &(f64, f64)| {
         let ring = Ring::new(patch, reach, minimum, is_large)?;
         if patch.cancel.is_cancelled() {
@@ -59,6 +61,8 @@ pub(super) fn blend(
     if patch.cancel.is_cancelled() {
         return (surfaces, Err(Refusal::Stopped));
     }
+    // The wider holes get the same candidates, kriged with the models estimated for the hole itself. The error of each is
+    // its distance from the deleted vertices along their normals, in diameters.
     let given = models(&surfaces);
     let tries = refilled.par_iter().map(|(ring, shape)| {
         let tried = candidates(&ring.wider, shape, others, &given, params);
@@ -71,6 +75,7 @@ pub(super) fn blend(
     if tries.is_empty() {
         return (surfaces, Err(reason.unwrap_or(Refusal::NoRing)));
     }
+    // Errors become weights, and the surfaces are averaged if there is more than the minimum.
     weigh(&mut surfaces, &tries);
     let blended = match reason {
         Some(reason) => Err(reason),

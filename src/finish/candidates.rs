@@ -111,11 +111,13 @@ pub(super) fn candidates(
     given: &Models,
     params: &FinishParams,
 ) -> Vec<Surface> {
+    // The minimum of the energy has all of the weight until others are compared with it.
     let mut all = vec![Surface::new(Candidate::Willmore, minimum.to_vec())];
     all[0].found.weight = 1.0;
     if !others || patch.cancel.is_cancelled() {
         return all;
     }
+    // Biharmonic (small slopes only) and triharmonic fill of the same triangles (Botsch and Kobbelt 2004).
     if is_slight(patch, minimum)
         && let Some(shape) = polyharmonic(patch, minimum, 2)
     {
@@ -124,12 +126,14 @@ pub(super) fn candidates(
     if let Some(shape) = polyharmonic(patch, minimum, 3) {
         all.push(Surface::new(Candidate::Triharmonic, shape));
     }
+    // Kriging over a sphere and over a plane, from one collar of known vertices.
     let normals = patch.known_normals();
     let mut collars: Vec<Collar> = Vec::new();
     for (candidate, width, largest) in KRIGED {
         if patch.cancel.is_cancelled() {
             break;
         }
+        // Where no sphere fits, the first kriging is over the plane already, and counts twice.
         if let Some(same) = all
             .iter()
             .find(|s| s.is_over_plane() && candidate == Candidate::Plane)
@@ -144,6 +148,7 @@ pub(super) fn candidates(
         let Some(collar) = collars.iter().find(|c| c.width == width) else {
             continue;
         };
+        // A model from the hole itself spares the ring tests its estimate.
         let model = given.iter().find(|m| m.0 == candidate).map(|m| m.1);
         let surface = kriged(patch, minimum, &normals, collar, largest, model, params);
         if let Some((shape, kriged)) = surface {
@@ -177,12 +182,14 @@ fn kriged(
         return None;
     }
     let chart = Chart::new(patch, minimum, &collar.vertices, normals, largest)?;
+    // Data: chart coordinates and heights of at most `most` known vertices, in diameters of the hole.
     let coordinates = |most: usize| -> (Vec<DVec2>, Vec<f64>) {
         let data = collar.data(most);
         let at = data.iter().map(|&v| patch.points[v as usize]);
         at.map(|p| chart.coordinates(p)).unzip()
     };
     let edge = patch.edge / patch.diameter;
+    // Order and noise by restricted likelihood, from fewer data than the kriging itself, unless they are given.
     let model = match model {
         Some(model) => model,
         None => {
@@ -195,8 +202,10 @@ fn kriged(
     if patch.cancel.is_cancelled() {
         return None;
     }
+    // Each vertex keeps its foot on the chart and gets the kriged height.
     let lift = |p: &DVec3| chart.lifted(*p, kriging.at(chart.coordinates(*p).0));
     let mut shape: Vec<DVec3> = minimum.iter().map(lift).collect();
+    // With noise the kriged surface passes beside the rim: the difference decays into the patch.
     let mismatch: Vec<DVec3> = patch.rim_points().iter().map(|p| *p - lift(p)).collect();
     for (x, c) in shape.iter_mut().zip(spread(patch, &mismatch)?) {
         *x += c;
@@ -210,7 +219,8 @@ fn kriged(
     finite.then_some((shape, kriged))
 }
 
-/// What a mismatch at the rim is inside: `(S + M / δ²) c = 0`.
+/// What a mismatch at the rim is inside: `(S + M / δ²) c = 0` with cotangent weights S, areas M and a decay length δ; for each vertex
+/// that moves, in diameters.
 fn spread(patch: &Patch, mismatch: &[DVec3]) -> Option<Vec<DVec3>> {
     let closure = &patch.closure;
     let points = patch.closure_points(&patch.shape());

@@ -49,6 +49,7 @@ impl Chart {
         let data = data.iter().copied().filter(with_normal).map(|v| v as usize);
         let (points, normals): (Vec<DVec3>, Vec<DVec3>) =
             data.map(|i| (patch.points[i], normals[i])).unzip();
+        // The normals of the patch: it has to be a graph over the chart as much as the data.
         let closure_points = patch.closure_points(shape);
         let own = vertex_normals(&closure_points, &patch.closure.faces);
         let own: Vec<DVec3> = patch.closure.moved(&own);
@@ -57,9 +58,11 @@ impl Chart {
             let least = quantile(cosines, OUTLIERS);
             least.is_nan() || least <= LEAST_COSINE
         };
+        // The sphere that fits positions and normals best; where the positions lie on a sphere exactly, that one.
         let unit = patch.diameter;
         let (centre, radius) = fit_sphere(&points, &normals, unit);
         let (centre, radius) = through(&points, centre, radius, unit).unwrap_or((centre, radius));
+        // The sphere is the chart if it is small enough and neither the data nor the patch are steep over it.
         if radius.abs() < largest * unit {
             let surface = Surface::Sphere { centre, radius };
             let over = |p: &DVec3| surface.over(*p);
@@ -75,6 +78,7 @@ impl Chart {
                 });
             }
         }
+        // Else the plane across the mean normal of the data, through the mean of the rim, if nothing is steep over it.
         let normal = normals.iter().sum::<DVec3>().try_normalize()?;
         if steep(&mut normals.iter().map(|n| n.dot(normal)))
             || steep(&mut own.iter().map(|n| n.dot(normal)))

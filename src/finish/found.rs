@@ -7,13 +7,13 @@ use glam::DVec3;
 pub struct Finished {
     /// The vertices, rising.
     pub vertices: Vec<u32>,
-    /// Their new positions; those that they had, to the bit, where the finish was refused.
+    /// Their new positions, in their order, in units of the mesh; those that they had, to the bit, where the finish was refused.
     pub positions: Vec<DVec3>,
-    /// Where they are at the minimum of the energy: the step before, for callers that find fault with a blend. Empty where the
-    /// positions are not those of a blend, or the minimum was refused.
+    /// Where they are at the minimum of the energy, in their order, in units of the mesh: the step before, for callers that find
+    /// fault with a blend. Empty where the positions are not those of a blend, or the minimum was refused.
     pub minimum: Vec<DVec3>,
-    /// The expected error of each, in units of the mesh: about 0.7 of a patch's vertices are nearer to the true surface than this,
-    /// 0.92 nearer than twice this. NaN where nothing can be said.
+    /// The expected error of each, in their order, in units of the mesh: about 0.7 of a patch's vertices are nearer to the true
+    /// surface than this, 0.92 nearer than twice this. NaN where nothing can be said.
     pub sigma: Vec<f64>,
     /// What was found.
     pub found: FinishFound,

@@ -55,7 +55,8 @@ fn raised(mut areas: Vec<f64>) -> Vec<f64> {
     areas
 }
 
-/// Half the cotangents at the corners of each face, bounded, and twice its area.
+/// Half the cotangents at the corners of each face, bounded, and twice its area. The weight of an edge is the sum of the two at the
+/// corners opposite to it (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993).
 pub(super) fn half_cotangents(points: &[DVec3], faces: &Faces) -> (Vec<[f64; 3]>, Vec<f64>) {
     let area = |&f: &[u32; 3]| area_vector(corners(points, f)).length();
     let mut areas: Vec<f64> = faces.iter().map(area).collect();
@@ -80,7 +81,7 @@ pub(super) fn barycentric(count: usize, faces: &Faces, twice: &[f64]) -> Vec<f64
     raised(areas)
 }
 
-/// Mixed Voronoi areas of vertices (Meyer et al., section 3.3): obtuse faces give a half to the obtuse corner and a quarter to
+/// Mixed Voronoi areas of vertices (Meyer et al., figure 4): obtuse faces give a half to the obtuse corner and a quarter to
 /// the others.
 pub(super) fn voronoi(points: &[DVec3], faces: &Faces) -> Vec<f64> {
     let mut areas = vec![0.0; points.len()];
@@ -106,7 +107,7 @@ pub(super) fn voronoi(points: &[DVec3], faces: &Faces) -> Vec<f64> {
     raised(areas)
 }
 
-/// Gaussian curvature at vertices by the angles that lack to a full turn, over the areas (Meyer et al., section 4).
+/// Gaussian curvature at vertices by the angles that lack to a full turn, over the areas (Meyer et al., equation (9)).
 pub(super) fn gauss_curvature(points: &[DVec3], faces: &Faces, areas: &[f64]) -> Vec<f64> {
     let mut lack = vec![2.0 * PI; points.len()];
     for &face in faces {
@@ -176,7 +177,8 @@ impl Stiffness {
     }
 }
 
-/// `S x` without the matrix.
+/// `S x` without the matrix, for each point: over the mixed area the mean curvature normal (Meyer et al., equation (8)), whose length
+/// is the sum of the principal curvatures.
 pub(super) fn stiffness_times(
     points: &[DVec3],
     faces: &Faces,

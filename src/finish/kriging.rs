@@ -2,8 +2,9 @@
 //!
 //! The surface is taken for a drift, a polynomial, plus an intrinsic random function with a generalised covariance (G. Matheron,
 //! "The intrinsic random functions and their applications", 1973; H. Wackernagel, "Multivariate Geostatistics", part V), seen
-//! with noise. The kernel's order and the noise are those of the largest restricted likelihood (H. D. Patterson, R. Thompson,
-//! "Recovery of inter-block information when block sizes are unequal", 1971), which is that of the data without their drift.
+//! with noise (also M. L. Stein, "Interpolation of Spatial Data", 1999). The kernel's order and the noise are those of the largest
+//! restricted likelihood (H. D. Patterson, R. Thompson, "Recovery of inter-block information when block sizes are unequal", 1971),
+//! which is that of the data without their drift.
 
 use glam::DVec2;
 

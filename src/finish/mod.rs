@@ -48,8 +48,9 @@ const ENERGY_RISE: f64 = 1.02;
 /// scans and models two were so; their error fell from 165 to 2.6 ‰ of D.
 const MUCH_LOWER: f64 = 0.5;
 
-/// Finishes the patch of some vertices, which must hang together (see [`Surroundings::pieces`]). Whatever cannot be finished
-/// keeps its positions, to the bit, and [`FinishFound`] says why; so it is where the token of the surroundings is set.
+/// Finishes the patch of some vertices (in any order), which must hang together (see [`Surroundings::pieces`]). Whatever cannot
+/// be finished keeps its positions, to the bit, and [`FinishFound`] says why; so it is where the token of the surroundings is
+/// set.
 pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams) -> Finished {
     let vertices = usable(around, vertices);
     let mut finished = Finished {
@@ -70,6 +71,9 @@ pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams
 }
 
 /// `½ ∫ h²` of the patch of some vertices, `h` being the sum of the principal curvatures; it does not depend on the unit.
+///
+/// # Errors
+/// When no face uses the vertices, there are too many, or nothing that stays, or no finite shape, is round them.
 pub fn willmore_energy(around: &Surroundings<'_>, vertices: &[u32]) -> Result<f64, Refusal> {
     let located = located(around, &usable(around, vertices), &FinishParams::default())?;
     Ok(willmore::energy(&located.patch, &located.patch.shape()))
@@ -77,13 +81,20 @@ pub fn willmore_energy(around: &Surroundings<'_>, vertices: &[u32]) -> Result<f6
 
 /// The number of faces of the patch of some vertices that are folded over: that look against the normals at all three of their
 /// vertices.
+///
+/// # Errors
+/// As [`willmore_energy`].
 pub fn folds(around: &Surroundings<'_>, vertices: &[u32]) -> Result<usize, Refusal> {
     let located = located(around, &usable(around, vertices), &FinishParams::default())?;
     Ok(willmore::folds(&located.patch, &located.patch.shape()))
 }
 
 /// The biharmonic fill of the patch of some vertices, given (rising) with their new positions: it takes the triangles alone, not
-/// their shape, and continues position and slope of the rim. The second start for what cannot be found by a level set.
+/// their shape, and continues position and slope of the rim. The second start for what cannot be found by a level set. One pair of vertex
+/// and position in units of the mesh for each vertex that a face uses (Botsch and Kobbelt 2004).
+///
+/// # Errors
+/// As [`willmore_energy`], and when the system cannot be solved or the token is set ([`Refusal::Singular`]).
 pub fn biharmonic(
     around: &Surroundings<'_>,
     vertices: &[u32],
@@ -92,7 +103,10 @@ pub fn biharmonic(
 }
 
 /// The surface of least area with the rim and the triangles of the patch of some vertices, which are given (rising) with their new
-/// positions: a tight, nearly flat cap.
+/// positions: a tight, nearly flat cap (Pinkall and Polthier 1993).
+///
+/// # Errors
+/// As [`biharmonic()`].
 pub fn minimal_surface(
     around: &Surroundings<'_>,
     vertices: &[u32],

@@ -270,6 +270,7 @@ pub(super) struct Located {
 impl Located {
     /// The patch of some vertices (rising) of a mesh.
     pub(super) fn new(around: &Surroundings<'_>, vertices: &[u32]) -> Result<Self, Refusal> {
+        // Origin and unit of the patch: the mean of the rim's vertices, and their diameter in units of the mesh.
         let rim = around.rim(vertices);
         if rim.is_empty() {
             return Err(Refusal::NothingKnown);
@@ -281,10 +282,12 @@ impl Located {
         if !(scale > 0.0 && scale.is_finite() && centre.is_finite()) {
             return Err(Refusal::NotFinite);
         }
+        // The vertices that data, rings and their normals may need, by distance along edges in units of the mesh.
         let edge = around.edge(&rim) / scale;
         let limit = (reach(edge) + MARGIN * edge) * scale;
         let (ids, distance) = around.within(vertices, limit, RINGS, LEAST_EDGE * scale);
         let faces = around.faces_within(&ids);
+        // From here on numbers are the patch's own, lengths in diameters of the hole.
         let own = |v: u32| ids.partition_point(|&w| w < v) as u32;
         let faces: Vec<[u32; 3]> = faces.iter().map(|f| f.map(own)).collect();
         let points: Vec<DVec3> = ids
@@ -294,6 +297,7 @@ impl Located {
         if !points.iter().all(|p| p.is_finite()) {
             return Err(Refusal::NotFinite);
         }
+        // Vertices that move, and those of the others that were measured and may be data.
         let mut moving = vec![false; ids.len()];
         vertices
             .iter()
@@ -314,6 +318,7 @@ impl Located {
             closure,
             cancel: around.cancel().clone(),
         };
+        // The mean edge needs distances and rim, so it is measured last.
         patch.edge = patch.mean_edge().ok_or(Refusal::NothingKnown)?;
         Ok(Self {
             patch,

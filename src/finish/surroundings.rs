@@ -71,7 +71,7 @@ impl<'a> Surroundings<'a> {
     }
 
     /// The vertices of some faces that are not known, in groups of faces that hang together by edges: the patches that they belong
-    /// to, rising. Each is finished on its own. Faces between known vertices alone join what is at their sides.
+    /// to, rising, and no empty ones. Each is finished on its own. Faces between known vertices alone join what is at their sides.
     pub fn pieces(&self, faces: &[[u32; 3]]) -> Vec<Vec<u32>> {
         let sides = |(f, face): (usize, &[u32; 3])| {
             let [a, b, c] = *face;
@@ -157,6 +157,7 @@ impl<'a> Surroundings<'a> {
         rings: usize,
         least: f64,
     ) -> (Vec<u32>, Vec<f64>) {
+        // Dijkstra's algorithm from all given vertices at once. Distances are not negative, so their bits sort as they do.
         let mut numbers = Numbers::default();
         let (mut found, mut distance) = (Vec::new(), Vec::new());
         let mut queue = BinaryHeap::new();
@@ -166,9 +167,11 @@ impl<'a> Surroundings<'a> {
             found.push(v);
             distance.push(0.0);
         }
+        // The first rings belong to the result whatever their distance.
         self.add_rings(rings, &mut numbers, &mut found);
         let always = found.len();
         distance.resize(always, f64::INFINITY);
+        // Entries that a shorter way has overtaken are passed over; beyond the limit only the first rings go on.
         while let Some(Reverse((bits, i))) = queue.pop() {
             let (d, i) = (f64::from_bits(bits), i as usize);
             if d > distance[i] || d > limit && i >= always {
@@ -176,6 +179,7 @@ impl<'a> Surroundings<'a> {
             }
             let from = self.position(found[i]);
             for w in self.beside(found[i]) {
+                // Edges of length 0 count as `least`, so that distances grow along every way.
                 let through = d + from.distance(self.position(w)).max(least);
                 if through.is_nan() || through > limit && !numbers.contains_key(&w) {
                     continue;
@@ -191,6 +195,7 @@ impl<'a> Surroundings<'a> {
                 }
             }
         }
+        // By rising vertex, so that the result does not depend on the order of the search.
         let mut both: Vec<(u32, f64)> = found.into_iter().zip(distance).collect();
         both.sort_unstable_by_key(|b| b.0);
         both.into_iter().unzip()

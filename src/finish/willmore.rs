@@ -78,7 +78,7 @@ struct State {
 }
 
 impl State {
-    /// `h = n · S x / m` and `E = ½ Σ m h²` over the vertices that act.
+    /// `h = n · S x / m` (mean curvature normal, Meyer et al. 2003, equation (8)) and `E = ½ Σ m h²` over the vertices that act.
     fn new(closure: &Closure, points: &[DVec3]) -> Self {
         let faces = &closure.faces;
         let (half_cotangents, _) = half_cotangents(points, faces);
@@ -217,13 +217,16 @@ impl<'a> Solver<'a> {
     }
 
     /// The linearised problem: with `J = ∂h/∂d = M⁻¹ S − diag(h² − 2 K)` for displacements `d` along the normals, `(Jᵀ M J) d =
-    /// −(Jᵀ M h + ½ M h³)`. Rows of `J` are the vertices that move and the rim, whose curvature the patch sets too.
+    /// −(Jᵀ M h + ½ M h³)`, a Gauss-Newton step (J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, section 10.3). Rows of `J`
+    /// are the vertices that move and the rim, whose curvature the patch sets too.
     ///
     /// On the left `h² − 2 K` of a patch with many vertices is bounded by its third quartile: the roughness of a finely meshed rim
     /// would make a well of it that has nearly flat directions, along which steps are of no use.
     fn linearised(&mut self, points: &[DVec3], state: &State) -> Normal {
         let closure = self.closure;
         self.stiffness.set(&closure.faces, &state.half_cotangents);
+        // h² − 2 K is the sum of the squared principal curvatures. More than π/2 an edge is not resolved and cut off; K is
+        // at most h²/4, as for real principal curvatures.
         let gauss = gauss_curvature(points, &closure.faces, &state.masses);
         let most = std::f64::consts::PI / (2.0 * self.edge);
         let squares = |i: usize| {
@@ -240,6 +243,7 @@ impl<'a> Solver<'a> {
             true => quantile(squares.iter().copied(), 0.75),
             false => f64::INFINITY,
         };
+        // Rows of J, the same times m for Jᵀ M J, and the right-hand side, in which the quartile does not bound h² − 2 K.
         let (mut starts, mut columns, mut values) = (vec![0], Vec::new(), Vec::new());
         let mut weighted = Vec::new();
         let mut rhs = vec![0.0; closure.moving.len()];
@@ -262,6 +266,7 @@ impl<'a> Solver<'a> {
             }
             starts.push(columns.len());
         }
+        // Jᵀ (M J): its rows and columns are the vertices that move.
         let shape = (closure.acting.len(), closure.moving.len());
         let weighted = CsMat::new(shape, starts.clone(), columns.clone(), weighted);
         let jacobian = CsMat::new(shape, starts, columns, values);
@@ -381,6 +386,7 @@ pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) ->
     });
     while steps < params.most_steps && state.energy.is_finite() && !patch.cancel.is_cancelled() {
         steps += 1;
+        // Displacements of one step; `last` is the largest in diameters, before the step is lengthened.
         let normal = solver.linearised(&points, &state);
         let Some((mut d, mut largest)) = solver.displacements(normal) else {
             break;
@@ -390,6 +396,7 @@ pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) ->
         before = d.clone();
         d.iter_mut().for_each(|d| *d *= stretch);
         largest *= stretch;
+        // A step that lowers the energy relaxes the damping. Without one the diagonal is raised (Levenberg and Marquardt).
         if let Some((moved, next)) = solver.step(&points, &state, &d, largest) {
             (points, state) = (moved, next);
             solver.damping *= 0.1;
@@ -404,6 +411,7 @@ pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) ->
             }
         }
     }
+    // Where folds remain, the last shape without them counts, as not converged.
     let (points, energy) = match watch {
         Some(watch) if watch.in_a_row > 0 => {
             last = f64::INFINITY;
@@ -440,6 +448,7 @@ pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) 
     let mut params = params.clone();
     let (mut start, mut second) = (shape, Second::NotNeeded);
     let energy_before = energy(patch, &start);
+    // A large patch gets a smooth strip along its rim first, if that lowers its energy.
     if is_large {
         params.most_steps = params.most_steps_of_large;
         second = Second::Worse;
@@ -449,6 +458,7 @@ pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) 
             (start, second) = (other, Second::Better);
         }
     }
+    // The first start; a converged minimum of low energy without folds needs no other.
     let first = Minimum {
         energy_before,
         ..minimise(patch, &start, &params)
@@ -458,6 +468,7 @@ pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) 
     if is_sound && first.energy < BENT || patch.cancel.is_cancelled() {
         return (first, second);
     }
+    // The second start, where the first failed, or the fill has much less energy than its minimum.
     let Some(filled) = biharmonic(patch, &start) else {
         return (first, second);
     };

@@ -57,11 +57,14 @@ fn corner(a: usize) -> NodeIndex {
 impl Band {
     /// The band of `phi` round its zero set where `mask` leaves it free; R reaches `dilations` (at least one) steps beyond.
     pub fn new(grid: &SparseGrid, phi: &[f64], mask: &[bool], dilations: usize) -> Self {
+        // R: nodes nearer than b + 1 voxels to the zero set and within `dilations` steps of the mask, with all 26
+        // neighbours stored.
         let near = dilate(grid, mask);
         let wide = (1..dilations).fold(near.clone(), |set, _| dilate(grid, &set));
         let residual: Vec<bool> = (0..grid.len())
             .map(|s| wide[s] && phi[s].abs() < WIDTH + MARGIN && Self::whole(grid, s))
             .collect();
+        // The band: R dilated once, numbered in the lexicographic order of the nodes.
         let reach = dilate(grid, &residual);
         let mut slots: Vec<u32> = (0..grid.len() as u32)
             .filter(|&s| reach[s as usize] && !grid.is_cancelled())
@@ -73,6 +76,7 @@ impl Band {
         }
         let nodes: Vec<NodeIndex> = slots.iter().map(|&s| grid.node(s as usize)).collect();
         let lookup = |n: NodeIndex| grid.slot(n).map_or(NONE, |s| number[s]);
+        // Cells with eight corners in the band, at least one of them in R. Corners 1, 3, 5, 7 are the numbers after 0, 2, 4, 6.
         let cells: Vec<Cell> = nodes
             .par_iter()
             .filter_map(|&n| {
@@ -85,6 +89,7 @@ impl Band {
                 (whole && touches()).then(|| [c[0], c[2], c[4], c[6]])
             })
             .collect();
+        // The cells round each node, so that sums over them are gathered by rows, in a fixed order.
         let mut node_cells = vec![[0; 4]; slots.len()];
         for (c, cell) in cells.iter().enumerate() {
             for (k, &v) in cell.iter().enumerate() {
@@ -93,6 +98,7 @@ impl Band {
                 node_cells[v as usize + 1][k] = (c as u32) << 2 | 1;
             }
         }
+        // Marks by number in place of marks by slot.
         let unknown: Vec<bool> = slots.iter().map(|&s| mask[s as usize]).collect();
         let residual: Vec<bool> = slots.iter().map(|&s| residual[s as usize]).collect();
         let near: Vec<bool> = slots.iter().map(|&s| near[s as usize]).collect();
@@ -137,12 +143,12 @@ impl Band {
         grid.around(slot).iter().all(|&s| s != ABSENT)
     }
 
-    /// The values of a field at the band's nodes.
+    /// The values at the band's nodes, in their order, of a field with one value for each slot of the grid.
     pub fn gather(&self, field: &[f64]) -> Vec<f64> {
         self.slots.iter().map(|&s| field[s as usize]).collect()
     }
 
-    /// Writes values of the band's nodes back to a field.
+    /// Writes values at the band's nodes, in their order, back to a field with one value for each slot of the grid.
     pub fn scatter(&self, values: &[f64], field: &mut [f64]) {
         for (&s, &v) in self.slots.iter().zip(values) {
             field[s as usize] = v;

@@ -56,7 +56,8 @@ pub fn chunked_sum<T: Sync>(items: &[T], f: impl Fn(usize, &T) -> f64 + Sync) ->
     partial.iter().sum()
 }
 
-/// r_i and M_i, gathered from the cells.
+/// r_i and M_i at each node of the band, gathered from the cells. With N_i as the test function of equation (10) of Droske and Rumpf
+/// (2004) r_i is its right-hand side and M_i the lumped mass of its left-hand side, so that `w_i = r_i / M_i`.
 pub fn nodal(band: &Band, phi: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let count = phi.len();
     let (mut r, mut mass) = (Vec::with_capacity(count), Vec::with_capacity(count));
@@ -201,7 +202,8 @@ impl Fields<'_> {
         0.5 * mean / (length * length * length)
     }
 
-    /// What a cell adds to the gradient at its corners: `BPᵀ(χw) + ½ L1 φ + κ ∂Eik`.
+    /// What a cell adds to the gradient at its corners: `BPᵀ(χw) + ½ L1 φ + κ ∂Eik`. The first two are minus the right-hand side of
+    /// equation (9) of Droske and Rumpf (2004), tested with the shape functions and weighted by χ.
     pub fn load(&self, cell: &Cell) -> [f64; 8] {
         let e = &*ELEMENT;
         let v = corners(cell, self.phi);

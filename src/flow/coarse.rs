@@ -37,6 +37,7 @@ impl CoarseNodes {
         exists: impl Fn(NodeIndex) -> bool,
         cancel: &Cancel,
     ) -> Self {
+        // The bounding box of the points, in nodes of the coarse lattice, and the blocks of nodes in it.
         let (mut low, mut high) = ([i32::MAX; 3], [i32::MIN; 3]);
         for p in points.iter().flatten() {
             for d in 0..3 {
@@ -49,6 +50,7 @@ impl CoarseNodes {
         }
         let blocks: [i32; 3] = std::array::from_fn(|d| (high[d] - low[d]) / BLOCK + 1);
         let mut touched = vec![false; blocks.iter().map(|&b| b as usize).product()];
+        // The nodes that carry weight for a point, relative to the lowest of the box; only their blocks are stored.
         let used = || {
             let points = points
                 .iter()
@@ -65,6 +67,7 @@ impl CoarseNodes {
         }
         let mut at = touched.into_iter();
         let grid = SparseGrid::new(blocks.map(|b| b * BLOCK), |_| at.next().unwrap_or(false));
+        // Marks these nodes, then numbers those that may exist, in the order of their slots.
         let mut number = vec![ABSENT; grid.len()];
         used().for_each(|n| {
             if let Some(slot) = grid.slot(n) {

@@ -90,9 +90,10 @@ pub enum Pause {
     Gone,
 }
 
-/// A Willmore flow in time, `∂φ/∂t = −|∇φ| (Δ_M h + ½ h³ − 2 k h) …` in the weak form of the paper (10) to (13), by linearly
-/// implicit steps `(M/τ + A) d = −∇E`. The metric carries the same weight χ as the energy, so that every level in the band
-/// moves by its own flow; the eikonal term and redistancing keep them apart.
+/// A Willmore flow in time, `∂φ/∂t = −|∇φ| (Δ_M h + ½ h³ − 2 k h)` with h the sum and k the product of the principal curvatures, in the
+/// weak form of Droske and Rumpf (2004), equations (9) and (10), by linearly implicit steps `(M/τ + A) d = −∇E`. The metric carries
+/// the same weight χ as the energy, so that every level in the band moves by its own flow; the eikonal term and redistancing keep
+/// them apart.
 #[derive(Clone, Debug)]
 pub struct Evolution {
     /// Variant, tolerance of the solves and κ.
@@ -153,8 +154,8 @@ impl Evolution {
         }
     }
 
-    /// Lets `phi` flow on the masked nodes until the time `until` (in h⁴) or a pause. `watch` is told of each step and ends
-    /// the run by false.
+    /// Lets `phi` (in voxels) flow on the masked nodes until the time `until` (in h⁴) or a pause; `phi` and `mask` have one entry for each
+    /// slot of the grid. `watch` is told of each step and ends the run by false.
     pub fn run(
         &mut self,
         grid: &SparseGrid,
@@ -209,8 +210,10 @@ impl Evolution {
             if grid.is_cancelled() {
                 return Some(Pause::Stopped);
             }
+            // The length τ of the step, in h⁴: at most a part of the time so far, or the first length where that is longer.
             let settings = self.next_step(self.next.min((PART * self.time).max(FIRST)), until);
             let time_step = settings.time_step;
+            // Solves (M/τ + A) d = −∇E. The step is taken whole or not at all: a part of it would be of another time.
             let (direction, at) = state.direction(grid, mask, &settings);
             let energy_before = at.energy;
             let far = direction.movement.is_nan() || direction.movement > MOST_MOVEMENT;
@@ -226,6 +229,8 @@ impl Evolution {
                     // On a new band, with distances computed again, a step may still lower the energy.
                     return (band_steps == 0).then_some(Pause::Stuck);
                 }
+                // A step that moved too far is cut to 0.7 of the movement allowed, one that raised the energy by a
+                // constant.
                 let wanted = 0.7 * MOST_MOVEMENT / direction.movement;
                 let cut = if far && wanted > 0.1 { wanted } else { CUT };
                 self.next = cut.min(0.7) * time_step;
@@ -241,6 +246,7 @@ impl Evolution {
             };
             let step = self.record(state, step, until);
             (refused, band_steps) = (0, band_steps + 1);
+            // The next step aims at 0.7 of the movement allowed, but grows no faster than by GROWTH.
             let growth = 0.7 * MOST_MOVEMENT / direction.movement.max(1e-9);
             self.next = self.next.max(time_step) * growth.clamp(CUT, GROWTH);
             if !watch(&step) {

@@ -32,6 +32,8 @@ impl Layout {
         active: impl Fn(usize) -> bool,
         neighbours: impl Fn(usize) -> [u32; 27],
     ) -> Self {
+        // Along a column nodes keep their distance over gaps of up to 2 PAD nodes; wider gaps and new columns leave 2 PAD
+        // places empty.
         let mut position = Vec::with_capacity(nodes.len());
         let mut at = PAD + 1;
         for (i, n) in nodes.iter().enumerate() {
@@ -42,6 +44,8 @@ impl Layout {
             }
             position.push(at);
         }
+        // Rows of the active nodes, and for each of their nine columns where its three neighbours begin; a column without
+        // any reads the empty places at the start.
         let rows: Vec<u32> = (0..nodes.len() as u32)
             .filter(|&i| active(i as usize))
             .collect();
@@ -58,6 +62,7 @@ impl Layout {
             })
             .collect();
         let len = (at + PAD + 2) as usize;
+        // The rows of each chunk of positions, so that threads write to disjoint parts of a vector.
         let chunks = (0..=len.div_ceil(CHUNK))
             .map(|c| rows.partition_point(|&i| (position[i as usize] as usize) < c * CHUNK))
             .collect();

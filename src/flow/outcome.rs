@@ -14,13 +14,13 @@ pub(super) const DIVERGED: f64 = 2.0;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct StepRecord {
-    /// Energy before it.
+    /// The whole energy before it, with the eikonal term.
     pub energy: f64,
     /// Largest movement of a node within one voxel of the surface, in voxels.
     pub movement: f64,
     /// Root mean square movement of those nodes.
     pub mean_movement: f64,
-    /// Fraction of the step taken.
+    /// Fraction of the step taken: 1, ½, ¼ …; 0 where none lowered the energy.
     pub fraction: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,
@@ -56,9 +56,10 @@ pub struct FlowOutcome {
     pub flat: bool,
     /// Number of unknowns of the last band.
     pub unknowns: usize,
-    /// The surface's part of the energy at the start.
+    /// The surface's part of the energy at the start; for the Willmore energy ½∫h² of the free part times 2.5,
+    /// the half width of the band in voxels.
     pub energy_before: f64,
-    /// The surface's part of the energy at the end.
+    /// The same at the end.
     pub energy_after: f64,
     /// Weight of the eikonal term at the end.
     pub kappa: f64,

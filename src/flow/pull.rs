@@ -8,9 +8,9 @@ use super::cells::{chi, chunked_sum};
 /// The weight is (h/ℓ)⁴ for a length ℓ: what is narrower than about 2πℓ goes, what is wider stays.
 #[derive(Clone, Debug)]
 pub struct Pull {
-    /// φ⁰ in voxels.
+    /// φ⁰ in voxels, for each slot of the grid.
     pub target: Vec<f64>,
-    /// λ; 0 where there is no pull.
+    /// λ for each slot of the grid; 0 where there is no pull.
     pub weight: Vec<f64>,
 }
 

@@ -72,8 +72,8 @@ impl LinearOperator for Bilaplacian {
 const FEW: usize = 400;
 
 /// Replaces `phi` at the masked nodes by the minimiser of `∫ (Δφ)²` with φ given on the two layers of nodes round the mask:
-/// on every other node first, whose solution is the start on all. The tolerance is that of the residual, relative to what the
-/// given values alone leave.
+/// on every other node first, whose solution is the start on all. `phi` and `mask` have one entry for each slot of the grid. The
+/// tolerance is that of the residual, relative to what the given values alone leave.
 pub fn biharmonic_fill(
     grid: &SparseGrid,
     phi: &mut [f64],
@@ -136,10 +136,12 @@ fn fill(
     there: &[bool],
     tolerance: f64,
 ) -> CgOutcome {
+    // The initial guess of conjugate gradients: the solution on every other node, prolonged.
     let guess = from_every_other(grid, phi, mask, there, tolerance);
     let Nodes { one, slots, near } = Nodes::new(grid, mask, there);
     let nowhere = slots.len() as u32;
     let free: Vec<bool> = slots.iter().map(|&s| mask[s]).chain([false]).collect();
+    // K has a row at each node within one step of the mask that has all six neighbours: (K φ)_i is the Laplacian there.
     let has_row = |(&s, near): (&usize, &[u32; 6])| one[s] && near.iter().all(|&j| j < nowhere);
     let operator = Bilaplacian {
         row: slots
@@ -157,6 +159,7 @@ fn fill(
     let spread = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
         slots.iter().map(|&s| of(s)).chain([0.0]).collect()
     };
+    // The minimum of |K φ|² over the free nodes solves Kᵀ K x = −Kᵀ K φ₀, with φ₀ the given values and 0 where free.
     let known = spread(&|s| if mask[s] { 0.0 } else { phi[s] });
     let mut b = vec![0.0; known.len()];
     operator.apply(&known, &mut b);
@@ -171,6 +174,7 @@ fn fill(
         tolerance,
         2000,
     );
+    // Only free nodes change.
     for (&s, x) in slots.iter().zip(&x) {
         if mask[s] {
             phi[s] = *x;

@@ -136,11 +136,14 @@ impl<E: BandEnergy> BandState<E> {
             .at
             .take()
             .unwrap_or_else(|| self.evaluate(&self.values));
+        // The matrix of the last step serves again until the surface has moved by DRIFT; a flow in time makes its own each
+        // step.
         let in_time = settings.time_step.is_finite();
         let system = match self.system.take() {
             Some(system) if !in_time && self.drift < DRIFT => system,
             _ => self.assembled(&at, settings),
         };
+        // The right-hand side is minus the gradient of the energy and of the pull.
         let mut gradient = self.energy.gradient(&self.values, &at);
         if let Some(pull) = &self.pull {
             for (i, g) in gradient.iter_mut().enumerate() {
@@ -151,6 +154,8 @@ impl<E: BandEnergy> BandState<E> {
         let mut rhs = layout.spread(&gradient);
         rhs.iter_mut().for_each(|g| *g = -*g);
         let mut d = vec![0.0; rhs.len()];
+        // Coarse levels are kept for the band unless the time step changes much. For short time steps M/τ dominates, and
+        // the diagonal alone preconditions well.
         let band = self.energy.band();
         let short = settings.time_step <= SHORT;
         if (settings.time_step / self.coarse_step).log2().abs() > TIME_STEP_CHANGE {
@@ -165,6 +170,8 @@ impl<E: BandEnergy> BandState<E> {
         let solved = solve(&system, coarse, &rhs, &mut d, settings.solver_tolerance);
         let mut d = layout.gathered(&d);
         let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);
+        // No value changes by more than a voxel: each is clipped, since scaling all by the worst node would stop the run.
+        // Where clipping loses the descent, all are scaled.
         let slope_of = |d: &[f64]| -> f64 { gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
         let clipped: Vec<f64> = d.iter().map(|x| x.clamp(-1.0, 1.0)).collect();
         if slope_of(&clipped) < 0.0 {
@@ -245,11 +252,13 @@ impl<E: BandEnergy> BandState<E> {
     /// a constant factor, linear convergence, which the combination accelerates.
     fn combined(&mut self, direction: &Direction) -> Option<Vec<f64>> {
         let d = &direction.d;
+        // Long steps, or ones that do not shrink, are far from linear convergence: the history is of no use.
         let shrinks = direction.movement < SHRINKING * self.last_movement;
         self.last_movement = direction.movement;
         if direction.movement > COMBINED_MOVEMENT || !shrinks {
             self.history.clear();
         }
+        // Scalar products count the nodes at which χ is positive.
         let product = |a: &[f64], b: &[f64]| -> f64 {
             let terms = a.iter().zip(b).zip(&self.values);
             let inside = terms.filter(|(_, v)| v.abs() < WIDTH);
@@ -258,11 +267,13 @@ impl<E: BandEnergy> BandState<E> {
         let change = |now: &[f64], then: &[f64]| -> Vec<f64> {
             now.iter().zip(then).map(|(a, b)| a - b).collect()
         };
+        // Changes Δφ of the values and Δd of the steps since each state of the history.
         let changes: Vec<(Vec<f64>, Vec<f64>)> = self
             .history
             .iter()
             .map(|(values, steps)| (change(&self.values, values), change(d, steps)))
             .collect();
+        // Normal equations of the weights w that minimise |d − Σ w Δd|.
         let count = changes.len();
         let mut matrix = vec![0.0; count * count];
         let mut weights = vec![0.0; count];
@@ -279,6 +290,7 @@ impl<E: BandEnergy> BandState<E> {
         if count == 0 || !solve_spd(&mut matrix, &mut weights) {
             return None;
         }
+        // φ + d of that combination: d − Σ w (Δφ + Δd).
         let mut combined = d.clone();
         for ((values, steps), w) in changes.iter().zip(&weights) {
             for ((c, v), s) in combined.iter_mut().zip(values).zip(steps) {
@@ -313,7 +325,8 @@ impl<E: BandEnergy> BandState<E> {
         moved.any(|(m, v)| v.abs() < 1.0 && m.abs() > 0.5 * (WIDTH + MARGIN))
     }
 
-    /// Halves the step until the energy falls (Armijo), and takes it; zero where it does not.
+    /// Halves the step until the energy falls by 1e-4 of what its slope foretells (sufficient decrease: J. Nocedal, S. J. Wright,
+    /// "Numerical Optimization", 2006, equation (3.4)), and takes it: which part of the step that was, zero where the energy does not fall.
     fn search(&mut self, d: &[f64], at: Evaluation, slope: f64) -> f64 {
         let mut fraction = 1.0;
         let mut trial = self.values.clone();

@@ -24,7 +24,7 @@ const SLAB: usize = 16_384;
 pub struct RowWeights {
     /// χ/M on R, else 0.
     pub residual: f32,
-    /// M/τ, or 0.
+    /// M/τ, from the left-hand side of equation (9) of Droske and Rumpf (2004), or 0.
     pub inertia: f32,
     /// Whether the node is an unknown.
     pub unknown: bool,
@@ -84,6 +84,7 @@ impl System {
 
     fn inverse_diagonal(&self) -> Vec<f64> {
         let layout = &*self.layout;
+        // χ/M at each position, zero off R.
         let mut weight = vec![0.0; layout.len];
         for (r, w) in self.weights.iter().enumerate() {
             weight[layout.position_of(r)] = f64::from(w.residual);
@@ -107,7 +108,10 @@ impl System {
                 if !self.weights[r].unknown {
                     continue;
                 }
+                // The diagonal of ½ L1 + κ L[n⊗n] + M/τ.
                 let mut d = self.factors.second[r].entry(13) + f64::from(self.weights[r].inertia);
+                // That of BPᵀ diag(χ/M) BP, from the squares of BP's column, which is its row: BP is symmetric. In variant I,
+                // whose right factor is another, it is an approximation.
                 let curvature = &self.factors.curvature[r];
                 if let Some(middle) = &self.factors.middle {
                     d += enclosed_diagonal(middle, curvature, |k| {
@@ -120,6 +124,7 @@ impl System {
                         d += weight[at] * entry * entry;
                     }
                 }
+                // Rows that hardly carry energy are not scaled.
                 out[place] = if d > 1e-12 { 1.0 / d } else { 1.0 };
             }
         });
@@ -162,6 +167,7 @@ impl System {
     fn galerkin_of(&self, p: &Csr, range: Range<usize>) -> Csr {
         let layout = &*self.layout;
         let (first, count) = (range.start, range.len());
+        // A row of a stencil times P.
         let times = |stencil: &Stencil, r: usize, sink: &mut Accumulator| {
             if self.cancel.is_cancelled() {
                 return;
@@ -174,6 +180,7 @@ impl System {
                 }
             }
         };
+        // Q = BP·P on R, S·P on the unknowns with S = ½ L1 + κ L[n⊗n], and the rows of P itself.
         let q = Csr::from_rows(count, p.columns, |i, sink| {
             let r = first + i;
             if self.weights[r].residual != 0.0 {
@@ -190,12 +197,14 @@ impl System {
             let row = p.row(layout.position_of(first + i));
             row.for_each(|(c, v)| sink.add(c, v));
         });
+        // With a middle factor the product is Qᵀ K Q, so K Q replaces Q on the right.
         let enclosed = self
             .factors
             .middle
             .as_ref()
             .map(|middle| self.enclosed(p, middle, range));
         let right = enclosed.as_ref().unwrap_or(&q);
+        // Rows of the upper triangle: entries from the diagonal on.
         let (qt, pt) = (q.transposed(), own.transposed());
         Csr::from_rows(p.columns, p.columns, |c, sink| {
             for (i, v) in qt.row(c) {
@@ -254,6 +263,7 @@ impl System {
             .inner
             .as_ref()
             .unwrap_or(&self.factors.curvature);
+        // t = χ/M B x on R, with B = L[P/|∇φ|], or L[1/|∇φ|] as the right factor of variants I and II.
         let first = |(c, out): (usize, &mut [T])| {
             if self.cancel.is_cancelled() {
                 return;
@@ -267,6 +277,7 @@ impl System {
             }
         };
         each_chunk(t, first);
+        // With a middle factor t becomes K t.
         if let Some(middle) = &self.factors.middle {
             between.resize(layout.len, T::ZERO);
             let t = &t[..];
@@ -286,6 +297,7 @@ impl System {
         } else {
             &t[..]
         };
+        // y = Bᵀ t + S x + M/τ x on the unknowns, zero elsewhere. B is symmetric, so that its own stencils apply Bᵀ.
         let second = |(c, out): (usize, &mut [T])| {
             out.fill(T::ZERO);
             if self.cancel.is_cancelled() {

@@ -26,6 +26,7 @@ pub fn bicgstab(
     let (mut iterations, mut restarts) = (0, 0);
     let (mut y, mut v, mut z, mut t) = (vec![0.0; n], vec![0.0; n], vec![0.0; n], vec![0.0; n]);
     let goes_on = |iterations| iterations < max_iterations && !operator.is_cancelled();
+    // Each pass starts from the best iterate with its true residual, which is its shadow residual too.
     'restart: while best.0 > goal && goes_on(iterations) && restarts < 3 {
         restarts += 1;
         x.copy_from_slice(&best.1);
@@ -36,6 +37,7 @@ pub fn bicgstab(
         let mut rho = dot(&shadow, &r);
         while goes_on(iterations) {
             iterations += 1;
+            // Step α along the direction p, after which the residual is orthogonal to the shadow residual.
             preconditioner.apply(&p, &mut y);
             operator.apply(&y, &mut v);
             let slope = dot(&shadow, &v);
@@ -44,6 +46,7 @@ pub fn bicgstab(
             }
             let alpha = rho / slope;
             (0..n).for_each(|i| r[i] -= alpha * v[i]);
+            // Step ω along the preconditioned residual, which minimises the norm of the next residual.
             preconditioner.apply(&r, &mut z);
             operator.apply(&z, &mut t);
             let tt = dot(&t, &t);
@@ -56,6 +59,7 @@ pub fn bicgstab(
             if !norm.is_finite() {
                 continue 'restart;
             }
+            // Residuals do not fall monotonically: the best iterate is the result.
             if norm < best.0 {
                 best = (norm, x.to_vec());
             }
@@ -63,6 +67,7 @@ pub fn bicgstab(
             if norm <= goal {
                 break 'restart;
             }
+            // With ω or ρ vanishing there is no next direction: restart.
             if omega == 0.0 || next.abs() <= BREAKDOWN * norm * dot(&shadow, &shadow).sqrt() {
                 continue 'restart;
             }

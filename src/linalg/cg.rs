@@ -68,7 +68,8 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Solves `A x = b` from the given `x` until the residual has fallen to `tolerance` times `b`, or where the preconditioner
-/// estimates the error, that to `tolerance` times `x`; in at most `max_iterations` (Hestenes and Stiefel 1952). Stops early
+/// estimates the error, that to `tolerance` times `x`; in at most `max_iterations` (Hestenes and Stiefel 1952; preconditioned:
+/// J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, algorithm 5.3). Stops early
 /// where the operator shows no positive curvature.
 pub fn conjugate_gradient(
     operator: &impl LinearOperator,
@@ -82,6 +83,7 @@ pub fn conjugate_gradient(
     // The product A p and the preconditioned residual are never needed at once.
     let (mut r, mut z, mut p) = (b.to_vec(), vec![0.0; n], vec![0.0; n]);
     let reference = dot(b, b);
+    // The residual of the given x.
     if x.iter().any(|&v| v != 0.0) {
         operator.apply(x, &mut z);
         for i in 0..n {
@@ -94,6 +96,7 @@ pub fn conjugate_gradient(
     let mut rr = dot(&r, &r);
     let goal = tolerance * tolerance * reference;
     let mut iterations = 0;
+    // Stops at |z| ≤ tolerance |x| if z = A⁻¹ r approximately, the error; else at |r| ≤ tolerance |b|.
     let by_error = preconditioner.estimates_error();
     let reached = |rr: f64, z: &[f64], x: &[f64]| {
         if by_error {
@@ -111,12 +114,14 @@ pub fn conjugate_gradient(
         if curvature <= 0.0 || !curvature.is_finite() {
             break;
         }
+        // The minimum of ½ xᵀ A x − bᵀ x along p.
         let alpha = rz / curvature;
         for i in 0..n {
             x[i] += alpha * p[i];
             r[i] -= alpha * z[i];
         }
         preconditioner.apply(&r, &mut z);
+        // A direction conjugate to all before, from the new preconditioned residual.
         let next = dot(&r, &z);
         let beta = next / rz;
         for i in 0..n {

@@ -1,4 +1,5 @@
-//! An order of elimination by nested dissection.
+//! An order of elimination by nested dissection (A. George, "Nested dissection of a regular finite element mesh", SIAM J. Numer. Anal.
+//! 10, 1973).
 //!
 //! A set of unknowns is cut by a level of a breadth-first search from one of its ends (A. George, J. W. H. Liu, "An automatic
 //! nested dissection algorithm for irregular finite element problems", SIAM J. Numer. Anal. 15, 1978); the cut is eliminated
@@ -34,8 +35,11 @@ pub(super) fn dissect(matrix: &CsMat<f64>, cancel: &Cancel) -> Vec<u32> {
             reversed.extend(set);
             continue;
         }
+        // Edges join unknowns of one level or of two successive ones, so that each inner level separates those before it
+        // from those after it.
         let levels = search.levels_from_an_end(part, *first);
         let reached = levels.iter().map(Vec::len).sum::<usize>();
+        // The set is not connected: its parts are handled one by one.
         if reached < set.len() {
             let rest: Vec<u32> = search.unreached(&set);
             parts += 1;
@@ -47,10 +51,12 @@ pub(super) fn dissect(matrix: &CsMat<f64>, cancel: &Cancel) -> Vec<u32> {
             continue;
         }
         search.forget(&levels);
+        // Small sets, and those without an inner level, are eliminated as they are.
         if set.len() <= LEAF || levels.len() < 3 {
             reversed.extend(levels.concat());
             continue;
         }
+        // The separator is eliminated after both sides, and no later search enters it.
         let cut = middle(&levels, reached);
         reversed.extend(&levels[cut]);
         for side in [&levels[..cut], &levels[cut + 1..]] {

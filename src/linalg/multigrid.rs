@@ -266,6 +266,7 @@ impl Chebyshev {
         space: &mut Space,
         from_zero: bool,
     ) {
+        // The residual: b itself for x = 0.
         if from_zero {
             space.x.fill(0.0);
             space.rest.copy_from_slice(&space.b);
@@ -279,6 +280,8 @@ impl Chebyshev {
             product,
             ..
         } = space;
+        // First direction: D⁻¹ r / θ, θ being the middle of the interval and δ half its length (Y. Saad, "Iterative Methods
+        // for Sparse Linear Systems", 2003, algorithm 12.1).
         let sigma = self.theta / self.delta;
         let mut rho = 1.0 / sigma;
         let scale = 1.0 / self.theta;
@@ -291,6 +294,7 @@ impl Chebyshev {
             *p = scale * d * r;
             *x += *p;
         }
+        // Each further direction is ρ ρ₋ times the last plus 2ρ/δ times D⁻¹ r, with ρ = 1 / (2θ/δ − ρ₋).
         for _ in 1..self.degree {
             apply(direction, product);
             let next = 1.0 / (2.0 * sigma - rho);

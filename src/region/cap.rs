@@ -55,7 +55,8 @@ impl CappedRims {
         Self::new(&[], |_| false)
     }
 
-    /// The sample of the mesh at a point, with the sign that triangulations give it where a rim is nearest.
+    /// The sample of the mesh at a world point, none where the mesh is farther than `limit`; where a rim is nearest, with the sign that
+    /// triangulations give it.
     pub fn sample(
         &self,
         sampler: &Sampler,
@@ -76,7 +77,7 @@ impl CappedRims {
         Some(sample)
     }
 
-    /// The signed distance to the mesh and the triangulations; none where a rim has none.
+    /// The signed distance to the mesh and the triangulations, in world units; none where a rim has none.
     pub fn signed_distance(&self, sampler: &Sampler, x: DVec3) -> Option<f64> {
         let cap = self.cap(sampler).filter(|cap| cap.complete)?;
         let to_cap = cap.faces.closest(x, f64::INFINITY)?;
@@ -90,14 +91,14 @@ impl CappedRims {
         }
     }
 
-    /// The signed distance to the triangulations, where it is less than `below`.
+    /// The signed distance to the triangulations in world units; none where it is not less than `below`, or no rim has a triangulation.
     pub fn distance_to_cap(&self, sampler: &Sampler, x: DVec3, below: f64) -> Option<f64> {
         let cap = self.cap(sampler)?;
         let closest = cap.faces.closest(x, below * (1.0 - EQUAL))?;
         Some(closest.distance * cap.side(&closest, x))
     }
 
-    /// The positions of the triangulated rims' vertices.
+    /// The world positions of the triangulated rims' vertices, rim after rim.
     pub fn positions<'m>(&'m self, mesh: &'m Mesh) -> impl Iterator<Item = DVec3> + 'm {
         let vertices = self.loops.iter().flatten();
         vertices.map(|&v| mesh.positions[v as usize])

@@ -21,10 +21,10 @@ pub struct NodeData {
 pub struct Wanted {
     /// The sign at a free point may be wrong: the start of the flow gives it another value.
     pub rough: bool,
-    /// Beyond this the distance need not be that to the smooth surface.
+    /// Beyond this, in world units, the distance need not be that to the smooth surface.
     pub reach: f64,
-    /// Beyond this distance points near a hole are free though an opposite wall is nearer than the rim: in thin parts, or where
-    /// far faces are seen through the hole.
+    /// Beyond this distance, in world units, points near a hole are free though an opposite wall is nearer than the rim: in thin
+    /// parts, or where far faces are seen through the hole.
     pub deep: f64,
 }
 
@@ -41,14 +41,14 @@ impl Wanted {
 
 /// A signed distance with a hole in it.
 pub trait DistanceData: Sync {
-    /// The data at `x`; `limit` is an upper bound of the distance, infinite where none is known.
+    /// The data at the world point `x`; `limit` is an upper bound of the distance in world units, infinite where none is known.
     fn sample(&self, x: DVec3, limit: f64) -> NodeData;
     /// The same as accurately as it is wanted, and the closest point of the known surface where there is one.
     fn sample_for(&self, x: DVec3, limit: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
         let _ = wanted;
         (self.sample(x, limit), None)
     }
-    /// A first guess of the signed distance at a free point, from a triangulation of the holes; none where there is none.
+    /// A first guess of the signed distance at a free point, in world units, from a triangulation of the holes; none where there is none.
     fn guess(&self, x: DVec3) -> Option<f64> {
         let _ = x;
         None
@@ -61,7 +61,7 @@ pub trait DistanceData: Sync {
     fn cancel(&self) -> Option<&Cancel> {
         None
     }
-    /// Positions of the rims' vertices, where only the zero set that meets a rim evolves.
+    /// World positions of the rims' vertices, where only the zero set that meets a rim evolves.
     fn rims(&self) -> Vec<DVec3> {
         Vec::new()
     }
@@ -69,7 +69,7 @@ pub trait DistanceData: Sync {
     fn pull(&self) -> f64 {
         0.0
     }
-    /// The signed distance to that surface at a free point; none where it says nothing about the missing one.
+    /// The signed distance to that surface at a free point, in world units; none where it says nothing about the missing one.
     fn kept_shape(&self, x: DVec3) -> Option<f64> {
         let _ = x;
         None

@@ -75,9 +75,9 @@ impl VoxelSize {
 /// The lattice on which holes are filled together.
 #[derive(Clone, Debug)]
 pub struct Region {
-    /// Largest diameter of its holes.
+    /// Largest diameter of its holes, in world units.
     pub diameter: f64,
-    /// Voxel size on the finest level.
+    /// Voxel size on the finest level, in world units.
     pub voxel: f64,
     /// Number of refinements from the coarsest level.
     pub refinements: usize,
@@ -87,7 +87,7 @@ pub struct Region {
     pub dims: NodeIndex,
 }
 
-/// Groups of holes that belong together.
+/// Groups of holes that belong together: lists of indices into `holes`, each of `chosen` in exactly one, in the order of `chosen`.
 ///
 /// Two rims belong together when they face each other (an island in a hole, the two sides of a gap: the directions in
 /// which the surface would continue point at one another), when they nearly touch, or when the caller says so. Of two rims
@@ -101,6 +101,7 @@ pub fn group_holes(
     is_small: &dyn Fn(usize) -> bool,
 ) -> Vec<Vec<usize>> {
     let mut sets = DisjointSets::new(holes.len());
+    // Pairs to compare: large rims with all, small ones with large ones, each pair once.
     let rims: Vec<RimSamples> = chosen
         .iter()
         .map(|&h| RimSamples::new(mesh, &holes[h]))
@@ -121,12 +122,14 @@ pub fn group_holes(
             }
         }
     }
+    // Loops that share a vertex belong together whatever their shape, and so do those that the caller names.
     join_touching(holes, chosen, &mut sets);
     for group in forced {
         for pair in group.windows(2) {
             sets.join(pair[0] as u32, pair[1] as u32);
         }
     }
+    // The sets as lists, in the order of their first holes.
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut of_root = std::collections::BTreeMap::new();
     for &h in chosen {
@@ -304,6 +307,7 @@ impl Region {
             refine,
         } = *size;
         let chosen = || holes.iter();
+        // Largest and smallest diameter in world units; loops of at most eight edges do not count as the smallest.
         let extent = part.map_or(0.0, |(low, high)| (high - low).max_element());
         let diameter = chosen().map(|h| h.diameter).fold(extent, f64::max);
         let smallest = chosen()
@@ -314,6 +318,7 @@ impl Region {
             VoxelSize::Length(v) => v.max(Self::finest(diameter)),
             VoxelSize::Auto => Self::automatic(holes, diameter, smallest, size),
         };
+        // The voxel is doubled from level to level while about 16 voxels, for slots more, remain across the hole.
         let across = diameter / voxel;
         let narrow = chosen()
             .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(NARROWEST))
@@ -321,6 +326,7 @@ impl Region {
         let coarsest = COARSEST * narrow.max(refine.min(2.0));
         let mut refinements = (across / coarsest).log2().floor().max(0.0) as usize;
         let mut coarse = voxel * f64::from(1u32 << refinements.min(16));
+        // The box: rims, and the surface to start from, with free space that grows with the width of the widest hole.
         let rims = chosen().flat_map(|h| &h.rim);
         let part = part.iter().flat_map(|p| [p.0, p.1]);
         let (low, high) = bounds(rims.map(|v| mesh.positions[*v as usize]).chain(part));
@@ -330,6 +336,7 @@ impl Region {
             .max(DVec3::splat(LEAST_MARGIN * widest));
         let margin = |coarse: f64| growth * bulge + MARGIN_NODES * coarse;
         let blocks = |coarse: f64| Lattice::blocks(low, high, margin(coarse), coarse);
+        // A box of many nodes gets a coarser level if the hole is wide enough there.
         if is_coarse && diameter > COARSEST * coarse && blocks(coarse) > MANY_BLOCKS {
             (refinements, coarse) = (refinements + 1, 2.0 * coarse);
         }

@@ -25,9 +25,9 @@ pub struct Level {
     pub lattice: Lattice,
     /// Which nodes are stored.
     pub grid: SparseGrid,
-    /// Signed distance in voxels.
+    /// Signed distance in voxels, negative inside: one value for each slot of the grid.
     pub phi: Vec<f64>,
-    /// Whether a node is free.
+    /// Whether a node is free: one mark for each slot of the grid.
     pub mask: Vec<bool>,
 }
 
@@ -106,7 +106,8 @@ impl Level {
         take_signs(&self.grid, &mut self.phi, open);
     }
 
-    /// The pull to the data's surface at the free nodes near the level's.
+    /// The pull to the data's surface at the free nodes near the level's: one target in voxels and one weight for each slot of the grid.
+    /// None where the data pull nowhere.
     pub fn pull(&self, data: &dyn DistanceData) -> Option<Pull> {
         let voxel = self.lattice.voxel;
         let weight = data.pull() * voxel.powi(4);
@@ -155,6 +156,7 @@ impl Level {
 
     /// The same lattice with blocks round where the zero set is now. None where none are to be added.
     pub fn regrown(&self, data: &dyn DistanceData) -> Option<Self> {
+        // Marks the blocks of the free nodes near the zero set and their neighbours.
         let blocks = self.grid.dims().map(|d| d / BLOCK);
         let at = |b: NodeIndex| ((b[0] * blocks[1] + b[1]) * blocks[2] + b[2]) as usize;
         let mut wanted = vec![false; blocks.iter().map(|&b| b as usize).product()];
@@ -167,6 +169,7 @@ impl Level {
                 }
             }
         }
+        // Stores these beside the blocks that there are; none is given back where that adds nothing.
         let grid = SparseGrid::new(self.grid.dims(), |corner| {
             self.grid.slot(corner).is_some() || wanted[at(corner.map(|i| i / BLOCK))]
         })
@@ -174,6 +177,7 @@ impl Level {
         if grid.len() == self.grid.len() {
             return None;
         }
+        // Free nodes keep φ; fixed nodes and new ones are sampled from the data.
         let old = |n: NodeIndex| self.grid.slot(n).filter(|&s| self.mask[s]);
         let known = |n: NodeIndex| match old(n) {
             Some(s) => Known::Node(self.phi[s], true),
@@ -187,6 +191,8 @@ impl Level {
             reach: SMOOTH,
         }
         .except(&known);
+        // At new free nodes the distance to the data means nothing: they lie off the surface and take its side from their
+        // neighbours.
         let open = (0..grid.len()).filter(|&s| mask[s] && old(grid.node(s)).is_none());
         take_signs(&grid, &mut phi, open.collect());
         Some(Self {
@@ -197,7 +203,8 @@ impl Level {
         })
     }
 
-    /// The point of the zero set nearest to a point of the world, and the normal there.
+    /// The point of the zero set nearest to a point of the world, in world units, and the unit normal there; none where the projection
+    /// does not converge or needs nodes that are not stored.
     pub fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)> {
         let x = self.lattice.to_lattice(p);
         let foot = project_on_zero_set(&self.grid, &self.phi, x, x)?;

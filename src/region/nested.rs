@@ -107,13 +107,13 @@ pub struct LevelReport {
     pub nodes: usize,
     /// The flow's steps and end.
     pub flow: FlowOutcome,
-    /// Seconds spent on sampling the distance, and on the start and the flow.
+    /// Seconds spent on sampling the distance, and on the start and the flow, in this order.
     pub seconds: [f64; 2],
 }
 
 /// The finest level after the flow.
 pub struct Solved {
-    /// φ there.
+    /// φ there, in its voxels.
     pub level: Level,
     /// All levels, the coarsest first.
     pub reports: Vec<LevelReport>,
@@ -193,7 +193,7 @@ impl Level {
     }
 }
 
-/// Solves on each level in turn; `keep_going` may end it early.
+/// Solves on each level in turn; `keep_going` may end it early, and the result is then what there is so far, not converged.
 pub fn solve_nested(
     data: &dyn DistanceData,
     settings: &NestedSettings,
@@ -223,12 +223,15 @@ fn evolve_nested(
         level = level.refined(data);
         level.start_from_guess(data);
     }
+    // The flow counts time in units of h⁴.
     let sampling = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let voxel = level.lattice.voxel;
     let until = span.time / voxel.powi(4);
     let mut evolution = Evolution::new(settings.flow);
     evolution.pace = span.pace;
+    // Runs until the time is reached; where the surface comes to the end of the stored nodes, blocks are added and it goes
+    // on.
     let pause = loop {
         if !keep_going() {
             break Pause::Stopped;
@@ -244,6 +247,7 @@ fn evolve_nested(
             None => break pause,
         }
     };
+    // For a flow in time, converged means that it reached its time.
     let mut flow = evolution.outcome();
     flow.converged = pause == Pause::Done;
     let report = LevelReport {
@@ -280,6 +284,7 @@ fn relax_nested(
     settings: &NestedSettings,
     keep_going: &dyn Fn() -> bool,
 ) -> Solved {
+    // The coarsest lattice: distances of the data, and the values of the free nodes that the flow starts from.
     let mut clock = Instant::now();
     let mut level = Level::coarsest(settings.lattice, settings.dims, data);
     let mut sampling = clock.elapsed().as_secs_f64();
@@ -294,12 +299,15 @@ fn relax_nested(
             sampling = clock.elapsed().as_secs_f64();
             clock = Instant::now();
         }
+        // Components of the zero set that meet no rim are fixed: their energy would drown that of the surface.
         level.hold_detached(&rims);
         // The result of a coarser level is the start on the next.
         let last = refinement == settings.refinements;
         let flow_settings = settings.flow_on(refinement);
         let pull = level.pull(data);
+        // A start far above the energy of the coarser level with a long first step means inconsistent data: the flow ends.
         let highest = reports.last().map_or(f64::INFINITY, highest_after);
+        // On the coarsest level the energies run first that lead to the start of the one asked for.
         for energy in stages(settings.flow.energy, refinement) {
             let flow_settings = FlowSettings {
                 energy,
@@ -318,6 +326,7 @@ fn relax_nested(
             sampling = 0.0;
             clock = Instant::now();
         }
+        // A level that diverged, or with `give_up_early` is far from steady, is no start for the next.
         let flow = &reports[reports.len() - 1].flow;
         let lost = level.grid.is_cancelled()
             || !last && (flow.has_diverged() || settings.give_up_early && is_far_from_steady(flow));

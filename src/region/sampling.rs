@@ -222,6 +222,7 @@ impl Sampling<'_> {
     /// nodes at the last look. What lies at the side is fixed there: its sign must be right, and that of the coarser nodes from
     /// which it may be interpolated.
     fn looked_at(&self, looks: usize, dims: NodeIndex) -> Asked {
+        // Nodes of this look are `spacing` nodes of the last one apart. Those near the side of the box need the right sign.
         let last = looks == LOOKS;
         let spacing = 1 << (LOOKS - looks);
         let border = BORDER + if last { 0 } else { spacing };
@@ -230,6 +231,7 @@ impl Sampling<'_> {
         if looks == 0 {
             return self.ask(&|n| Known::nothing(inside(n)));
         }
+        // The look before: every other node of this one.
         let lattice = Lattice {
             origin: self.lattice.origin,
             voxel: 2.0 * self.lattice.voxel,
@@ -244,6 +246,7 @@ impl Sampling<'_> {
             ..*self
         }
         .looked_at(looks - 1, dims);
+        // From these, nodes well inside or outside the free part take interpolated values.
         let coarser = Coarser::new(&grid, &phi, &free);
         // Half a coarse voxel more, for the distance of the coarser nodes from the finer ones.
         let far = FAR * self.voxel / lattice.voxel + if last { 0.0 } else { 0.5 };
@@ -264,6 +267,7 @@ impl Sampling<'_> {
                 within: coarser.within(n),
             })
         });
+        // The flow uses the values of fixed nodes near free ones: they are asked for.
         if last {
             self.with_neighbours(asked, &|n| coarser.within(n))
         } else {

@@ -47,13 +47,13 @@ impl Sphere {
         (error < FITS * diameter && radius.abs() < LARGEST * diameter).then_some(new)
     }
 
-    /// The corners of its bounding box.
+    /// The lowest and the highest corner of its bounding box, in world units.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let radius = DVec3::splat(self.radius.abs());
         (self.centre - radius, self.centre + radius)
     }
 
-    /// The signed distance of a point, negative in the solid.
+    /// The signed distance of a point in world units, negative in the solid.
     pub fn signed_distance(&self, x: DVec3) -> f64 {
         (x.distance(self.centre) - self.radius.abs()) * self.radius.signum()
     }

@@ -96,6 +96,7 @@ impl Level {
     /// The zero set on the cells near the mask, in world coordinates.
     pub fn zero_set(&self) -> Mesh {
         let (level, grid) = (self, &self.grid);
+        // Cells with corners of both signs, all within three steps of the mask.
         let near = dilate(grid, &dilate(grid, &dilate(grid, &level.mask)));
         let corner = |n: NodeIndex, a: i32| {
             grid.slot([n[0] + (a >> 2 & 1), n[1] + (a >> 1 & 1), n[2] + (a & 1)])
@@ -124,6 +125,8 @@ impl Level {
             true => f64::MAX,
             false => value(n),
         });
+        // By linear interpolation vertices are off by up to h²/8R at a radius R. They move to the zero set of the tricubic
+        // interpolant, if that is nearer than a voxel.
         let positions: Vec<DVec3> = iso
             .positions
             .par_iter()

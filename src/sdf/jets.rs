@@ -99,9 +99,10 @@ impl Jet {
         g
     }
 
-    /// Signed distance of `x` from the graph, positive on the side of the normal, by Newton's method on the squared
+    /// Signed distance of `x` from the graph in world units, positive on the side of the normal, by Newton's method on the squared
     /// distance. None where the foot leaves the neighbourhood the graph was fitted to.
     pub fn signed_distance(&self, x: DVec3) -> Option<f64> {
+        // In the frame of the vertex, in radii of the neighbourhood; the foot (u, v) starts below the point.
         let d = (x - self.origin) / self.radius;
         let p = [
             d.dot(self.axes[0]),
@@ -120,6 +121,7 @@ impl Jet {
         clamp(&mut u, &mut v);
         let mut g = self.graph(u, v);
         for _ in 0..12 {
+            // Newton's method for the least ½ ((u − p₀)² + (v − p₁)² + (w − p₂)²): gradient and Hessian in u and v.
             let e = g.w - p[2];
             let (ru, rv) = (u - p[0] + e * g.wu, v - p[1] + e * g.wv);
             let mut h = [
@@ -127,6 +129,7 @@ impl Jet {
                 g.wu * g.wv + e * g.wuv,
                 1.0 + g.wv * g.wv + e * g.wvv,
             ];
+            // Where the Hessian is not safely positive, that of Gauss-Newton, without second derivatives.
             if h[0] * h[2] - h[1] * h[1] < 0.1 || h[0] < 0.1 {
                 h = [1.0 + g.wu * g.wu, g.wu * g.wv, 1.0 + g.wv * g.wv];
             }
@@ -143,9 +146,11 @@ impl Jet {
                 break;
             }
         }
+        // A foot at the limit lies outside what the graph was fitted to.
         if (u * u + v * v).sqrt() >= limit * 0.999 {
             return None;
         }
+        // Positive above the graph, in world units.
         let e = p[2] - g.w;
         let length = ((u - p[0]).powi(2) + (v - p[1]).powi(2) + e * e).sqrt();
         Some(length.copysign(e) * self.radius)
@@ -158,7 +163,8 @@ impl Jet {
     }
 }
 
-/// Fits a jet to the vertices round `vertex`; none where there are too few.
+/// Fits a jet to the vertices round `vertex` by weighted least squares (Cazals and Pouget 2005); none where there are fewer than seven,
+/// no degree can be fitted, or the vertex has no normal. `around` holds the faces of each vertex of the mesh.
 pub fn fit_jet(mesh: &Mesh, around: &VertexFaces, vertex: u32) -> Option<Jet> {
     let normal = vertex_normal(mesh, around, vertex);
     if normal == DVec3::ZERO {

@@ -38,7 +38,8 @@ fn neighbours(grid: &SparseGrid, slot: usize) -> impl Iterator<Item = usize> {
 }
 
 /// The point of the zero set of the tricubic interpolant closest to `x`, from the start `p` (lattice coordinates):
-/// damped steps along the gradient and along the zero set. None where it does not converge, and once the grid's token is set.
+/// damped steps along the gradient and along the zero set. None where it does not converge, the gradient vanishes or nodes are not
+/// stored, and once the grid's token is set.
 ///
 /// A step of the part s leaves `1 − s (1 + κd)` of what is to go along a zero set with curvature κ: the next one's part is
 /// taken from what the last has left.
@@ -57,14 +58,17 @@ pub fn project_on_zero_set(
         if !patch.gather(grid, phi, p) {
             return None;
         }
+        // φ in voxels and its gradient at p; where that is nearly zero there is no direction to go.
         let (f, g) = patch.evaluate(p);
         let gg = g.length_squared();
         if gg < 1e-3 {
             return None;
         }
+        // The way to x along the zero set: none is left at the closest point.
         let away = x - p;
         let tangential = away - g * (away.dot(g) / gg);
         let aside = tangential.length_squared();
+        // How much of it is gone at once, from what the last step left of it; of long ways at most 0.4 voxel.
         let part = last.map_or(SLIDE[0], |(before, part)| {
             let left = tangential.dot(before) / before.length_squared();
             (part / (1.0 - left)).clamp(SLIDE[0], SLIDE[1])
@@ -74,6 +78,7 @@ pub fn project_on_zero_set(
         } else {
             part
         };
+        // A Newton step to the zero set along the gradient, of at most 0.7 voxel.
         let reach = f.abs() / gg.sqrt();
         let damping = if reach > 0.7 { 0.7 / reach } else { 1.0 };
         p += g * (-f / gg * damping) + tangential * slide;
@@ -85,6 +90,7 @@ pub fn project_on_zero_set(
     if !patch.gather(grid, phi, p) {
         return None;
     }
+    // Out of iterations: a point within a thousandth of a voxel of the zero set is good enough.
     (patch.evaluate(p).0.abs() < 1e-3).then_some(p)
 }
 
@@ -103,7 +109,8 @@ struct Front<'a> {
     state: Vec<State>,
 }
 
-/// Replaces `phi` at the masked nodes by the signed distance (in voxels) to its zero set, out to `reach`; farther nodes get
+/// `phi`, one value for each slot of the grid, with the masked nodes replaced by the signed distance (in voxels) to its zero set, out to
+/// `reach` voxels; farther nodes get
 /// ±(`reach` + 1). Nodes outside the mask are kept, and seed the front where the mask begins.
 pub fn redistance(grid: &SparseGrid, phi: &[f64], mask: &[bool], reach: f64) -> Vec<f64> {
     let mut front = Front {

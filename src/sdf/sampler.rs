@@ -14,9 +14,9 @@ use crate::spatial::{Bounds, Bvh, Closest};
 /// What the mesh says about one point.
 #[derive(Clone, Copy, Debug)]
 pub struct DistanceSample {
-    /// Signed distance, negative inside; to the smooth surface through the vertices where there is one.
+    /// Signed distance in world units, negative inside; to the smooth surface through the vertices where there is one.
     pub signed: f64,
-    /// Distance to the triangles.
+    /// Distance to the triangles, in world units.
     pub distance: f64,
     /// The closest point of the triangles, or one of them.
     pub closest: Closest,
@@ -172,14 +172,16 @@ impl<'a> Sampler<'a> {
         self.mesh
     }
 
-    /// The closest point of the mesh without its small components, and whether it lies on a rim of the region.
+    /// The closest point of the mesh without its small components, and whether it lies on a rim of the region; none where nothing is
+    /// nearer than `limit`, in world units.
     pub fn closest(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<(Closest, bool)> {
         let closest = self.closest_within(x, limit)?;
         let on_rim = self.on_rim(rims, &closest);
         Some((closest, on_rim))
     }
 
-    /// The closest point of the mesh with its small components, and whether it lies on a rim of the region.
+    /// The closest point of the mesh with its small components, and whether it lies on a rim of the region; none for a mesh without
+    /// faces.
     pub fn closest_of_all(&self, rims: &RimSet, x: DVec3) -> Option<(Closest, bool)> {
         let whole = self.closest_within(x, f64::INFINITY);
         let limit = whole.map_or(f64::INFINITY, |c| c.distance);
@@ -218,7 +220,8 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// Samples the distance at `x`; `limit` is an upper bound of the distance that the caller knows.
+    /// Samples the distance at the world point `x`; `limit` is an upper bound of the distance that the caller knows, in world units. None
+    /// where the mesh is farther than that.
     pub fn sample(&self, rims: &RimSet, x: DVec3, limit: f64) -> Option<DistanceSample> {
         self.sample_within(rims, x, limit, f64::INFINITY)
     }
@@ -251,7 +254,8 @@ impl<'a> Sampler<'a> {
         })
     }
 
-    /// −1 where a point lies on the inner side of the closest point, else 1.
+    /// −1 where a point lies on the inner side of the closest point, else 1: by the pseudonormal of face, edge or vertex (Bærentzen and
+    /// Aanæs 2005).
     pub fn sign(&self, closest: &Closest, x: DVec3) -> f64 {
         let (mesh, around) = (self.mesh, &self.smooth.around);
         let face = || face_normal(mesh, closest.face);

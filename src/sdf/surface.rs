@@ -9,7 +9,7 @@ pub trait Surface: Sync {
     /// None where the surface is not defined or the projection did not converge.
     fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)>;
 
-    /// The distance from `p` to the rim if `p` belongs to the hole, which is where its closest point on the input mesh lies
+    /// The distance from `p` to the rim, in world units, if `p` belongs to the hole, which is where its closest point on the input mesh lies
     /// on a rim edge of the region; otherwise the negative distance to the mesh.
     fn depth(&self, p: DVec3) -> f64;
 

@@ -104,10 +104,12 @@ fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
             found[count] = first + 1;
             count += 1;
         }
+        // Its place, which its parent learns.
         let index = nodes.len();
         if let Some(parent) = nodes.get_mut(parent) {
             parent.children[at] = index as u32;
         }
+        // The boxes of its children; triangles are numbered in the order in which they come.
         let mut node = Node::EMPTY;
         for (i, child) in found[..count].iter().enumerate() {
             let child = &binary.nodes[*child];
@@ -119,6 +121,7 @@ fn collapsed(binary: &Bvh2) -> (Vec<Node>, Vec<u32>) {
         }
         node.count = count as u32;
         nodes.push(node);
+        // Children that are nodes wait in reverse, so that the first comes next.
         for (i, child) in found[..count].iter().enumerate().rev() {
             if binary.nodes[*child].prim_count == 0 {
                 waiting.push((*child, index, i));
@@ -188,6 +191,8 @@ impl Bvh {
         if self.nodes.is_empty() {
             return None;
         }
+        // Squared distances: those to triangles in double precision, those to boxes in single precision, with a bound that
+        // allows for their rounding.
         let q = p - self.centre;
         let around = Around::new(q);
         let mut best = limit * limit;
@@ -196,6 +201,7 @@ impl Bvh {
         let mut stack = Stack::new();
         let mut index = 0;
         loop {
+            // Children whose boxes are within the bound wait, the nearest on top.
             stack.push_children(&self.nodes[index as usize], &around, bound);
             // The nearest node that waits, after the triangles before it.
             index = loop {
@@ -213,6 +219,7 @@ impl Bvh {
                 if child & FACE == 0 {
                     break child;
                 }
+                // A triangle that is nearer, or as near and of a lower number, takes the place of the best.
                 let face = child & !FACE;
                 let [a, b, c] = self.corners[face as usize];
                 let (x, w) = closest_on_triangle(q, a, b, c);

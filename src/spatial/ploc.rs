@@ -32,6 +32,7 @@ pub(super) fn binary(boxes: Vec<Aabb>) -> Bvh2 {
 /// The hierarchy by clustering alone, and whether a round stalled.
 fn clustered(boxes: Vec<Aabb>) -> (Bvh2, bool) {
     let count = boxes.len();
+    // One cluster for each box, in the order of their centres along the Morton curve.
     let mut current = leaves(&boxes);
     drop(boxes);
     let mut next = Vec::with_capacity(current.len());
@@ -42,13 +43,16 @@ fn clustered(boxes: Vec<Aabb>) -> (Bvh2, bool) {
     let (mut rounds, mut stalled) = (0, false);
     while current.len() > 1 {
         let reach = if rounds < QUICK_ROUNDS { 1 } else { REACH };
+        // Each cluster chooses the neighbour along the curve whose common box has the least area.
         choose_partners(&current, reach, &mut partner);
         let agreed = (0..current.len()).filter(|&i| partner[partner[i] as usize] == i as u32);
         let joined = agreed.count() / 2;
+        // Where few choose each other, neighbours are joined two by two, which halves the number all the same.
         if current.len() > FEW && joined < current.len() / STALLED {
             stalled = true;
             pair_up(&mut partner);
         }
+        // Two that chose each other move to the store; their parent takes the place of the second.
         for (i, node) in current.iter().enumerate() {
             let other = partner[i] as usize;
             if partner[other] != i as u32 || other == i {
@@ -65,6 +69,7 @@ fn clustered(boxes: Vec<Aabb>) -> (Bvh2, bool) {
         next.clear();
         rounds += 1;
     }
+    // The cluster that is left is the root, at the front of the store.
     if let (Some(root), Some(top)) = (nodes.first_mut(), current.first()) {
         *root = *top;
     }

@@ -32,12 +32,14 @@ pub(super) fn fill(
 ) -> Result<(), StitchError> {
     let faces = match (&gap.rims[..], &gap.inner[..]) {
         ([], _) => Vec::new(),
+        // The surface does not reach into this rim: triangles between the vertices of the rim, if it is thin.
         (&[rim], []) => {
             report.filled_directly += 1;
             direct(input, rims, &loops.rim[rim], mesh).ok_or(StitchError::RimNotReached {
                 rim: rims.source[rim],
             })?
         }
+        // The common case: a ring of triangles between the rim and one border of the kept part.
         (&[rim], &[inner]) => {
             let faces = ring(mesh, &loops.rim[rim], &loops.inner[inner]);
             if agreement(mesh, &faces) < 0.0 {
@@ -47,6 +49,7 @@ pub(super) fn fill(
             }
             faces
         }
+        // Several loops are joined to one polygon and cut by ears; without any border of the kept part only a thin one is.
         _ => {
             report.bridged += gap.rims.len() + gap.inner.len() - 2;
             let polygon = merge(mesh, gap, loops);

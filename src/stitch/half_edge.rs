@@ -204,13 +204,16 @@ impl PatchMesh {
         self.position.push(position);
         self.normal.push(normal);
         self.size.push(size);
+        // The two faces, a b c and b a d, and the half-edges across their outer sides.
         let ([a, b, c, d], [bc, ca, ad, db]) = self.diamond(h, t);
         let (f, g) = (h / 3 * 3, t / 3 * 3);
         let (f2, g2) = (self.twin.len() as u32, self.twin.len() as u32 + 3);
         self.twin.extend([NONE; 6]);
+        // Each face becomes two at the new vertex m: one in its place, one at the end.
         self.faces[f as usize / 3] = [a, m, c];
         self.faces[g as usize / 3] = [m, a, d];
         self.faces.extend([[m, b, c], [b, m, d]]);
+        // Half-edges that lie on each other now.
         for (x, y) in [
             (f, g),
             (f + 1, f2 + 2),
@@ -224,6 +227,8 @@ impl PatchMesh {
             self.glue(x, y);
         }
         self.out.push(f2);
+        // A corner whose outgoing half-edge was one of the two faces' gets one that still leaves it; on the rim, the one
+        // along the rim.
         for (v, new) in [
             (
                 a,

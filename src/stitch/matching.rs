@@ -76,15 +76,18 @@ fn vote(
     let mut near = vec![false; kept.piece_len.len()];
     let mut votes = Vec::new();
     for (l, lp) in kept.loops.iter().enumerate() {
+        // The border the other way round, with the gap to its left.
         let outline = Outline::new(
             lp.iter()
                 .rev()
                 .map(|&v| (kept.positions[v as usize], kept.normals[v as usize])),
         );
+        // Distance in world units and rim loop of the nearest rim edge across the gap, for each vertex.
         let found: Vec<(f64, usize)> = (0..lp.len())
             .into_par_iter()
             .map(|i| nearest_rim(&outline, i, &segments))
             .collect();
+        // A border is near a rim or not as a whole; the component of the kept part is near with one of its borders.
         let mean = found.iter().map(|f| f.0).sum::<f64>() / found.len() as f64;
         if mean <= limit {
             near[kept.loop_piece[l]] = true;
@@ -94,6 +97,7 @@ fn vote(
                 .unwrap_or(0);
             far.push((l, outline.position[worst], mean));
         }
+        // Vertices near a rim vote for it.
         let mut count = BTreeMap::new();
         found
             .iter()
@@ -101,6 +105,7 @@ fn vote(
             .for_each(|f| *count.entry(f.1).or_insert(0) += 1);
         votes.push(count);
     }
+    // A far border of a near component means that the surface runs away from the hole.
     if let Some(&(_, position, distance)) = far.iter().find(|f| near[kept.loop_piece[f.0]]) {
         return Err(StitchError::OpenBorder { position, distance });
     }

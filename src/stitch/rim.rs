@@ -66,6 +66,7 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
             })
         }
     };
+    // Rim loops: vertices of the mesh at finite positions.
     for &v in input.loops.iter().flatten() {
         check("a rim loop", v, len)?;
         if !input.mesh.positions[v as usize].is_finite() {
@@ -74,6 +75,7 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
             });
         }
     }
+    // Faces of the mesh and of the extracted surface: vertices that there are.
     input
         .mesh
         .faces
@@ -86,6 +88,7 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
         .iter()
         .flatten()
         .try_for_each(|&v| check("an extracted face", v, extracted.positions.len()))?;
+    // Lengths and factors: finite and positive; depths: finite.
     let p = &input.params;
     let positive = [input.voxel, p.edge_factor, p.chord_error];
     if positive.iter().any(|v| !v.is_finite() || *v <= 0.0) {
@@ -105,6 +108,7 @@ fn validate(input: &StitchInput) -> Result<(), StitchError> {
 fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
     let on_rim: HashSet<u32> = input.loops.iter().flatten().copied().collect();
     let at = |v: u32| input.mesh.positions[v as usize];
+    // Sums over the faces of the mesh that have a rim vertex.
     let mut edges = HashSet::new();
     let mut beyond = HashMap::new();
     let mut beside: HashMap<(u32, u32), DVec3> = HashMap::new();
@@ -120,6 +124,7 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
         let n = area_vector(f.map(at));
         for k in 0..3 {
             let (a, b) = (f[k], f[(k + 1) % 3]);
+            // The angle across an edge, when the second of its faces comes.
             if on_rim.contains(&a) || on_rim.contains(&b) {
                 match beside.remove(&(b, a)) {
                     Some(other) if n.length() * other.length() > 0.0 => {
@@ -129,6 +134,7 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
                     None => _ = beside.insert((a, b), n),
                 }
             }
+            // Lengths and area vectors at each rim vertex, for the mean edge and the normal there.
             for v in [a, b].into_iter().filter(|v| on_rim.contains(v)) {
                 let l = length.entry(v).or_default();
                 *l = (l.0 + at(a).distance(at(b)), l.1 + 1.0);
@@ -136,6 +142,7 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
             if on_rim.contains(&a) {
                 *sum.entry(a).or_default() += n;
             }
+            // An edge between rim vertices. A patch on its other side runs along it from b to a.
             if on_rim.contains(&a) && on_rim.contains(&b) {
                 edges.insert((a.min(b), a.max(b)));
                 let (normal, apex) = (n.normalize_or_zero(), at(f[(k + 2) % 3]));

@@ -36,7 +36,7 @@ pub struct PlaneEnergy {
 pub struct Linearisation {
     /// The energy.
     pub energy: f64,
-    /// `g = ½ L1 φ + L2 w`, zero off the free nodes.
+    /// `g = ½ L1 φ + L2 w`, minus the right-hand side of (9); zero off the free nodes.
     pub gradient: Vec<f64>,
     /// Lumped mass, zero in the halo.
     pub mass: Vec<f64>,
@@ -207,6 +207,7 @@ impl PlaneEnergy {
 
 /// The weak curvature of φ and what it is made of.
 struct Curvature {
+    /// `w = M⁻¹ (L3 φ − b)` at all nodes, those of the border included: equation (10).
     w: Vec<f64>,
     mass: Vec<f64>,
     inverse_mass: Vec<f64>,

@@ -97,7 +97,7 @@ pub enum VolumeError {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Measured {
-    /// The signed distance.
+    /// The signed distance at each node, in units of the mesh, negative inside.
     pub volume: Volume,
     /// Number of nodes whose distance is not cut off.
     pub nodes: usize,
@@ -143,6 +143,7 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
             .as_secs_f64()
     };
     params.check()?;
+    // Vertices at one place are joined and degenerate faces left out, so that the signs see no cracks.
     mesh.validate()?;
     let (mut mesh, _) = welded(mesh);
     let topology = Topology::new(&mut mesh);
@@ -155,6 +156,7 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
     seconds.topology = lap();
     let bvh = Bvh::new(&mesh, topology.faces());
     seconds.tree = lap();
+    // Distances without signs, in slabs of four layers of nodes, cut off at the band.
     let band = params.band.unwrap_or(f64::INFINITY);
     let distances = Distances {
         blocks: Blocks::new(&bvh, origin, voxel, dims, band),
@@ -171,6 +173,7 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
         .map(|(i, out)| distances.layers(i * Blocks::SMALL, out))
         .sum();
     seconds.distances = lap();
+    // Signs along rows of nodes, from the winding number.
     let signs = Signs::new(&mesh, &topology, &bvh, voxel);
     values
         .par_chunks_mut(dims[0])
@@ -201,6 +204,7 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
         VoxelSize::Length(voxel) => voxel,
     };
     let refuse = |what: String| Err(VolumeError::Parameter { what });
+    // A voxel is no longer than the model, and a band at least a voxel wide.
     let longest = size.max_element();
     if voxel > longest {
         return refuse(format!(
@@ -216,6 +220,7 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
             "the band must be at least a voxel wide, which is {voxel}, or full"
         ));
     }
+    // Nodes along each axis: the box and a margin on both sides.
     let dims = |voxel: f64| {
         let nodes = (size / voxel).ceil() + 2.0 * MARGIN + 1.0;
         nodes.to_array().map(|n| n as u64)
@@ -224,6 +229,7 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
     if count(voxel) <= MOST_NODES as f64 {
         return Ok((voxel, dims(voxel).map(|n| n as usize)));
     }
+    // The smallest voxel that would do, to within one per cent.
     let mut fits = voxel;
     while count(fits) > MOST_NODES as f64 {
         fits *= 1.01;

@@ -7,8 +7,8 @@ use super::VolumeError;
 use crate::mesh::{Mesh, Topology, welded};
 use crate::spatial::{Bvh, WindingTree};
 
-/// The signed distances of points from a mesh, negative inside, as those of [`super::signed_distance_volume`]. Points with a
-/// coordinate that is not finite have the distance NaN.
+/// The signed distances of points from a mesh, in their order and in units of the mesh, negative inside, as those of
+/// [`super::signed_distance_volume`]. Points with a coordinate that is not finite have the distance NaN.
 ///
 /// # Errors
 /// When the mesh makes no sense or has no area.

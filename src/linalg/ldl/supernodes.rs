@@ -115,8 +115,11 @@ pub(super) fn supernodes(
     let mut mark = vec![NONE; n];
     let mut first = 0;
     while first < n {
+        // A fundamental supernode: each column is the parent of the one before, and has one row less (J. W. H. Liu, E. G.
+        // Ng, B. W. Peyton, "On finding supernodes for sparse matrix computations", 1993).
         let end = end_of(first, tree);
         let mut rows: Vec<u32> = (first as u32..end as u32).collect();
+        // The rows below: those of its entries in the matrix and those that its children leave to it.
         let mut add = |row: u32| {
             let seen = std::mem::replace(&mut mark[row as usize], first as u32);
             if row as usize >= end && seen != first as u32 {
@@ -139,12 +142,15 @@ pub(super) fn supernodes(
             rows,
             children: 0,
         };
+        // Absorbs the child just before it while few zeros have to be stored for that (relaxed amalgamation; C. Ashcraft,
+        // R. Grimes, "The influence of relaxed supernode partitions on the multifrontal method", 1989).
         while let Some(before) = all.last()
             && before.below().first().is_some_and(|&r| (r as usize) < end)
             && own.wants(before)
         {
             all.pop().into_iter().for_each(|child| own.absorb(child));
         }
+        // Its parent is the supernode that holds the first row below it.
         if let Some(&row) = own.below().first() {
             leaving[row as usize].push(all.len() as u32);
         }

@@ -88,6 +88,7 @@ impl Remesher<'_> {
         let Some(around) = self.rims.angle_around else {
             return;
         };
+        // Angles across the rim in radians, and what of them the curvature of the surface does not explain.
         let seam: Vec<Seam> = self.seam().collect();
         let mean =
             |of: fn(&Seam) -> f64| seam.iter().map(of).sum::<f64>() / seam.len().max(1) as f64;
@@ -96,7 +97,9 @@ impl Remesher<'_> {
         if sharp <= around.max(VISIBLE) || rough <= ROUGH * sharp {
             return;
         }
+        // How much of the excess has to go for the mean angle to be GOAL times that of the mesh.
         let part = 1.0 - GOAL * around / sharp;
+        // The unknowns: displacements of free vertices near the rim along their normals, in units of the mesh.
         let ring = self.rings(RINGS);
         let (mut number, mut moved) = (vec![FIXED; ring.len()], Vec::new());
         for v in self.free_vertices() {
@@ -105,6 +108,7 @@ impl Remesher<'_> {
                 moved.push(v);
             }
         }
+        // Least squares: wanted changes of the angles across the rim, none of those within the patch, short displacements.
         let mut rows: Vec<Row> = seam
             .iter()
             .map(|s| Row {
@@ -124,6 +128,7 @@ impl Remesher<'_> {
         rows.extend(inner);
         let lengths: Vec<f64> = moved.iter().map(|&v| self.mesh.mean_length(v)).collect();
         let stay: Vec<f64> = lengths.iter().map(|l| (STAY / l).powi(2)).collect();
+        // Right-hand side and diagonal of the normal equations, which are solved without their matrix.
         let (mut rhs, mut diagonal) = (vec![0.0; moved.len()], stay.clone());
         for row in &rows {
             row.add(row.goal, &mut rhs);
