@@ -29,6 +29,10 @@ pub mod mesh {
     pub use crate::mesh::*;
 }
 /// See the source.
+pub mod parameters {
+    pub use crate::parameters::solve::*;
+}
+/// See the source.
 pub mod region {
     pub use crate::region::*;
 }

@@ -1,4 +1,4 @@
-//! The parameters of the commands: name, unit, bounds, default and a sentence of each, declared once in [`tables`] and [`solve`].
+//! The parameters of the commands: name, unit, bounds, default and a sentence of each, declared once in the tables of [`tables`].
 //!
 //! From these tables come the options of the command line with their help, the keys of `--config`, the bounds that the library
 //! checks and the messages of its errors, the form of the local page, the checks of Python's keywords, the words of a recipe, and
@@ -6,7 +6,7 @@
 //! compares their fields and defaults with the tables.
 
 mod rows;
-pub mod solve;
+pub(crate) mod solve;
 pub mod tables;
 
 use thiserror::Error;
@@ -106,7 +106,7 @@ pub struct Table {
     pub command: &'static str,
     /// Those of its own.
     pub own: &'static [Parameter],
-    /// Where [`solve::SOLVE`] stand in its serialised parameters, for commands that fill holes; empty for the top.
+    /// Where the parameters of a solve stand in its serialised parameters, for commands that fill holes; empty for the top.
     pub solve: Option<&'static str>,
 }
 

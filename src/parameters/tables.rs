@@ -87,7 +87,7 @@ const KEEP_VERTICES: Parameter = Parameter {
 };
 
 /// How much of a damaged shape is kept.
-pub const KEEP_SHAPE: Parameter = Parameter {
+pub(crate) const KEEP_SHAPE: Parameter = Parameter {
     name: "keep_shape",
     field: "keep_shape",
     kind: Kind::Number(Bounds::PART, "W"),
@@ -106,7 +106,7 @@ pub const RESTORE: Table = Table {
 };
 
 /// How far a surface is faired, as a length.
-pub const STRENGTH: Parameter = Parameter {
+pub(crate) const STRENGTH: Parameter = Parameter {
     name: "strength",
     field: "extent.strength",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
@@ -120,7 +120,7 @@ pub const STRENGTH: Parameter = Parameter {
 };
 
 /// How far a surface is faired, as a time.
-pub const TIME: Parameter = Parameter {
+pub(crate) const TIME: Parameter = Parameter {
     name: "time",
     field: "extent.time",
     kind: Kind::Number(Bounds::POSITIVE, "T"),
@@ -132,7 +132,7 @@ pub const TIME: Parameter = Parameter {
 };
 
 /// The size of a faired surface's triangles.
-pub const FAIR_EDGE_RATIO: Parameter = Parameter {
+pub(crate) const FAIR_EDGE_RATIO: Parameter = Parameter {
     default: Usual::Value("1"),
     sentence: "Length of the new edges over that of the edges round the region, or over the mean of all.",
     ..EDGE_RATIO
@@ -156,7 +156,7 @@ pub const FAIR: Table = Table {
 };
 
 /// Distance within which vertices of the border are merged.
-pub const WELD: Parameter = Parameter {
+pub(crate) const WELD: Parameter = Parameter {
     name: "weld",
     field: "weld",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
@@ -167,7 +167,7 @@ pub const WELD: Parameter = Parameter {
 };
 
 /// Size below which components are taken out.
-pub const DEBRIS: Parameter = Parameter {
+pub(crate) const DEBRIS: Parameter = Parameter {
     name: "debris",
     field: "debris",
     kind: Kind::Number(Bounds::PART, "PART"),
@@ -246,7 +246,7 @@ pub const REPAIR: Table = Table {
 };
 
 /// Thickness below which parts are looked for.
-pub const THIN: Parameter = Parameter {
+pub(crate) const THIN: Parameter = Parameter {
     name: "thin",
     field: "thin",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
@@ -272,7 +272,7 @@ pub const CHECK: Table = Table {
 };
 
 /// Distance at which distances are cut off.
-pub const BAND: Parameter = Parameter {
+pub(crate) const BAND: Parameter = Parameter {
     name: "band",
     field: "band",
     kind: Kind::Band,

@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use isomend::check::CheckParams;
-use isomend::parameters::{Kind, Table, Usual, solve, tables};
+use isomend::internals::parameters as solve;
+use isomend::parameters::{Kind, Table, Usual, tables};
 use isomend::volume::VolumeParams;
 use isomend::{FairParams, FillParams, RepairParams, RestoreParams};
 use serde::Serialize;

@@ -4,7 +4,8 @@
 use std::fs;
 use std::path::Path;
 
-use isomend::parameters::{Kind, Parameter, Table, Usual, solve, tables};
+use isomend::internals::parameters as solve;
+use isomend::parameters::{Kind, Parameter, Table, Usual, tables};
 
 /// Puts what is made of the tables in the place of what stands there, or says that it is not the same.
 fn renewed(file: &str, made: impl Fn(&str) -> String) {
