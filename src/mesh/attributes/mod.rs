@@ -1,5 +1,4 @@
-//! What a mesh carries beside its shape, as plain data: normals, colours, texture coordinates, materials, groups and
-//! named values.
+//! What a mesh carries beside its shape, as plain data: normals, colours, texture coordinates, materials, groups and named values.
 //!
 //! Numbers are held as `f64` together with the type they had in their file, which every type but 64-bit integers beyond
 //! 2⁵³ survives exactly.
