@@ -7,7 +7,7 @@ mod checked;
 mod compared;
 mod drawings;
 mod errors;
-mod found;
+mod inspection;
 mod logging;
 mod mended;
 mod model;
@@ -36,7 +36,7 @@ fn parameters() -> PyResult<String> {
 fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<model::Model>()?;
-    module.add_class::<found::Found>()?;
+    module.add_class::<inspection::Found>()?;
     module.add_class::<mended::Mended>()?;
     module.add_class::<checked::Checked>()?;
     module.add_class::<volume::Volume>()?;
@@ -45,8 +45,8 @@ fn _isomend(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(checked::check, module)?)?;
     module.add_function(wrap_pyfunction!(compared::compare, module)?)?;
     module.add_function(wrap_pyfunction!(volume::sdf, module)?)?;
-    module.add_function(wrap_pyfunction!(found::solve_task, module)?)?;
-    module.add_function(wrap_pyfunction!(found::is_cramped, module)?)?;
+    module.add_function(wrap_pyfunction!(inspection::solve_task, module)?)?;
+    module.add_function(wrap_pyfunction!(inspection::is_cramped, module)?)?;
     module.add_function(wrap_pyfunction!(model::signed_distance, module)?)?;
     Ok(())
 }

@@ -16,7 +16,7 @@ use crate::arrays;
 use crate::attributes::{self, Given};
 use crate::drawings::drawings;
 use crate::errors::Failure;
-use crate::found::Found;
+use crate::inspection::Found;
 use crate::mended::Mended;
 use crate::packed::{json_of, packed, unpacked};
 use crate::spec::{format, output, spec, work};

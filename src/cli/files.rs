@@ -15,7 +15,7 @@ use super::console::{self, Console};
 use super::input::{self, is_stream};
 use super::json::Documents;
 use super::report::ReportArgs;
-use super::{CommonArgs, End, Usage, arguments, progress, tell};
+use super::{CommonArgs, End, Usage, arguments, messages, progress};
 
 /// What is read and written.
 #[derive(Debug, Args)]
@@ -217,7 +217,7 @@ impl Run<'_> {
             return self.preview(&plan);
         }
         let line = match self.task.work {
-            Work::Fair(..) => tell::faired_region_line,
+            Work::Fair(..) => messages::faired_region_line,
             _ => region_lines,
         };
         let mended = progress::watched(console, line, |progress| {
@@ -243,7 +243,7 @@ impl Run<'_> {
             if self.several {
                 text += &format!("{}\n", console::heading(&plan.spec.source.place.name()));
             }
-            console::print_out(&(text + &tell::plan(plan)))?;
+            console::print_out(&(text + &messages::plan(plan)))?;
         }
         Ok(End::Done)
     }
@@ -262,7 +262,7 @@ impl Run<'_> {
             true => format!("{}: ", done.spec.source.place.name()),
             false => String::new(),
         };
-        tell::done(done, &name, console);
+        messages::done(done, &name, console);
         if let Some(documents) = self.documents {
             documents.add(&done.document())?;
         }

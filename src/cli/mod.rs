@@ -15,6 +15,7 @@ mod interrupt;
 mod json;
 mod manual;
 mod mask;
+mod messages;
 mod outcome;
 mod parameters;
 mod progress;
@@ -25,7 +26,6 @@ mod sdf;
 mod solve;
 mod study;
 mod surface;
-mod tell;
 mod view;
 mod words;
 

@@ -69,17 +69,8 @@ impl Try {
     }
 }
 
-/// How a try ended.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Verdict {
-    /// With a patch that crosses nothing.
-    Sound,
-    /// In a failure; [`TryFailure::Crossing`] has a patch all the same.
-    Failed(TryFailure),
-}
-
-/// The tries at a region so far, in order.
-pub(super) type History = [(Try, Verdict)];
+/// The tries at a region so far, in order, and how each failed; [`TryFailure::Crossing`] has a patch all the same.
+pub(super) type History = [(Try, Option<TryFailure>)];
 
 /// What of a region bears on its tries.
 #[derive(Clone, Copy, Debug, Default)]
@@ -112,16 +103,13 @@ pub(super) fn cost(levels: &[LevelReport]) -> u64 {
 /// Each try answers the failure of the last: a finer grid where the flow found no rest or the patch could not be joined, a
 /// wider box where the surface came to its side. Where an energy finds no patch at all, the one to fall back to begins anew.
 pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Option<Try> {
-    let Some((last, verdict)) = history.last() else {
+    let Some((last, failure)) = history.last() else {
         return Some(*first);
     };
     // The tries with the same energy as the last, which are the last ones.
     let begun = history.iter().rposition(|(t, _)| t.energy != last.energy);
     let own = &history[begun.map_or(0, |i| i + 1)..];
-    let failure = match verdict {
-        Verdict::Sound => return None,
-        Verdict::Failed(failure) => failure,
-    };
+    let failure = failure.as_ref()?;
     // The next attempt on half the voxel, where refining may help; it does not at the end of a tube.
     let finest = own.iter().map(|(t, _)| t.refine).fold(1.0, f64::max);
     let finer = || {
@@ -155,7 +143,7 @@ pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Op
     }
     // Without a next attempt a less robust energy gives way to its fallback, from the first settings on, unless there is a
     // patch already that merely intersects faces.
-    let has_patch = |(_, v): &(Try, Verdict)| matches!(v, Verdict::Failed(TryFailure::Crossing(_)));
+    let has_patch = |(_, v): &(Try, Option<TryFailure>)| matches!(v, Some(TryFailure::Crossing(_)));
     let fallback = first.energy.needs().fallback?;
     let anew = last.energy == first.energy && !history.iter().any(has_patch);
     anew.then_some(Try {
@@ -166,19 +154,14 @@ pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Op
 
 /// Why the tries of a history failed.
 pub(super) fn failures(history: &History) -> Vec<TryFailure> {
-    let failure = |(_, verdict): &(Try, Verdict)| match verdict {
-        Verdict::Failed(failure) => Some(failure.clone()),
-        Verdict::Sound => None,
-    };
-    history.iter().filter_map(failure).collect()
+    let failures = history.iter().filter_map(|(_, failure)| failure.as_ref());
+    failures.cloned().collect()
 }
 
 /// Whether an earlier try failed with the same error near the same place.
 fn is_known(error: &StitchError, earlier: &History, region: &Prospects) -> bool {
-    earlier.iter().any(|(_, verdict)| match verdict {
-        Verdict::Failed(TryFailure::NotJoined(other)) => {
-            error.is_like(other, SAME_PLACE * region.diameter)
-        }
+    earlier.iter().any(|(_, failure)| match failure {
+        Some(TryFailure::NotJoined(other)) => error.is_like(other, SAME_PLACE * region.diameter),
         _ => false,
     })
 }
@@ -212,9 +195,9 @@ mod tests {
     }
 
     /// The tries that are made when they end so, one after another.
-    fn tried(energy: Energy, may_refine: bool, ends: &[Verdict]) -> Vec<Try> {
+    fn tried(energy: Energy, may_refine: bool, ends: &[Option<TryFailure>]) -> Vec<Try> {
         let first = Try::first(energy);
-        let mut history: Vec<(Try, Verdict)> = Vec::new();
+        let mut history: Vec<(Try, Option<TryFailure>)> = Vec::new();
         for end in ends {
             match next_try(&first, &history, &region(may_refine)) {
                 Some(next) => history.push((next, end.clone())),
@@ -226,7 +209,7 @@ mod tests {
 
     #[test]
     fn grids_get_finer_once_and_no_more() {
-        let ends = vec![Verdict::Failed(LOST); 9];
+        let ends = vec![Some(LOST); 9];
         let refined: Vec<f64> = tried(Energy::Willmore, true, &ends)
             .iter()
             .map(|t| t.refine)
@@ -237,13 +220,13 @@ mod tests {
 
     #[test]
     fn a_sound_patch_ends_it() {
-        let ends = [Verdict::Failed(LOST), Verdict::Sound, Verdict::Sound];
+        let ends = [Some(LOST), None, None];
         assert_eq!(tried(Energy::Willmore, true, &ends).len(), 2);
     }
 
     #[test]
     fn a_surface_that_ran_away_is_taken_from_the_first_grid() {
-        let ends = [LOST, open_border(), open_border(), open_border()].map(Verdict::Failed);
+        let ends = [LOST, open_border(), open_border(), open_border()].map(Some);
         let tries = tried(Energy::Willmore, true, &ends);
         assert_eq!(tries.len(), 3);
         assert!(tries[2].accept && tries[2].refine == 1.0);
@@ -251,7 +234,7 @@ mod tests {
 
     #[test]
     fn the_box_grows_twice() {
-        let ends = vec![Verdict::Failed(TryFailure::ReachedBox); 4];
+        let ends = vec![Some(TryFailure::ReachedBox); 4];
         let tries = tried(Energy::Willmore, true, &ends);
         let growths: Vec<f64> = tries.iter().map(|t| t.growth).collect();
         assert_eq!(growths, [1.0, GROWTH, WIDEST]);
@@ -260,7 +243,7 @@ mod tests {
     #[test]
     fn an_error_that_comes_again_at_the_same_place_ends_it() {
         let at = |x| {
-            Verdict::Failed(TryFailure::NotJoined(StitchError::OpenBorder {
+            Some(TryFailure::NotJoined(StitchError::OpenBorder {
                 position: DVec3::new(x, 0.0, 0.0),
                 distance: 1.0,
             }))
@@ -274,7 +257,7 @@ mod tests {
     #[test]
     fn ends_of_tubes_are_not_refined_and_what_is_spent_is_not_spent_again() {
         let first = Try::first(Energy::Willmore);
-        let history = [(first, Verdict::Failed(LOST))];
+        let history = [(first, Some(LOST))];
         let next = |region: &Prospects| next_try(&first, &history, region);
         assert!(next(&region(true)).is_some());
         let tube = Prospects {
@@ -290,13 +273,8 @@ mod tests {
 
     #[test]
     fn crossing_patches_are_refined_beyond_the_finest_only() {
-        let crossing = |n| Verdict::Failed(TryFailure::Crossing(n));
-        let ends = [
-            Verdict::Failed(LOST),
-            Verdict::Failed(open_border()),
-            crossing(3),
-            crossing(1),
-        ];
+        let crossing = |n| Some(TryFailure::Crossing(n));
+        let ends = [Some(LOST), Some(open_border()), crossing(3), crossing(1)];
         // Finer, back on the first grid: a patch that crosses there is not refined again.
         assert_eq!(tried(Energy::Willmore, true, &ends).len(), 3);
         assert_eq!(
@@ -312,7 +290,7 @@ mod tests {
 
     #[test]
     fn another_energy_begins_anew_unless_there_is_a_patch() {
-        let gone = Verdict::Failed(TryFailure::Contradiction);
+        let gone = Some(TryFailure::Contradiction);
         let tries = tried(
             Energy::CurvatureVariation,
             true,
@@ -320,7 +298,7 @@ mod tests {
         );
         let energies: Vec<Energy> = tries.iter().map(|t| t.energy).collect();
         assert_eq!(energies, [Energy::CurvatureVariation, Energy::Willmore]);
-        let crossing = Verdict::Failed(TryFailure::Crossing(2));
+        let crossing = Some(TryFailure::Crossing(2));
         let ends = [
             crossing.clone(),
             crossing.clone(),
@@ -338,11 +316,11 @@ mod tests {
             spent: 2,
             ..region(true)
         };
-        let history = [(first, Verdict::Failed(LOST))];
+        let history = [(first, Some(LOST))];
         let next = next_try(&first, &history, &spent);
         assert_eq!(next.map(|t| t.energy), Some(Energy::Willmore));
         let first = Try::first(Energy::Willmore);
-        let history = [(first, Verdict::Failed(LOST))];
+        let history = [(first, Some(LOST))];
         assert_eq!(next_try(&first, &history, &spent), None);
     }
 
@@ -359,7 +337,7 @@ mod tests {
         // Every sequence of five failures, repeated.
         for code in 0..3125usize {
             let digit = |i: u32| failures[code / 5usize.pow(i % 5) % 5].clone();
-            let ends: Vec<Verdict> = (0..20).map(|i| Verdict::Failed(digit(i))).collect();
+            let ends: Vec<Option<TryFailure>> = (0..20).map(|i| Some(digit(i))).collect();
             for energy in energies {
                 assert!(tried(energy, true, &ends).len() <= 2 * MOST_TRIES);
             }

@@ -1,8 +1,8 @@
-//! One try at a region: the solve, and what its surface is good for.
+//! The level set of a region: its solve, and what its surface is good for.
 
 use std::time::Instant;
 
-use super::grids::{Try, Verdict};
+use super::grids::Try;
 use super::outcome::TryFailure;
 use super::params::SurfaceKind;
 use super::problem::{RegionProblem, region};
@@ -31,12 +31,12 @@ const BENT: f64 = 20.0;
 /// Most steps on a grid with the paper's variants, which converge linearly.
 const MOST_STEPS: usize = 200;
 
-/// What a try came to.
-pub(super) struct Tried<'a> {
-    pub(super) verdict: Verdict,
+/// What the solve of a level set came to.
+pub(super) struct LevelSetResult<'a> {
+    pub(super) failure: Option<TryFailure>,
     pub(super) report: RegionReport,
     /// The surface, where it was joined or is all that was asked for.
-    pub(super) patch: Option<Found>,
+    pub(super) patch: Option<LevelSetSurface>,
     /// What it was extracted from, where it was not joined for want of rest.
     pub(super) unsteady: Option<Unsteady<'a>>,
 }
@@ -49,8 +49,8 @@ pub(super) struct Unsteady<'a> {
     pub(super) report: RegionReport,
 }
 
-/// The surface that a try found.
-pub(super) enum Found {
+/// The surface of a level set.
+pub(super) enum LevelSetSurface {
     /// A patch.
     Patch(Patch),
     /// The zero set by itself.
@@ -58,8 +58,8 @@ pub(super) enum Found {
 }
 
 impl RegionProblem<'_> {
-    /// One try.
-    pub(super) fn try_once(&self, now: &Try, from: Option<&Level>) -> Tried<'_> {
+    /// Solves a level set and joins its surface to the rims.
+    pub(super) fn solve_and_join(&self, now: &Try, from: Option<&Level>) -> LevelSetResult<'_> {
         // Solves on nested grids, from the surface of an earlier attempt where there is one.
         let begun = Instant::now();
         let (mut solved, region, data) = self.solve(now, from);
@@ -83,8 +83,8 @@ impl RegionProblem<'_> {
         if let Some(failure) = self.unusable(&solved, now) {
             let nearly = solved.movement() < NEARLY_STEADY && !solved.level.touches_box();
             let keep = nearly && self.params.surface == SurfaceKind::Stitched;
-            return Tried {
-                verdict: Verdict::Failed(failure),
+            return LevelSetResult {
+                failure: Some(failure),
                 report: report.clone(),
                 patch: None,
                 unsteady: keep.then_some(Unsteady {
@@ -97,28 +97,28 @@ impl RegionProblem<'_> {
         }
         // The zero set as it is, or cut to the hole and joined to the rims. A joined patch that intersects faces counts as
         // a failure, but is kept as a candidate.
-        let (verdict, patch) = {
+        let (failure, patch) = {
             let surface = LevelSurface {
                 level: &solved.level,
                 data: &data,
             };
             let extracted = solved.level.zero_set();
             match self.params.surface {
-                SurfaceKind::Whole => (Verdict::Sound, Some(Found::Whole(extracted))),
+                SurfaceKind::Whole => (None, Some(LevelSetSurface::Whole(extracted))),
                 SurfaceKind::Stitched => match self.stitch(&region, &surface, &extracted) {
                     Ok(patch) => {
-                        let verdict = match patch.report.intersecting_faces {
-                            0 => Verdict::Sound,
-                            faces => Verdict::Failed(TryFailure::Crossing(faces)),
+                        let failure = match patch.report.intersecting_faces {
+                            0 => None,
+                            faces => Some(TryFailure::Crossing(faces)),
                         };
-                        (verdict, Some(Found::Patch(patch)))
+                        (failure, Some(LevelSetSurface::Patch(patch)))
                     }
-                    Err(error) => (Verdict::Failed(TryFailure::NotJoined(error)), None),
+                    Err(error) => (Some(TryFailure::NotJoined(error)), None),
                 },
             }
         };
-        Tried {
-            verdict,
+        LevelSetResult {
+            failure,
             report,
             patch,
             unsteady: None,

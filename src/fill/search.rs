@@ -5,8 +5,8 @@ use std::time::Instant;
 use glam::DVec3;
 
 use super::candidate::{FinishedPatch, PatchStart, quality};
-use super::grids::{History, Prospects, Try, Verdict, cost, failures};
-use super::level_set::{Found, Unsteady};
+use super::grids::{History, Prospects, Try, cost, failures};
+use super::level_set::{LevelSetSurface, Unsteady};
 use super::outcome::{TriangulatedReason, TryFailure};
 use super::params::SurfaceKind;
 use super::problem::{RegionPlan, RegionProblem, refines};
@@ -206,20 +206,20 @@ impl<'a, 'b> Search<'a, 'b> {
         }
         let is_worth_it = |k: &&Unsteady| now.refine > 1.0 && k.solved.movement() < WORTH_A_START;
         let from = self.nearest.as_ref().filter(is_worth_it);
-        let mut done = self.problem.try_once(&now, from.map(|k| &k.solved.level));
+        let mut done = self
+            .problem
+            .solve_and_join(&now, from.map(|k| &k.solved.level));
         self.prospects.spent += cost(&done.report.levels);
         done.report.earlier_tries = failures(&tried);
         self.nearest = nearer_steady(self.nearest.take(), done.unsteady);
-        let failure = match done.verdict {
-            Verdict::Sound => None,
-            Verdict::Failed(failure) => Some(failure),
-        };
-        if failure == Some(TryFailure::ReachedBox) {
+        if done.failure == Some(TryFailure::ReachedBox) {
             self.prospects.is_wide = Sphere::new(self.problem.mesh, self.problem.holes).is_some();
         }
         let made = match done.patch {
-            Some(Found::Whole(mesh)) => Made::Region(self.problem.whole(mesh, done.report)),
-            Some(Found::Patch(patch)) => Made::Joined(patch, done.report),
+            Some(LevelSetSurface::Whole(mesh)) => {
+                Made::Region(self.problem.whole(mesh, done.report))
+            }
+            Some(LevelSetSurface::Patch(patch)) => Made::Joined(patch, done.report),
             None => {
                 self.last = done.report;
                 Made::Nothing
@@ -228,7 +228,7 @@ impl<'a, 'b> Search<'a, 'b> {
         let ending = Ending {
             candidate: Candidate::LevelSet(now),
             quality: made.quality(),
-            failure,
+            failure: done.failure,
             is_at_minimum: false,
         };
         (ending, made)

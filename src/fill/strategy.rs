@@ -1,7 +1,7 @@
 //! Selects the next candidate to compute for a region, or the candidate to accept: a pure function of the candidates computed so far and
 //! their results.
 
-use super::grids::{Prospects, Try, Verdict, next_try};
+use super::grids::{Prospects, Try, next_try};
 use super::outcome::TryFailure;
 use super::problem::RegionPlan;
 use super::quality::Quality;
@@ -182,12 +182,9 @@ fn quality(candidate: Candidate, made: &[Ending]) -> Option<Option<Quality>> {
 }
 
 /// The level sets that were tried, and how these tries ended.
-pub(super) fn level_sets(made: &[Ending]) -> Vec<(Try, Verdict)> {
+pub(super) fn level_sets(made: &[Ending]) -> Vec<(Try, Option<TryFailure>)> {
     let one = |e: &Ending| match e.candidate {
-        Candidate::LevelSet(own) => Some((
-            own,
-            e.failure.clone().map_or(Verdict::Sound, Verdict::Failed),
-        )),
+        Candidate::LevelSet(own) => Some((own, e.failure.clone())),
         _ => None,
     };
     made.iter().filter_map(one).collect()

@@ -4,9 +4,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::candidates::{Models, Surface, candidates, models};
-use super::found::{Candidate, Refusal};
 use super::params::{FinishMethod, FinishParams};
 use super::patch::{Patch, RINGS_TRIED};
+use super::report::{Candidate, Refusal};
 use super::willmore::minimise;
 
 /// The least error on the rings that counts, in diameters.

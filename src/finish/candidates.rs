@@ -5,11 +5,11 @@ use glam::{DVec2, DVec3};
 use super::biharmonic::{polyharmonic, solve_for};
 use super::chart::Chart;
 use super::collar::Collar;
-use super::found::{Candidate, CandidateFound, ChartKind};
 use super::geometry::{Stiffness, barycentric, half_cotangents, quantile, vertex_normals};
 use super::kriging::{Kriging, Model};
 use super::params::FinishParams;
 use super::patch::{COLLAR, Patch};
+use super::report::{Candidate, CandidateFound, ChartKind};
 
 /// The kriged candidates: width of the collar, and the radius up to which a sphere is the chart, in diameters. Another sphere from a
 /// collar of 0.6 made the 143 holes of real scans worse by 0.5 %, those that hardly bend by 3 %, and took a third of the time.

@@ -2,9 +2,9 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::found::ChartKind;
 use super::geometry::{median, quantile, vertex_normals};
 use super::patch::Patch;
+use super::report::ChartKind;
 
 /// A chart is refused when this part of the normals
 const OUTLIERS: f64 = 0.02;

@@ -19,11 +19,11 @@ mod blend;
 mod candidates;
 mod chart;
 mod collar;
-mod found;
 mod geometry;
 mod kriging;
 mod params;
 mod patch;
+mod report;
 mod sigma;
 mod surroundings;
 #[cfg(test)]
@@ -32,10 +32,10 @@ mod willmore;
 
 use glam::DVec3;
 
-pub use found::{
+pub use params::{FinishMethod, FinishParams};
+pub use report::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Finished, Refusal, Restart,
 };
-pub use params::{FinishMethod, FinishParams};
 pub use surroundings::Surroundings;
 
 use patch::{Located, Patch};

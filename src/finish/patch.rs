@@ -5,8 +5,8 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
-use super::found::Refusal;
 use super::geometry::{Faces, vertex_normals};
+use super::report::Refusal;
 use super::surroundings::Surroundings;
 use crate::cancel::Cancel;
 

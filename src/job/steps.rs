@@ -6,8 +6,8 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::draw::{Before, Drawings, Drawn, Unchanged};
-use super::made::{Extent, First, Kept, Made, repaired};
 use super::output::Saved;
+use super::result::{Extent, First, Kept, Made, repaired};
 use super::{JobError, JobSpec, MaskSpec, Output, Place, Work};
 use crate::attributes::transfer;
 use crate::check::CheckParams;

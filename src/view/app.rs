@@ -9,9 +9,9 @@ use serde_json::json;
 
 use super::choices::Choices;
 use super::events::{Events, Teller};
-use super::make::Order;
 use super::session::{Busy, Session};
 use super::state::State;
+use super::step::Order;
 use super::store::{KeptStep, Store};
 use super::words::Words;
 use crate::mend::Control;

@@ -7,7 +7,7 @@ mod rows;
 
 use serde::Serialize;
 
-use super::made::Extent;
+use super::result::Extent;
 use super::{JobResult, JobSpec, Mended, Place};
 use crate::fill::Tally;
 use crate::io::Format;

@@ -10,8 +10,8 @@ use serde::Deserialize;
 use serde_json::json;
 
 use super::super::app::App;
-use super::super::make::Request;
 use super::super::session::Session;
+use super::super::step::Request;
 use super::asked::{Answer, MARKS, Refused, SMALL, json_answer, read};
 
 const BUSY: &str = "a step is being made; wait for it, or cancel it";
