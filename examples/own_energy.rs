@@ -1,4 +1,4 @@
-//! Fills a hole in the wall of a tube by an energy of the program's own, and tells how far patches are from the tube:
+//! Fills a hole in the wall of a tube by an energy of the program's own, and prints how far patches are from the tube:
 //! `cargo run --release --example own_energy`.
 //!
 //! `½∫(h − h₀)² dA` is zero on the tube when the target h₀ is the tube's own mean curvature, 1/r. Of the Willmore energy, for which h₀

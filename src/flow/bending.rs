@@ -9,7 +9,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::band::Band;
-use super::cells::{Fields, chi, chi_derivative, chunked_sum, eikonal, nodal};
+use super::cells::{Fields, chi, chi_derivative, chunked_sum};
 use super::energy::{BandEnergy, Evaluation, Needs};
 use super::settings::{Energy, Variant};
 use super::system::System;
@@ -151,21 +151,16 @@ impl BandEnergy for BendingBand<'_> {
     }
 
     fn evaluate(&self, phi: &[f64]) -> Evaluation {
-        let (r, mass) = nodal(&self.band, phi);
-        let surface = chunked_sum(&self.band.residual, |i, &inside| {
-            let weight = chi(phi[i]);
-            if inside && weight > 0.0 {
-                weight * self.density(i, r[i]).value / mass[i]
-            } else {
-                0.0
-            }
-        });
-        Evaluation {
-            energy: surface + self.kappa * eikonal(&self.band, phi),
-            surface,
-            r,
-            mass,
-        }
+        Evaluation::new(&self.band, phi, self.kappa, |r, mass| {
+            chunked_sum(&self.band.residual, |i, &inside| {
+                let weight = chi(phi[i]);
+                if inside && weight > 0.0 {
+                    weight * self.density(i, r[i]).value / mass[i]
+                } else {
+                    0.0
+                }
+            })
+        })
     }
 
     fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64> {

@@ -21,8 +21,8 @@ impl Energy {
     }
 }
 
-/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`; `pull` holds it to a given surface.
-/// `keep_going` may end it early.
+/// Lets `phi` flow on the masked nodes until it is steady, or for `max_steps`; `pull` holds it to a given surface. [`Energy::Own`] is
+/// that of `own`. `keep_going` may end it early.
 ///
 /// A step solves `A d = −∇E`, clips `d` to one voxel at each node and is halved until the energy falls; κ is raised when
 /// steps grow. At most `max_steps` steps are taken.
@@ -31,32 +31,22 @@ pub fn relax(
     phi: &mut Vec<f64>,
     mask: &[bool],
     settings: &FlowSettings,
+    own: Option<OwnEnergy>,
     pull: Option<&Pull>,
     keep_going: &dyn Fn() -> bool,
 ) -> FlowOutcome {
-    match settings.energy {
-        Energy::CurvatureVariation => {
+    match (settings.energy, own) {
+        (Energy::CurvatureVariation, _) => {
             let make = VariationBand::new;
             relax_with(make, grid, phi, mask, settings, pull, keep_going)
         }
-        // One's own is `relax_own`'s.
-        Energy::Willmore | Energy::Own => {
+        (Energy::Own, Some(own)) => {
+            let make = |band, kappa| BendingBand::new(own, grid, band, kappa);
+            relax_with(make, grid, phi, mask, settings, pull, keep_going)
+        }
+        (Energy::Willmore | Energy::Own, _) => {
             let make = WillmoreBand::new;
             relax_with(make, grid, phi, mask, settings, pull, keep_going)
         }
     }
-}
-
-/// As [`relax`], with an energy of the caller's.
-pub fn relax_own(
-    own: OwnEnergy,
-    grid: &SparseGrid,
-    phi: &mut Vec<f64>,
-    mask: &[bool],
-    settings: &FlowSettings,
-    pull: Option<&Pull>,
-    keep_going: &dyn Fn() -> bool,
-) -> FlowOutcome {
-    let make = |band, kappa| BendingBand::new(own, grid, band, kappa);
-    relax_with(make, grid, phi, mask, settings, pull, keep_going)
 }

@@ -2,6 +2,7 @@
 //! one that callers have.
 
 use super::band::Band;
+use super::cells::{eikonal, nodal};
 use super::settings::{Energy, Variant};
 use super::system::System;
 
@@ -52,4 +53,23 @@ pub struct Evaluation {
     pub(super) r: Vec<f64>,
     /// Lumped mass M_i.
     pub(super) mass: Vec<f64>,
+}
+
+impl Evaluation {
+    /// That of φ on a band with the weight κ of the eikonal term; `surface` computes the energy of the surface from r and M.
+    pub(super) fn new(
+        band: &Band,
+        phi: &[f64],
+        kappa: f64,
+        surface: impl FnOnce(&[f64], &[f64]) -> f64,
+    ) -> Self {
+        let (r, mass) = nodal(band, phi);
+        let surface = surface(&r, &mass);
+        Self {
+            energy: surface + kappa * eikonal(band, phi),
+            surface,
+            r,
+            mass,
+        }
+    }
 }

@@ -155,7 +155,7 @@ impl Evolution {
     }
 
     /// Lets `phi` (in voxels) flow on the masked nodes until the time `until` (in h⁴) or a pause; `phi` and `mask` have one entry for each
-    /// slot of the grid. `watch` is told of each step and ends the run by false.
+    /// slot of the grid. `watch` is called after each step; false from it ends the run.
     pub fn run(
         &mut self,
         grid: &SparseGrid,

@@ -27,7 +27,7 @@ mod willmore;
 
 pub use band::Band;
 pub use bending::{BendingBand, BendingEnergy, Density, OwnEnergy};
-pub use energies::{relax, relax_own};
+pub use energies::relax;
 pub use energy::{BandEnergy, Evaluation, Needs};
 pub use evolve::{Evolution, EvolutionStep, Pace, Pause};
 pub use outcome::{FlowOutcome, StepRecord};

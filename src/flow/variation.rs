@@ -9,8 +9,8 @@ use rayon::prelude::*;
 
 use super::band::{Band, Cell, corner_numbers};
 use super::cells::{
-    CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, corners, eikonal, gathered,
-    nodal, norm, packed, stencils,
+    CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, corners, gathered, norm,
+    packed, stencils,
 };
 use super::element::{ELEMENT, dot, gauss_gradients};
 use super::energy::{BandEnergy, Evaluation, Needs};
@@ -44,20 +44,15 @@ impl BandEnergy for VariationBand {
     }
 
     fn evaluate(&self, phi: &[f64]) -> Evaluation {
-        let (r, mass) = nodal(&self.band, phi);
-        let surface = chunked_sum(&self.band.cells, |c, cell| {
-            if self.counted[c] {
-                cell_energy(&corners(cell, phi), &corners(cell, &r))
-            } else {
-                0.0
-            }
-        });
-        Evaluation {
-            energy: surface + self.kappa * eikonal(&self.band, phi),
-            surface,
-            r,
-            mass,
-        }
+        Evaluation::new(&self.band, phi, self.kappa, |r, _| {
+            chunked_sum(&self.band.cells, |c, cell| {
+                if self.counted[c] {
+                    cell_energy(&corners(cell, phi), &corners(cell, r))
+                } else {
+                    0.0
+                }
+            })
+        })
     }
 
     fn gradient(&self, phi: &[f64], at: &Evaluation) -> Vec<f64> {

@@ -9,8 +9,7 @@ use rayon::prelude::*;
 
 use super::band::Band;
 use super::cells::{
-    CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, eikonal, gathered, in_slabs,
-    nodal, stencils,
+    CellMatrices, Fields, Packed, chi, chi_derivative, chunked_sum, gathered, in_slabs, stencils,
 };
 use super::energy::{BandEnergy, Evaluation, Needs};
 use super::settings::Variant;
@@ -41,20 +40,15 @@ impl BandEnergy for WillmoreBand {
     }
 
     fn evaluate(&self, phi: &[f64]) -> Evaluation {
-        let (r, mass) = nodal(&self.band, phi);
-        let willmore = chunked_sum(&self.band.residual, |i, &inside| {
-            if inside {
-                0.5 * chi(phi[i]) * r[i] * r[i] / mass[i]
-            } else {
-                0.0
-            }
-        });
-        Evaluation {
-            energy: willmore + self.kappa * eikonal(&self.band, phi),
-            surface: willmore,
-            r,
-            mass,
-        }
+        Evaluation::new(&self.band, phi, self.kappa, |r, mass| {
+            chunked_sum(&self.band.residual, |i, &inside| {
+                if inside {
+                    0.5 * chi(phi[i]) * r[i] * r[i] / mass[i]
+                } else {
+                    0.0
+                }
+            })
+        })
     }
 
     /// `BPᵀ(χw) + ½ L1 φ + ½ χ' w² M + κ Σ (1 − 1/|g|) g·∇N` on the unknowns; all but the third come from the cells.

@@ -14,7 +14,7 @@ use crate::region::VoxelSize;
 use crate::sdf::faces_at;
 use crate::spatial::{Bounds, BoxTree};
 
-/// The box of a region is divided into so many cells along each axis to bound how far its samples look.
+/// Cells along each axis of a region's box, in each of which it is bounded how far samples look.
 const CELLS: usize = 16;
 /// What roundings may add to a distance, in parts of it.
 const ROUNDING: f64 = 1e-9;
@@ -28,8 +28,13 @@ pub(super) struct Looking<'a> {
     pub(super) growth: f64,
 }
 
-/// For each of some regions the faces that it may look at.
-pub(super) fn faces_of(found: &Inspection, regions: &[Looking], voxel: VoxelSize) -> Vec<Vec<u32>> {
+/// For each of some regions the faces that it may look at; `degenerate` are the mesh's degenerate ones.
+pub(super) fn faces_of(
+    found: &Inspection,
+    degenerate: &[u32],
+    regions: &[Looking],
+    voxel: VoxelSize,
+) -> Vec<Vec<u32>> {
     let at = |boxes: &[Bounds]| -> Vec<Arc<[u32]>> {
         faces_at(&found.mesh, &found.topology, boxes, usize::MAX).unwrap_or_default()
     };
@@ -45,11 +50,8 @@ pub(super) fn faces_of(found: &Inspection, regions: &[Looking], voxel: VoxelSize
         .map(|(region, (boxes, faces))| Reach::new(found, region, *boxes, faces))
         .collect();
     let outer: Vec<Bounds> = reaches.iter().map(|r| r.whole).collect();
-    let degenerate: Vec<u32> = (0..found.mesh.faces.len() as u32)
-        .filter(|&f| found.topology.piece[f as usize] == NONE)
-        .collect();
     let of = |(reach, faces): (&Reach, &Arc<[u32]>)| {
-        let all: Vec<u32> = faces.iter().chain(&degenerate).copied().collect();
+        let all: Vec<u32> = faces.iter().chain(degenerate).copied().collect();
         reach.held(&found.mesh, &all)
     };
     reaches.iter().zip(&at(&outer)).map(of).collect()
@@ -60,8 +62,7 @@ fn sampled(found: &Inspection, region: &Looking, voxel: VoxelSize) -> Bounds {
     let kinds = [VoxelSize::Auto, voxel].map(|voxel| [(voxel, false), (voxel, true)]);
     let grown = kinds.concat().into_iter().map(|(voxel, is_coarse)| {
         let holes = &region.holes;
-        let [low, high] = grown_box(&found.mesh, holes, voxel, is_coarse, region.growth);
-        Bounds { low, high }
+        grown_box(&found.mesh, holes, voxel, is_coarse, region.growth)
     });
     let all = grown.reduce(|all, b| all.join(&b));
     all.unwrap_or(Bounds::of_ball(DVec3::ZERO, 0.0))

@@ -10,7 +10,7 @@ use super::control::{Control, Watch};
 use super::reach::{Looking, faces_of};
 use super::report::{FillReport, HoleReport};
 use super::sources::RegionSources;
-use super::task::{Looked, RegionTask};
+use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
     FEW_EDGES, FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch,
@@ -20,7 +20,7 @@ use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
 use crate::region::{Region, VoxelSize, group_holes};
 
-/// The faces that so many regions look at are found in one walk over the mesh.
+/// Number of regions whose faces are found in one walk over the mesh.
 const AT_A_TIME: usize = 16;
 
 /// What a fill with some parameters is: regions that can be worked on one by one, anywhere, and put together.
@@ -140,17 +140,14 @@ impl<'a> Regions<'a> {
             growth,
         };
         let looking: Vec<Looking> = regions.clone().map(looking).collect();
-        let faces = faces_of(self.found, &looking, self.params.voxel);
+        let degenerate = sources.degenerate();
+        let faces = faces_of(self.found, degenerate, &looking, self.params.voxel);
         regions
             .zip(looking.into_iter().zip(faces))
             .map(move |(i, (looking, faces))| {
-                let looked = Looked {
-                    faces: &sources.with_rings(&faces),
-                    growth,
-                    known: looking.known,
-                    centres: sources.centres(i),
-                };
-                RegionTask::new(i + 1, self.found, &looking.holes, looked, &self.params)
+                let faces = sources.with_rings(&faces);
+                let centres = sources.centres(i);
+                RegionTask::new(i + 1, self.found, &looking, &faces, centres, &self.params)
             })
     }
 

@@ -98,12 +98,17 @@ impl<'a> RegionSources<'a> {
         Some(self.bodies.of_piece.iter().map(is_own).collect())
     }
 
+    /// The mesh's degenerate faces, rising.
+    pub(super) fn degenerate(&self) -> &[u32] {
+        self.all.degenerate()
+    }
+
     /// Faces with those round them that their normals and jets need.
     pub(super) fn with_rings(&self, faces: &[u32]) -> Vec<u32> {
         self.all.with_rings(faces, RINGS)
     }
 
-    /// What the samples of what a group knows and those of the whole mesh are computed relative to.
+    /// The points that distances are computed relative to: in what a group knows, and in the whole mesh.
     pub(super) fn centres(&self, group: usize) -> [DVec3; 2] {
         self.of(group).map(|sampler| sampler.centre())
     }
@@ -127,10 +132,7 @@ pub(super) fn places(
     most: usize,
 ) -> Option<Vec<Place>> {
     let boxes = |holes: &Vec<&Hole>| {
-        let of = |voxel, growth| {
-            let [low, high] = grown_box(mesh, holes, voxel, false, growth);
-            Bounds { low, high }
-        };
+        let of = |voxel, growth| grown_box(mesh, holes, voxel, false, growth);
         let both = |growth| of(VoxelSize::Auto, growth).join(&of(voxel, growth));
         let (first, last) = (both(1.0), both(WIDEST));
         let size = (first.high - first.low).max_element();
@@ -159,7 +161,7 @@ pub(super) fn places(
 struct Bodies {
     of_piece: Vec<u32>,
     faces: Vec<usize>,
-    boxes: Vec<[DVec3; 2]>,
+    boxes: Vec<Bounds>,
 }
 
 impl Bodies {
@@ -183,18 +185,19 @@ impl Bodies {
         let count = topology.piece_faces.len();
         let of_piece: Vec<u32> = (0..count as u32).map(|p| sets.find(p)).collect();
         let mut faces = vec![0; count];
-        let mut boxes = vec![[DVec3::INFINITY, DVec3::NEG_INFINITY]; count];
+        let nothing = Bounds {
+            low: DVec3::INFINITY,
+            high: DVec3::NEG_INFINITY,
+        };
+        let mut boxes = vec![nothing; count];
         for (face, &piece) in mesh.faces.iter().zip(&topology.piece) {
             if piece == NONE || topology.piece_faces[piece as usize] <= 2 {
                 continue;
             }
             let body = of_piece[piece as usize] as usize;
             faces[body] += 1;
-            for &v in face {
-                let p = mesh.positions[v as usize];
-                boxes[body][0] = boxes[body][0].min(p);
-                boxes[body][1] = boxes[body][1].max(p);
-            }
+            let corners = face.map(|v| mesh.positions[v as usize]);
+            boxes[body] = boxes[body].join(&Bounds::of(corners));
         }
         Self {
             of_piece,
@@ -210,17 +213,12 @@ impl Bodies {
         own.sort_unstable();
         own.dedup();
         let holes: Vec<_> = group.iter().map(|&h| &found.holes[h]).collect();
-        let around = widest_box(&found.mesh, &holes, VoxelSize::Auto);
-        let another = |(i, b): (usize, &[DVec3; 2])| {
-            own.binary_search(&(i as u32)).is_err() && self.faces[i] > 0 && meet(&around, b)
+        let around = grown_box(&found.mesh, &holes, VoxelSize::Auto, false, WIDEST);
+        let another = |(i, b): (usize, &Bounds)| {
+            own.binary_search(&(i as u32)).is_err() && self.faces[i] > 0 && around.meets(b)
         };
         self.boxes.iter().enumerate().any(another).then_some(own)
     }
-}
-
-/// The box of a region once it was widened.
-fn widest_box(mesh: &Mesh, holes: &[&Hole], voxel: VoxelSize) -> [DVec3; 2] {
-    grown_box(mesh, holes, voxel, false, WIDEST)
 }
 
 /// The box of a region that has grown by a factor, on a fine or a coarse grid.
@@ -230,7 +228,7 @@ pub(super) fn grown_box(
     voxel: VoxelSize,
     coarse: bool,
     growth: f64,
-) -> [DVec3; 2] {
+) -> Bounds {
     let sphere = Sphere::new(mesh, holes).map(|s| s.bounds());
     let size = BoxSize {
         voxel,
@@ -241,10 +239,8 @@ pub(super) fn grown_box(
     let region = Region::new(mesh, holes, &size, sphere);
     let low = region.lattice.origin;
     let size = DVec3::from_array(region.dims.map(f64::from)) * region.lattice.voxel;
-    [low, low + size]
-}
-
-/// Whether two boxes meet.
-fn meet(a: &[DVec3; 2], b: &[DVec3; 2]) -> bool {
-    b[0].cmple(a[1]).all() && b[1].cmpge(a[0]).all()
+    Bounds {
+        low,
+        high: low + size,
+    }
 }

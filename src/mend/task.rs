@@ -6,6 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, Watch};
+use super::reach::Looking;
 use super::sources::places;
 use super::{FillError, Inspection};
 use crate::fill::{FillParams, RegionPatch, RegionPlan, RegionProblem};
@@ -22,11 +23,9 @@ pub struct RegionTask {
     /// Number of the region, from 1.
     pub id: usize,
     /// The part of the welded mesh that is looked at, with faces turned to agree.
-    mesh: Mesh,
+    part: Part,
     /// Which of its faces the region knows; others, of pieces that pass through its box, are not to be crossed. None for all.
     known: Option<Vec<bool>>,
-    /// For each vertex of the part its number in the whole mesh.
-    vertices: Vec<u32>,
     /// Number of vertices of the whole mesh.
     count: usize,
     /// What distances are computed relative to: in what the region knows, and in all of the mesh.
@@ -39,48 +38,37 @@ pub struct RegionTask {
     params: FillParams,
 }
 
-/// What a region looks at.
-pub(super) struct Looked<'a> {
-    /// The faces, rising.
-    pub(super) faces: &'a [u32],
-    /// What its box may grow by.
-    pub(super) growth: f64,
-    /// For each piece of the mesh whether the region knows it; none where it knows all.
-    pub(super) known: Option<Vec<bool>>,
-    /// What distances are computed relative to: in what it knows, and in all of the mesh.
-    pub(super) centres: [DVec3; 2],
-}
-
 impl RegionTask {
-    /// The work on a region, from 1, of a mesh.
+    /// The work on a region, from 1, of a mesh: with these faces, rising, and with what distances are computed relative to, in what the
+    /// region knows and in all of the mesh.
     pub(super) fn new(
         id: usize,
         found: &Inspection,
-        holes: &[&Hole],
-        looked: Looked,
+        looking: &Looking,
+        faces: &[u32],
+        centres: [DVec3; 2],
         params: &FillParams,
     ) -> Self {
-        let rims = holes.iter().flat_map(|h| h.rim.iter().copied());
-        let part = Part::new(&found.mesh, looked.faces, rims);
-        let known = looked.known.map(|known| {
+        let rims = looking.holes.iter().flat_map(|h| h.rim.iter().copied());
+        let part = Part::new(&found.mesh, faces, rims);
+        let known = looking.known.as_ref().map(|known| {
             let is_known = |&f: &u32| match found.topology.piece[f as usize] {
                 NONE => true,
                 piece => known[piece as usize],
             };
-            looked.faces.iter().map(is_known).collect()
+            faces.iter().map(is_known).collect()
         });
-        let mut holes: Vec<Hole> = holes.iter().copied().cloned().collect();
+        let mut holes: Vec<Hole> = looking.holes.iter().copied().cloned().collect();
         for v in holes.iter_mut().flat_map(|h| &mut h.rim) {
             *v = part.local(*v);
         }
         Self {
             id,
+            part,
             known,
-            vertices: part.vertices().to_vec(),
-            mesh: part.mesh,
             count: found.mesh.positions.len(),
-            centres: looked.centres,
-            growth: looked.growth,
+            centres,
+            growth: looking.growth,
             holes,
             params: params.clone(),
         }
@@ -100,7 +88,7 @@ impl RegionTask {
     }
 
     fn patch(&self, watch: &Watch) -> Result<RegionPatch, FillError> {
-        let mesh = &self.mesh;
+        let mesh = &self.part.mesh;
         self.check()?;
         let topology = Topology::as_it_is(mesh);
         let mut holes = self.holes.clone();
@@ -147,35 +135,25 @@ impl RegionTask {
         let mut patch = work.fill();
         watch.end(0, &patch.report);
         watch.finish()?;
-        self.renumber(&mut patch.mesh);
+        for face in &mut patch.mesh.faces {
+            *face = face.map(|v| self.part.original(v, self.count));
+        }
         Ok(patch)
     }
 
     /// An error where what was read is no task that was written.
     fn check(&self) -> Result<(), FillError> {
-        let mesh = &self.mesh;
+        let mesh = &self.part.mesh;
         let in_range = |v: u32| (v as usize) < mesh.positions.len();
         let faces_fit = mesh.faces.iter().flatten().all(|&v| in_range(v));
         let rims_fit = self.holes.iter().flat_map(|h| &h.rim).all(|&v| in_range(v));
         let known = self.known.as_ref().map(Vec::len);
         let lists_fit = known.is_none_or(|n| n == mesh.faces.len())
-            && self.vertices.len() == mesh.positions.len();
+            && self.part.vertices().len() == mesh.positions.len();
         if !(faces_fit && rims_fit && lists_fit) || self.holes.is_empty() {
             return Err(FillError::Task);
         }
         Ok(mesh.validate()?)
-    }
-
-    /// Gives a patch the whole mesh's numbers of vertices.
-    fn renumber(&self, patch: &mut Mesh) {
-        let own = self.vertices.len();
-        let whole = |v: u32| match self.vertices.get(v as usize) {
-            Some(&w) => w,
-            None => v - own as u32 + self.count as u32,
-        };
-        for face in &mut patch.faces {
-            *face = face.map(whole);
-        }
     }
 }
 

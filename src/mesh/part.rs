@@ -1,12 +1,13 @@
 //! A part of a mesh with its own numbering.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::Mesh;
 
 /// Some faces of a mesh with their vertices. Faces and vertices keep their order, so that what works on the part alone comes
 /// to the same result as on the whole.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// The part on its own.
     pub mesh: Mesh,

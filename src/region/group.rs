@@ -54,8 +54,8 @@ const LEAST_MARGIN: f64 = 0.15;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum VoxelSize {
-    /// 32 voxels across the hole, up to 64 where its rim is finer or it is a slot, up to 96 where a region holds a small loop;
-    /// 2.5 times as many, at most 128, with the variation of curvature.
+    /// 16 voxels across the hole, more where it is a slot, up to 96 where a region holds a small loop. Where patches are not finished 32,
+    /// up to 64 where the rim is finer or the hole is a slot; with the variation of curvature 2.5 times as many, at most 128.
     #[default]
     Auto,
     /// A length in the mesh's units; at least 1/1024 of the widest hole.

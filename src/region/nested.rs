@@ -8,7 +8,7 @@ use super::distance::DistanceData;
 use super::level::Level;
 use crate::flow::{
     BendingEnergy, Energy, Evolution, FlowOutcome, FlowSettings, OwnEnergy, Pace, Pause, Pull,
-    biharmonic_fill, relax, relax_own,
+    biharmonic_fill, relax,
 };
 use crate::grid::{Lattice, NodeIndex};
 
@@ -174,7 +174,7 @@ fn stages(energy: Energy, refinement: usize) -> Vec<Energy> {
 }
 
 impl Level {
-    /// Lets φ flow to the steady state of an energy: the caller's, or that of the settings.
+    /// Lets φ flow to the steady state of the energy of the settings; `own` is the caller's, if there is one.
     fn relax(
         &mut self,
         own: Option<&dyn BendingEnergy>,
@@ -183,13 +183,8 @@ impl Level {
         keep_going: &dyn Fn() -> bool,
     ) -> FlowOutcome {
         let (lattice, grid, phi, mask) = (self.lattice, &self.grid, &mut self.phi, &self.mask);
-        match own {
-            Some(energy) => {
-                let own = OwnEnergy { energy, lattice };
-                relax_own(own, grid, phi, mask, settings, pull, keep_going)
-            }
-            None => relax(grid, phi, mask, settings, pull, keep_going),
-        }
+        let own = own.map(|energy| OwnEnergy { energy, lattice });
+        relax(grid, phi, mask, settings, own, pull, keep_going)
     }
 }
 
@@ -315,8 +310,7 @@ fn relax_nested(
                 tolerance: flow_settings.tolerance * energy.needs().tolerance,
                 ..flow_settings
             };
-            let own = settings.own.filter(|_| energy == Energy::Own);
-            let flow = level.relax(own, &flow_settings, pull.as_ref(), keep_going);
+            let flow = level.relax(settings.own, &flow_settings, pull.as_ref(), keep_going);
             reports.push(LevelReport {
                 voxel: level.lattice.voxel,
                 nodes: level.grid.len(),

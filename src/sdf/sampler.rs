@@ -93,7 +93,12 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The faces of a list and those round them, so many rings of vertices far, rising.
+    /// The mesh's degenerate faces, which are in no hierarchy, rising.
+    pub fn degenerate(&self) -> &[u32] {
+        &self.smooth.degenerate
+    }
+
+    /// The faces of a list and those that are up to `rings` rings of vertices away from them, rising.
     pub fn with_rings(&self, faces: &[u32], rings: usize) -> Vec<u32> {
         let mut is_in = vec![false; self.mesh.faces.len()];
         faces.iter().for_each(|&f| is_in[f as usize] = true);
