@@ -97,6 +97,7 @@ mod attributes;
 mod cancel;
 #[cfg(feature = "cli")]
 mod cli;
+mod creases;
 mod extract;
 mod fill;
 mod finish;
@@ -126,8 +127,9 @@ pub use cancel::Cancel;
 pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
-    ClosedBy, FailedReason, FillParams, Finish, FinishReport, HoleOutcome, LeftReason, PatchStart,
-    RegionPatch, RegionReport, SurfaceKind, Tally, TriangulatedReason, TryFailure,
+    ClosedBy, CreaseReport, FailedReason, FillParams, Finish, FinishReport, HoleOutcome,
+    LeftReason, PatchStart, RegionPatch, RegionReport, Sharp, SurfaceKind, Tally,
+    TriangulatedReason, TryFailure,
 };
 pub use finish::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,

@@ -75,6 +75,8 @@ pub(super) type History = [(Try, Option<TryFailure>)];
 /// What of a region bears on its tries.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Prospects {
+    /// Whether sharp edges are looked for.
+    pub(super) may_be_sharp: bool,
     /// Whether the voxel is isomend's to choose.
     pub(super) may_refine: bool,
     /// The region's diameter.
@@ -174,6 +176,7 @@ mod tests {
     /// A region that is refined if `may_refine`.
     fn region(may_refine: bool) -> Prospects {
         Prospects {
+            may_be_sharp: false,
             may_refine,
             diameter: 1.0,
             tube_end: false,

@@ -17,6 +17,7 @@ mod rim_triangles;
 mod seam;
 mod search;
 mod setters;
+mod sharp;
 mod stitching;
 mod strategy;
 
@@ -26,9 +27,9 @@ pub(crate) use grids::WIDEST;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
 };
-pub use params::{FillParams, Finish, SurfaceKind};
+pub use params::{FillParams, Finish, Sharp, SurfaceKind};
 pub(crate) use problem::{RegionPlan, RegionProblem, first_region};
 pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;
 pub(crate) use report::FEW_EDGES;
-pub use report::RegionReport;
+pub use report::{CreaseReport, RegionReport};

@@ -11,7 +11,7 @@ use crate::stitch::StitchError;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum HoleOutcome {
-    /// Filled by the level set.
+    /// Filled by the level set, or by the smooth sides round it, continued to sharp edges.
     Filled,
     /// Closed by a triangulation of its rim, refined and faired: the level set found no surface. What its last try failed with.
     Faired(TryFailure),
@@ -136,6 +136,8 @@ pub enum ClosedBy {
     LevelSet,
     /// Triangulations of the rims, refined and faired.
     Faired,
+    /// The smooth sides round it, continued until they meet in sharp edges.
+    Sides,
     /// A nearly flat cap, the surface of least area, because the caller asked for it.
     Flat,
     /// Thin triangles between two rims that lie on each other.

@@ -38,6 +38,18 @@ pub enum Finish {
     None,
 }
 
+/// Whether sharp edges are continued across holes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Sharp {
+    /// Where that predicts the faces round the hole clearly better than a smooth patch.
+    #[default]
+    Auto,
+    /// Never: all patches are smooth.
+    Off,
+}
+
 /// Parameters of a fill. Make one by [`FillParams::default`] and set what is to differ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
@@ -60,6 +72,8 @@ pub struct FillParams {
     pub surface: SurfaceKind,
     /// How patches are finished. Those of the variation of curvature, of level sets by themselves and of flows in time are not.
     pub finish: Finish,
+    /// Whether sharp edges that end at a rim are continued. Only where patches are finished.
+    pub sharp: Sharp,
     /// What the flow makes small.
     pub energy: Energy,
     /// The metric of the flow's steps; the variation of curvature takes Gauss-Newton whatever is asked here.

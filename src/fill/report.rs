@@ -56,6 +56,8 @@ pub struct RegionReport {
     pub components: usize,
     /// How its patch was finished; none where it was not.
     pub finish: Option<FinishReport>,
+    /// Sharp edges that were continued.
+    pub creases: Vec<CreaseReport>,
     /// Why earlier tries failed.
     pub earlier_tries: Vec<TryFailure>,
     /// Whether the surface is that of the energy to fall back to because the one asked for found none.
@@ -64,11 +66,25 @@ pub struct RegionReport {
     pub seconds: f64,
 }
 
+/// A sharp edge that was continued across a hole.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct CreaseReport {
+    /// Its length in the mesh's units.
+    pub length: f64,
+    /// Mean angle between the faces on both sides, in degrees.
+    pub angle: f64,
+}
+
 impl RegionReport {
     /// Whether a surface was made for it, and not only triangles between vertices of rims.
     pub fn has_surface(&self) -> bool {
         let by = self.closed_by;
-        !self.levels.is_empty() || matches!(by, Some(ClosedBy::Flat | ClosedBy::Faired))
+        !self.levels.is_empty()
+            || matches!(
+                by,
+                Some(ClosedBy::Flat | ClosedBy::Faired | ClosedBy::Sides)
+            )
     }
 
     /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the

@@ -80,6 +80,7 @@ impl RegionProblem<'_> {
             h.planarity < FLAT_RIM && mean.length() > PARALLEL
         };
         Prospects {
+            may_be_sharp: self.may_be_sharp(),
             may_refine: refines(self.mesh, self.holes, self.params),
             diameter: self.diameter(),
             tube_end: self.reference.is_none() && self.holes.iter().all(is_end),
@@ -162,6 +163,7 @@ impl<'a, 'b> Search<'a, 'b> {
     fn make(&mut self, candidate: Candidate) -> (Ending, Made) {
         let problem = self.problem;
         let made = match candidate {
+            Candidate::Sides => problem.sides().map_or(Made::Nothing, Made::Region),
             Candidate::LevelSet(now) => return self.make_level_set(now),
             Candidate::NearlySteady => self.make_nearly_steady(),
             Candidate::Finished => Made::Finished(self.make_finished()),

@@ -1,6 +1,6 @@
 //! Setters of [`FillParams`], for calls in a row.
 
-use super::params::{FillParams, Finish, SurfaceKind};
+use super::params::{FillParams, Finish, Sharp, SurfaceKind};
 use crate::flow::{Energy, Variant};
 use crate::mesh::HoleId;
 use crate::region::VoxelSize;
@@ -46,6 +46,8 @@ setters! { FillParams:
     with_surface(surface: SurfaceKind) => surface = surface;
     /// Sets [`FillParams::finish`].
     with_finish(finish: Finish) => finish = finish;
+    /// Sets [`FillParams::sharp`].
+    with_sharp(sharp: Sharp) => sharp = sharp;
     /// Sets [`FillParams::energy`].
     with_energy(energy: Energy) => energy = energy;
     /// Sets [`FillParams::variant`].

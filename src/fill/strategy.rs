@@ -20,6 +20,8 @@ const MUCH_HIGHER: f64 = 2.0;
 /// A way to close a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Candidate {
+    /// The smooth sides round the only rim, continued until they meet in sharp edges.
+    Sides,
     /// The zero set of a level set, joined to the rims.
     LevelSet(Try),
     /// That of the flow that came nearest to rest, where none came to it.
@@ -89,6 +91,15 @@ pub(super) fn next_step(
         RegionPlan::Planar => match quality(Candidate::PlanarCap, made) {
             Some(Some(cap)) if cap.is_sound() => Step::Take(0),
             _ => best_of([Candidate::PlanarCap, Candidate::RimTriangles], made),
+        },
+        RegionPlan::Solve if region.may_be_sharp => match made {
+            [] => Step::Make(Candidate::Sides),
+            // Sides are made only where they predict the faces round the hole much better than a smooth patch.
+            [sides, ..] if sides.quality.is_some_and(|q| q.is_sound()) => Step::Take(0),
+            [_, others @ ..] => match next_surface(first, others, region) {
+                Step::Take(place) => Step::Take(place + 1),
+                make => make,
+            },
         },
         RegionPlan::Solve => next_surface(first, made, region),
     }

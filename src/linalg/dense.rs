@@ -1,4 +1,6 @@
-//! Small dense systems.
+//! Small dense systems and eigenvalues.
+
+use glam::DVec3;
 
 /// A Cholesky factorisation.
 pub struct Cholesky {
@@ -64,5 +66,61 @@ fn substitute(matrix: &[f64], rhs: &mut [f64], n: usize) {
             rhs[i] -= matrix[k * n + i] * rhs[k];
         }
         rhs[i] /= matrix[i * n + i];
+    }
+}
+
+/// Most sweeps of Jacobi's method: it converges quadratically, within six.
+const SWEEPS: usize = 30;
+
+/// The eigenvalues of a symmetric 3 × 3 matrix, rising, and unit eigenvectors, by Jacobi's cyclic method (Golub and Van Loan, Matrix
+/// Computations, section 8.5).
+pub fn symmetric_eigen(matrix: &[[f64; 3]; 3]) -> ([f64; 3], [DVec3; 3]) {
+    let mut a = *matrix;
+    let mut axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    for _ in 0..SWEEPS {
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            if a[p][q] == 0.0 {
+                continue;
+            }
+            // The rotation in the plane of p and q that makes their entry zero.
+            let theta = (a[q][q] - a[p][p]) / (2.0 * a[p][q]);
+            let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
+            let c = 1.0 / t.hypot(1.0);
+            let s = t * c;
+            for row in &mut a {
+                (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+            }
+            let (of_p, of_q) = (a[p], a[q]);
+            a[p] = [0, 1, 2].map(|k| c * of_p[k] - s * of_q[k]);
+            a[q] = [0, 1, 2].map(|k| s * of_p[k] + c * of_q[k]);
+            (axes[p], axes[q]) = (c * axes[p] - s * axes[q], s * axes[p] + c * axes[q]);
+            (a[p][q], a[q][p]) = (0.0, 0.0);
+        }
+    }
+    let mut order = [0, 1, 2];
+    order.sort_by(|i, j| a[*i][*i].total_cmp(&a[*j][*j]));
+    (order.map(|i| a[i][i]), order.map(|i| axes[i]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eigenvectors_are_scaled_by_their_eigenvalues() {
+        let matrices = [
+            [[2.0, -1.0, 0.5], [-1.0, 3.0, 0.25], [0.5, 0.25, -1.0]],
+            [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            [[1e-9, 1e-5, 0.0], [1e-5, 1.0, 0.0], [0.0, 0.0, 0.0]],
+        ];
+        for m in matrices {
+            let (values, axes) = symmetric_eigen(&m);
+            assert!(values.is_sorted());
+            for (value, axis) in values.iter().zip(axes) {
+                let image = DVec3::from(m.map(|row| DVec3::from(row).dot(axis)));
+                assert!(image.distance(axis * *value) < 1e-14, "{m:?}");
+                assert!((axis.length() - 1.0).abs() < 1e-14);
+            }
+        }
     }
 }

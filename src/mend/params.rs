@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::FillError;
-use crate::fill::{FillParams, Finish, SurfaceKind};
+use crate::fill::{FillParams, Finish, Sharp, SurfaceKind};
 use crate::flow::{Energy, Variant};
 use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
@@ -54,6 +54,7 @@ impl Default for FillParams {
             flat: Vec::new(),
             surface: SurfaceKind::Stitched,
             finish: Finish::Auto,
+            sharp: Sharp::Auto,
             energy: Energy::Willmore,
             variant: Variant::GaussNewton,
             steps: None,

@@ -57,7 +57,7 @@ impl FillReport {
             _ => self.regions.iter().any(|r| {
                 let whole = match r.closed_by {
                     Some(ClosedBy::LevelSet) => r.converged,
-                    Some(ClosedBy::Flat | ClosedBy::Seam) => true,
+                    Some(ClosedBy::Flat | ClosedBy::Seam | ClosedBy::Sides) => true,
                     _ => false,
                 };
                 r.id == hole.region && whole && r.intersecting_faces == 0

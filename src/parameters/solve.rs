@@ -70,6 +70,27 @@ pub const FINISH: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
+/// Whether sharp edges are continued.
+pub const SHARP: Parameter = Parameter {
+    name: "sharp",
+    field: "sharp",
+    kind: Kind::Choice(&[
+        Choice {
+            name: "auto",
+            sentence: "Where that predicts the faces round the hole clearly better than a smooth patch.",
+        },
+        Choice {
+            name: "off",
+            sentence: "Never: all patches are smooth.",
+        },
+    ]),
+    default: Usual::Value("auto"),
+    sentence: "Whether sharp edges of man-made shapes that end at a hole are continued across it.",
+    details: "The smooth sides round the hole are continued as planes and quadrics, and meet in edges and corners. Patches that are not \
+              finished have none.",
+    ..Parameter::PLAIN
+};
+
 /// The scheme of the flow's steps.
 pub const VARIANT: Parameter = Parameter {
     name: "variant",
@@ -155,7 +176,9 @@ pub const EDGE_RATIO: Parameter = Parameter {
 };
 
 /// The parameters that all commands share which fill holes.
-pub const SOLVE: &[Parameter] = &[VOXEL, ENERGY, FINISH, VARIANT, TIME_STEP, STEPS, EDGE_RATIO];
+pub const SOLVE: &[Parameter] = &[
+    VOXEL, ENERGY, FINISH, SHARP, VARIANT, TIME_STEP, STEPS, EDGE_RATIO,
+];
 
 /// The widest hole to fill.
 pub const MAX_DIAMETER: Parameter = Parameter {

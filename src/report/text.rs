@@ -109,6 +109,24 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
         .collect()
 }
 
+/// The sharp edges that a region's sides meet in.
+fn sharp(r: &RegionReport) -> String {
+    let total: f64 = r.creases.iter().map(|c| c.length).sum();
+    match &r.creases[..] {
+        [] => "closed by the smooth side that its rim bounds".to_owned(),
+        [one] => format!(
+            "closed by two sides that meet in a sharp edge of {:.0}°, {} long",
+            one.angle,
+            length(total)
+        ),
+        all => format!(
+            "closed by sides that meet in {} sharp edges, {} long in all",
+            all.len(),
+            length(total)
+        ),
+    }
+}
+
 /// A line for a region: what closed it, and how.
 pub fn region_lines(r: &RegionReport) -> String {
     let mut line = format!(
@@ -118,6 +136,7 @@ pub fn region_lines(r: &RegionReport) -> String {
     );
     line += &match r.closed_by {
         Some(ClosedBy::LevelSet) => solved(r),
+        Some(ClosedBy::Sides) => sharp(r),
         Some(ClosedBy::Faired) => "closed by a faired triangulation of its rim".to_owned(),
         Some(ClosedBy::Flat) => "closed by a nearly flat cap".to_owned(),
         Some(ClosedBy::Seam) => "closed with thin triangles between the sides of a seam".to_owned(),

@@ -17,7 +17,7 @@ const ROWS: [&[&str]; 14] = [
     &["spatial", "io"],
     &["sdf", "extract", "compare", "check"],
     &["flow"],
-    &["attributes", "finish", "region", "stitch"],
+    &["attributes", "creases", "finish", "region", "stitch"],
     &["fill", "volume"],
     &["mend"],
     &["repair"],

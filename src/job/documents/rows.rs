@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::fill::{
-    ClosedBy, FailedReason, FinishReport, HoleOutcome, LeftReason, RegionReport,
+    ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason, RegionReport,
     TriangulatedReason, TryFailure,
 };
 use crate::mend::HoleReport;
@@ -169,6 +169,8 @@ pub(super) struct RegionRow<'a> {
     components: usize,
     /// How the patch was finished on its own triangles; null where it was not.
     finish: Option<&'a FinishReport>,
+    /// Sharp edges that were continued.
+    creases: &'a [CreaseReport],
     earlier_tries: Vec<String>,
     other_energy: bool,
     seconds: f64,
@@ -194,6 +196,7 @@ impl<'a> RegionRow<'a> {
             intersecting_faces: r.intersecting_faces,
             components: r.components,
             finish: r.finish.as_ref(),
+            creases: &r.creases,
             earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),
             other_energy: r.other_energy,
             seconds: r.seconds,

@@ -1,0 +1,172 @@
+//! The faces round a rim, with normals from which noise was smoothed but not creases.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::rings::rings_of;
+use crate::mesh::{Mesh, VertexFaces, area_vector};
+
+/// The collar is as many rings of faces wide as half the hole's diameter has edges, but at least and at most so many.
+const RINGS: [f64; 2] = [6.0, 14.0];
+/// Passes of the bilateral filter of normals,
+const SMOOTHINGS: usize = 10;
+/// and the width of its weight exp(−(1 − n·n′)/width): normals that differ by more than 30° have nearly no part in each other.
+const SMOOTHING_WIDTH: f64 = 0.12;
+/// The number of no face.
+const NONE: u32 = u32::MAX;
+
+/// Some rings of faces round one rim. Positions are relative to the middle of the rim.
+pub(super) struct Collar {
+    /// Positions of the mesh's vertices; those that no face uses are there too.
+    pub(super) positions: Vec<DVec3>,
+    /// What was subtracted from positions.
+    pub(super) origin: DVec3,
+    pub(super) faces: Vec<[u32; 3]>,
+    /// For each face its ring, from 0 at the rim.
+    pub(super) ring: Vec<u32>,
+    pub(super) areas: Vec<f64>,
+    /// Unit normals of faces.
+    pub(super) normals: Vec<DVec3>,
+    /// The same, smoothed but across creases.
+    pub(super) smoothed: Vec<DVec3>,
+    /// For each face those across its edges; `u32::MAX` where there is none.
+    pub(super) beside: Vec<[u32; 3]>,
+    /// The rim's vertices, in the direction in which a patch uses its edges.
+    pub(super) rim: Vec<u32>,
+    /// For each edge of the rim, `rim[i] → rim[i + 1]`, the face beyond it.
+    pub(super) beyond: Vec<u32>,
+    /// Largest distance between two vertices of the rim.
+    pub(super) diameter: f64,
+    /// Mean edge of the rim.
+    pub(super) rim_edge: f64,
+    /// Median edge of the collar.
+    pub(super) edge: f64,
+}
+
+impl Collar {
+    /// The collar of a rim of a mesh; none where an edge of the rim has no face, or no other.
+    pub(super) fn new(mesh: &Mesh, rim: &[u32]) -> Option<Self> {
+        let count = rim.len();
+        let at = |v: u32| mesh.positions[v as usize];
+        let origin = rim.iter().map(|&v| at(v)).sum::<DVec3>() / count as f64;
+        let positions: Vec<DVec3> = mesh.positions.iter().map(|p| *p - origin).collect();
+        let around = VertexFaces::new(mesh);
+        let points: Vec<DVec3> = rim.iter().map(|&v| positions[v as usize]).collect();
+        let edges = (0..count).map(|i| points[i].distance(points[(i + 1) % count]));
+        let rim_edge = edges.sum::<f64>() / count as f64;
+        let diameter = diameter(&points);
+        let rings = (0.5 * diameter / rim_edge).clamp(RINGS[0], RINGS[1]) as u32;
+        let (list, ring) = rings_of(mesh, &around, rim, rings);
+        let faces: Vec<[u32; 3]> = list.iter().map(|&f| mesh.faces[f as usize]).collect();
+        let vectors = faces
+            .iter()
+            .map(|f| area_vector(f.map(|v| positions[v as usize])));
+        let vectors: Vec<DVec3> = vectors.collect();
+        let mut sides = HashMap::new();
+        for (i, f) in faces.iter().enumerate() {
+            (0..3).for_each(|k| {
+                sides.insert((f[k], f[(k + 1) % 3]), i as u32);
+            });
+        }
+        let beside = faces.iter().map(|f| {
+            let across = |k: usize| sides.get(&(f[(k + 1) % 3], f[k])).copied();
+            [0, 1, 2].map(|k| across(k).unwrap_or(NONE))
+        });
+        let beyond = (0..count).map(|i| sides.get(&(rim[(i + 1) % count], rim[i])).copied());
+        let mut lengths: Vec<f64> = faces
+            .iter()
+            .map(|f| positions[f[0] as usize].distance(positions[f[1] as usize]))
+            .collect();
+        let mut collar = Self {
+            origin,
+            areas: vectors.iter().map(|v| v.length()).collect(),
+            normals: vectors.iter().map(|v| v.normalize_or_zero()).collect(),
+            smoothed: Vec::new(),
+            beside: beside.collect(),
+            rim: rim.to_vec(),
+            beyond: beyond.collect::<Option<_>>()?,
+            diameter,
+            rim_edge,
+            edge: median(&mut lengths),
+            faces,
+            ring,
+            positions,
+        };
+        collar.smoothed = collar.smooth();
+        (collar.edge > 0.0 && rim_edge > 0.0).then_some(collar)
+    }
+
+    /// Normals after the bilateral filter (Tomasi and Manduchi 1998, on a mesh's faces).
+    fn smooth(&self) -> Vec<DVec3> {
+        let mut normals = self.normals.clone();
+        for _ in 0..SMOOTHINGS {
+            let of = |f: usize| {
+                let own = normals[f];
+                let sum = self.across(f).fold(own, |sum, g| {
+                    let other = normals[g];
+                    sum + other * (-(1.0 - own.dot(other)) / SMOOTHING_WIDTH).exp()
+                });
+                sum.normalize_or_zero()
+            };
+            normals = (0..self.faces.len()).map(of).collect();
+        }
+        normals
+    }
+
+    /// The faces across the edges of one.
+    pub(super) fn across(&self, face: usize) -> impl Iterator<Item = usize> {
+        let beside = self.beside[face].into_iter();
+        beside.filter(|g| *g != NONE).map(|g| g as usize)
+    }
+
+    /// Corners of a face.
+    pub(super) fn corners(&self, face: usize) -> [DVec3; 3] {
+        self.faces[face].map(|v| self.positions[v as usize])
+    }
+
+    /// The vertices of some faces, rising, and their unit normals by the areas of these faces.
+    pub(super) fn vertices(&self, faces: &[usize]) -> (Vec<DVec3>, Vec<DVec3>) {
+        let mut corners: Vec<(u32, u32)> = faces
+            .iter()
+            .flat_map(|&f| self.faces[f].map(|v| (v, f as u32)))
+            .collect();
+        corners.sort_unstable();
+        let (mut points, mut normals) = (Vec::new(), Vec::new());
+        for of_vertex in corners.chunk_by(|a, b| a.0 == b.0) {
+            let normal = |&(_, f): &(u32, u32)| self.normals[f as usize] * self.areas[f as usize];
+            points.push(self.positions[of_vertex[0].0 as usize]);
+            normals.push(
+                of_vertex
+                    .iter()
+                    .map(normal)
+                    .sum::<DVec3>()
+                    .normalize_or_zero(),
+            );
+        }
+        (points, normals)
+    }
+
+    /// Position of a vertex of the rim.
+    pub(super) fn rim_point(&self, at: usize) -> DVec3 {
+        self.positions[self.rim[at % self.rim.len()] as usize]
+    }
+}
+
+fn diameter(points: &[DVec3]) -> f64 {
+    let squares = points
+        .iter()
+        .enumerate()
+        .flat_map(|(i, p)| points[..i].iter().map(move |q| p.distance_squared(*q)));
+    squares.fold(0.0, f64::max).sqrt()
+}
+
+/// The middle value of some; of two the mean; 0 of none.
+pub(super) fn median(values: &mut [f64]) -> f64 {
+    values.sort_unstable_by(f64::total_cmp);
+    match values.len() {
+        0 => 0.0,
+        n if n % 2 == 1 => values[n / 2],
+        n => 0.5 * (values[n / 2 - 1] + values[n / 2]),
+    }
+}

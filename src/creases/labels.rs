@@ -1,0 +1,144 @@
+//! Which side continues each edge of a rim: a shortest cyclic path (Viterbi 1967).
+
+use super::collar::Collar;
+use super::segment::Sides;
+
+/// What a corner off the sheet of its edge costs at most.
+const MOST_OFF: f64 = 9.0;
+/// A rim edge is on a sheet too when its corners' cost is below this.
+const ON: f64 = 1.0;
+
+/// How edges of rims are given to sides.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LabelCosts {
+    /// Distance of a corner from a sheet that costs 1, in edges.
+    pub(super) tolerance: f64,
+    /// Cost of the side of the face beyond an edge that lies on another sheet too: the hole is on the other side of the crease there.
+    pub(super) beyond: f64,
+    /// Cost of a change of sides.
+    pub(super) change: f64,
+    /// Sides count whose faces come as near to the rim as this ring.
+    pub(super) ring: u32,
+}
+
+/// For each edge of the rim its side; none where no side comes to the rim.
+pub(super) fn labels(collar: &Collar, sides: &Sides, costs: &LabelCosts) -> Option<Vec<usize>> {
+    let comes_near = |s: &usize| {
+        let mut rings = sides.list[*s].faces.iter().map(|&f| collar.ring[f]);
+        rings.any(|r| r <= costs.ring)
+    };
+    let near: Vec<usize> = (0..sides.list.len()).filter(comes_near).collect();
+    if near.is_empty() {
+        return None;
+    }
+    let cost = edge_costs(collar, sides, &near, costs);
+    let path = cheapest_cycle(&cost, costs.change);
+    Some(path.into_iter().map(|j| near[j]).collect())
+}
+
+/// For each edge and each side near the rim what the side costs there.
+fn edge_costs(collar: &Collar, sides: &Sides, near: &[usize], costs: &LabelCosts) -> Vec<Vec<f64>> {
+    let count = collar.rim.len();
+    let corner = |i: usize, side: usize| {
+        let off = sides.list[side].sheet.distance(collar.rim_point(i)).abs();
+        (off / costs.tolerance / collar.edge).powi(2).min(MOST_OFF)
+    };
+    let corners: Vec<Vec<f64>> = (0..count)
+        .map(|i| near.iter().map(|&s| corner(i, s)).collect())
+        .collect();
+    let of_edge = |i: usize| {
+        let (a, b) = (&corners[i], &corners[(i + 1) % count]);
+        let worse: Vec<f64> = a.iter().zip(b).map(|(a, b)| a.max(*b)).collect();
+        let beyond = sides.of_face[collar.beyond[i] as usize];
+        let one = |(j, side): (usize, &usize)| {
+            let is_on_other = worse.iter().enumerate().any(|(k, w)| k != j && *w < ON);
+            let extra = if *side == beyond && is_on_other {
+                costs.beyond
+            } else {
+                0.0
+            };
+            0.5 * (a[j] + b[j]) + extra
+        };
+        near.iter().enumerate().map(one).collect()
+    };
+    (0..count).map(of_edge).collect()
+}
+
+/// The cyclic sequence of states with the lowest sum of costs, where each change of state costs `change`.
+fn cheapest_cycle(cost: &[Vec<f64>], change: f64) -> Vec<usize> {
+    let states = cost[0].len();
+    let mut best = (f64::INFINITY, Vec::new());
+    for start in 0..states {
+        let mut sums = vec![f64::INFINITY; states];
+        sums[start] = cost[0][start];
+        let mut from = Vec::with_capacity(cost.len());
+        for own in &cost[1..] {
+            let lowest = lowest(&sums);
+            let leap = sums[lowest] + change;
+            from.push(
+                (0..states)
+                    .map(|j| if sums[j] <= leap { j } else { lowest })
+                    .collect::<Vec<_>>(),
+            );
+            sums = (0..states).map(|j| sums[j].min(leap) + own[j]).collect();
+        }
+        for (j, sum) in sums.iter_mut().enumerate() {
+            *sum += if j == start { 0.0 } else { change };
+        }
+        let mut at = lowest(&sums);
+        if sums[at] < best.0 {
+            let total = sums[at];
+            let mut path = vec![at];
+            for from in from.iter().rev() {
+                at = from[at];
+                path.push(at);
+            }
+            path.reverse();
+            best = (total, path);
+        }
+    }
+    best.1
+}
+
+/// The place of the lowest value, the first of equals.
+fn lowest(values: &[f64]) -> usize {
+    let all = values.iter().enumerate();
+    all.min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(j, _)| j)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn single_outliers_do_not_change_the_side() {
+        let mut cost = vec![vec![0.0, 4.0]; 6];
+        cost.extend(vec![vec![4.0, 0.0]; 6]);
+        cost[2] = vec![3.0, 0.0];
+        let expected = [vec![0; 6], vec![1; 6]].concat();
+        assert_eq!(cheapest_cycle(&cost, 2.0), expected);
+        // Where a change costs less than the outlier, it has a part of its own.
+        assert_eq!(cheapest_cycle(&cost, 1.0)[2], 1);
+    }
+
+    /// All sequences of a short cycle tried.
+    #[test]
+    fn it_is_the_cheapest_of_all() {
+        let cost: Vec<Vec<f64>> = (0..6)
+            .map(|i: i32| {
+                (0..3)
+                    .map(|j| f64::from((i * 7 + j * j * 5) % 11))
+                    .collect()
+            })
+            .collect();
+        let total = |path: &[usize]| {
+            let own: f64 = path.iter().zip(&cost).map(|(j, c)| c[*j]).sum();
+            let changes = (0..6).filter(|&i| path[i] != path[(i + 1) % 6]).count();
+            own + 3.0 * changes as f64
+        };
+        let all = (0..3usize.pow(6))
+            .map(|code| (0..6).map(|i| code / 3usize.pow(i) % 3).collect::<Vec<_>>());
+        let lowest = all.map(|path| total(&path)).fold(f64::INFINITY, f64::min);
+        assert_eq!(total(&cheapest_cycle(&cost, 3.0)), lowest);
+    }
+}

@@ -1,0 +1,378 @@
+//! The creases across a hole: from the labels of a rim's edges to lines where sheets meet, corners, and the parts between them.
+
+use glam::DVec3;
+
+use super::Declined;
+use super::collar::Collar;
+use super::segment::Sides;
+use super::sheet::{Sheet, onto};
+
+/// A step towards a crease is at most so long, in diameters of the hole; towards a corner at most so.
+const LONGEST_STEP: f64 = 0.3;
+const LONGEST_CORNER_STEP: f64 = 0.2;
+/// A crease ends nearer to its rim vertex than this, in edges.
+const FARTHEST_END: f64 = 1.5;
+/// A crease is at most this times its chord long, and two edges.
+const MOST_DETOUR: f64 = 1.8;
+/// Points of a crease are nearer to both sheets than this, in edges; a corner than a tenth of it.
+const ON_BOTH: f64 = 1e-2;
+/// A corner lies within so many diameters of the middle of the rim,
+const FARTHEST_CORNER: f64 = 0.9;
+/// A corner nearer to an end on the rim than this, in edges, is that vertex of the rim.
+const SAME_POINT: f64 = 0.3;
+/// and the least singular value of its three normals is at least this: sheets that meet at a grazing angle determine none.
+const DETERMINED: f64 = 0.15;
+
+/// A part of a patch between creases: its side and its outline. Points are numbered: those of the rim, then those of creases.
+pub(super) struct Part {
+    pub(super) side: usize,
+    pub(super) outline: Vec<usize>,
+}
+
+/// A crease that was continued.
+#[derive(Clone, Debug)]
+pub(super) struct CreaseLine {
+    /// Its points, from end to end.
+    pub(super) points: Vec<usize>,
+    /// Sides that it parts.
+    pub(super) sides: [usize; 2],
+}
+
+/// The parts of a patch, and the creases between them.
+pub(super) struct Network<'a> {
+    collar: &'a Collar,
+    sides: &'a Sides,
+    /// Points of creases are no nearer to their ends on the rim than this, in edges.
+    lead: f64,
+    /// Positions of the rim, then of creases.
+    pub(super) points: Vec<DVec3>,
+    pub(super) parts: Vec<Part>,
+    pub(super) lines: Vec<CreaseLine>,
+}
+
+/// A stretch of the rim, or of what of it and of creases is not yet given to a part, with one side.
+struct Arc {
+    side: usize,
+    points: Vec<usize>,
+}
+
+impl Arc {
+    /// Its first and last point.
+    fn ends(&self) -> [usize; 2] {
+        [self.points[0], self.points[self.points.len() - 1]]
+    }
+}
+
+impl<'a> Network<'a> {
+    /// The parts for the labels of a rim's edges.
+    pub(super) fn new(
+        collar: &'a Collar,
+        sides: &'a Sides,
+        labels: &[usize],
+        lead: f64,
+    ) -> Result<Self, Declined> {
+        let count = labels.len();
+        let mut network = Self {
+            collar,
+            sides,
+            lead,
+            points: (0..count).map(|i| collar.rim_point(i)).collect(),
+            parts: Vec::new(),
+            lines: Vec::new(),
+        };
+        let ends = ends(labels);
+        if ends.is_empty() {
+            network.parts.push(Part {
+                side: labels[0],
+                outline: (0..count).collect(),
+            });
+            return Ok(network);
+        }
+        let arc = |j: usize| {
+            let (from, to) = (ends[j], ends[(j + 1) % ends.len()]);
+            let to = if to > from { to } else { to + count };
+            Arc {
+                side: labels[from],
+                points: (from..=to).map(|i| i % count).collect(),
+            }
+        };
+        network.join((0..ends.len()).map(arc).collect())?;
+        Ok(network)
+    }
+
+    /// Cuts parts off until two arcs are left, which one crease parts. An arc between two of the same side is cut off by a crease between its
+    /// ends, the shortest first: so ends are paired. Else an arc is cut off at the corner where it and its neighbours meet.
+    fn join(&mut self, mut arcs: Vec<Arc>) -> Result<(), Declined> {
+        loop {
+            let count = arcs.len();
+            match &arcs[..] {
+                [last] => {
+                    self.add_part(last.side, last.points.clone());
+                    return Ok(());
+                }
+                [a, b] => return self.part_two(a, b),
+                _ => {}
+            }
+            let chord = |j: &usize| {
+                let [first, last] = arcs[*j].ends();
+                self.points[first].distance(self.points[last])
+            };
+            let is_between =
+                |j: &usize| arcs[(j + count - 1) % count].side == arcs[(j + 1) % count].side;
+            let between = (0..count).filter(is_between);
+            let shortest = between.min_by(|a, b| chord(a).total_cmp(&chord(b)));
+            arcs = match shortest {
+                Some(j) => self.cut_off(arcs, j)?,
+                None => self.cut_corner(arcs)?,
+            };
+        }
+    }
+
+    fn add_part(&mut self, side: usize, outline: Vec<usize>) {
+        self.parts.push(Part { side, outline });
+    }
+
+    fn part_two(&mut self, a: &Arc, b: &Arc) -> Result<(), Declined> {
+        let [to, from] = a.ends();
+        let line = match from == to {
+            true => Vec::new(),
+            false => self.line([from, to], [a.side, b.side])?,
+        };
+        for (arc, line) in [(b, line.iter().rev().copied().collect()), (a, line)] {
+            let mut outline = [&arc.points[..], &line].concat();
+            // Both arcs begin and end in the same corner.
+            if from == to {
+                outline.pop();
+            }
+            self.add_part(arc.side, outline);
+        }
+        Ok(())
+    }
+
+    /// Cuts an arc off by a crease, which then belongs to the arc made of its neighbours.
+    fn cut_off(&mut self, arcs: Vec<Arc>, j: usize) -> Result<Vec<Arc>, Declined> {
+        let count = arcs.len();
+        let (before, own, after) = (
+            &arcs[(j + count - 1) % count],
+            &arcs[j],
+            &arcs[(j + 1) % count],
+        );
+        let (first, last) = (own.points[0], own.points[own.points.len() - 1]);
+        let line = self.line([last, first], [before.side, own.side])?;
+        self.add_part(own.side, [&own.points[..], &line].concat());
+        let mut points = before.points[..before.points.len() - 1].to_vec();
+        points.push(first);
+        points.extend(line.iter().rev());
+        points.push(last);
+        points.extend(&after.points[1..]);
+        let mut rest = vec![Arc {
+            side: before.side,
+            points,
+        }];
+        let mut others: Vec<Option<Arc>> = arcs.into_iter().map(Some).collect();
+        rest.extend(
+            (0..count.saturating_sub(3)).filter_map(|k| others[(j + 2 + k) % count].take()),
+        );
+        Ok(rest)
+    }
+
+    /// Cuts an arc off by the creases to the corner in which its side and those of its neighbours meet: of all arcs the one whose corner is
+    /// nearest to its ends.
+    fn cut_corner(&mut self, arcs: Vec<Arc>) -> Result<Vec<Arc>, Declined> {
+        let count = arcs.len();
+        let triple = |j: usize| [(j + count - 1) % count, j, (j + 1) % count];
+        let corner = |j: usize| {
+            let [before, own, after] = triple(j).map(|k| &arcs[k]);
+            let [first, last] = own.ends();
+            let mut ends = vec![first, last];
+            if count == 3 {
+                ends.push(before.ends()[0]);
+            }
+            let corner = self.corner([before.side, own.side, after.side], &ends)?;
+            let away = [first, last].map(|e| corner.distance(self.points[e]));
+            Ok((away[0] + away[1], j, corner))
+        };
+        let corners: Vec<Result<_, Declined>> = (0..count).map(corner).collect();
+        let found = corners.iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
+        let Some(&(_, j, corner)) = found else {
+            return Err(if count == 3 {
+                Declined::NoCorner
+            } else {
+                Declined::Arcs(count)
+            });
+        };
+        let near = SAME_POINT * self.collar.rim_edge;
+        let ends = arcs.iter().map(|arc| arc.ends()[0]);
+        let same = ends
+            .into_iter()
+            .find(|&e| self.points[e].distance(corner) < near);
+        let at = same.unwrap_or_else(|| self.add(vec![corner])[0]);
+        let mut arcs: Vec<Arc> = arcs;
+        let [before, own, after] = triple(j);
+        let [first, last] = arcs[own].ends();
+        let to_first = self.line_to(at, first, [arcs[before].side, arcs[own].side])?;
+        let to_last = self.line_to(at, last, [arcs[own].side, arcs[after].side])?;
+        // The part: the arc, the crease from its end to the corner, and from there the crease to its beginning.
+        let back = to_last.iter().rev();
+        let outline = arcs[own]
+            .points
+            .iter()
+            .chain(back.skip(1))
+            .chain(to_first.iter().skip(1));
+        let mut outline: Vec<usize> = outline.copied().collect();
+        outline.pop_if(|v| *v == first);
+        self.add_part(arcs[own].side, outline);
+        arcs[before].points.extend(to_first.iter().rev().skip(1));
+        let points = [&to_last[..to_last.len() - 1], &arcs[after].points].concat();
+        arcs[after].points = points;
+        arcs.remove(own);
+        Ok(arcs)
+    }
+
+    /// The points of the crease from a corner to an end, both among them; one if they are the same.
+    fn line_to(
+        &mut self,
+        corner: usize,
+        end: usize,
+        sides: [usize; 2],
+    ) -> Result<Vec<usize>, Declined> {
+        if corner == end {
+            return Ok(vec![end]);
+        }
+        let line = self.line([corner, end], sides)?;
+        Ok([&[corner][..], &line, &[end]].concat())
+    }
+
+    /// Where three sheets are zero, from the middle of some points of the rim.
+    fn corner(&self, sides: [usize; 3], ends: &[usize]) -> Result<DVec3, Declined> {
+        let collar = self.collar;
+        let middle = ends.iter().map(|&e| self.points[e]).sum::<DVec3>() / ends.len() as f64;
+        let sheets = sides.map(|s| self.sheet(s));
+        let corner = onto(&sheets, middle, 40, LONGEST_CORNER_STEP * collar.diameter);
+        let off = sheets
+            .iter()
+            .map(|s| s.distance(corner).abs())
+            .fold(0.0, f64::max);
+        let least = least_singular_value(sheets.map(|s| s.normal(corner)));
+        let is_far = corner.length() > FARTHEST_CORNER * collar.diameter;
+        // A comparison that is false for values that are not numbers.
+        let is_on_all = off <= 0.1 * ON_BOTH * collar.rim_edge;
+        match is_on_all && !is_far && least >= DETERMINED {
+            true => Ok(corner),
+            false => Err(Declined::NoCorner),
+        }
+    }
+
+    /// The inner points of the crease between two points of the rim.
+    fn line(&mut self, [from, to]: [usize; 2], sides: [usize; 2]) -> Result<Vec<usize>, Declined> {
+        let (p, q) = (self.lead_point(from, sides)?, self.lead_point(to, sides)?);
+        let mut points = self.curve(p, q, sides)?;
+        self.drop_near(&mut points, from);
+        points.reverse();
+        self.drop_near(&mut points, to);
+        points.reverse();
+        let line = self.add(points);
+        self.lines.push(CreaseLine {
+            points: [&[from][..], &line, &[to]].concat(),
+            sides,
+        });
+        Ok(line)
+    }
+
+    fn add(&mut self, points: Vec<DVec3>) -> Vec<usize> {
+        let first = self.points.len();
+        self.points.extend(points);
+        (first..self.points.len()).collect()
+    }
+
+    /// Drops the first of some points if it is too near to another one.
+    fn drop_near(&self, points: &mut Vec<DVec3>, end: usize) {
+        let near = self.lead * self.collar.rim_edge;
+        if points
+            .first()
+            .is_some_and(|p| p.distance(self.points[end]) < near)
+        {
+            points.remove(0);
+        }
+    }
+
+    fn sheet(&self, side: usize) -> &'a Sheet {
+        &self.sides.list[side].sheet
+    }
+
+    /// The point of the crease next to a point of the rim, which on meshes with bevelled edges does not lie on it.
+    fn lead_point(&self, end: usize, sides: [usize; 2]) -> Result<DVec3, Declined> {
+        let sheets = sides.map(|s| self.sheet(s));
+        let point = onto(&sheets, self.points[end], 15, f64::INFINITY);
+        match point.distance(self.points[end]) <= FARTHEST_END * self.collar.rim_edge {
+            true => Ok(point),
+            false => Err(Declined::EndOffCrease),
+        }
+    }
+
+    /// The points of a crease from one point to another, as far from each other as those of the rim.
+    fn curve(&self, from: DVec3, to: DVec3, sides: [usize; 2]) -> Result<Vec<DVec3>, Declined> {
+        let (edge, longest) = (self.collar.rim_edge, LONGEST_STEP * self.collar.diameter);
+        let sheets = sides.map(|s| self.sheet(s));
+        let chord = from.distance(to);
+        let on_chord = (0..9).map(|i| from.lerp(to, f64::from(i) / 8.0));
+        let mut points: Vec<DVec3> = on_chord.map(|p| onto(&sheets, p, 20, longest)).collect();
+        for _ in 0..2 {
+            let again = resampled(&points, edge).into_iter();
+            points = again.map(|p| onto(&sheets, p, 8, longest)).collect();
+        }
+        let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
+        let off = |s: &Sheet| {
+            points
+                .iter()
+                .map(|p| s.distance(*p).abs())
+                .fold(0.0, f64::max)
+        };
+        let is_short = length <= MOST_DETOUR * chord + 2.0 * edge;
+        let is_on_both = off(sheets[0]) + off(sheets[1]) <= ON_BOTH * edge;
+        match (points.iter().all(|p| p.is_finite()) && is_on_both, is_short) {
+            (true, true) => Ok(points),
+            (false, _) => Err(Declined::NoCrease),
+            (_, false) => Err(Declined::LongCrease),
+        }
+    }
+}
+
+/// The places where labels change: the vertices before which a new side begins.
+pub(super) fn ends(labels: &[usize]) -> Vec<usize> {
+    let count = labels.len();
+    let changes = |i: &usize| labels[*i] != labels[(i + count - 1) % count];
+    (0..count).filter(changes).collect()
+}
+
+/// Points at equal distances along a polyline, about `edge` apart; at least two stretches.
+fn resampled(points: &[DVec3], edge: f64) -> Vec<DVec3> {
+    let mut along = vec![0.0];
+    for w in points.windows(2) {
+        along.push(along[along.len() - 1] + w[0].distance(w[1]));
+    }
+    let length = along[along.len() - 1];
+    let stretches = (length / edge).round_ties_even().clamp(2.0, 1e4) as usize;
+    let mut at = 0;
+    let point = |i: usize| {
+        let t = length * i as f64 / stretches as f64;
+        while at + 2 < along.len() && along[at + 1] < t {
+            at += 1;
+        }
+        let stretch = along[at + 1] - along[at];
+        let part = if stretch > 0.0 {
+            (t - along[at]) / stretch
+        } else {
+            0.0
+        };
+        points[at].lerp(points[at + 1], part.clamp(0.0, 1.0))
+    };
+    (0..=stretches).map(point).collect()
+}
+
+/// The least singular value of the matrix whose rows are three vectors.
+fn least_singular_value(rows: [DVec3; 3]) -> f64 {
+    let gram = rows.map(|a| rows.map(|b| a.dot(b)));
+    let (squares, _) = crate::linalg::symmetric_eigen(&gram);
+    squares[0].max(0.0).sqrt()
+}

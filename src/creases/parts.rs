@@ -1,0 +1,288 @@
+//! A part of a patch between creases, triangulated in the plane: projected along its mean normal, or unrolled about its axis where it turns far.
+
+use glam::{DVec2, DVec3};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+
+use super::Declined;
+use super::collar::Collar;
+use super::sheet::{Sheet, onto};
+use crate::linalg::{solve_spd, symmetric_eigen};
+
+/// A part is unrolled when one of its normals has a smaller cosine than this to their mean.
+const TURNS: f64 = 0.5;
+/// Normals of what is unrolled have at most this component along the axis.
+const ALONG_AXIS: f64 = 0.5;
+/// Its radius is at most so many diameters of the hole.
+const MOST_RADIUS: f64 = 5.0;
+/// Inner points are farther from the outline than this, in edges.
+const FROM_OUTLINE: f64 = 0.45;
+/// Steps that bring inner points to the sheet.
+const STEPS: usize = 12;
+/// Most inner points of a part.
+const MOST_POINTS: f64 = 200_000.0;
+
+/// A triangulation of the plane in which the edges of an outline stay.
+type Triangles2 = ConstrainedDelaunayTriangulation<Point2<f64>>;
+
+/// A triangulated part: positions of its inner points, and triangles whose corners are numbers within the outline, then inner points.
+pub(super) struct Triangles {
+    pub(super) inner: Vec<DVec3>,
+    pub(super) faces: Vec<[usize; 3]>,
+}
+
+/// The way between a part and the plane.
+enum Chart {
+    Projected {
+        origin: DVec3,
+        axes: [DVec3; 2],
+    },
+    /// About an axis: angles times the radius, and heights, whose sign keeps the orientation.
+    Unrolled {
+        axis: DVec3,
+        across: [DVec3; 2],
+        centre: DVec2,
+        radius: f64,
+        sign: f64,
+    },
+}
+
+/// Triangulates the inside of an outline on a sheet.
+pub(super) fn triangulate(
+    collar: &Collar,
+    sheet: &Sheet,
+    outline: &[DVec3],
+) -> Result<Triangles, Declined> {
+    let normals: Vec<DVec3> = outline.iter().map(|p| sheet.normal(*p)).collect();
+    let mean = normals.iter().sum::<DVec3>().normalize_or_zero();
+    let least = normals
+        .iter()
+        .map(|n| n.dot(mean))
+        .fold(f64::INFINITY, f64::min);
+    let (chart, flat) = match least < TURNS {
+        true => unroll(collar, sheet, outline, &normals)?,
+        false => project(outline, mean),
+    };
+    if area(&flat) < 0.0 {
+        return Err(Declined::Reversed);
+    }
+    let inner = inner_points(&flat, collar.rim_edge)?;
+    let faces = delaunay(&flat, &inner)?;
+    let longest = 0.3 * collar.diameter;
+    let back = |p: &DVec2| onto(&[sheet], chart.back(*p), STEPS, longest);
+    Ok(Triangles {
+        inner: inner.iter().map(back).collect(),
+        faces,
+    })
+}
+
+impl Chart {
+    fn back(&self, p: DVec2) -> DVec3 {
+        match self {
+            Self::Projected { origin, axes } => origin + axes[0] * p.x + axes[1] * p.y,
+            Self::Unrolled {
+                axis,
+                across,
+                centre,
+                radius,
+                sign,
+            } => {
+                let at = *centre + *radius * DVec2::from_angle(p.x / radius);
+                across[0] * at.x + across[1] * at.y + *axis * (sign * p.y)
+            }
+        }
+    }
+}
+
+fn project(outline: &[DVec3], normal: DVec3) -> (Chart, Vec<DVec2>) {
+    let x = normal.any_orthonormal_vector();
+    let axes = [x, normal.cross(x)];
+    let origin = outline.iter().sum::<DVec3>() / outline.len() as f64;
+    let flat = outline.iter().map(|p| *p - origin);
+    let flat = flat
+        .map(|p| DVec2::new(p.dot(axes[0]), p.dot(axes[1])))
+        .collect();
+    (Chart::Projected { origin, axes }, flat)
+}
+
+/// Unrolls an outline about the axis to which its normals are most nearly perpendicular. The circle is fitted to the sheet's points near by.
+fn unroll(
+    collar: &Collar,
+    sheet: &Sheet,
+    outline: &[DVec3],
+    normals: &[DVec3],
+) -> Result<(Chart, Vec<DVec2>), Declined> {
+    let mut moments = [[0.0; 3]; 3];
+    for n in normals.iter().map(DVec3::to_array) {
+        (0..9).for_each(|k| moments[k / 3][k % 3] += n[k / 3] * n[k % 3]);
+    }
+    let axis = symmetric_eigen(&moments).1[0];
+    let x = axis.cross(normals[0]).normalize_or_zero();
+    let across = [x, axis.cross(x)];
+    let flat_of = |p: DVec3| DVec2::new(p.dot(across[0]), p.dot(across[1]));
+    let middle = outline.iter().sum::<DVec3>() / outline.len() as f64;
+    let is_near = |p: &&DVec3| p.distance(middle) < 2.0 * collar.diameter;
+    let mut points: Vec<DVec2> = sheet
+        .points
+        .iter()
+        .filter(is_near)
+        .map(|p| flat_of(*p))
+        .collect();
+    if points.len() <= 6 {
+        points = sheet.points.iter().map(|p| flat_of(*p)).collect();
+    }
+    let (centre, radius) = circle(&points).ok_or(Declined::Turns)?;
+    let mut angles: Vec<f64> = outline
+        .iter()
+        .map(|p| (flat_of(*p) - centre).to_angle())
+        .collect();
+    for i in 1..angles.len() {
+        let turns = (angles[i - 1] - angles[i]) / std::f64::consts::TAU;
+        angles[i] += turns.round() * std::f64::consts::TAU;
+    }
+    let closes = (angles[angles.len() - 1] - angles[0]).abs() <= std::f64::consts::PI;
+    let along = normals
+        .iter()
+        .map(|n| n.dot(axis).abs())
+        .fold(0.0, f64::max);
+    if !closes || along > ALONG_AXIS || radius > MOST_RADIUS * collar.diameter {
+        return Err(Declined::Turns);
+    }
+    let outwards = outline.iter().zip(normals).map(|(p, n)| {
+        let at = flat_of(*p) - centre;
+        n.dot(across[0] * at.x + across[1] * at.y)
+    });
+    let sign = if outwards.sum::<f64>() > 0.0 {
+        1.0
+    } else {
+        -1.0
+    };
+    let flat = outline.iter().zip(&angles);
+    let flat = flat
+        .map(|(p, angle)| DVec2::new(radius * angle, sign * p.dot(axis)))
+        .collect();
+    let chart = Chart::Unrolled {
+        axis,
+        across,
+        centre,
+        radius,
+        sign,
+    };
+    Ok((chart, flat))
+}
+
+/// The circle of least squares through some points of the plane (Kåsa 1976): its centre and radius.
+fn circle(points: &[DVec2]) -> Option<(DVec2, f64)> {
+    let middle = points.iter().sum::<DVec2>() / points.len().max(1) as f64;
+    let mut matrix = [0.0; 9];
+    let mut right = [0.0; 3];
+    for p in points.iter().map(|p| *p - middle) {
+        let row = [2.0 * p.x, 2.0 * p.y, 1.0];
+        for i in 0..3 {
+            (0..3).for_each(|j| matrix[3 * i + j] += row[i] * row[j]);
+            right[i] += row[i] * p.length_squared();
+        }
+    }
+    solve_spd(&mut matrix, &mut right).then_some(())?;
+    let centre = DVec2::new(right[0], right[1]);
+    let radius = (right[2] + centre.length_squared()).max(0.0).sqrt();
+    (radius > 0.0 && radius.is_finite()).then_some((middle + centre, radius))
+}
+
+fn next<T: Copy>(list: &[T], i: usize) -> T {
+    list[(i + 1) % list.len()]
+}
+
+fn area(outline: &[DVec2]) -> f64 {
+    let twice = (0..outline.len()).map(|i| outline[i].perp_dot(next(outline, i)));
+    0.5 * twice.sum::<f64>()
+}
+
+/// Points of a regular triangular lattice inside an outline and not too near to it.
+fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, Declined> {
+    let low = outline.iter().copied().fold(DVec2::INFINITY, DVec2::min);
+    let high = outline
+        .iter()
+        .copied()
+        .fold(DVec2::NEG_INFINITY, DVec2::max);
+    let row = 0.866 * edge;
+    let size = ((high - low) / DVec2::new(edge, row)).ceil();
+    if size.x.is_nan() || size.x * size.y > MOST_POINTS {
+        return Err(Declined::TooLarge);
+    }
+    let mut points = Vec::new();
+    for j in 0..size.y as usize {
+        for i in 0..size.x as usize {
+            let shift = if j % 2 == 1 { 0.5 * edge } else { 0.0 };
+            let p = low + DVec2::new(i as f64 * edge + shift, j as f64 * row);
+            if is_inside(outline, p) && distance(outline, p) > FROM_OUTLINE * edge {
+                points.push(p);
+            }
+        }
+    }
+    Ok(points)
+}
+
+/// Whether a point is inside a polygon, by the parity of crossings.
+fn is_inside(outline: &[DVec2], p: DVec2) -> bool {
+    let crosses = |i: &usize| {
+        let (a, b) = (outline[*i], next(outline, *i));
+        (a.y > p.y) != (b.y > p.y) && p.x < (b.x - a.x) * (p.y - a.y) / (b.y - a.y) + a.x
+    };
+    (0..outline.len()).filter(crosses).count() % 2 == 1
+}
+
+fn distance(outline: &[DVec2], p: DVec2) -> f64 {
+    let squares = (0..outline.len()).map(|i| {
+        let (a, b) = (outline[i], next(outline, i));
+        let t = (p - a).dot(b - a) / (b - a).length_squared().max(f64::MIN_POSITIVE);
+        p.distance_squared(a.lerp(b, t.clamp(0.0, 1.0)))
+    });
+    squares.fold(f64::INFINITY, f64::min).sqrt()
+}
+
+/// The constrained Delaunay triangulation of the inside of an outline with inner points; all triangles turn to the left.
+fn delaunay(outline: &[DVec2], inner: &[DVec2]) -> Result<Vec<[usize; 3]>, Declined> {
+    let mut whole = Triangles2::new();
+    let mut number = Vec::new();
+    for (i, p) in outline.iter().chain(inner).enumerate() {
+        let handle = whole
+            .insert(Point2::new(p.x, p.y))
+            .map_err(|_| Declined::Crosses)?;
+        if handle.index() != i {
+            return Err(Declined::Crosses);
+        }
+        number.push(handle);
+        // All of the outline's edges are there before the inner points come.
+        if i + 1 == outline.len() {
+            for i in 0..outline.len() {
+                let (a, b) = (number[i], next(&number[..outline.len()], i));
+                if !whole.can_add_constraint(a, b) {
+                    return Err(Declined::Crosses);
+                }
+                whole.add_constraint(a, b);
+            }
+        }
+    }
+    let is_out = outside(&whole);
+    let inner = whole.inner_faces().filter(|f| !is_out[f.index()]);
+    Ok(inner
+        .map(|f| f.vertices().map(|v| v.fix().index()))
+        .collect())
+}
+
+/// For each face of a triangulation whether a way leads from outside to it that crosses no constraint.
+fn outside(whole: &Triangles2) -> Vec<bool> {
+    let mut is_out = vec![false; whole.num_all_faces()];
+    let mut front: Vec<_> = whole.convex_hull().map(|edge| edge.rev()).collect();
+    front.retain(|edge| !edge.is_constraint_edge());
+    while let Some(edge) = front.pop() {
+        let face = edge.face();
+        if face.is_outer() || std::mem::replace(&mut is_out[face.index()], true) {
+            continue;
+        }
+        let sides = [edge.next(), edge.prev()];
+        let open = sides.into_iter().filter(|side| !side.is_constraint_edge());
+        front.extend(open.map(|side| side.rev()));
+    }
+    is_out
+}

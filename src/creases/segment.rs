@@ -1,0 +1,356 @@
+//! The collar cut into smooth sides by growing regions.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+
+use super::collar::{Collar, median};
+use super::sheet::Sheet;
+
+/// A region starts from a face where smoothed normals within two rings differ by less than this, in 1 − cos.
+const CALM: f64 = 0.1;
+/// Neighbours that belong to the start have normals with at least this cosine to the first.
+const SIMILAR: f64 = 0.93;
+/// Faces of the smallest region.
+const FEWEST: usize = 6;
+/// A face joins a region when its corners are nearer to the sheet than this, in edges,
+const NEAR: f64 = 0.15;
+/// and its normal is within so many degrees of the sheet's.
+const TURNED: f64 = 20.0;
+/// Rounds in which a region grows by two rings and its sheet is fitted again.
+const ROUNDS: usize = 25;
+/// After the outermost ring, which may be a bevel, was taken off, those faces of it are taken back whose corners are within so many times 1.5
+/// medians of the distances of the rest.
+const TAKE_BACK: f64 = 3.5;
+/// At least so many faces, and this part of all, must remain for the outermost ring to be taken off.
+const FEWEST_OF_CORE: usize = 8;
+const CORE: f64 = 0.25;
+/// Two regions are one sheet where their joint residual is less than this times the larger of theirs.
+const JOINT: f64 = 1.6;
+/// The sheets of a mesh are exact when the median of their residuals is less than this, in edges.
+const EXACT: f64 = 0.02;
+/// Coplanar faces of an exact mesh that are too few for a region are a sheet when there are four, and their residual is less than this.
+const FEWEST_OF_FACET: usize = 4;
+const EXACT_FACET: f64 = 0.003;
+/// Normals of such faces have at least this cosine to the first.
+const COPLANAR: f64 = 0.998;
+const NONE: usize = usize::MAX;
+
+/// A smooth side: faces of the collar, rising, and what continues them.
+pub(super) struct Side {
+    pub(super) faces: Vec<usize>,
+    pub(super) sheet: Sheet,
+}
+
+/// The smooth sides of a collar.
+pub(super) struct Sides {
+    pub(super) list: Vec<Side>,
+    /// For each face of the collar its side; `usize::MAX` for those of none.
+    pub(super) of_face: Vec<usize>,
+}
+
+impl Sides {
+    /// Grows regions from the calmest faces on, adds exact facets, and joins what is one sheet.
+    pub(super) fn new(collar: &Collar) -> Self {
+        let mut growth = Growth {
+            collar,
+            of_face: vec![NONE; collar.faces.len()],
+            list: Vec::new(),
+        };
+        let variation = collar.variation();
+        let mut order: Vec<usize> = (0..collar.faces.len()).collect();
+        order.sort_by(|a, b| variation[*a].total_cmp(&variation[*b]));
+        for &first in &order {
+            if variation[first] > CALM {
+                break;
+            }
+            if growth.of_face[first] == NONE
+                && let Some(side) = growth.region(first)
+            {
+                growth.add(side);
+            }
+        }
+        growth.add_facets(&order);
+        growth.join();
+        growth.finish()
+    }
+
+    /// Median residual of the sheets, in edges.
+    pub(super) fn noise(&self, edge: f64) -> f64 {
+        match self.list.is_empty() {
+            true => 1.0,
+            false => median_residual(&self.list) / edge,
+        }
+    }
+
+    /// Share of faces that are in no sheet.
+    pub(super) fn free(&self) -> f64 {
+        let free = self.of_face.iter().filter(|s| **s == NONE).count();
+        free as f64 / self.of_face.len().max(1) as f64
+    }
+}
+
+fn median_residual(list: &[Side]) -> f64 {
+    let mut residuals: Vec<f64> = list.iter().map(|s| s.sheet.residual).collect();
+    median(&mut residuals)
+}
+
+impl Collar {
+    /// For each face by how much smoothed normals within two rings differ from its own, in 1 − cos; large where there are few.
+    fn variation(&self) -> Vec<f64> {
+        let of = |f: usize| {
+            let mut near: Vec<usize> = self.across(f).collect();
+            let further: Vec<usize> = near.iter().flat_map(|&g| self.across(g)).collect();
+            near.extend(further);
+            near.sort_unstable();
+            near.dedup();
+            if near.len() < 4 {
+                return 9.0;
+            }
+            let own = self.smoothed[f];
+            let differences = near.iter().map(|&g| 1.0 - self.smoothed[g].dot(own));
+            differences.fold(f64::NEG_INFINITY, f64::max)
+        };
+        (0..self.faces.len()).map(of).collect()
+    }
+
+    fn fit(&self, faces: &[usize]) -> Sheet {
+        let (points, normals) = self.vertices(faces);
+        Sheet::fit(points, normals, self.diameter, self.edge)
+    }
+
+    /// Largest distance of a corner of a face from a sheet.
+    fn off(&self, face: usize, sheet: &Sheet) -> f64 {
+        let off = self.corners(face).map(|p| sheet.distance(p).abs());
+        off.into_iter().fold(0.0, f64::max)
+    }
+}
+
+/// Regions that grow.
+struct Growth<'a> {
+    collar: &'a Collar,
+    of_face: Vec<usize>,
+    list: Vec<Side>,
+}
+
+impl Growth<'_> {
+    fn add(&mut self, side: Side) {
+        side.faces
+            .iter()
+            .for_each(|&f| self.of_face[f] = self.list.len());
+        self.list.push(side);
+    }
+
+    /// The region that grows from a face; none where it stays too small.
+    fn region(&self, first: usize) -> Option<Side> {
+        let collar = self.collar;
+        let normal = collar.smoothed[first];
+        let mut faces = Region::new(collar.faces.len(), &[first]);
+        for _ in 0..2 {
+            for f in self.front(&faces) {
+                if collar.smoothed[f].dot(normal) > SIMILAR {
+                    faces.insert(f);
+                }
+            }
+        }
+        (faces.list.len() >= FEWEST).then_some(())?;
+        let mut sheet = collar.fit(&faces.sorted());
+        for _ in 0..ROUNDS {
+            let mut grown = faces.clone();
+            for _ in 0..2 {
+                for f in self.front(&grown) {
+                    if self.fits(f, &sheet) {
+                        grown.insert(f);
+                    }
+                }
+            }
+            grown.retain(|f| self.fits(f, &sheet));
+            if grown.list.len() < FEWEST || grown.is_in == faces.is_in {
+                break;
+            }
+            faces = grown;
+            sheet = collar.fit(&faces.sorted());
+        }
+        let sheet = self.without_bevel(&faces).unwrap_or(sheet);
+        Some(Side {
+            faces: faces.sorted(),
+            sheet,
+        })
+    }
+
+    /// The sheet of a region without those faces next to others that lie off the rest; none where nothing would remain.
+    fn without_bevel(&self, faces: &Region) -> Option<Sheet> {
+        let collar = self.collar;
+        let sorted = faces.sorted();
+        let is_core = |f: &usize| collar.across(*f).all(|g| faces.is_in[g]);
+        let core: Vec<usize> = sorted.iter().copied().filter(is_core).collect();
+        let fewest = f64::max(FEWEST_OF_CORE as f64, CORE * sorted.len() as f64);
+        (core.len() as f64 >= fewest).then_some(())?;
+        let sheet = collar.fit(&core);
+        let mut distances: Vec<f64> = sheet
+            .points
+            .iter()
+            .map(|p| sheet.distance(*p).abs())
+            .collect();
+        let spread = (1.5 * median(&mut distances)).max(1e-6 * collar.edge);
+        let stays = |f: &usize| is_core(f) || collar.off(*f, &sheet) < TAKE_BACK * spread;
+        let stay: Vec<usize> = sorted.iter().copied().filter(stays).collect();
+        Some(collar.fit(&stay))
+    }
+
+    fn fits(&self, face: usize, sheet: &Sheet) -> bool {
+        let corners = self.collar.corners(face);
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        self.collar.off(face, sheet) < NEAR * self.collar.edge
+            && sheet.normal(middle).dot(self.collar.smoothed[face]) > TURNED.to_radians().cos()
+    }
+
+    /// Faces across edges of a region that are in no region, rising.
+    fn front(&self, faces: &Region) -> Vec<usize> {
+        let across = faces.list.iter().flat_map(|&f| self.collar.across(f));
+        let mut front: Vec<usize> = across
+            .filter(|&g| self.of_face[g] == NONE && !faces.is_in[g])
+            .collect();
+        front.sort_unstable();
+        front.dedup();
+        front
+    }
+
+    /// On exact meshes: coplanar faces in which no region began, such as the side of a thin wall.
+    fn add_facets(&mut self, order: &[usize]) {
+        let collar = self.collar;
+        if self.list.is_empty() || median_residual(&self.list) >= EXACT * collar.edge {
+            return;
+        }
+        for &first in order {
+            if self.of_face[first] != NONE {
+                continue;
+            }
+            let normal = collar.normals[first];
+            let mut faces = Region::new(collar.faces.len(), &[first]);
+            let mut at = 0;
+            while let Some(&f) = faces.list.get(at) {
+                for g in collar.across(f) {
+                    if self.of_face[g] == NONE && collar.normals[g].dot(normal) > COPLANAR {
+                        faces.insert(g);
+                    }
+                }
+                at += 1;
+            }
+            if faces.list.len() < FEWEST_OF_FACET {
+                continue;
+            }
+            let faces = faces.sorted();
+            let (points, normals) = collar.vertices(&faces);
+            let sheet = Sheet::plane(points, normals, collar.diameter);
+            if sheet.residual < EXACT_FACET * collar.edge {
+                self.add(Side { faces, sheet });
+            }
+        }
+    }
+
+    /// Joins regions that are one sheet.
+    fn join(&mut self) {
+        // For each region how often it was joined: a pair that was two sheets stays so until one of them grows.
+        let mut version = vec![0u32; self.list.len()];
+        let mut apart = HashSet::new();
+        'search: loop {
+            for i in 0..self.list.len() {
+                if self.list[i].faces.is_empty() {
+                    continue;
+                }
+                for j in i + 1..self.list.len() {
+                    let key = (i, j, version[i], version[j]);
+                    if apart.contains(&key) || self.list[j].faces.is_empty() {
+                        continue;
+                    }
+                    if let Some(sheet) = self.joint(&self.list[i].sheet, &self.list[j].sheet) {
+                        // The place of a joined region stays, without faces.
+                        let other = std::mem::take(&mut self.list[j].faces);
+                        let faces = &mut self.list[i].faces;
+                        faces.extend(other);
+                        faces.sort_unstable();
+                        self.list[i].sheet = sheet;
+                        version[i] += 1;
+                        continue 'search;
+                    }
+                    apart.insert(key);
+                }
+            }
+            self.list.retain(|side| !side.faces.is_empty());
+            return;
+        }
+    }
+
+    /// The sheet of two regions together, if they are one.
+    fn joint(&self, a: &Sheet, b: &Sheet) -> Option<Sheet> {
+        let collar = self.collar;
+        let is_off = |sheet: &Sheet, of: &Sheet| {
+            let far = |p: &&DVec3| sheet.distance(**p).abs() > 0.5 * collar.edge;
+            2 * of.points.iter().filter(far).count() > of.points.len()
+        };
+        if is_off(a, b) && is_off(b, a) {
+            return None;
+        }
+        let points = [&a.points[..], &b.points[..]].concat();
+        let normals = [&a.normals[..], &b.normals[..]].concat();
+        let sheet = Sheet::fit(points, normals, collar.diameter, collar.edge);
+        let larger = a.residual.max(b.residual).max(1e-4 * collar.edge);
+        let pairs = sheet.points.iter().zip(&sheet.normals);
+        let agree = pairs
+            .filter(|(p, n)| sheet.normal(**p).dot(**n) > 0.8)
+            .count();
+        let is_one =
+            sheet.residual < JOINT * larger && agree as f64 > 0.95 * sheet.points.len() as f64;
+        is_one.then_some(sheet)
+    }
+
+    fn finish(mut self) -> Sides {
+        self.of_face.fill(NONE);
+        for (i, side) in self.list.iter().enumerate() {
+            side.faces.iter().for_each(|&f| self.of_face[f] = i);
+        }
+        Sides {
+            list: self.list,
+            of_face: self.of_face,
+        }
+    }
+}
+
+/// Some faces of the collar.
+#[derive(Clone)]
+struct Region {
+    is_in: Vec<bool>,
+    list: Vec<usize>,
+}
+
+impl Region {
+    fn new(count: usize, faces: &[usize]) -> Self {
+        let mut region = Self {
+            is_in: vec![false; count],
+            list: Vec::new(),
+        };
+        faces.iter().for_each(|&f| region.insert(f));
+        region
+    }
+
+    fn insert(&mut self, face: usize) {
+        if !std::mem::replace(&mut self.is_in[face], true) {
+            self.list.push(face);
+        }
+    }
+
+    fn retain(&mut self, keeps: impl Fn(usize) -> bool) {
+        let is_in = &mut self.is_in;
+        self.list.retain(|&f| {
+            is_in[f] = keeps(f);
+            is_in[f]
+        });
+    }
+
+    fn sorted(&self) -> Vec<usize> {
+        let mut sorted = self.list.clone();
+        sorted.sort_unstable();
+        sorted
+    }
+}

@@ -1,0 +1,193 @@
+//! A smooth side of a surface, continued beyond its data as a plane or a quadric.
+
+use glam::DVec3;
+
+use crate::linalg::{solve_spd, symmetric_eigen};
+
+/// Coefficients of a quadric: those of x², y², z², xy, yz, xz, x, y, z and 1.
+const TERMS: usize = 10;
+/// Fewer points than this determine no quadric: they are continued as a plane.
+const FEWEST_OF_QUADRIC: usize = 14;
+/// Weight of a unit normal beside a position measured in the sheet's scale, at most; less where edges are short.
+const NORMAL_WEIGHT: f64 = 0.3;
+/// Ridge on the quadratic terms, in parts of the normals' weight: planes and cylinders come out as what they are.
+const RIDGE: f64 = 1e-3;
+/// Ridge on the other terms, for the system to be solvable.
+const LINEAR_RIDGE: f64 = 1e-9;
+/// Residuals below this part of an edge are rounding: they do not decide between plane and quadric.
+const ROUNDING: f64 = 1e-5;
+
+/// An implicit surface `f = 0` fitted to points and normals; `f` is positive outside.
+#[derive(Clone, Debug)]
+pub(crate) struct Sheet {
+    origin: DVec3,
+    scale: f64,
+    terms: [f64; TERMS],
+    /// The points to which it was fitted.
+    pub(super) points: Vec<DVec3>,
+    /// Their unit normals.
+    pub(super) normals: Vec<DVec3>,
+    /// Root mean square distance of the points.
+    pub(super) residual: f64,
+}
+
+impl Sheet {
+    /// The plane or quadric of some points with unit normals. A quadric needs a residual that pays for its six more coefficients (Bayesian
+    /// information criterion). `scale` is the length in which the fit is computed, `edge` the mean edge of the mesh.
+    pub(super) fn fit(points: Vec<DVec3>, normals: Vec<DVec3>, scale: f64, edge: f64) -> Self {
+        let plane = Self::plane(points, normals, scale);
+        let count = plane.points.len() as f64;
+        if plane.points.len() < FEWEST_OF_QUADRIC {
+            return plane;
+        }
+        let Some(quadric) = plane.quadric(edge) else {
+            return plane;
+        };
+        let square = |residual: f64| residual.powi(2) + (ROUNDING * edge).powi(2);
+        let gain = count * (square(quadric.residual) / square(plane.residual)).ln();
+        match gain + 6.0 * count.ln() < 0.0 && quadric.residual < plane.residual {
+            true => quadric,
+            false => plane,
+        }
+    }
+
+    /// The plane of least squares through some points; their normals give its side.
+    pub(super) fn plane(points: Vec<DVec3>, normals: Vec<DVec3>, scale: f64) -> Self {
+        let count = points.len().max(1) as f64;
+        let origin = points.iter().sum::<DVec3>() / count;
+        let mut moments = [[0.0; 3]; 3];
+        for p in &points {
+            let x = ((*p - origin) / scale).to_array();
+            for (i, row) in moments.iter_mut().enumerate() {
+                for (j, entry) in row.iter_mut().enumerate() {
+                    *entry += x[i] * x[j];
+                }
+            }
+        }
+        let (_, axes) = symmetric_eigen(&moments);
+        let outside: DVec3 = normals.iter().sum();
+        let normal = axes[0]
+            * if axes[0].dot(outside) < 0.0 {
+                -1.0
+            } else {
+                1.0
+            };
+        let squares = points.iter().map(|p| (*p - origin).dot(normal).powi(2));
+        let residual = (squares.sum::<f64>() / count).sqrt();
+        let mut terms = [0.0; TERMS];
+        terms[6..9].copy_from_slice(&normal.to_array());
+        Self {
+            origin,
+            scale,
+            terms,
+            points,
+            normals,
+            residual,
+        }
+    }
+
+    /// The quadric of least squares of the plane's points and normals; none where the system cannot be solved.
+    fn quadric(&self, edge: f64) -> Option<Self> {
+        let count = self.points.len() as f64;
+        let weight = NORMAL_WEIGHT.min(edge / self.scale);
+        let mut matrix = [0.0; TERMS * TERMS];
+        let mut terms = [0.0; TERMS];
+        // Normal equations of f(x) = 0 and ∇f(x) = n, lower triangle.
+        let mut add = |row: &[f64; TERMS], right: f64, weight: f64| {
+            for i in 0..TERMS {
+                let w = weight * row[i];
+                if w != 0.0 {
+                    (0..=i).for_each(|j| matrix[i * TERMS + j] += w * row[j]);
+                    terms[i] += w * right;
+                }
+            }
+        };
+        for (p, n) in self.points.iter().zip(&self.normals) {
+            let x = (*p - self.origin) / self.scale;
+            add(&monomials(x), 0.0, 1.0);
+            for (row, component) in gradients(x).iter().zip(n.to_array()) {
+                add(row, component, weight * weight);
+            }
+        }
+        for i in 0..TERMS {
+            let ridge = if i < 6 { RIDGE * weight } else { LINEAR_RIDGE };
+            matrix[i * TERMS + i] += ridge * ridge * count;
+        }
+        solve_spd(&mut matrix, &mut terms).then_some(())?;
+        let mut sheet = Self {
+            terms,
+            ..self.clone()
+        };
+        let squares = sheet.points.iter().map(|p| sheet.distance(*p).powi(2));
+        sheet.residual = (squares.sum::<f64>() / count).sqrt();
+        Some(sheet)
+    }
+
+    /// First-order signed distance `f/|∇f|` (Taubin 1991), in the points' unit.
+    pub(super) fn distance(&self, point: DVec3) -> f64 {
+        let x = (point - self.origin) / self.scale;
+        let value = dot(&monomials(x), &self.terms);
+        value * self.scale / self.gradient(point).length().max(1e-3)
+    }
+
+    /// Gradient of f, in the sheet's scale.
+    fn gradient(&self, point: DVec3) -> DVec3 {
+        let x = (point - self.origin) / self.scale;
+        DVec3::from(gradients(x).map(|row| dot(&row, &self.terms)))
+    }
+
+    /// Unit normal of the level set of f through a point.
+    pub(super) fn normal(&self, point: DVec3) -> DVec3 {
+        self.gradient(point).normalize_or_zero()
+    }
+}
+
+/// Singular values below this part of the largest count as zero: sheets that nearly coincide have no intersection to go to.
+const SINGULAR: f64 = 1e-2;
+
+/// The point where some sheets, at most three, are zero, by Gauss-Newton steps with the pseudo-inverse from a point; a step is at most
+/// `longest` long.
+pub(super) fn onto(sheets: &[&Sheet], mut point: DVec3, steps: usize, longest: f64) -> DVec3 {
+    for _ in 0..steps {
+        let normals: Vec<DVec3> = sheets.iter().map(|s| s.normal(point)).collect();
+        let values: Vec<f64> = sheets.iter().map(|s| s.distance(point)).collect();
+        let mut gram = [[0.0; 3]; 3];
+        for (i, a) in normals.iter().enumerate() {
+            for (j, b) in normals.iter().enumerate() {
+                gram[i][j] = a.dot(*b);
+            }
+        }
+        let (squares, axes) = symmetric_eigen(&gram);
+        let mut step = DVec3::ZERO;
+        for (square, axis) in squares.iter().zip(axes) {
+            if *square > SINGULAR * SINGULAR * squares[2] && *square > 0.0 {
+                let along = axis.to_array();
+                let sum = |all: &mut dyn Iterator<Item = f64>| all.sum::<f64>();
+                let value = sum(&mut values.iter().zip(along).map(|(v, u)| v * u));
+                let direction: DVec3 = normals.iter().zip(along).map(|(n, u)| *n * u).sum();
+                step += direction * (value / square);
+            }
+        }
+        point -= step.clamp_length_max(longest);
+    }
+    point
+}
+
+fn dot(a: &[f64; TERMS], b: &[f64; TERMS]) -> f64 {
+    a.iter().zip(b).map(|(x, y)| x * y).sum()
+}
+
+fn monomials(x: DVec3) -> [f64; TERMS] {
+    let [x, y, z] = x.to_array();
+    [x * x, y * y, z * z, x * y, y * z, x * z, x, y, z, 1.0]
+}
+
+/// Derivatives of the monomials by x, y and z.
+fn gradients(x: DVec3) -> [[f64; TERMS]; 3] {
+    let [x, y, z] = x.to_array();
+    [
+        [2.0 * x, 0.0, 0.0, y, 0.0, z, 1.0, 0.0, 0.0, 0.0],
+        [0.0, 2.0 * y, 0.0, x, z, 0.0, 0.0, 1.0, 0.0, 0.0],
+        [0.0, 0.0, 2.0 * z, 0.0, y, x, 0.0, 0.0, 1.0, 0.0],
+    ]
+}

@@ -1,0 +1,234 @@
+//! Sharp edges of solids whose shape is known.
+
+use std::collections::HashMap;
+use std::f64::consts::{PI, TAU};
+
+use glam::{DQuat, DVec3, IVec3};
+
+use super::*;
+use crate::mesh::shapes::{grid, icosphere, punch};
+use crate::mesh::{Topology, area_vector, find_holes};
+
+/// The boundary of those unit cells of a box whose lowest corners `is_in` holds for.
+fn cells(size: IVec3, is_in: impl Fn(IVec3) -> bool) -> Mesh {
+    let is_in = |c: IVec3| c.cmpge(IVec3::ZERO).all() && c.cmplt(size).all() && is_in(c);
+    let (mut mesh, mut number) = (Mesh::default(), HashMap::new());
+    for cell in 0..size.element_product() {
+        let cell = IVec3::new(
+            cell % size.x,
+            cell / size.x % size.y,
+            cell / (size.x * size.y),
+        );
+        for axis in 0..3 {
+            for side in [0, 1] {
+                let outwards = IVec3::AXES[axis] * (2 * side - 1);
+                if !is_in(cell) || is_in(cell + outwards) {
+                    continue;
+                }
+                let [u, v] = [IVec3::AXES[(axis + 1) % 3], IVec3::AXES[(axis + 2) % 3]];
+                let low = cell + IVec3::AXES[axis] * side;
+                let mut corners = [low, low + u, low + u + v, low + v];
+                if side == 0 {
+                    corners.reverse();
+                }
+                let [a, b, c, d] = corners.map(|p| {
+                    *number.entry(p).or_insert_with(|| {
+                        mesh.positions.push(p.as_dvec3());
+                        mesh.positions.len() as u32 - 1
+                    })
+                });
+                mesh.faces.extend([[a, b, c], [a, c, d]]);
+            }
+        }
+    }
+    mesh
+}
+
+/// A mesh with a hole where faces were within a ball, and the hole's rim.
+fn with_hole(mesh: &Mesh, centre: DVec3, radius: f64) -> (Mesh, Vec<u32>) {
+    rim_of(punch(mesh, |c| c.distance(centre) < radius))
+}
+
+fn rim_of(mut mesh: Mesh) -> (Mesh, Vec<u32>) {
+    let mut topology = Topology::new(&mut mesh);
+    let (holes, _) = find_holes(&mesh, &mut topology);
+    (mesh, holes[0].rim.clone())
+}
+
+fn joined(mesh: &Mesh, patch: &Continued) -> Mesh {
+    let positions = [&mesh.positions[..], &patch.positions].concat();
+    Mesh::new(positions, [&mesh.faces[..], &patch.faces].concat())
+}
+
+fn volume(mesh: &Mesh) -> f64 {
+    let corners = (0..mesh.faces.len() as u32).map(|f| mesh.corners(f));
+    corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+}
+
+fn area(mesh: &Mesh) -> f64 {
+    let corners = (0..mesh.faces.len() as u32).map(|f| mesh.corners(f));
+    corners.map(|c| area_vector(c).length()).sum()
+}
+
+/// A solid of cells with a hole gets its volume and its area back; its creases.
+fn check_restored(solid: &Mesh, centre: DVec3, radius: f64) -> Vec<Crease> {
+    let (mesh, rim) = with_hole(solid, centre, radius);
+    let patch = continue_creases(&mesh, &rim).unwrap();
+    let whole = joined(&mesh, &patch);
+    assert!((volume(&whole) - volume(solid)).abs() < 1e-9 * volume(solid));
+    assert!((area(&whole) - area(solid)).abs() < 1e-9 * area(solid));
+    let edges = Topology::new(&mut whole.clone());
+    assert!(edges.boundary.iter().all(|open| !open));
+    patch.creases
+}
+
+fn cube() -> Mesh {
+    cells(IVec3::splat(12), |_| true)
+}
+
+#[test]
+fn edges_and_corners_of_solids_come_back() {
+    let centre = DVec3::new(6.0, 0.0, 12.0);
+    let edge = check_restored(&cube(), centre, 3.2);
+    assert_eq!(edge.len(), 1);
+    assert!((edge[0].angle - 90.0).abs() < 1e-6 && (edge[0].length - 6.0).abs() < 1.5);
+    assert_eq!(
+        check_restored(&cube(), DVec3::new(0.0, 0.0, 12.0), 3.2).len(),
+        3
+    );
+    // A concave edge, the end of it at a flat side, and a slot with two convex edges and two concave ones.
+    let step = cells(IVec3::splat(12), |c| c.x < 6 || c.z < 6);
+    assert_eq!(
+        check_restored(&step, DVec3::new(6.0, 6.0, 6.0), 3.2).len(),
+        1
+    );
+    assert_eq!(
+        check_restored(&step, DVec3::new(6.0, 0.0, 6.0), 3.2).len(),
+        3
+    );
+    let slot = cells(IVec3::new(16, 12, 8), |c| {
+        c.z < 5 || !(6..10).contains(&c.x)
+    });
+    assert_eq!(
+        check_restored(&slot, DVec3::new(8.0, 6.0, 5.0), 3.2).len(),
+        2
+    );
+}
+
+#[test]
+fn a_hole_beside_an_edge_is_filled_in_its_own_side() {
+    let own = |c: DVec3| c.z > 11.9 && c.y < 3.0 && (4.0..8.0).contains(&c.x);
+    let (mesh, rim) = rim_of(punch(&cube(), own));
+    let patch = continue_creases(&mesh, &rim).unwrap();
+    assert!(patch.creases.is_empty());
+    assert!(patch.positions.iter().all(|p| (p.z - 12.0).abs() < 1e-12));
+    // Far from edges there is nothing to be continued.
+    let (mesh, rim) = with_hole(&cube(), DVec3::new(6.0, 6.0, 12.0), 2.2);
+    assert_eq!(
+        continue_creases(&mesh, &rim).unwrap_err(),
+        Declined::OneSide
+    );
+}
+
+#[test]
+fn smooth_surfaces_have_no_creases() {
+    let tube = grid(48, 24, [true, false], |u, v| {
+        DVec3::new((TAU * u).cos(), (TAU * u).sin(), 3.0 * v)
+    });
+    let solids = [
+        (icosphere(4), DVec3::X, 0.5),
+        (tube, DVec3::new(1.0, 0.0, 1.5), 0.5),
+    ];
+    for (mesh, centre, radius) in solids {
+        let (mesh, rim) = rim_of_ball(&mesh, centre, radius);
+        let why = continue_creases(&mesh, &rim).unwrap_err();
+        assert!(
+            matches!(why, Declined::OneSide | Declined::Smooth),
+            "{why:?}"
+        );
+    }
+}
+
+/// The hole that a ball leaves, among those of an open mesh.
+fn rim_of_ball(mesh: &Mesh, centre: DVec3, radius: f64) -> (Mesh, Vec<u32>) {
+    let mut mesh = punch(mesh, |c| c.distance(centre) < radius);
+    let mut topology = Topology::new(&mut mesh);
+    let (holes, _) = find_holes(&mesh, &mut topology);
+    let nearest = holes.iter().min_by(|a, b| {
+        let away = |h: &crate::mesh::Hole| h.centre.distance(centre);
+        away(a).total_cmp(&away(b))
+    });
+    let rim = nearest.unwrap().rim.clone();
+    (mesh, rim)
+}
+
+#[test]
+fn the_end_edge_of_a_cylinder_is_a_circle() {
+    // A cylinder of radius 1: its side, then rings of its end.
+    let mesh = grid(96, 40, [true, false], |u, v| {
+        let (radius, z) = if v <= 0.5 {
+            (1.0, 4.0 * v - 2.0)
+        } else {
+            (2.0 - 2.0 * v, 0.0)
+        };
+        let angle = TAU * u;
+        DVec3::new(radius * angle.cos(), radius * angle.sin(), z)
+    });
+    let (mesh, rim) = rim_of_ball(&mesh, DVec3::X, 0.4);
+    let patch = continue_creases(&mesh, &rim).unwrap();
+    assert_eq!(patch.creases.len(), 1);
+    // About the chord of an arc of 2 · 2 asin(0.2).
+    assert!(
+        (patch.creases[0].length - 0.81).abs() < 0.12,
+        "{:?}",
+        patch.creases
+    );
+    for p in &patch.positions {
+        let off = if p.z < -1e-3 {
+            p.truncate().length() - 1.0
+        } else {
+            p.z
+        };
+        assert!(off.abs() < 3e-3, "{p} {off}");
+    }
+}
+
+/// A number from 0 to 1 for each of some integers.
+fn noise(i: usize) -> f64 {
+    let x = (i as f64 * 12.9898).sin() * 43_758.545;
+    x - x.floor()
+}
+
+#[test]
+fn noise_moves_an_edge_by_less_than_its_own_size() {
+    let mut solid = cube();
+    for (i, p) in solid.positions.iter_mut().enumerate() {
+        *p += 0.1 * (DVec3::new(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2)) - 0.5);
+    }
+    let (mesh, rim) = with_hole(&solid, DVec3::new(6.0, 0.0, 12.0), 3.2);
+    let patch = continue_creases(&mesh, &rim).unwrap();
+    assert_eq!(patch.creases.len(), 1);
+    for p in &patch.positions {
+        assert!(f64::max(-p.y, p.z - 12.0).abs() < 0.05, "{p}");
+    }
+}
+
+#[test]
+fn it_does_not_depend_on_place_size_or_where_the_rim_begins() {
+    let (mesh, rim) = with_hole(&cube(), DVec3::new(0.0, 0.0, 12.0), 3.2);
+    let plain = continue_creases(&mesh, &rim).unwrap();
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), 0.3 * PI);
+    for (scale, shift) in [(1.0, 0.0), (1e-3, 0.0), (1e3, 5e6)] {
+        let move_by = |p: DVec3| turn * p * scale + DVec3::splat(shift);
+        let positions = mesh.positions.iter().map(|p| move_by(*p)).collect();
+        let moved = Mesh::new(positions, mesh.faces.clone());
+        let mut turned = rim.clone();
+        turned.rotate_left(5);
+        let patch = continue_creases(&moved, &turned).unwrap();
+        assert_eq!(patch.creases.len(), 3);
+        let all = joined(&moved, &patch);
+        let restored = joined(&mesh, &plain);
+        let ratio = area(&all) / area(&restored) / (scale * scale);
+        assert!((ratio - 1.0).abs() < 1e-8, "{scale} {shift} {ratio}");
+    }
+}
