@@ -86,6 +86,7 @@ pub(super) fn quality(patch: &Patch, finish: Option<&FinishReport>) -> Quality {
         intersections: patch.report.intersecting_faces,
         is_plain: patch.positions.is_empty(),
         folds: found.folds_after,
+        is_unconverged: false,
         energy: found.energy_after,
     }
 }

@@ -44,12 +44,19 @@ impl Try {
         }
     }
 
+    /// The same grid, from a triangulation of the only rim.
+    pub(super) fn from_triangulation(&self) -> Self {
+        Self {
+            start: Start::Triangulation,
+            ..*self
+        }
+    }
+
     /// Half the voxel, from a triangulation of the rims.
     pub(super) fn finer(&self) -> Option<Self> {
         (self.refine < MOST_REFINED).then_some(Self {
             refine: 2.0 * self.refine,
-            start: Start::Triangulation,
-            ..*self
+            ..self.from_triangulation()
         })
     }
 
@@ -69,7 +76,8 @@ impl Try {
     }
 }
 
-/// The tries at a region so far, in order, and how each failed; [`TryFailure::Crossing`] has a patch all the same.
+/// The tries at a region so far, in order, and how each failed; [`TryFailure::Crossing`] has a patch all the same. Two tries on one
+/// grid count as one.
 pub(super) type History = [(Try, Option<TryFailure>)];
 
 /// What of a region bears on its tries.
@@ -85,6 +93,8 @@ pub(super) struct Prospects {
     pub(super) is_wide: bool,
     /// Whether patches are finished.
     pub(super) finishes: bool,
+    /// Whether it has one rim only.
+    pub(super) one_rim: bool,
     /// Whether its rims have so few edges that faired triangulations cost next to nothing.
     pub(super) few_edges: bool,
     /// What the tries after the first may cost in all, and what they have cost so far; see [`cost`].
@@ -179,6 +189,7 @@ mod tests {
             tube_end: false,
             is_wide: false,
             finishes: true,
+            one_rim: true,
             few_edges: true,
             budget: 1,
             spent: 0,

@@ -8,8 +8,7 @@ use super::params::SurfaceKind;
 use super::problem::{RegionProblem, region};
 use super::reference::ReferenceSurface;
 use super::report::RegionReport;
-use super::strategy::CHEAP_EDGES;
-use crate::flow::{Energy, FlowSettings, Variant};
+use crate::flow::{FlowSettings, Variant};
 use crate::mesh::Mesh;
 use crate::region::{
     Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Sphere, Start, VoxelSize,
@@ -25,9 +24,6 @@ const NEAR_SIDE: i32 = 9;
 /// Before a finish the flow is steady enough when no node moves by more than this, in voxels: the finish goes on from there. On 143
 /// holes of scans a tenth of it made patches no better, and took two steps more.
 const BEFORE_FINISH: f64 = 0.2;
-/// A surface with a larger ½∫h² than this, nearly that of a sphere (8π), may be one minimum of several: another start can find a
-/// lower one.
-const BENT: f64 = 20.0;
 /// Most steps on a grid with the paper's variants, which converge linearly.
 const MOST_STEPS: usize = 200;
 
@@ -62,14 +58,8 @@ impl RegionProblem<'_> {
     pub(super) fn solve_and_join(&self, now: &Try, from: Option<&Level>) -> LevelSetResult<'_> {
         // Solves on nested grids, from the surface of an earlier attempt where there is one.
         let begun = Instant::now();
-        let (mut solved, region, data) = self.solve(now, from);
+        let (solved, region, data) = self.solve(now, from);
         self.log_try(now, &region, &solved, begun);
-        // A strongly bent surface may be one minimum of several: another initialisation wins if its energy is lower.
-        if !self.cancel.is_cancelled()
-            && let Some(lower) = self.lower(now, &solved)
-        {
-            solved = lower;
-        }
         let report = RegionReport {
             diameter: region.diameter,
             voxel: Some(region.voxel),
@@ -123,29 +113,6 @@ impl RegionProblem<'_> {
             patch,
             unsteady: None,
         }
-    }
-
-    /// The surface that the flow finds from a triangulation of the only rim, where the one that was found is bent so much that it
-    /// may be one minimum of several, and that from the triangulation is lower. Rims of few edges have the second start of the
-    /// finish instead.
-    fn lower(&self, now: &Try, solved: &Solved) -> Option<Solved> {
-        let bent = |s: &Solved| s.willmore() > BENT && s.converged();
-        let is_first = now.energy == Energy::Willmore && now.start == Start::Biharmonic;
-        let [hole] = self.holes else {
-            return None;
-        };
-        let is_told = hole.edges <= CHEAP_EDGES;
-        if !(self.is_finished() && is_first && !is_told && bent(solved)) {
-            return None;
-        }
-        let begun = Instant::now();
-        let next = Try {
-            start: Start::Triangulation,
-            ..*now
-        };
-        let (other, region, _) = self.solve(&next, None);
-        self.log_try(&next, &region, &other, begun);
-        (other.converged() && other.willmore() < solved.willmore()).then_some(other)
     }
 
     /// Why the surface of a solve is of no use, while another try may find a better one.

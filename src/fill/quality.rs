@@ -13,7 +13,10 @@ pub(super) struct Quality {
     pub(super) is_plain: bool,
     /// Folded faces.
     pub(super) folds: usize,
-    /// ½∫h² at the minimum of the finish, `h` being the sum of the principal curvatures; 0 without a finish.
+    /// Whether the flow of its level set did not converge.
+    pub(super) is_unconverged: bool,
+    /// ½∫h², `h` being the sum of the principal curvatures: at the minimum of the finish, of a patch that is not finished yet that
+    /// of its level set; 0 without either.
     pub(super) energy: f64,
 }
 
@@ -35,9 +38,12 @@ impl Quality {
 
 impl Ord for Quality {
     fn cmp(&self, other: &Self) -> Ordering {
-        let counts = |q: &Self| (q.open_rims, q.intersections, q.is_plain, q.folds);
-        let by_counts = counts(self).cmp(&counts(other));
-        by_counts.then(self.energy.total_cmp(&other.energy))
+        let flaws = |q: &Self| {
+            let first = (q.open_rims, q.intersections, q.is_plain);
+            (first, q.folds, q.is_unconverged)
+        };
+        let by_flaws = flaws(self).cmp(&flaws(other));
+        by_flaws.then(self.energy.total_cmp(&other.energy))
     }
 }
 
@@ -64,6 +70,7 @@ mod tests {
         intersections: 0,
         is_plain: false,
         folds: 0,
+        is_unconverged: false,
         energy: 2.0,
     };
 
@@ -72,6 +79,10 @@ mod tests {
         let ever_worse = [
             Quality {
                 energy: 3.0,
+                ..BEST
+            },
+            Quality {
+                is_unconverged: true,
                 ..BEST
             },
             Quality { folds: 1, ..BEST },

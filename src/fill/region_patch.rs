@@ -43,6 +43,7 @@ impl RegionPatch {
             intersections: self.report.intersecting_faces,
             is_plain: self.mesh.positions.is_empty(),
             folds: finish.folds_after,
+            is_unconverged: false,
             energy: finish.energy_after,
         }
     }

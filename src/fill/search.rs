@@ -13,7 +13,7 @@ use super::problem::{RegionPlan, RegionProblem, refines};
 use super::quality::Quality;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
-use super::strategy::{CHEAP_EDGES, Candidate, Ending, Step, level_sets, next_step};
+use super::strategy::{CHEAP_EDGES, Candidate, Ending, Step, history, next_step};
 use crate::mesh::Hole;
 use crate::region::{LevelSurface, Sphere, Start};
 use crate::stitch::Patch;
@@ -85,6 +85,7 @@ impl RegionProblem<'_> {
             tube_end: self.reference.is_none() && self.holes.iter().all(is_end),
             is_wide: false,
             finishes: self.is_finished(),
+            one_rim: self.holes.len() == 1,
             few_edges: self.holes.iter().all(|h| h.edges <= CHEAP_EDGES),
             budget: BUDGET,
             spent: 0,
@@ -192,13 +193,14 @@ impl<'a, 'b> Search<'a, 'b> {
             candidate,
             quality: made.quality(),
             failure: None,
+            level_energy: None,
             is_at_minimum: matches!(&made, Made::Finished(patch) if patch.is_at_minimum()),
         };
         (ending, made)
     }
 
     fn make_level_set(&mut self, now: Try) -> (Ending, Made) {
-        let tried = level_sets(&self.made);
+        let tried = history(&self.made);
         if tried.last().is_some_and(|(t, _)| t.energy != now.energy) {
             // Another energy begins anew, with a budget of its own and without the surfaces of the first.
             self.nearest = None;
@@ -211,10 +213,17 @@ impl<'a, 'b> Search<'a, 'b> {
             .solve_and_join(&now, from.map(|k| &k.solved.level));
         self.prospects.spent += cost(&done.report.levels);
         done.report.earlier_tries = failures(&tried);
-        self.nearest = nearer_steady(self.nearest.take(), done.unsteady);
+        // The second of two initialisations on one grid counts only if it converged.
+        let is_second = tried
+            .last()
+            .is_some_and(|(t, _)| now == t.from_triangulation());
+        let unsteady = done.unsteady.filter(|_| !is_second);
+        self.nearest = nearer_steady(self.nearest.take(), unsteady);
         if done.failure == Some(TryFailure::ReachedBox) {
             self.prospects.is_wide = Sphere::new(self.problem.mesh, self.problem.holes).is_some();
         }
+        let last = done.report.levels.last();
+        let level_energy = last.filter(|l| l.flow.converged).map(|l| l.flow.willmore());
         let made = match done.patch {
             Some(LevelSetSurface::Whole(mesh)) => {
                 Made::Region(self.problem.whole(mesh, done.report))
@@ -229,6 +238,7 @@ impl<'a, 'b> Search<'a, 'b> {
             candidate: Candidate::LevelSet(now),
             quality: made.quality(),
             failure: done.failure,
+            level_energy,
             is_at_minimum: false,
         };
         (ending, made)
@@ -236,7 +246,7 @@ impl<'a, 'b> Search<'a, 'b> {
 
     /// The patch of the surface that came nearest to rest, if it intersects nothing.
     fn make_nearly_steady(&mut self) -> Made {
-        let tried = level_sets(&self.made);
+        let tried = history(&self.made);
         let patch = self
             .nearest
             .take()
@@ -268,7 +278,7 @@ impl<'a, 'b> Search<'a, 'b> {
     /// Why no level set closed the region, and what is reported then.
     fn without_level_set(&self) -> (TryFailure, RegionReport) {
         let report = RegionReport {
-            earlier_tries: failures(&level_sets(&self.made)),
+            earlier_tries: failures(&history(&self.made)),
             ..self.last.clone()
         };
         let why = report.earlier_tries.last().cloned();
@@ -296,10 +306,19 @@ impl Made {
     fn quality(&self) -> Option<Quality> {
         match self {
             Self::Nothing => None,
-            Self::Joined(patch, _) => Some(quality(patch, None)),
+            Self::Joined(patch, report) => Some(joined_quality(patch, report)),
             Self::Finished(patch) => Some(patch.quality()),
             Self::Region(region) => Some(region.quality()),
         }
+    }
+}
+
+/// How good a patch is that is not finished yet: its energy is that of the level set.
+fn joined_quality(patch: &Patch, report: &RegionReport) -> Quality {
+    Quality {
+        is_unconverged: !report.converged,
+        energy: report.levels.last().map_or(0.0, |l| l.flow.willmore()),
+        ..quality(patch, None)
     }
 }
 
