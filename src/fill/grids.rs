@@ -45,7 +45,7 @@ impl Try {
     }
 
     /// The same grid, from a triangulation of the only rim.
-    pub(super) fn from_triangulation(&self) -> Self {
+    pub(super) fn with_triangulation(&self) -> Self {
         Self {
             start: Start::Triangulation,
             ..*self
@@ -56,7 +56,7 @@ impl Try {
     pub(super) fn finer(&self) -> Option<Self> {
         (self.refine < MOST_REFINED).then_some(Self {
             refine: 2.0 * self.refine,
-            ..self.from_triangulation()
+            ..self.with_triangulation()
         })
     }
 
@@ -95,15 +95,15 @@ pub(super) struct Prospects {
     pub(super) finishes: bool,
     /// Whether it has one rim only.
     pub(super) one_rim: bool,
-    /// Whether its rims have so few edges that faired triangulations cost next to nothing.
-    pub(super) few_edges: bool,
-    /// What the tries after the first may cost in all, and what they have cost so far; see [`cost`].
+    /// Expected cost of a faired triangulation.
+    pub(super) faired_cost: f64,
+    /// What the tries after the first may cost in all, and what they have cost so far; see [`spent`].
     pub(super) budget: u64,
     pub(super) spent: u64,
 }
 
-/// What solves of a level set cost: the unknowns of each level times its steps. It tells the time that a try takes on any machine.
-pub(super) fn cost(levels: &[LevelReport]) -> u64 {
+/// What solves of a level set cost: the unknowns of each level times its steps, about 6 µs each.
+pub(super) fn spent(levels: &[LevelReport]) -> u64 {
     let of = |l: &LevelReport| (l.flow.unknowns * l.flow.steps.len()) as u64;
     levels.iter().map(of).sum()
 }
@@ -190,7 +190,7 @@ mod tests {
             is_wide: false,
             finishes: true,
             one_rim: true,
-            few_edges: true,
+            faired_cost: 0.0,
             budget: 1,
             spent: 0,
         }

@@ -1,14 +1,16 @@
-//! The level set of a region: its solve, and what its surface is good for.
+//! Candidates: the level set of a region, solved on one grid and joined to the rims, and the unconverged one that came nearest.
 
+use std::f64::consts::PI;
 use std::time::Instant;
 
-use super::grids::Try;
+use super::grids::{Try, failures, spent};
 use super::outcome::TryFailure;
 use super::params::SurfaceKind;
-use super::problem::{RegionProblem, region};
+use super::problem::RegionProblem;
 use super::reference::ReferenceSurface;
 use super::report::RegionReport;
-use crate::flow::{FlowSettings, Variant};
+use super::so_far::{LevelEnd, Made, SoFar, Unconverged};
+use crate::flow::{FlowSettings, HALF_WIDTH, Variant};
 use crate::mesh::Mesh;
 use crate::region::{
     Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Sphere, Start, VoxelSize,
@@ -27,35 +29,110 @@ const BEFORE_FINISH: f64 = 0.2;
 /// Most steps on a grid with the paper's variants, which converge linearly.
 const MOST_STEPS: usize = 200;
 
-/// What the solve of a level set came to.
-pub(super) struct LevelSetResult<'a> {
-    pub(super) failure: Option<TryFailure>,
-    pub(super) report: RegionReport,
-    /// The surface, where it was joined or is all that was asked for.
-    pub(super) patch: Option<LevelSetSurface>,
-    /// What it was extracted from, where it was not joined for want of rest.
-    pub(super) unsteady: Option<Unsteady<'a>>,
-}
+/// An unconverged level set initialises the next one only if its last update was below this, in voxels: larger updates usually lead
+/// to a worse minimum, and a triangulation is the better initialisation.
+const WORTH_A_START: f64 = 0.1;
+/// Expected steps of the flow on each grid, with the time that the distances take: on 290 level sets of scans and models.
+const EXPECTED_STEPS: f64 = 11.0;
 
-/// A surface that is nearly steady.
-pub(super) struct Unsteady<'a> {
-    pub(super) solved: Solved,
-    pub(super) region: Region,
-    pub(super) data: MeshData<'a>,
-    pub(super) report: RegionReport,
+/// What the solve of a level set came to.
+struct LevelSetResult<'a> {
+    failure: Option<TryFailure>,
+    report: RegionReport,
+    /// The surface, where it was joined or is all that was asked for.
+    surface: Option<LevelSetSurface>,
+    /// What it was extracted from, where it was not joined for want of rest.
+    unconverged: Option<Unconverged<'a>>,
 }
 
 /// The surface of a level set.
-pub(super) enum LevelSetSurface {
+enum LevelSetSurface {
     /// A patch.
     Patch(Patch),
     /// The zero set by itself.
     Whole(Mesh),
 }
 
+/// Expected cost: unknowns of a disc as wide as the region times steps. Coarser grids add a third.
+pub(super) fn cost(problem: &RegionProblem<'_>, now: &Try) -> f64 {
+    let region = problem.region(now);
+    let across = now.growth * region.diameter / region.voxel;
+    let unknowns = PI / 4.0 * across * across * 2.0 * HALF_WIDTH;
+    4.0 / 3.0 * unknowns * EXPECTED_STEPS
+}
+
+/// Solves the level set and joins its surface to the rims.
+pub(super) fn make<'b>(
+    problem: &'b RegionProblem<'_>,
+    now: &Try,
+    so_far: &mut SoFar<'b>,
+) -> (Made, LevelEnd) {
+    let tried = so_far.history();
+    if tried.last().is_some_and(|(t, _)| t.energy != now.energy) {
+        // Another energy begins anew, with a budget of its own and without the surfaces of the first.
+        so_far.nearest = None;
+        so_far.prospects.spent = 0;
+    }
+    let is_worth_it = |k: &&Unconverged| now.refine > 1.0 && k.solved.movement() < WORTH_A_START;
+    let from = so_far.nearest.as_ref().filter(is_worth_it);
+    let mut done = problem.solve_and_join(now, from.map(|k| &k.solved.level));
+    so_far.prospects.spent += spent(&done.report.levels);
+    done.report.earlier_tries = failures(&tried);
+    // The second of two initialisations on one grid counts only if it converged.
+    let is_second = tried
+        .last()
+        .is_some_and(|(t, _)| *now == t.with_triangulation());
+    let unconverged = done.unconverged.filter(|_| !is_second);
+    so_far.nearest = nearer(so_far.nearest.take(), unconverged);
+    if done.failure == Some(TryFailure::ReachedBox) {
+        so_far.prospects.is_wide = Sphere::new(problem.mesh, problem.holes).is_some();
+    }
+    let last = done.report.levels.last();
+    let end = LevelEnd {
+        energy: last.filter(|l| l.flow.converged).map(|l| l.flow.willmore()),
+        failure: done.failure,
+    };
+    let made = match done.surface {
+        Some(LevelSetSurface::Whole(mesh)) => Made::Region(problem.whole(mesh, done.report)),
+        Some(LevelSetSurface::Patch(patch)) => Made::Joined(patch, done.report),
+        None => {
+            so_far.last = done.report;
+            Made::Nothing
+        }
+    };
+    (made, end)
+}
+
+/// The patch of the unconverged level set whose last update was the smallest, if it intersects nothing.
+pub(super) fn make_nearest(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made {
+    let tried = so_far.history();
+    let patch_of = |nearest: Unconverged| {
+        let surface = LevelSurface {
+            level: &nearest.solved.level,
+            data: &nearest.data,
+        };
+        let extracted = nearest.solved.level.zero_set();
+        let patch = problem.stitch(&nearest.region, &surface, &extracted).ok()?;
+        let report = RegionReport {
+            earlier_tries: failures(&tried),
+            ..nearest.report
+        };
+        (patch.report.intersecting_faces == 0).then_some(Made::Joined(patch, report))
+    };
+    let nearest = so_far.nearest.take();
+    nearest.and_then(patch_of).unwrap_or(Made::Nothing)
+}
+
+/// The unconverged level set whose last update was smaller; the first of two alike.
+fn nearer<'a>(a: Option<Unconverged<'a>>, b: Option<Unconverged<'a>>) -> Option<Unconverged<'a>> {
+    let movement = |u: &Unconverged| u.solved.movement();
+    let both = [a, b].into_iter().flatten();
+    both.min_by(|a, b| movement(a).total_cmp(&movement(b)))
+}
+
 impl RegionProblem<'_> {
     /// Solves a level set and joins its surface to the rims.
-    pub(super) fn solve_and_join(&self, now: &Try, from: Option<&Level>) -> LevelSetResult<'_> {
+    fn solve_and_join(&self, now: &Try, from: Option<&Level>) -> LevelSetResult<'_> {
         // Solves on nested grids, from the surface of an earlier attempt where there is one.
         let begun = Instant::now();
         let (solved, region, data) = self.solve(now, from);
@@ -76,8 +153,8 @@ impl RegionProblem<'_> {
             return LevelSetResult {
                 failure: Some(failure),
                 report: report.clone(),
-                patch: None,
-                unsteady: keep.then_some(Unsteady {
+                surface: None,
+                unconverged: keep.then_some(Unconverged {
                     solved,
                     region,
                     data,
@@ -87,7 +164,7 @@ impl RegionProblem<'_> {
         }
         // The zero set as it is, or cut to the hole and joined to the rims. A joined patch that intersects faces counts as
         // a failure, but is kept as a candidate.
-        let (failure, patch) = {
+        let (failure, surface) = {
             let surface = LevelSurface {
                 level: &solved.level,
                 data: &data,
@@ -110,8 +187,8 @@ impl RegionProblem<'_> {
         LevelSetResult {
             failure,
             report,
-            patch,
-            unsteady: None,
+            surface,
+            unconverged: None,
         }
     }
 
@@ -163,15 +240,7 @@ impl RegionProblem<'_> {
     }
 
     fn solve(&self, next: &Try, from: Option<&Level>) -> (Solved, Region, MeshData<'_>) {
-        let coarse = self.is_finished();
-        let region = region(
-            self.mesh,
-            self.holes,
-            self.params,
-            next,
-            self.extent,
-            coarse,
-        );
+        let region = self.region(next);
         let kept = self
             .reference
             .map(|d| d.kept(region.diameter, region.voxel));

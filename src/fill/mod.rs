@@ -17,6 +17,7 @@ mod rim_triangles;
 mod seam;
 mod search;
 mod setters;
+mod so_far;
 mod stitching;
 mod strategy;
 

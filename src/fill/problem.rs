@@ -75,6 +75,13 @@ impl RegionProblem<'_> {
     pub(super) fn diameter(&self) -> f64 {
         self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max)
     }
+
+    /// The lattice of a level set.
+    pub(super) fn region(&self, next: &Try) -> Region {
+        let (holes, extent) = (self.holes, self.extent);
+        let coarse = self.is_finished();
+        region(self.mesh, holes, self.params, next, extent, coarse)
+    }
 }
 
 /// The region of the first try.
@@ -92,7 +99,7 @@ pub(crate) fn first_region(mesh: &Mesh, holes: &[&Hole], params: &FillParams) ->
 
 /// The lattice of a try; `extent` bounds the surface that it starts from, if any. It may be `coarse` where patches are finished
 /// on their own triangles.
-pub(super) fn region(
+fn region(
     mesh: &Mesh,
     holes: &[&Hole],
     params: &FillParams,

@@ -8,9 +8,9 @@ use super::quality::Quality;
 use crate::flow::Energy;
 use crate::region::Start;
 
-/// Rims of at most so many edges get a faired triangulation for a hundredth of what the level set takes,
-pub(super) const CHEAP_EDGES: usize = 60;
-/// and get it where ½∫h² of the finished patch is more than this: such a surface, as bent as a cap of 140° of a sphere, may be one
+/// A faired triangulation that costs no more than this, that of a rim of 60 edges, is cheap,
+const CHEAP: f64 = 15_480.0;
+/// and is made where ½∫h² of the finished patch is more than this: such a surface, as bent as a cap of 140° of a sphere, may be one
 /// minimum of several.
 const BENT: f64 = 8.0;
 /// A zero set with a larger ½∫h² than this, nearly that of a sphere (8π), may be one minimum of several: another initialisation can
@@ -162,8 +162,8 @@ fn second_start(made: &[Ending], region: &Prospects) -> Option<Try> {
     };
     let has_other = own.energy == Energy::Willmore && own.start == Start::Biharmonic;
     let is_bent = last.level_energy.is_some_and(|e| e > LEVEL_SET_BENT);
-    let may = region.finishes && region.one_rim && !region.few_edges;
-    (may && has_other && is_bent).then(|| own.from_triangulation())
+    let may = region.finishes && region.one_rim && region.faired_cost > CHEAP;
+    (may && has_other && is_bent).then(|| own.with_triangulation())
 }
 
 /// The finished patch of a level set, or the faired triangulation: that is made where the first intersects something or is folded, or is
@@ -173,7 +173,7 @@ fn finished_or_faired(finished: usize, made: &[Ending], region: &Prospects) -> S
     let own = made[finished].quality.filter(|_| region.finishes);
     let (own, factor) = match own {
         Some(own) if !own.is_sound() => (own, CLEARLY_HIGHER),
-        Some(own) if own.energy > BENT && region.few_edges => (own, MUCH_HIGHER),
+        Some(own) if own.energy > BENT && region.faired_cost <= CHEAP => (own, MUCH_HIGHER),
         _ => return Step::Take(finished),
     };
     let Some(faired) = place(Candidate::Faired, made) else {
@@ -226,7 +226,7 @@ pub(super) fn history(made: &[Ending]) -> Vec<(Try, Option<TryFailure>)> {
             continue;
         };
         match kept.last_mut() {
-            Some((first, best)) if own == first.from_triangulation() => {
+            Some((first, best)) if own == first.with_triangulation() => {
                 if ending.is_better_than(best) {
                     *best = ending;
                 }
@@ -261,7 +261,7 @@ mod tests {
             diameter: 1.0,
             finishes: true,
             one_rim: true,
-            few_edges: true,
+            faired_cost: CHEAP,
             budget: 1,
             ..Prospects::default()
         }
@@ -313,7 +313,7 @@ mod tests {
 
     #[test]
     fn a_bent_patch_gives_way_to_a_sound_one_of_much_lower_energy_only() {
-        let taken_beside = |faired: Quality, few_edges: bool| {
+        let taken_beside = |faired: Quality, is_cheap: bool| {
             let end = |candidate: Candidate, _: usize| match candidate {
                 Candidate::Finished => (
                     Some(Quality {
@@ -327,7 +327,7 @@ mod tests {
                 _ => (Some(SOUND), None, false),
             };
             let region = Prospects {
-                few_edges,
+                faired_cost: if is_cheap { CHEAP } else { 2.0 * CHEAP },
                 ..region()
             };
             searched(RegionPlan::Solve, &region, end).0
@@ -430,7 +430,7 @@ mod tests {
             ] {
                 searched(plan, &region(), end);
                 let long_rim = Prospects {
-                    few_edges: false,
+                    faired_cost: 2.0 * CHEAP,
                     ..region()
                 };
                 searched(plan, &long_rim, end);
@@ -442,7 +442,7 @@ mod tests {
     fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
         let first = Try::first(Energy::Willmore);
         let long_rim = Prospects {
-            few_edges: false,
+            faired_cost: 2.0 * CHEAP,
             ..region()
         };
         let ending =
@@ -456,7 +456,7 @@ mod tests {
         let next = |made: &[Ending], region: &Prospects| {
             next_step(RegionPlan::Solve, &first, made, region)
         };
-        let second = first.from_triangulation();
+        let second = first.with_triangulation();
         let bent = ending(first, Some(SOUND), None, 21.0);
         let calm = ending(first, Some(SOUND), None, 19.0);
         let finish = Step::Make(Candidate::Finished);

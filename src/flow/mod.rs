@@ -26,6 +26,7 @@ mod variation;
 mod willmore;
 
 pub use band::Band;
+pub(crate) use band::WIDTH as HALF_WIDTH;
 pub use bending::{BendingBand, BendingEnergy, Density, OwnEnergy};
 pub use energies::relax;
 pub use energy::{BandEnergy, Evaluation, Needs};
