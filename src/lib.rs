@@ -114,6 +114,7 @@ mod sdf;
 mod setters;
 mod spatial;
 mod stitch;
+mod tuning;
 #[cfg(feature = "view")]
 mod view;
 

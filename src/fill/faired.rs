@@ -14,15 +14,7 @@ use super::so_far::{Made, SoFar};
 use crate::finish::{Refusal, Surroundings, biharmonic};
 use crate::mesh::Hole;
 use crate::stitch::{Patch, flipped, refined_triangulation};
-
-/// Rims of more edges get none: a triangulation takes time with the cube of their number, and what is as large is
-/// seldom told by its rim alone.
-const MOST_EDGES: usize = 400;
-/// How often a triangulation is filled and its edges flipped before it is filled at last.
-const FAIRINGS: usize = 2;
-
-/// Expected cost for the square of a rim's number of edges: 26 µs on 28 holes of scans and models, most of it for the finish.
-const COST_OF_SQUARE: f64 = 4.3;
+use crate::tuning::tuning;
 
 /// Expected cost: infinite where a rim has too many edges.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
@@ -31,8 +23,8 @@ pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
 
 /// The same for one rim of so many edges.
 pub(super) fn cost_of_rim(edges: usize) -> f64 {
-    match edges <= MOST_EDGES {
-        true => COST_OF_SQUARE * (edges as f64).powi(2),
+    match edges <= tuning().fill.most_faired_edges {
+        true => tuning().fill.faired_cost * (edges as f64).powi(2),
         false => f64::INFINITY,
     }
 }
@@ -77,9 +69,9 @@ impl RegionProblem<'_> {
 
     /// A refined triangulation of a rim, in the numbers of the part of the mesh that is returned with it, filled and flipped in turn.
     pub(super) fn spanned(&self, hole: &Hole, linear: LinearFill) -> Option<(Local, Patch)> {
-        (hole.edges <= MOST_EDGES).then_some(())?;
+        (hole.edges <= tuning().fill.most_faired_edges).then_some(())?;
         let (mut local, rim, mut patch) = self.refined(hole)?;
-        for _ in 0..FAIRINGS {
+        for _ in 0..tuning().fill.fairings {
             fill(&mut local, &mut patch, linear);
             patch = flipped(&local.part.mesh, &rim, &patch);
         }

@@ -10,12 +10,7 @@ use crate::cancel::Cancel;
 use crate::finish::{FinishFound, FinishMethod, FinishParams, Surroundings, finish};
 use crate::mesh::{Mesh, Part, bounds};
 use crate::stitch::{Patch, count_intersecting};
-
-/// How far round the rims the mesh is looked at, in diagonals of their bounding box. The finish asks for 0.68 of a hole's
-/// diameter, along the surface.
-pub(crate) const RIM_REACH: f64 = 0.8;
-/// Expected cost of the finish for each face: 0.13 ms on 274 holes of scans and models.
-const COST_OF_FACE: f64 = 21.0;
+use crate::tuning::tuning;
 
 /// The part of the mesh round a patch, with the patch in it.
 pub(super) struct Local {
@@ -93,7 +88,7 @@ impl Local {
 
 /// Expected cost of the finish of a patch with so many faces.
 pub(super) fn cost(faces: usize) -> f64 {
-    COST_OF_FACE * faces as f64
+    tuning().fill.finish_cost * faces as f64
 }
 
 /// Finishes the best patch of a level set.
@@ -186,7 +181,7 @@ impl RegionProblem<'_> {
     pub(super) fn wide_part(&self, patch: &Patch) -> Part {
         let rim = || self.holes.iter().flat_map(|h| &h.rim).copied();
         let (low, high) = bounds(rim().map(|v| self.mesh.positions[v as usize]));
-        let margin = DVec3::splat(RIM_REACH * low.distance(high));
+        let margin = DVec3::splat(tuning().fill.rim_reach * low.distance(high));
         let (lowest, highest) = bounds(patch.positions.iter().copied());
         let (low, high) = (low - margin, high + margin);
         self.all.part(low.min(lowest), high.max(highest), rim())

@@ -17,23 +17,7 @@ use crate::region::{
     solve_nested,
 };
 use crate::stitch::Patch;
-
-/// A surface that is not steady is kept for want of a better one when the step that led to it moved it by less than this, in
-/// voxels.
-const NEARLY_STEADY: f64 = 1.0;
-/// A surface that finds no rest within so many nodes of the side of its box may want a wider one.
-const NEAR_SIDE: i32 = 9;
-/// Before a finish the flow is steady enough when no node moves by more than this, in voxels: the finish goes on from there. On 143
-/// holes of scans a tenth of it made patches no better, and took two steps more.
-const BEFORE_FINISH: f64 = 0.2;
-/// Most steps on a grid with the paper's variants, which converge linearly.
-const MOST_STEPS: usize = 200;
-
-/// An unconverged level set initialises the next one only if its last update was below this, in voxels: larger updates usually lead
-/// to a worse minimum, and a triangulation is the better initialisation.
-const WORTH_A_START: f64 = 0.1;
-/// Expected steps of the flow on each grid, with the time that the distances take: on 290 level sets of scans and models.
-const EXPECTED_STEPS: f64 = 11.0;
+use crate::tuning::tuning;
 
 /// What the solve of a level set came to.
 struct LevelSetResult<'a> {
@@ -58,7 +42,7 @@ pub(super) fn cost(problem: &RegionProblem<'_>, now: &Try) -> f64 {
     let region = problem.region(now);
     let across = now.growth * region.diameter / region.voxel;
     let unknowns = PI / 4.0 * across * across * 2.0 * HALF_WIDTH;
-    4.0 / 3.0 * unknowns * EXPECTED_STEPS
+    4.0 / 3.0 * unknowns * tuning().fill.expected_steps
 }
 
 /// Solves the level set and joins its surface to the rims.
@@ -73,7 +57,8 @@ pub(super) fn make<'b>(
         so_far.nearest = None;
         so_far.prospects.spent = 0;
     }
-    let is_worth_it = |k: &&Unconverged| now.refine > 1.0 && k.solved.movement() < WORTH_A_START;
+    let is_worth_it =
+        |k: &&Unconverged| now.refine > 1.0 && k.solved.movement() < tuning().fill.worth_a_start;
     let from = so_far.nearest.as_ref().filter(is_worth_it);
     let mut done = problem.solve_and_join(now, from.map(|k| &k.solved.level));
     so_far.prospects.spent += spent(&done.report.levels);
@@ -148,7 +133,8 @@ impl RegionProblem<'_> {
         };
         // An unusable surface may still initialise later attempts if its last update was small and it stays inside its box.
         if let Some(failure) = self.unusable(&solved, now) {
-            let nearly = solved.movement() < NEARLY_STEADY && !solved.level.touches_box();
+            let nearly =
+                solved.movement() < tuning().fill.nearly_steady && !solved.level.touches_box();
             let keep = nearly && self.params.surface == SurfaceKind::Stitched;
             return LevelSetResult {
                 failure: Some(failure),
@@ -196,7 +182,7 @@ impl RegionProblem<'_> {
     fn unusable(&self, solved: &Solved, now: &Try) -> Option<TryFailure> {
         let to_rest = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
         let lost = solved.is_far_from_steady() && to_rest;
-        let may_grow = || now.may_widen() && solved.level.is_near_side(NEAR_SIDE);
+        let may_grow = || now.may_widen() && solved.level.is_near_side(tuning().fill.near_side);
         if solved.has_diverged() && to_rest {
             // None that came so far from rest has been known to find it on another grid, unless it was on its way to a sphere.
             let on_its_way = now.start != Start::Sphere
@@ -269,10 +255,10 @@ impl RegionProblem<'_> {
         let usual = FlowSettings::default();
         let most = match self.params.variant {
             Variant::GaussNewton => usual.max_steps,
-            Variant::I | Variant::II => MOST_STEPS,
+            Variant::I | Variant::II => tuning().fill.most_linear_steps,
         };
         let (tolerance, rough) = match self.is_finished() {
-            true => (BEFORE_FINISH, 1.0),
+            true => (tuning().fill.before_finish, 1.0),
             false => (usual.tolerance, usual.rough),
         };
         FlowSettings {

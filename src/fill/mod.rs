@@ -22,8 +22,6 @@ mod stitching;
 mod strategy;
 
 pub use candidate::{FinishReport, PatchStart};
-pub(crate) use finish_step::RIM_REACH;
-pub(crate) use grids::WIDEST;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
 };
@@ -31,5 +29,4 @@ pub use params::{FillParams, Finish, SurfaceKind};
 pub(crate) use problem::{RegionPlan, RegionProblem, first_region};
 pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;
-pub(crate) use report::FEW_EDGES;
 pub use report::RegionReport;

@@ -5,13 +5,13 @@ use glam::DVec3;
 use super::grids::Try;
 use super::params::{FillParams, SurfaceKind};
 use super::reference::ReferenceSurface;
-use super::report::FEW_EDGES;
 use crate::cancel::Cancel;
 use crate::flow::BendingEnergy;
 use crate::mesh::{Hole, Mesh};
 use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
 use crate::stitch::close_seam;
+use crate::tuning::tuning;
 
 /// What a region calls for, before anything is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ impl RegionPlan {
     pub(crate) fn new(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Self {
         let is_stitched = params.surface == SurfaceKind::Stitched;
         match holes {
-            [hole] if is_stitched && hole.edges <= FEW_EDGES => Self::Trivial,
+            [hole] if is_stitched && hole.edges <= tuning().fill.few_edges => Self::Trivial,
             _ if holes.iter().all(|h| params.is_flat(h.id)) => Self::Planar,
             [a, b] if is_stitched && close_seam(mesh, &a.rim, &b.rim).is_some() => Self::Seam,
             _ => Self::Solve,

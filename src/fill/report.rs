@@ -7,13 +7,7 @@ use super::candidate::FinishReport;
 use super::outcome::{ClosedBy, TryFailure};
 use crate::mesh::HoleId;
 use crate::region::LevelReport;
-
-/// Holes of at most so many edges are closed by triangles between their vertices without being solved.
-pub(crate) const FEW_EDGES: usize = 4;
-
-/// A patch that rises higher above its rim than this, in diameters, balloons: half a sphere rises by 0.5. Caps of cut necks
-/// and limbs rise by 0.4; those of holes in a surface that goes on by less than 0.2.
-const BALLOON: f64 = 0.3;
+use crate::tuning::tuning;
 
 /// A region and its patch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -74,6 +68,6 @@ impl RegionReport {
     /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the
     /// mouth of a vessel.
     pub fn balloons(&self) -> bool {
-        self.rise.is_some_and(|rise| rise > BALLOON)
+        self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
     }
 }

@@ -14,16 +14,7 @@ use super::strategy::{Candidate, Ending, Step, next_step};
 use super::{faired, finish_step, level_set, planar, rim_triangles, seam};
 use crate::mesh::Hole;
 use crate::region::Start;
-
-/// Loops of at most this many edges are solved once only: their few edges say little about the surface, and a finer grid does
-/// not add to that.
-const SMALL_EDGES: usize = 16;
-/// What further tries at a region may cost, in unknowns times steps: about six seconds of one core.
-const BUDGET: u64 = 1_000_000;
-/// A rim is the end of a tube when it is planar to this part of its diameter,
-const FLAT_RIM: f64 = 0.01;
-/// and the mean of the directions in which the surface would continue is at least so long: those of a tube have length 1.
-const PARALLEL: f64 = 0.98;
+use crate::tuning::tuning;
 
 impl RegionProblem<'_> {
     /// Fills the region.
@@ -45,7 +36,7 @@ impl RegionProblem<'_> {
     fn prospects(&self) -> Prospects {
         let is_end = |h: &&Hole| {
             let mean = h.conormals.iter().sum::<DVec3>() / h.conormals.len().max(1) as f64;
-            h.planarity < FLAT_RIM && mean.length() > PARALLEL
+            h.planarity < tuning().fill.flat_rim && mean.length() > tuning().fill.parallel
         };
         Prospects {
             may_refine: refines(self.mesh, self.holes, self.params),
@@ -55,7 +46,7 @@ impl RegionProblem<'_> {
             finishes: self.is_finished(),
             one_rim: self.holes.len() == 1,
             faired_cost: faired::cost(self),
-            budget: BUDGET,
+            budget: tuning().fill.budget,
             spent: 0,
         }
     }
@@ -95,7 +86,10 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
 fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
     SoFar {
         first: Try {
-            accept: problem.holes.iter().all(|h| h.edges <= SMALL_EDGES),
+            accept: problem
+                .holes
+                .iter()
+                .all(|h| h.edges <= tuning().fill.small_edges),
             start: match problem.reference {
                 Some(_) => Start::Triangulation,
                 None => Start::Biharmonic,

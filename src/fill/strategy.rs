@@ -7,20 +7,7 @@ use super::problem::RegionPlan;
 use super::quality::Quality;
 use crate::flow::Energy;
 use crate::region::Start;
-
-/// A faired triangulation that costs no more than this, that of a rim of 60 edges, is cheap,
-const CHEAP: f64 = 15_480.0;
-/// and is made where ½∫h² of the finished patch is more than this: such a surface, as bent as a cap of 140° of a sphere, may be one
-/// minimum of several.
-const BENT: f64 = 8.0;
-/// A zero set with a larger ½∫h² than this, nearly that of a sphere (8π), may be one minimum of several: another initialisation can
-/// find a lower one.
-const LEVEL_SET_BENT: f64 = 20.0;
-/// An energy this many times as high is clearly higher: smaller differences tell triangulations apart rather than surfaces.
-const CLEARLY_HIGHER: f64 = 1.1;
-/// An energy this many times as high is that of another kind of surface, not of another triangulation. On 143 holes of scans lower
-/// ones, down to 1.5 times, were of surfaces farther from the truth than the first.
-const MUCH_HIGHER: f64 = 2.0;
+use crate::tuning::tuning;
 
 /// A way to close a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,8 +148,10 @@ fn second_start(made: &[Ending], region: &Prospects) -> Option<Try> {
         return None;
     };
     let has_other = own.energy == Energy::Willmore && own.start == Start::Biharmonic;
-    let is_bent = last.level_energy.is_some_and(|e| e > LEVEL_SET_BENT);
-    let may = region.finishes && region.one_rim && region.faired_cost > CHEAP;
+    let is_bent = last
+        .level_energy
+        .is_some_and(|e| e > tuning().fill.level_set_bent);
+    let may = region.finishes && region.one_rim && region.faired_cost > tuning().fill.cheap;
     (may && has_other && is_bent).then(|| own.with_triangulation())
 }
 
@@ -172,8 +161,12 @@ fn second_start(made: &[Ending], region: &Prospects) -> Option<Try> {
 fn finished_or_faired(finished: usize, made: &[Ending], region: &Prospects) -> Step {
     let own = made[finished].quality.filter(|_| region.finishes);
     let (own, factor) = match own {
-        Some(own) if !own.is_sound() => (own, CLEARLY_HIGHER),
-        Some(own) if own.energy > BENT && region.faired_cost <= CHEAP => (own, MUCH_HIGHER),
+        Some(own) if !own.is_sound() => (own, tuning().fill.clearly_higher),
+        Some(own)
+            if own.energy > tuning().fill.bent && region.faired_cost <= tuning().fill.cheap =>
+        {
+            (own, tuning().fill.much_higher)
+        }
         _ => return Step::Take(finished),
     };
     let Some(faired) = place(Candidate::Faired, made) else {
@@ -261,7 +254,7 @@ mod tests {
             diameter: 1.0,
             finishes: true,
             one_rim: true,
-            faired_cost: CHEAP,
+            faired_cost: tuning().fill.cheap,
             budget: 1,
             ..Prospects::default()
         }
@@ -327,7 +320,11 @@ mod tests {
                 _ => (Some(SOUND), None, false),
             };
             let region = Prospects {
-                faired_cost: if is_cheap { CHEAP } else { 2.0 * CHEAP },
+                faired_cost: if is_cheap {
+                    tuning().fill.cheap
+                } else {
+                    2.0 * tuning().fill.cheap
+                },
                 ..region()
             };
             searched(RegionPlan::Solve, &region, end).0
@@ -430,7 +427,7 @@ mod tests {
             ] {
                 searched(plan, &region(), end);
                 let long_rim = Prospects {
-                    faired_cost: 2.0 * CHEAP,
+                    faired_cost: 2.0 * tuning().fill.cheap,
                     ..region()
                 };
                 searched(plan, &long_rim, end);
@@ -442,7 +439,7 @@ mod tests {
     fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
         let first = Try::first(Energy::Willmore);
         let long_rim = Prospects {
-            faired_cost: 2.0 * CHEAP,
+            faired_cost: 2.0 * tuning().fill.cheap,
             ..region()
         };
         let ending =
