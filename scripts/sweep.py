@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Varies the thresholds of src/tuning one by one and prints what changes.
 
-usage: sweep.py [--only REGEX] [--factors 0.7,1.4] [--binary PROGRAM] [--folder FOLDER --score COMMAND] [--cases REGEX] [--most-holes N] [--json FILE]
+usage: sweep.py [--only REGEX] [--factors 0.7,1.4] [--binary PROGRAM] [--folder FOLDER [--score COMMAND]] [--cases REGEX] [--most-holes N] [--json FILE]
 
 The program is built with `--cfg isomend_tuning` into target/tuning, or given; it reads thresholds from ISOMEND_TUNING.
 
 Without --folder the holes are made here: discs of faces are cut out of meshes in data/, and the error is the distance that
 `isomend compare` measures between the filled mesh and the whole one. With --folder the holes are those of FOLDER/cases/NAME/input.ply;
-where case.json lists `holes` with `edges` and `perimeter`, only these are filled. COMMAND scores: {cases} is FOLDER/cases, {outputs} a
+where case.json lists `holes` with `edges` and `perimeter`, only these are filled. Without COMMAND each is compared with the truth.obj
+beside it. COMMAND scores: {cases} is FOLDER/cases, {outputs} a
 folder with a NAME.ply for each filled case whose bytes changed, and it prints one JSON object from names of holes to errors.
 
 For each value: files whose bytes change, geometric mean of the ratios of errors to those of today's value, and the worst single

@@ -133,7 +133,7 @@ pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Op
         TryFailure::NotJoined(_) if last.accept => None,
         TryFailure::NotJoined(_) => finer(),
     };
-    // The budget bounds the cost of the attempts with one energy, tuning().fill.most_tries their number.
+    // The budget bounds the cost of the attempts with one energy, another threshold their number.
     let next = next.filter(|_| region.spent < region.budget);
     if next.is_some() {
         return next.filter(|_| own.len() < tuning().fill.most_tries);

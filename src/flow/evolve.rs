@@ -237,7 +237,7 @@ impl Evolution {
             };
             let step = self.record(state, step, until);
             (refused, band_steps) = (0, band_steps + 1);
-            // The next step aims at 0.7 of the movement allowed, but grows no faster than by tuning().flow.step_growth.
+            // The next step aims at 0.7 of the movement allowed, but grows no faster than by the bound.
             let growth = 0.7 * tuning().flow.most_movement / direction.movement.max(1e-9);
             self.next = self.next.max(time_step)
                 * growth.clamp(tuning().flow.step_cut, tuning().flow.step_growth);

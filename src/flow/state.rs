@@ -116,7 +116,7 @@ impl<E: BandEnergy> BandState<E> {
             .at
             .take()
             .unwrap_or_else(|| self.evaluate(&self.values));
-        // The matrix of the last step serves again until the surface has moved by tuning().flow.drift; a flow in time makes its own each
+        // The matrix of the last step serves again until the surface has drifted; a flow in time makes its own each
         // step.
         let in_time = settings.time_step.is_finite();
         let system = match self.system.take() {

@@ -14,7 +14,7 @@ pub(crate) fn tuning() -> &'static Tuning {
     READ.get_or_init(|| {
         let text = std::env::var(VARIABLE).unwrap_or_default();
         changed(&text).unwrap_or_else(|error| {
-            log::error!("{VARIABLE}: {error}");
+            eprintln!("{VARIABLE}: {error}");
             process::exit(2)
         })
     })

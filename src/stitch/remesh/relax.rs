@@ -73,24 +73,23 @@ impl Remesher<'_> {
         let Some(around) = self.rims.angle_around else {
             return;
         };
+        let rules = &tuning().stitch;
         // Angles across the rim in radians, and what of them the curvature of the surface does not explain.
         let seam: Vec<Seam> = self.seam().collect();
         let mean =
             |of: fn(&Seam) -> f64| seam.iter().map(of).sum::<f64>() / seam.len().max(1) as f64;
         let sharp = mean(|s| s.angle.abs());
         let rough = mean(|s| s.excess.abs());
-        if sharp <= around.max(tuning().stitch.seam_visible)
-            || rough <= tuning().stitch.seam_rough * sharp
-        {
+        if sharp <= around.max(rules.seam_visible) || rough <= rules.seam_rough * sharp {
             return;
         }
-        // How much of the excess has to go for the mean angle to be tuning().stitch.seam_goal times that of the mesh.
-        let part = 1.0 - tuning().stitch.seam_goal * around / sharp;
+        // How much of the excess has to go for the mean angle to be a part of that of the mesh.
+        let part = 1.0 - rules.seam_goal * around / sharp;
         // The unknowns: displacements of free vertices near the rim along their normals, in units of the mesh.
-        let ring = self.rings(tuning().stitch.seam_rings);
+        let ring = self.rings(rules.seam_rings);
         let (mut number, mut moved) = (vec![FIXED; ring.len()], Vec::new());
         for v in self.free_vertices() {
-            if ring[v as usize] <= tuning().stitch.seam_rings {
+            if ring[v as usize] <= rules.seam_rings {
                 number[v as usize] = moved.len() as u32;
                 moved.push(v);
             }
@@ -101,7 +100,7 @@ impl Remesher<'_> {
             .map(|s| Row {
                 change: self.change([Some(s.edge), None], &number),
                 goal: -part * s.excess,
-                weight: tuning().stitch.seam_weight,
+                weight: rules.seam_weight,
             })
             .collect();
         let inner = self.mesh.interior_edges().filter_map(|h| {
@@ -114,10 +113,8 @@ impl Remesher<'_> {
         });
         rows.extend(inner);
         let lengths: Vec<f64> = moved.iter().map(|&v| self.mesh.mean_length(v)).collect();
-        let stay: Vec<f64> = lengths
-            .iter()
-            .map(|l| (tuning().stitch.seam_stay / l).powi(2))
-            .collect();
+        let stay = |l: &f64| (rules.seam_stay / l).powi(2);
+        let stay: Vec<f64> = lengths.iter().map(stay).collect();
         // Right-hand side and diagonal of the normal equations, which are solved without their matrix.
         let (mut rhs, mut diagonal) = (vec![0.0; moved.len()], stay.clone());
         for row in &rows {
@@ -135,7 +132,7 @@ impl Remesher<'_> {
         let scaling = Jacobi(bending.jacobi());
         conjugate_gradient(&bending, &scaling, &rhs, &mut by, 1e-3, 200);
         for ((v, by), length) in moved.into_iter().zip(by).zip(lengths) {
-            self.displace(v, by, tuning().stitch.seam_most * length);
+            self.displace(v, by, rules.seam_most * length);
         }
     }
 
