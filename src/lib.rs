@@ -128,7 +128,7 @@ pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
     ClosedBy, FailedReason, FillParams, Finish, FinishReport, HoleOutcome, LeftReason, PatchStart,
-    RegionPatch, RegionReport, SurfaceKind, Tally, TriangulatedReason, TryFailure,
+    Quality, RegionPatch, RegionReport, SurfaceKind, Tally, TriangulatedReason, TryFailure,
 };
 pub use finish::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,

@@ -27,6 +27,7 @@ pub use outcome::{
 };
 pub use params::{FillParams, Finish, SurfaceKind};
 pub(crate) use problem::{RegionPlan, RegionProblem, first_region};
+pub use quality::Quality;
 pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;
 pub use report::RegionReport;

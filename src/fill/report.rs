@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
 use super::outcome::{ClosedBy, TryFailure};
+use super::quality::Quality;
 use crate::mesh::HoleId;
 use crate::region::LevelReport;
 use crate::tuning::tuning;
@@ -48,6 +49,8 @@ pub struct RegionReport {
     pub intersecting_faces: usize,
     /// Connected pieces of the patch.
     pub components: usize,
+    /// How good its patch is: the value by which patches are chosen. None in a plan, and for offset shells of a repair.
+    pub quality: Option<Quality>,
     /// How its patch was finished; none where it was not.
     pub finish: Option<FinishReport>,
     /// Why earlier tries failed.
@@ -59,6 +62,14 @@ pub struct RegionReport {
 }
 
 impl RegionReport {
+    /// Counts the new faces that intersect another face anew.
+    pub(crate) fn set_intersecting(&mut self, faces: usize) {
+        self.intersecting_faces = faces;
+        if let Some(quality) = &mut self.quality {
+            quality.intersections = faces;
+        }
+    }
+
     /// Whether a surface was made for it, and not only triangles between vertices of rims.
     pub fn has_surface(&self) -> bool {
         let by = self.closed_by;

@@ -24,7 +24,9 @@ impl RegionProblem<'_> {
             true => self.stopped(RegionReport::default()),
             false => search(self),
         };
+        let quality = filled.quality();
         let report = &mut filled.report;
+        report.quality = Some(quality);
         report.id = self.id;
         report.holes = self.holes.iter().map(|h| h.id).collect();
         report.bridge = self.params.bridges(&report.holes);

@@ -241,6 +241,7 @@ mod tests {
         is_plain: false,
         folds: 0,
         is_unconverged: false,
+        expected_error: None,
         energy: 1.0,
     };
     const CROSSING: Quality = Quality {

@@ -4,7 +4,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::fill::{
-    ClosedBy, FailedReason, FinishReport, HoleOutcome, LeftReason, RegionReport,
+    ClosedBy, FailedReason, FinishReport, HoleOutcome, LeftReason, Quality, RegionReport,
     TriangulatedReason, TryFailure,
 };
 use crate::mend::HoleReport;
@@ -167,6 +167,8 @@ pub(super) struct RegionRow<'a> {
     quality_mean: f64,
     intersecting_faces: usize,
     components: usize,
+    /// The value by which patches were chosen; null for offset shells of a repair.
+    quality: Option<&'a Quality>,
     /// How the patch was finished on its own triangles; null where it was not.
     finish: Option<&'a FinishReport>,
     earlier_tries: Vec<String>,
@@ -193,6 +195,7 @@ impl<'a> RegionRow<'a> {
             quality_mean: r.quality_mean,
             intersecting_faces: r.intersecting_faces,
             components: r.components,
+            quality: r.quality.as_ref(),
             finish: r.finish.as_ref(),
             earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),
             other_energy: r.other_energy,
