@@ -107,7 +107,9 @@ thresholds! {
         /// Diameters. The narrow ring of the test: known vertices nearer to the rim than this. It tests the rim alone; the wide
         /// one has more data where there is noise. Each alone left errors larger by 0.7 to 1.5 % on 143 holes of scans.
         narrow_ring: f64 = 0.06,
-        /// Mean edges. Least width of the narrow ring.
+        /// Mean edges. Least width of the narrow ring: just above 1, so that it holds the first ring of vertices of a small hole and no
+        /// other. On four holes of scans 0.7, with which the ring of a small hole is empty, made the error larger by 9.5 %, 1.4 by
+        /// 4.6 %.
         narrow_ring_edges: f64 = 1.01,
         /// Diameters. Width of the wide ring of the test.
         wide_ring: f64 = 0.12,

@@ -35,7 +35,8 @@ thresholds! {
         plateau_movement: f64 = 0.02,
         /// Relative change of the energy over five steps that is a plateau.
         plateau_change: f64 = 2e-3,
-        /// Fraction of a step that has to be taken for the surface to count as steady.
+        /// Fraction of a step that has to be taken for the surface to count as steady: steps are halved, so that any value between ½ and
+        /// 1 asks for whole steps. With 1 and more no flow would converge.
         whole_step: f64 = 0.9,
         /// Voxels. κ is raised where steps are longer than this and do not shrink.
         kappa_movement: f64 = 0.05,

@@ -118,6 +118,21 @@ pub(crate) use read::tuning;
 mod tests {
     use super::*;
 
+    /// Where `scripts/sweep.py` found the error of patches to depend on a value by several per cent.
+    #[test]
+    fn values_that_matter_are_where_they_have_to_be() {
+        let chosen = Tuning::default();
+        // The first ring of vertices of a small hole, and no other.
+        let ring = chosen.finish.narrow_ring_edges;
+        assert!(ring > 1.0 && ring < 1.1);
+        // Edges of the target length stay.
+        let (short, long) = (chosen.stitch.short_edge, chosen.stitch.long_edge);
+        assert!(short < 1.0 && long > 1.0);
+        // Whole steps alone count.
+        let whole = chosen.flow.whole_step;
+        assert!(whole > 0.5 && whole < 1.0);
+    }
+
     #[test]
     fn the_build_has_the_chosen_values_or_those_of_the_environment() {
         let chosen = Tuning::default();

@@ -24,9 +24,9 @@ thresholds! {
         compensation_fade: u32 = 2,
         /// Mean lengths of the edges at a vertex: its largest displacement.
         most_compensation: f64 = 0.1,
-        /// Target lengths. Longer edges are split.
+        /// Target lengths. Longer edges are split. On four holes of scans 0.93 made the error larger by 12 %, 1.87 by 4.6 %.
         long_edge: f64 = 4.0 / 3.0,
-        /// Target lengths. Shorter edges are collapsed.
+        /// Target lengths. Shorter edges are collapsed. On four holes of scans 0.56 made the error larger by 3.5 %.
         short_edge: f64 = 4.0 / 5.0,
         /// Passes over all edges within one round.
         passes: usize = 4,
