@@ -132,11 +132,14 @@ fn make<'b>(
         Candidate::RimTriangles => rim_triangles::make(problem, so_far),
     };
     let quality = made.quality();
-    log::debug!(
-        "{candidate:?}: {:.0} ms, expected {:.0} ms; {quality:?}",
-        1e3 * clock.elapsed().as_secs_f64(),
-        MS_OF_COST * cost(problem, candidate, so_far)
-    );
+    if problem.plan == RegionPlan::Solve && log::log_enabled!(log::Level::Debug) {
+        let seconds = clock.elapsed().as_secs_f64();
+        let expected = MS_OF_COST * cost(problem, candidate, so_far);
+        log::debug!(
+            "{candidate:?}: {:.0} ms, expected {expected:.0} ms; {quality:?}",
+            1e3 * seconds
+        );
+    }
     let ending = Ending {
         candidate,
         quality,
