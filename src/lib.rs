@@ -115,6 +115,7 @@ mod sdf;
 mod setters;
 mod spatial;
 mod stitch;
+mod tuning;
 #[cfg(feature = "view")]
 mod view;
 
@@ -128,7 +129,7 @@ pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
     ClosedBy, CreaseReport, FailedReason, FillParams, Finish, FinishReport, HoleOutcome,
-    LeftReason, PatchStart, RegionPatch, RegionReport, Sharp, SurfaceKind, Tally,
+    LeftReason, PatchStart, Quality, RegionPatch, RegionReport, Sharp, SurfaceKind, Tally,
     TriangulatedReason, TryFailure,
 };
 pub use finish::{

@@ -3,7 +3,7 @@
 use super::quality::Quality;
 use serde::{Deserialize, Serialize};
 
-use crate::finish::FinishFound;
+use crate::finish::{CandidateFound, FinishFound};
 use crate::stitch::Patch;
 
 /// From what a patch was finished.
@@ -29,14 +29,22 @@ pub struct FinishReport {
 }
 
 impl FinishReport {
-    /// Folds and energy of all pieces.
-    pub(super) fn sum(&self) -> FinishFound {
-        let mut all = FinishFound::default();
-        for piece in &self.pieces {
-            all.folds_after += piece.folds_after;
-            all.energy_after += piece.energy_after;
+    /// What of a quality the finish tells.
+    pub(super) fn quality(&self) -> Quality {
+        let pieces = || self.pieces.iter();
+        Quality {
+            folds: pieces().map(|p| p.folds_after).sum(),
+            is_unconverged: !self.is_at_minimum(),
+            expected_error: pieces().filter_map(ring_error).reduce(f64::max),
+            energy: pieces().map(|p| p.energy_after).sum(),
+            ..Quality::default()
         }
-        all
+    }
+
+    /// Whether all pieces are at a minimum of the energy, and none had to be kept as it was.
+    pub(super) fn is_at_minimum(&self) -> bool {
+        let at_minimum = |p: &FinishFound| p.converged && p.willmore_refused.is_none();
+        self.pieces.iter().all(at_minimum)
     }
 
     /// The largest expected error of a vertex.
@@ -70,22 +78,26 @@ impl FinishedPatch {
         quality(&self.patch, self.report.as_ref())
     }
 
-    /// Whether it was finished, all of its pieces are at a minimum of the energy, and none had to be kept as it was.
+    /// Whether it was finished and is at a minimum of the energy.
     pub(super) fn is_at_minimum(&self) -> bool {
-        let at_minimum = |p: &FinishFound| p.converged && p.willmore_refused.is_none();
-        let pieces = self.report.as_ref().map(|r| &r.pieces);
-        pieces.is_some_and(|p| p.iter().all(at_minimum))
+        self.report
+            .as_ref()
+            .is_some_and(FinishReport::is_at_minimum)
     }
 }
 
 /// How good a joined patch is, and what its finish found of it.
 pub(super) fn quality(patch: &Patch, finish: Option<&FinishReport>) -> Quality {
-    let found = finish.map(FinishReport::sum).unwrap_or_default();
     Quality {
-        open_rims: 0,
         intersections: patch.report.intersecting_faces,
         is_plain: patch.positions.is_empty(),
-        folds: found.folds_after,
-        energy: found.energy_after,
+        ..finish.map(FinishReport::quality).unwrap_or_default()
     }
+}
+
+/// Error on the rings of what was blended for a piece, by the weights.
+fn ring_error(piece: &FinishFound) -> Option<f64> {
+    let square = |c: &CandidateFound| Some(c.weight * c.ring_error?.powi(2));
+    let squares: f64 = piece.candidates.iter().filter_map(square).sum();
+    (squares > 0.0).then(|| squares.sqrt())
 }

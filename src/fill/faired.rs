@@ -10,15 +10,35 @@ use super::outcome::{ClosedBy, HoleOutcome, TryFailure};
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
+use super::so_far::{Made, SoFar};
 use crate::finish::{Refusal, Surroundings, biharmonic};
 use crate::mesh::Hole;
 use crate::stitch::{Patch, flipped, refined_triangulation};
+use crate::tuning::tuning;
 
-/// Rims of more edges get none: a triangulation takes time with the cube of their number, and what is as large is
-/// seldom told by its rim alone.
-const MOST_EDGES: usize = 400;
-/// How often a triangulation is filled and its edges flipped before it is filled at last.
-const FAIRINGS: usize = 2;
+/// Expected cost: infinite where a rim has too many edges.
+pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
+    problem.holes.iter().map(|h| cost_of_rim(h.edges)).sum()
+}
+
+/// The same for one rim of so many edges.
+pub(super) fn cost_of_rim(edges: usize) -> f64 {
+    match edges <= tuning().fill.most_faired_edges {
+        true => tuning().fill.faired_cost * (edges as f64).powi(2),
+        false => f64::INFINITY,
+    }
+}
+
+/// The faired triangulation of the only rim, finished.
+pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
+    problem.faired().into()
+}
+
+/// Each rim closed by a faired triangulation.
+pub(super) fn make_each(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
+    let (why, report) = so_far.without_level_set();
+    problem.each_faired(why, report).into()
+}
 
 /// New positions of the vertices of a patch, from its triangles alone.
 pub(super) type LinearFill = fn(&Surroundings<'_>, &[u32]) -> Result<Vec<(u32, DVec3)>, Refusal>;
@@ -49,9 +69,9 @@ impl RegionProblem<'_> {
 
     /// A refined triangulation of a rim, in the numbers of the part of the mesh that is returned with it, filled and flipped in turn.
     pub(super) fn spanned(&self, hole: &Hole, linear: LinearFill) -> Option<(Local, Patch)> {
-        (hole.edges <= MOST_EDGES).then_some(())?;
+        (hole.edges <= tuning().fill.most_faired_edges).then_some(())?;
         let (mut local, rim, mut patch) = self.refined(hole)?;
-        for _ in 0..FAIRINGS {
+        for _ in 0..tuning().fill.fairings {
             fill(&mut local, &mut patch, linear);
             patch = flipped(&local.part.mesh, &rim, &patch);
         }
@@ -72,11 +92,7 @@ impl RegionProblem<'_> {
     }
 
     /// Each hole closed by a faired triangulation; none where one cannot be, or two of them touch.
-    pub(super) fn each_faired(
-        &self,
-        why: TryFailure,
-        mut report: RegionReport,
-    ) -> Option<RegionPatch> {
+    fn each_faired(&self, why: TryFailure, mut report: RegionReport) -> Option<RegionPatch> {
         // Rims that share a vertex cannot be filled one by one: two patches could have the same edge.
         let mut seen = HashSet::new();
         if !self

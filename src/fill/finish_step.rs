@@ -5,14 +5,13 @@ use glam::DVec3;
 use super::candidate::{FinishReport, FinishedPatch, PatchStart};
 use super::params::Finish;
 use super::problem::RegionProblem;
+use super::so_far::{Made, SoFar};
 use crate::cancel::Cancel;
 use crate::finish::{FinishFound, FinishMethod, FinishParams, Surroundings, finish};
 use crate::mesh::{Mesh, Part, bounds};
 use crate::stitch::{Patch, count_intersecting};
+use crate::tuning::tuning;
 
-/// How far round the rims the mesh is looked at, in diagonals of their bounding box. The finish asks for 0.68 of a hole's
-/// diameter, along the surface.
-pub(crate) const RIM_REACH: f64 = 0.8;
 /// The part of the mesh round a patch, with the patch in it.
 pub(super) struct Local {
     pub(super) part: Part,
@@ -85,6 +84,21 @@ impl Local {
         }
         patch
     }
+}
+
+/// Expected cost of the finish of a patch with so many faces.
+pub(super) fn cost(faces: usize) -> f64 {
+    tuning().fill.finish_cost * faces as f64
+}
+
+/// Finishes the best patch of a level set.
+pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
+    let patch = so_far.best_joined().map(|(patch, _)| patch.clone());
+    let patch = patch.unwrap_or_default();
+    Made::Finished(match problem.is_finished() {
+        true => problem.finished(patch, PatchStart::LevelSet),
+        false => FinishedPatch::unfinished(patch),
+    })
 }
 
 impl RegionProblem<'_> {
@@ -167,7 +181,7 @@ impl RegionProblem<'_> {
     pub(super) fn wide_part(&self, patch: &Patch) -> Part {
         let rim = || self.holes.iter().flat_map(|h| &h.rim).copied();
         let (low, high) = bounds(rim().map(|v| self.mesh.positions[v as usize]));
-        let margin = DVec3::splat(RIM_REACH * low.distance(high));
+        let margin = DVec3::splat(tuning().fill.rim_reach * low.distance(high));
         let (lowest, highest) = bounds(patch.positions.iter().copied());
         let (low, high) = (low - margin, high + margin);
         self.all.part(low.min(lowest), high.max(highest), rim())

@@ -4,20 +4,7 @@ use super::outcome::TryFailure;
 use crate::flow::Energy;
 use crate::region::{LevelReport, Start};
 use crate::stitch::StitchError;
-
-/// Most tries at a region, and again with the energy to fall back to.
-const MOST_TRIES: usize = 6;
-/// A try divides the automatic voxel by this at most: at so many voxels across as finer tries have, one more is the same again.
-const MOST_REFINED: f64 = 2.0;
-/// What the box grows by when the surface comes to its side.
-const GROWTH: f64 = 1.8;
-/// It grows while it is less wide than this, that is, twice: a missing part that is much wider than its rim, such as the rest of
-/// a sphere of which a cap of 30 degrees is left, takes two.
-const WIDE: f64 = 3.0;
-/// The most that the box grows by.
-pub(crate) const WIDEST: f64 = GROWTH * GROWTH;
-/// The same error at two places nearer to each other than this, in diameters of the region, is one and the same.
-const SAME_PLACE: f64 = 0.05;
+use crate::tuning::tuning;
 
 /// One try at a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,32 +31,40 @@ impl Try {
         }
     }
 
-    /// Half the voxel, from a triangulation of the rims.
-    pub(super) fn finer(&self) -> Option<Self> {
-        (self.refine < MOST_REFINED).then_some(Self {
-            refine: 2.0 * self.refine,
+    /// The same grid, from a triangulation of the only rim.
+    pub(super) fn with_triangulation(&self) -> Self {
+        Self {
             start: Start::Triangulation,
             ..*self
+        }
+    }
+
+    /// Half the voxel, from a triangulation of the rims.
+    pub(super) fn finer(&self) -> Option<Self> {
+        (self.refine < tuning().fill.most_refined).then_some(Self {
+            refine: 2.0 * self.refine,
+            ..self.with_triangulation()
         })
     }
 
     /// Whether the box may grow.
     pub(super) fn may_widen(&self) -> bool {
-        self.growth < WIDE
+        self.growth < tuning().fill.box_wide
     }
 
     /// A wider box, if it is not as wide as may be, from the sphere that continues the surroundings: such a surface has far
     /// to go from a start that hardly bulges.
     fn wider(&self) -> Option<Self> {
         self.may_widen().then_some(Self {
-            growth: GROWTH * self.growth,
+            growth: tuning().fill.box_growth * self.growth,
             start: Start::Sphere,
             ..*self
         })
     }
 }
 
-/// The tries at a region so far, in order, and how each failed; [`TryFailure::Crossing`] has a patch all the same.
+/// The tries at a region so far, in order, and how each failed; [`TryFailure::Crossing`] has a patch all the same. Two tries on one
+/// grid count as one.
 pub(super) type History = [(Try, Option<TryFailure>)];
 
 /// What of a region bears on its tries.
@@ -87,15 +82,17 @@ pub(super) struct Prospects {
     pub(super) is_wide: bool,
     /// Whether patches are finished.
     pub(super) finishes: bool,
-    /// Whether its rims have so few edges that faired triangulations cost next to nothing.
-    pub(super) few_edges: bool,
-    /// What the tries after the first may cost in all, and what they have cost so far; see [`cost`].
+    /// Whether it has one rim only.
+    pub(super) one_rim: bool,
+    /// Expected cost of a faired triangulation.
+    pub(super) faired_cost: f64,
+    /// What the tries after the first may cost in all, and what they have cost so far; see [`spent`].
     pub(super) budget: u64,
     pub(super) spent: u64,
 }
 
-/// What solves of a level set cost: the unknowns of each level times its steps. It tells the time that a try takes on any machine.
-pub(super) fn cost(levels: &[LevelReport]) -> u64 {
+/// What solves of a level set cost: the unknowns of each level times its steps, about 6 µs each.
+pub(super) fn spent(levels: &[LevelReport]) -> u64 {
     let of = |l: &LevelReport| (l.flow.unknowns * l.flow.steps.len()) as u64;
     levels.iter().map(of).sum()
 }
@@ -138,10 +135,10 @@ pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Op
         TryFailure::NotJoined(_) if last.accept => None,
         TryFailure::NotJoined(_) => finer(),
     };
-    // The budget bounds the cost of the attempts with one energy, MOST_TRIES their number.
+    // The budget bounds the cost of the attempts with one energy, another threshold their number.
     let next = next.filter(|_| region.spent < region.budget);
     if next.is_some() {
-        return next.filter(|_| own.len() < MOST_TRIES);
+        return next.filter(|_| own.len() < tuning().fill.most_tries);
     }
     // Without a next attempt a less robust energy gives way to its fallback, from the first settings on, unless there is a
     // patch already that merely intersects faces.
@@ -163,7 +160,9 @@ pub(super) fn failures(history: &History) -> Vec<TryFailure> {
 /// Whether an earlier try failed with the same error near the same place.
 fn is_known(error: &StitchError, earlier: &History, region: &Prospects) -> bool {
     earlier.iter().any(|(_, failure)| match failure {
-        Some(TryFailure::NotJoined(other)) => error.is_like(other, SAME_PLACE * region.diameter),
+        Some(TryFailure::NotJoined(other)) => {
+            error.is_like(other, tuning().fill.same_place * region.diameter)
+        }
         _ => false,
     })
 }
@@ -182,7 +181,8 @@ mod tests {
             tube_end: false,
             is_wide: false,
             finishes: true,
-            few_edges: true,
+            one_rim: true,
+            faired_cost: 0.0,
             budget: 1,
             spent: 0,
         }
@@ -240,7 +240,10 @@ mod tests {
         let ends = vec![Some(TryFailure::ReachedBox); 4];
         let tries = tried(Energy::Willmore, true, &ends);
         let growths: Vec<f64> = tries.iter().map(|t| t.growth).collect();
-        assert_eq!(growths, [1.0, GROWTH, WIDEST]);
+        assert_eq!(
+            growths,
+            [1.0, tuning().fill.box_growth, tuning().fill.widest()]
+        );
     }
 
     #[test]
@@ -342,7 +345,7 @@ mod tests {
             let digit = |i: u32| failures[code / 5usize.pow(i % 5) % 5].clone();
             let ends: Vec<Option<TryFailure>> = (0..20).map(|i| Some(digit(i))).collect();
             for energy in energies {
-                assert!(tried(energy, true, &ends).len() <= 2 * MOST_TRIES);
+                assert!(tried(energy, true, &ends).len() <= 2 * tuning().fill.most_tries);
             }
         }
     }

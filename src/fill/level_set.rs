@@ -1,75 +1,127 @@
-//! The level set of a region: its solve, and what its surface is good for.
+//! Candidates: the level set of a region, solved on one grid and joined to the rims, and the unconverged one that came nearest.
 
+use std::f64::consts::PI;
 use std::time::Instant;
 
-use super::grids::Try;
+use super::grids::{Try, failures, spent};
 use super::outcome::TryFailure;
 use super::params::SurfaceKind;
-use super::problem::{RegionProblem, region};
+use super::problem::RegionProblem;
 use super::reference::ReferenceSurface;
 use super::report::RegionReport;
-use super::strategy::CHEAP_EDGES;
-use crate::flow::{Energy, FlowSettings, Variant};
+use super::so_far::{LevelEnd, Made, SoFar, Unconverged};
+use crate::flow::{FlowSettings, HALF_WIDTH, Variant};
 use crate::mesh::Mesh;
 use crate::region::{
     Level, LevelSurface, MeshData, NestedSettings, Region, Solved, Sphere, Start, VoxelSize,
     solve_nested,
 };
 use crate::stitch::Patch;
-
-/// A surface that is not steady is kept for want of a better one when the step that led to it moved it by less than this, in
-/// voxels.
-const NEARLY_STEADY: f64 = 1.0;
-/// A surface that finds no rest within so many nodes of the side of its box may want a wider one.
-const NEAR_SIDE: i32 = 9;
-/// Before a finish the flow is steady enough when no node moves by more than this, in voxels: the finish goes on from there. On 143
-/// holes of scans a tenth of it made patches no better, and took two steps more.
-const BEFORE_FINISH: f64 = 0.2;
-/// A surface with a larger ½∫h² than this, nearly that of a sphere (8π), may be one minimum of several: another start can find a
-/// lower one.
-const BENT: f64 = 20.0;
-/// Most steps on a grid with the paper's variants, which converge linearly.
-const MOST_STEPS: usize = 200;
+use crate::tuning::tuning;
 
 /// What the solve of a level set came to.
-pub(super) struct LevelSetResult<'a> {
-    pub(super) failure: Option<TryFailure>,
-    pub(super) report: RegionReport,
+struct LevelSetResult<'a> {
+    failure: Option<TryFailure>,
+    report: RegionReport,
     /// The surface, where it was joined or is all that was asked for.
-    pub(super) patch: Option<LevelSetSurface>,
+    surface: Option<LevelSetSurface>,
     /// What it was extracted from, where it was not joined for want of rest.
-    pub(super) unsteady: Option<Unsteady<'a>>,
-}
-
-/// A surface that is nearly steady.
-pub(super) struct Unsteady<'a> {
-    pub(super) solved: Solved,
-    pub(super) region: Region,
-    pub(super) data: MeshData<'a>,
-    pub(super) report: RegionReport,
+    unconverged: Option<Unconverged<'a>>,
 }
 
 /// The surface of a level set.
-pub(super) enum LevelSetSurface {
+enum LevelSetSurface {
     /// A patch.
     Patch(Patch),
     /// The zero set by itself.
     Whole(Mesh),
 }
 
+/// Expected cost: unknowns of a disc as wide as the region times steps. Coarser grids add a third.
+pub(super) fn cost(problem: &RegionProblem<'_>, now: &Try) -> f64 {
+    let region = problem.region(now);
+    let across = now.growth * region.diameter / region.voxel;
+    let unknowns = PI / 4.0 * across * across * 2.0 * HALF_WIDTH;
+    4.0 / 3.0 * unknowns * tuning().fill.expected_steps
+}
+
+/// Solves the level set and joins its surface to the rims.
+pub(super) fn make<'b>(
+    problem: &'b RegionProblem<'_>,
+    now: &Try,
+    so_far: &mut SoFar<'b>,
+) -> (Made, LevelEnd) {
+    let tried = so_far.history();
+    if tried.last().is_some_and(|(t, _)| t.energy != now.energy) {
+        // Another energy begins anew, with a budget of its own and without the surfaces of the first.
+        so_far.nearest = None;
+        so_far.prospects.spent = 0;
+    }
+    let is_worth_it =
+        |k: &&Unconverged| now.refine > 1.0 && k.solved.movement() < tuning().fill.worth_a_start;
+    let from = so_far.nearest.as_ref().filter(is_worth_it);
+    let mut done = problem.solve_and_join(now, from.map(|k| &k.solved.level));
+    so_far.prospects.spent += spent(&done.report.levels);
+    done.report.earlier_tries = failures(&tried);
+    // The second of two initialisations on one grid counts only if it converged.
+    let is_second = tried
+        .last()
+        .is_some_and(|(t, _)| *now == t.with_triangulation());
+    let unconverged = done.unconverged.filter(|_| !is_second);
+    so_far.nearest = nearer(so_far.nearest.take(), unconverged);
+    if done.failure == Some(TryFailure::ReachedBox) {
+        so_far.prospects.is_wide = Sphere::new(problem.mesh, problem.holes).is_some();
+    }
+    let last = done.report.levels.last();
+    let end = LevelEnd {
+        energy: last.filter(|l| l.flow.converged).map(|l| l.flow.willmore()),
+        failure: done.failure,
+    };
+    let made = match done.surface {
+        Some(LevelSetSurface::Whole(mesh)) => Made::Region(problem.whole(mesh, done.report)),
+        Some(LevelSetSurface::Patch(patch)) => Made::Joined(patch, done.report),
+        None => {
+            so_far.last = done.report;
+            Made::Nothing
+        }
+    };
+    (made, end)
+}
+
+/// The patch of the unconverged level set whose last update was the smallest, if it intersects nothing.
+pub(super) fn make_nearest(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made {
+    let tried = so_far.history();
+    let patch_of = |nearest: Unconverged| {
+        let surface = LevelSurface {
+            level: &nearest.solved.level,
+            data: &nearest.data,
+        };
+        let extracted = nearest.solved.level.zero_set();
+        let patch = problem.stitch(&nearest.region, &surface, &extracted).ok()?;
+        let report = RegionReport {
+            earlier_tries: failures(&tried),
+            ..nearest.report
+        };
+        (patch.report.intersecting_faces == 0).then_some(Made::Joined(patch, report))
+    };
+    let nearest = so_far.nearest.take();
+    nearest.and_then(patch_of).unwrap_or(Made::Nothing)
+}
+
+/// The unconverged level set whose last update was smaller; the first of two alike.
+fn nearer<'a>(a: Option<Unconverged<'a>>, b: Option<Unconverged<'a>>) -> Option<Unconverged<'a>> {
+    let movement = |u: &Unconverged| u.solved.movement();
+    let both = [a, b].into_iter().flatten();
+    both.min_by(|a, b| movement(a).total_cmp(&movement(b)))
+}
+
 impl RegionProblem<'_> {
     /// Solves a level set and joins its surface to the rims.
-    pub(super) fn solve_and_join(&self, now: &Try, from: Option<&Level>) -> LevelSetResult<'_> {
+    fn solve_and_join(&self, now: &Try, from: Option<&Level>) -> LevelSetResult<'_> {
         // Solves on nested grids, from the surface of an earlier attempt where there is one.
         let begun = Instant::now();
-        let (mut solved, region, data) = self.solve(now, from);
+        let (solved, region, data) = self.solve(now, from);
         self.log_try(now, &region, &solved, begun);
-        // A strongly bent surface may be one minimum of several: another initialisation wins if its energy is lower.
-        if !self.cancel.is_cancelled()
-            && let Some(lower) = self.lower(now, &solved)
-        {
-            solved = lower;
-        }
         let report = RegionReport {
             diameter: region.diameter,
             voxel: Some(region.voxel),
@@ -81,13 +133,14 @@ impl RegionProblem<'_> {
         };
         // An unusable surface may still initialise later attempts if its last update was small and it stays inside its box.
         if let Some(failure) = self.unusable(&solved, now) {
-            let nearly = solved.movement() < NEARLY_STEADY && !solved.level.touches_box();
+            let nearly =
+                solved.movement() < tuning().fill.nearly_steady && !solved.level.touches_box();
             let keep = nearly && self.params.surface == SurfaceKind::Stitched;
             return LevelSetResult {
                 failure: Some(failure),
                 report: report.clone(),
-                patch: None,
-                unsteady: keep.then_some(Unsteady {
+                surface: None,
+                unconverged: keep.then_some(Unconverged {
                     solved,
                     region,
                     data,
@@ -97,7 +150,7 @@ impl RegionProblem<'_> {
         }
         // The zero set as it is, or cut to the hole and joined to the rims. A joined patch that intersects faces counts as
         // a failure, but is kept as a candidate.
-        let (failure, patch) = {
+        let (failure, surface) = {
             let surface = LevelSurface {
                 level: &solved.level,
                 data: &data,
@@ -120,39 +173,16 @@ impl RegionProblem<'_> {
         LevelSetResult {
             failure,
             report,
-            patch,
-            unsteady: None,
+            surface,
+            unconverged: None,
         }
-    }
-
-    /// The surface that the flow finds from a triangulation of the only rim, where the one that was found is bent so much that it
-    /// may be one minimum of several, and that from the triangulation is lower. Rims of few edges have the second start of the
-    /// finish instead.
-    fn lower(&self, now: &Try, solved: &Solved) -> Option<Solved> {
-        let bent = |s: &Solved| s.willmore() > BENT && s.converged();
-        let is_first = now.energy == Energy::Willmore && now.start == Start::Biharmonic;
-        let [hole] = self.holes else {
-            return None;
-        };
-        let is_told = hole.edges <= CHEAP_EDGES;
-        if !(self.is_finished() && is_first && !is_told && bent(solved)) {
-            return None;
-        }
-        let begun = Instant::now();
-        let next = Try {
-            start: Start::Triangulation,
-            ..*now
-        };
-        let (other, region, _) = self.solve(&next, None);
-        self.log_try(&next, &region, &other, begun);
-        (other.converged() && other.willmore() < solved.willmore()).then_some(other)
     }
 
     /// Why the surface of a solve is of no use, while another try may find a better one.
     fn unusable(&self, solved: &Solved, now: &Try) -> Option<TryFailure> {
         let to_rest = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
         let lost = solved.is_far_from_steady() && to_rest;
-        let may_grow = || now.may_widen() && solved.level.is_near_side(NEAR_SIDE);
+        let may_grow = || now.may_widen() && solved.level.is_near_side(tuning().fill.near_side);
         if solved.has_diverged() && to_rest {
             // None that came so far from rest has been known to find it on another grid, unless it was on its way to a sphere.
             let on_its_way = now.start != Start::Sphere
@@ -196,15 +226,7 @@ impl RegionProblem<'_> {
     }
 
     fn solve(&self, next: &Try, from: Option<&Level>) -> (Solved, Region, MeshData<'_>) {
-        let coarse = self.is_finished();
-        let region = region(
-            self.mesh,
-            self.holes,
-            self.params,
-            next,
-            self.extent,
-            coarse,
-        );
+        let region = self.region(next);
         let kept = self
             .reference
             .map(|d| d.kept(region.diameter, region.voxel));
@@ -233,10 +255,10 @@ impl RegionProblem<'_> {
         let usual = FlowSettings::default();
         let most = match self.params.variant {
             Variant::GaussNewton => usual.max_steps,
-            Variant::I | Variant::II => MOST_STEPS,
+            Variant::I | Variant::II => tuning().fill.most_linear_steps,
         };
         let (tolerance, rough) = match self.is_finished() {
-            true => (BEFORE_FINISH, 1.0),
+            true => (tuning().fill.before_finish, 1.0),
             false => (usual.tolerance, usual.rough),
         };
         FlowSettings {

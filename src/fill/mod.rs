@@ -18,18 +18,17 @@ mod seam;
 mod search;
 mod setters;
 mod sharp;
+mod so_far;
 mod stitching;
 mod strategy;
 
 pub use candidate::{FinishReport, PatchStart};
-pub(crate) use finish_step::RIM_REACH;
-pub(crate) use grids::WIDEST;
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
 };
 pub use params::{FillParams, Finish, Sharp, SurfaceKind};
 pub(crate) use problem::{RegionPlan, RegionProblem, first_region};
+pub use quality::Quality;
 pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;
-pub(crate) use report::FEW_EDGES;
 pub use report::{CreaseReport, RegionReport};

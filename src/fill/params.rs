@@ -5,11 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::flow::{Energy, Variant};
 use crate::mesh::HoleId;
 use crate::region::VoxelSize;
-
-/// The usual edge ratio of patches that are finished on their own triangles. Their vertices lie on the surface, so that its chords
-/// are what faces are off; at 0.65 instead of 0.8 the patches of scans were 4 % nearer to the truth, but those of catenoids, where
-/// the rim's edges meet much shorter ones, less near.
-const FINISHED_EDGE_RATIO: f64 = 0.7;
+use crate::tuning::tuning;
 
 /// What a fill returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,7 +90,7 @@ impl FillParams {
     /// Length of the patch's edges over that of the edges round the hole.
     pub fn edge_ratio(&self) -> f64 {
         let usual = || match self.finishes() {
-            true => FINISHED_EDGE_RATIO,
+            true => tuning().fill.finished_edge_ratio,
             false => self.energy.needs().edge_ratio,
         };
         self.edge_ratio.unwrap_or_else(usual)

@@ -1,16 +1,28 @@
 //! Candidate: a nearly flat cap, because the caller asked for it.
 
 use super::candidate::FinishedPatch;
+use super::faired;
 use super::outcome::{ClosedBy, HoleOutcome};
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
+use super::so_far::Made;
 use crate::finish::minimal_surface;
 use crate::stitch::Patch;
 
+/// Expected cost: that of a faired triangulation.
+pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
+    faired::cost(problem)
+}
+
+/// The surface of least area over a refined triangulation of the only rim.
+pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
+    problem.planar_cap().map(|cap| problem.capped(cap)).into()
+}
+
 impl RegionProblem<'_> {
     /// The surface of least area over a refined triangulation of the only rim; none where there are more rims, or it cannot be had.
-    pub(super) fn planar_cap(&self) -> Option<Patch> {
+    fn planar_cap(&self) -> Option<Patch> {
         let [hole] = self.holes else {
             return None;
         };
@@ -23,7 +35,7 @@ impl RegionProblem<'_> {
     }
 
     /// A region closed by such a cap.
-    pub(super) fn capped(&self, patch: Patch) -> RegionPatch {
+    fn capped(&self, patch: Patch) -> RegionPatch {
         let mut report = self.flat_report();
         report.closed_by = Some(ClosedBy::Flat);
         self.all_finished(FinishedPatch::unfinished(patch), report, HoleOutcome::Flat)

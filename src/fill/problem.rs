@@ -5,13 +5,13 @@ use glam::DVec3;
 use super::grids::Try;
 use super::params::{FillParams, SurfaceKind};
 use super::reference::ReferenceSurface;
-use super::report::FEW_EDGES;
 use crate::cancel::Cancel;
 use crate::flow::BendingEnergy;
 use crate::mesh::{Hole, Mesh};
 use crate::region::{BoxSize, Region, Sphere, Start, VoxelSize};
 use crate::sdf::Sampler;
 use crate::stitch::close_seam;
+use crate::tuning::tuning;
 
 /// What a region calls for, before anything is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ impl RegionPlan {
     pub(crate) fn new(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Self {
         let is_stitched = params.surface == SurfaceKind::Stitched;
         match holes {
-            [hole] if is_stitched && hole.edges <= FEW_EDGES => Self::Trivial,
+            [hole] if is_stitched && hole.edges <= tuning().fill.few_edges => Self::Trivial,
             _ if holes.iter().all(|h| params.is_flat(h.id)) => Self::Planar,
             [a, b] if is_stitched && close_seam(mesh, &a.rim, &b.rim).is_some() => Self::Seam,
             _ => Self::Solve,
@@ -74,6 +74,13 @@ impl RegionProblem<'_> {
     /// The largest diameter of its holes, in the mesh's units.
     pub(super) fn diameter(&self) -> f64 {
         self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max)
+    }
+
+    /// The lattice of a level set.
+    pub(super) fn region(&self, next: &Try) -> Region {
+        let (holes, extent) = (self.holes, self.extent);
+        let coarse = self.is_finished();
+        region(self.mesh, holes, self.params, next, extent, coarse)
     }
 }
 
@@ -92,7 +99,7 @@ pub(crate) fn first_region(mesh: &Mesh, holes: &[&Hole], params: &FillParams) ->
 
 /// The lattice of a try; `extent` bounds the surface that it starts from, if any. It may be `coarse` where patches are finished
 /// on their own triangles.
-pub(super) fn region(
+fn region(
     mesh: &Mesh,
     holes: &[&Hole],
     params: &FillParams,

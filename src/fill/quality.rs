@@ -2,19 +2,29 @@
 
 use std::cmp::Ordering;
 
+use serde::{Deserialize, Serialize};
+
 /// Quality of a patch or of another closure of a region. The lesser value is the better one; the fields are compared in their order.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Quality {
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct Quality {
     /// Rims that stay open.
-    pub(super) open_rims: usize,
+    pub open_rims: usize,
     /// Faces of the patch that intersect others.
-    pub(super) intersections: usize,
+    pub intersections: usize,
     /// Whether it has no vertices of its own: triangles between those of the rims do not continue the surroundings.
-    pub(super) is_plain: bool,
+    pub is_plain: bool,
     /// Folded faces.
-    pub(super) folds: usize,
-    /// ½∫h² at the minimum of the finish, `h` being the sum of the principal curvatures; 0 without a finish.
-    pub(super) energy: f64,
+    pub folds: usize,
+    /// Whether it is not at a minimum of the energy: its finish, or the flow of a level set that is not finished, did not converge.
+    pub is_unconverged: bool,
+    /// Expected error in the mesh's units, from known rings that were deleted and refilled: root mean square over what was blended, of
+    /// the worst component. None where nothing could be tested. It is not compared: of 24 holes of scans and models with two sound
+    /// patches it spoke for the other one six times, and that was 16 % farther from the truth in the mean.
+    pub expected_error: Option<f64>,
+    /// ½∫h², `h` being the sum of the principal curvatures: at the minimum of the finish; 0 without one. While patches of level sets
+    /// are compared before the finish, that of the zero set.
+    pub energy: f64,
 }
 
 impl Quality {
@@ -35,9 +45,12 @@ impl Quality {
 
 impl Ord for Quality {
     fn cmp(&self, other: &Self) -> Ordering {
-        let counts = |q: &Self| (q.open_rims, q.intersections, q.is_plain, q.folds);
-        let by_counts = counts(self).cmp(&counts(other));
-        by_counts.then(self.energy.total_cmp(&other.energy))
+        let flaws = |q: &Self| {
+            let first = (q.open_rims, q.intersections, q.is_plain);
+            (first, q.folds, q.is_unconverged)
+        };
+        let by_flaws = flaws(self).cmp(&flaws(other));
+        by_flaws.then(self.energy.total_cmp(&other.energy))
     }
 }
 
@@ -64,6 +77,8 @@ mod tests {
         intersections: 0,
         is_plain: false,
         folds: 0,
+        is_unconverged: false,
+        expected_error: None,
         energy: 2.0,
     };
 
@@ -72,6 +87,10 @@ mod tests {
         let ever_worse = [
             Quality {
                 energy: 3.0,
+                ..BEST
+            },
+            Quality {
+                is_unconverged: true,
                 ..BEST
             },
             Quality { folds: 1, ..BEST },

@@ -36,14 +36,12 @@ impl RegionPatch {
     /// How good it is.
     pub(super) fn quality(&self) -> Quality {
         let is_open = |o: &&HoleOutcome| matches!(o, HoleOutcome::Failed(_));
-        let finish = self.report.finish.as_ref().map(FinishReport::sum);
-        let finish = finish.unwrap_or_default();
+        let finish = self.report.finish.as_ref().map(FinishReport::quality);
         Quality {
             open_rims: self.outcomes.iter().filter(is_open).count(),
             intersections: self.report.intersecting_faces,
             is_plain: self.mesh.positions.is_empty(),
-            folds: finish.folds_after,
-            energy: finish.energy_after,
+            ..finish.unwrap_or_default()
         }
     }
 }

@@ -5,15 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
 use super::outcome::{ClosedBy, TryFailure};
+use super::quality::Quality;
 use crate::mesh::HoleId;
 use crate::region::LevelReport;
-
-/// Holes of at most so many edges are closed by triangles between their vertices without being solved.
-pub(crate) const FEW_EDGES: usize = 4;
-
-/// A patch that rises higher above its rim than this, in diameters, balloons: half a sphere rises by 0.5. Caps of cut necks
-/// and limbs rise by 0.4; those of holes in a surface that goes on by less than 0.2.
-const BALLOON: f64 = 0.3;
+use crate::tuning::tuning;
 
 /// A region and its patch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -54,6 +49,8 @@ pub struct RegionReport {
     pub intersecting_faces: usize,
     /// Connected pieces of the patch.
     pub components: usize,
+    /// How good its patch is: the value by which patches are chosen. None in a plan, and for offset shells of a repair.
+    pub quality: Option<Quality>,
     /// How its patch was finished; none where it was not.
     pub finish: Option<FinishReport>,
     /// Sharp edges that were continued.
@@ -77,6 +74,14 @@ pub struct CreaseReport {
 }
 
 impl RegionReport {
+    /// Counts the new faces that intersect another face anew.
+    pub(crate) fn set_intersecting(&mut self, faces: usize) {
+        self.intersecting_faces = faces;
+        if let Some(quality) = &mut self.quality {
+            quality.intersections = faces;
+        }
+    }
+
     /// Whether a surface was made for it, and not only triangles between vertices of rims.
     pub fn has_surface(&self) -> bool {
         let by = self.closed_by;
@@ -90,6 +95,6 @@ impl RegionReport {
     /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the
     /// mouth of a vessel.
     pub fn balloons(&self) -> bool {
-        self.rise.is_some_and(|rise| rise > BALLOON)
+        self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
     }
 }

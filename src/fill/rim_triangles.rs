@@ -1,21 +1,31 @@
 //! Candidate: triangles between the vertices of each rim.
 
 use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason};
-use super::problem::RegionProblem;
+use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
+use super::so_far::{Made, SoFar};
 use super::stitching::{local_rim, renumber};
 use crate::mesh::Mesh;
 use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::stitch::count_intersecting;
 
+/// Triangles between the vertices of each rim.
+pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
+    let (why, report) = match problem.plan {
+        RegionPlan::Planar => (TriangulatedReason::Flat, problem.flat_report()),
+        RegionPlan::Solve => {
+            let (why, report) = so_far.without_level_set();
+            (TriangulatedReason::NoSurface(why), report)
+        }
+        _ => (TriangulatedReason::FewEdges, RegionReport::default()),
+    };
+    Made::Region(problem.triangulate(why, report))
+}
+
 impl RegionProblem<'_> {
     /// Triangulates each loop on its own, with other diagonals than the loops before it.
-    pub(super) fn triangulate(
-        &self,
-        why: TriangulatedReason,
-        mut report: RegionReport,
-    ) -> RegionPatch {
+    fn triangulate(&self, why: TriangulatedReason, mut report: RegionReport) -> RegionPatch {
         let rims: Vec<Vec<u32>> = self.holes.iter().map(|h| h.rim.clone()).collect();
         let part = self.all.part_round(&rims);
         let mut faces = Vec::new();

@@ -5,12 +5,18 @@ use super::params::SurfaceKind;
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
+use super::so_far::Made;
 use crate::mesh::Mesh;
 use crate::stitch::close_seam;
 
+/// Triangles between two rims that lie on each other.
+pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
+    problem.close_seam().into()
+}
+
 impl RegionProblem<'_> {
     /// Closes the gap between two rims that lie on each other.
-    pub(super) fn close_seam(&self) -> Option<RegionPatch> {
+    fn close_seam(&self) -> Option<RegionPatch> {
         let (&[a, b], SurfaceKind::Stitched) = (self.holes, self.params.surface) else {
             return None;
         };

@@ -4,12 +4,14 @@
 use glam::DVec3;
 
 use super::candidate::FinishedPatch;
+use super::faired;
 use super::finish_step::Local;
 use super::outcome::{ClosedBy, HoleOutcome};
 use super::params::{FillParams, Sharp};
 use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::{CreaseReport, RegionReport};
+use super::so_far::Made;
 use crate::creases::{Continued, continue_creases, without_rings};
 use crate::mesh::{Hole, Mesh, Part, Topology, find_holes};
 use crate::sdf::Sampler;
@@ -37,6 +39,16 @@ struct Prediction {
     smooth: f64,
 }
 
+/// Expected cost: that of the smooth patch with which its prediction is compared.
+pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
+    faired::cost(problem)
+}
+
+/// The region closed by its continued sides.
+pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
+    problem.sides().into()
+}
+
 impl RegionProblem<'_> {
     /// Whether sharp edges are looked for: at a single rim, where patches are finished.
     pub(super) fn may_be_sharp(&self) -> bool {
@@ -45,7 +57,7 @@ impl RegionProblem<'_> {
     }
 
     /// The region closed by its continued sides; none where there are no creases, or a smooth patch predicts the faces round the hole as well.
-    pub(super) fn sides(&self) -> Option<RegionPatch> {
+    fn sides(&self) -> Option<RegionPatch> {
         let [hole] = self.holes else {
             return None;
         };

@@ -6,9 +6,7 @@ use super::problem::RegionProblem;
 use crate::mesh::{Hole, Mesh, Part, bounds};
 use crate::region::{LevelSurface, Region};
 use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, stitch};
-
-/// How far round the extracted surface the mesh may be looked at, in parts of its size. More than the stitcher's own margin.
-const MARGIN: f64 = 0.15;
+use crate::tuning::tuning;
 
 impl RegionProblem<'_> {
     /// Stitches the extracted surface of a region to its rims.
@@ -44,7 +42,8 @@ impl RegionProblem<'_> {
             .map(|v| self.mesh.positions[v as usize])
             .chain(extracted.positions.iter().copied());
         let (low, high) = bounds(points);
-        let margin = DVec3::splat(MARGIN * (high - low).max_element() + 2.0 * voxel);
+        let margin =
+            DVec3::splat(tuning().fill.stitch_margin * (high - low).max_element() + 2.0 * voxel);
         self.all.part(low - margin, high + margin, rim())
     }
 }

@@ -5,17 +5,9 @@ use super::grids::{Prospects, Try, next_try};
 use super::outcome::TryFailure;
 use super::problem::RegionPlan;
 use super::quality::Quality;
-
-/// Rims of at most so many edges get a faired triangulation for a hundredth of what the level set takes,
-pub(super) const CHEAP_EDGES: usize = 60;
-/// and get it where ½∫h² of the finished patch is more than this: such a surface, as bent as a cap of 140° of a sphere, may be one
-/// minimum of several.
-const BENT: f64 = 8.0;
-/// An energy this many times as high is clearly higher: smaller differences tell triangulations apart rather than surfaces.
-const CLEARLY_HIGHER: f64 = 1.1;
-/// An energy this many times as high is that of another kind of surface, not of another triangulation. On 143 holes of scans lower
-/// ones, down to 1.5 times, were of surfaces farther from the truth than the first.
-const MUCH_HIGHER: f64 = 2.0;
+use crate::flow::Energy;
+use crate::region::Start;
+use crate::tuning::tuning;
 
 /// A way to close a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +50,8 @@ pub(super) struct Ending {
     pub(super) quality: Option<Quality>,
     /// What is wrong with it, or why there is none.
     pub(super) failure: Option<TryFailure>,
+    /// ½∫h² of its zero set, if it is a level set whose flow converged.
+    pub(super) level_energy: Option<f64>,
     /// Whether it was finished and is at a minimum of the energy.
     pub(super) is_at_minimum: bool,
 }
@@ -66,6 +60,18 @@ impl Ending {
     /// Whether its patch is at a minimum of the energy, intersects nothing and is not folded.
     fn is_at_sound_minimum(&self) -> bool {
         self.is_at_minimum && self.quality.is_some_and(|q| q.is_sound())
+    }
+
+    /// Whether it is the better one of two level sets on one grid: by the order of patches, without patches by the energy.
+    fn is_better_than(&self, other: &Self) -> bool {
+        match (self.quality, other.quality) {
+            (Some(own), Some(other)) => own < other,
+            (None, None) => {
+                let energy = |e: &Self| e.level_energy.unwrap_or(f64::INFINITY);
+                energy(self) < energy(other)
+            }
+            (own, _) => own.is_some(),
+        }
     }
 }
 
@@ -111,33 +117,53 @@ fn next_surface(first: &Try, made: &[Ending], region: &Prospects) -> Step {
     if let Some(finished) = place(Candidate::Finished, made) {
         return finished_or_faired(finished, made, region);
     }
-    match made {
-        // A faired triangulation at a minimum saves further tries. A part wider than its rim, which continues like a sphere, is the
-        // level set's.
-        [first] if first.quality.is_none() && region.finishes => {
-            let reached_box = first.failure == Some(TryFailure::ReachedBox);
-            if !(reached_box && region.is_wide) {
+    if let Some(next) = second_start(made, region) {
+        return Step::Make(Candidate::LevelSet(next));
+    }
+    let history = history(made);
+    let is_patch =
+        |e: &Ending| matches!(e.candidate, Candidate::LevelSet(_)) && e.quality.is_some();
+    let has_patch = made.iter().any(is_patch);
+    let nearly = quality(Candidate::NearlySteady, made);
+    // A faired triangulation at a minimum saves further tries. A part wider than its rim, which continues like a sphere, is the
+    // level set's.
+    match place(Candidate::Faired, made) {
+        Some(faired) if made[faired].is_at_sound_minimum() => return Step::Take(faired),
+        None if nearly.is_none() && !has_patch && region.finishes => {
+            let reached_box = |failure| failure == &Some(TryFailure::ReachedBox);
+            if let [(_, failure)] = &history[..]
+                && !(reached_box(failure) && region.is_wide)
+            {
                 return Step::Make(Candidate::Faired);
             }
         }
-        [_, faired] if faired.candidate == Candidate::Faired && faired.is_at_sound_minimum() => {
-            return Step::Take(1);
-        }
         _ => {}
     }
-    let nearly = quality(Candidate::NearlySteady, made);
     if nearly.is_none()
-        && let Some(next) = next_try(first, &level_sets(made), region)
+        && let Some(next) = next_try(first, &history, region)
     {
         return Step::Make(Candidate::LevelSet(next));
     }
-    let is_patch =
-        |e: &Ending| matches!(e.candidate, Candidate::LevelSet(_)) && e.quality.is_some();
-    match (made.iter().any(is_patch), nearly) {
+    match (has_patch, nearly) {
         (true, _) | (_, Some(Some(_))) => Step::Make(Candidate::Finished),
         (false, None) => Step::Make(Candidate::NearlySteady),
         (false, Some(None)) => best_of([Candidate::EachFaired, Candidate::RimTriangles], made),
     }
+}
+
+/// The level set on the grid of the last one, from a triangulation of the only rim, where the last is bent so much that it may be one
+/// minimum of several. Rims of few edges have the second start of the finish instead.
+fn second_start(made: &[Ending], region: &Prospects) -> Option<Try> {
+    let last = made.last()?;
+    let Candidate::LevelSet(own) = last.candidate else {
+        return None;
+    };
+    let has_other = own.energy == Energy::Willmore && own.start == Start::Biharmonic;
+    let is_bent = last
+        .level_energy
+        .is_some_and(|e| e > tuning().fill.level_set_bent);
+    let may = region.finishes && region.one_rim && region.faired_cost > tuning().fill.cheap;
+    (may && has_other && is_bent).then(|| own.with_triangulation())
 }
 
 /// The finished patch of a level set, or the faired triangulation: that is made where the first intersects something or is folded, or is
@@ -146,8 +172,12 @@ fn next_surface(first: &Try, made: &[Ending], region: &Prospects) -> Step {
 fn finished_or_faired(finished: usize, made: &[Ending], region: &Prospects) -> Step {
     let own = made[finished].quality.filter(|_| region.finishes);
     let (own, factor) = match own {
-        Some(own) if !own.is_sound() => (own, CLEARLY_HIGHER),
-        Some(own) if own.energy > BENT && region.few_edges => (own, MUCH_HIGHER),
+        Some(own) if !own.is_sound() => (own, tuning().fill.clearly_higher),
+        Some(own)
+            if own.energy > tuning().fill.bent && region.faired_cost <= tuning().fill.cheap =>
+        {
+            (own, tuning().fill.much_higher)
+        }
         _ => return Step::Take(finished),
     };
     let Some(faired) = place(Candidate::Faired, made) else {
@@ -192,25 +222,37 @@ fn quality(candidate: Candidate, made: &[Ending]) -> Option<Option<Quality>> {
     place(candidate, made).map(|place| made[place].quality)
 }
 
-/// The level sets that were tried, and how these tries ended.
-pub(super) fn level_sets(made: &[Ending]) -> Vec<(Try, Option<TryFailure>)> {
-    let one = |e: &Ending| match e.candidate {
-        Candidate::LevelSet(own) => Some((own, e.failure.clone())),
-        _ => None,
-    };
-    made.iter().filter_map(one).collect()
+/// The level sets that were tried, and how these tries ended; of two on one grid the better one.
+pub(super) fn history(made: &[Ending]) -> Vec<(Try, Option<TryFailure>)> {
+    let mut kept: Vec<(Try, &Ending)> = Vec::new();
+    for ending in made {
+        let Candidate::LevelSet(own) = ending.candidate else {
+            continue;
+        };
+        match kept.last_mut() {
+            Some((first, best)) if own == first.with_triangulation() => {
+                if ending.is_better_than(best) {
+                    *best = ending;
+                }
+            }
+            _ => kept.push((own, ending)),
+        }
+    }
+    let failure = |(own, ending): (Try, &Ending)| (own, ending.failure.clone());
+    kept.into_iter().map(failure).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flow::Energy;
 
     const SOUND: Quality = Quality {
         open_rims: 0,
         intersections: 0,
         is_plain: false,
         folds: 0,
+        is_unconverged: false,
+        expected_error: None,
         energy: 1.0,
     };
     const CROSSING: Quality = Quality {
@@ -223,7 +265,8 @@ mod tests {
             may_refine: true,
             diameter: 1.0,
             finishes: true,
-            few_edges: true,
+            one_rim: true,
+            faired_cost: tuning().fill.cheap,
             budget: 1,
             ..Prospects::default()
         }
@@ -249,6 +292,8 @@ mod tests {
                         candidate,
                         quality,
                         failure,
+                        level_energy: matches!(candidate, Candidate::LevelSet(_))
+                            .then(|| quality.map_or(30.0, |q| q.energy)),
                         is_at_minimum,
                     });
                     assert!(made.len() < 20, "{made:?}");
@@ -273,7 +318,7 @@ mod tests {
 
     #[test]
     fn a_bent_patch_gives_way_to_a_sound_one_of_much_lower_energy_only() {
-        let taken_beside = |faired: Quality, few_edges: bool| {
+        let taken_beside = |faired: Quality, is_cheap: bool| {
             let end = |candidate: Candidate, _: usize| match candidate {
                 Candidate::Finished => (
                     Some(Quality {
@@ -287,7 +332,11 @@ mod tests {
                 _ => (Some(SOUND), None, false),
             };
             let region = Prospects {
-                few_edges,
+                faired_cost: if is_cheap {
+                    tuning().fill.cheap
+                } else {
+                    2.0 * tuning().fill.cheap
+                },
                 ..region()
             };
             searched(RegionPlan::Solve, &region, end).0
@@ -389,7 +438,61 @@ mod tests {
                 RegionPlan::Solve,
             ] {
                 searched(plan, &region(), end);
+                let long_rim = Prospects {
+                    faired_cost: 2.0 * tuning().fill.cheap,
+                    ..region()
+                };
+                searched(plan, &long_rim, end);
             }
         }
+    }
+
+    #[test]
+    fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
+        let first = Try::first(Energy::Willmore);
+        let long_rim = Prospects {
+            faired_cost: 2.0 * tuning().fill.cheap,
+            ..region()
+        };
+        let ending =
+            |own: Try, quality: Option<Quality>, failure: Option<TryFailure>, energy: f64| Ending {
+                candidate: Candidate::LevelSet(own),
+                quality,
+                failure,
+                level_energy: Some(energy),
+                is_at_minimum: false,
+            };
+        let next = |made: &[Ending], region: &Prospects| {
+            next_step(RegionPlan::Solve, &first, made, region)
+        };
+        let second = first.with_triangulation();
+        let bent = ending(first, Some(SOUND), None, 21.0);
+        let calm = ending(first, Some(SOUND), None, 19.0);
+        let finish = Step::Make(Candidate::Finished);
+        let made = std::slice::from_ref(&bent);
+        assert_eq!(
+            next(made, &long_rim),
+            Step::Make(Candidate::LevelSet(second))
+        );
+        assert_eq!(next(made, &region()), finish);
+        assert_eq!(next(&[calm], &long_rim), finish);
+        // The failure of the worse one calls for nothing.
+        let lost = || Some(TryFailure::NotSteady);
+        let made = [bent.clone(), ending(second, None, lost(), 9.0)];
+        assert_eq!(next(&made, &long_rim), finish);
+        let made = [
+            ending(first, None, lost(), 21.0),
+            ending(second, Some(SOUND), None, 30.0),
+        ];
+        assert_eq!(next(&made, &long_rim), finish);
+        assert_eq!(history(&made), [(first, None)]);
+        // Where neither has a patch the failure of the lower one stands for both.
+        let reached = || Some(TryFailure::ReachedBox);
+        let made = [
+            ending(first, None, lost(), 21.0),
+            ending(second, None, reached(), 20.5),
+        ];
+        assert_eq!(history(&made), [(first, reached())]);
+        assert_eq!(next(&made, &long_rim), Step::Make(Candidate::Faired));
     }
 }

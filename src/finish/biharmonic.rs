@@ -7,11 +7,7 @@ use super::geometry::{Stiffness, barycentric, half_cotangents};
 use super::patch::Patch;
 use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
-
-/// Harmonic fills towards a minimal surface.
-const MINIMAL_STEPS: usize = 20;
-/// They end when no vertex moves more than this, in diameters.
-const MINIMAL_TOLERANCE: f64 = 1e-5;
+use crate::tuning::tuning;
 
 /// Two harmonic fills, then the biharmonic one, `min xᵀ S M⁻¹ S x` with all other vertices given, each with the cotangents of
 /// the surface before: forgets the shape of the patch but for its triangles, keeps the slope at the rim. None where a system
@@ -29,12 +25,12 @@ pub(super) fn biharmonic(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
 /// matter. None where a system cannot be solved.
 pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
     let mut shape = shape.to_vec();
-    for _ in 0..MINIMAL_STEPS {
+    for _ in 0..tuning().finish.minimal_steps {
         let next = polyharmonic(patch, &shape, 1)?;
         let ways = shape.iter().zip(&next).map(|(a, b)| a.distance(*b));
         let farthest = ways.fold(0.0, f64::max);
         shape = next;
-        if farthest < MINIMAL_TOLERANCE * patch.diameter {
+        if farthest < tuning().finish.minimal_tolerance * patch.diameter {
             break;
         }
     }

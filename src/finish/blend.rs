@@ -5,25 +5,10 @@ use rayon::prelude::*;
 
 use super::candidates::{Models, Surface, candidates, models};
 use super::params::{FinishMethod, FinishParams};
-use super::patch::{Patch, RINGS_TRIED};
+use super::patch::{Patch, rings_tried};
 use super::report::{Candidate, Refusal};
 use super::willmore::minimise;
-
-/// The least error on the rings that counts, in diameters.
-const LEAST_ERROR: f64 = 1e-6;
-/// Lower bound of a continuation's own part of its error on a ring; the rest is noise of the ring's vertices.
-const LEAST_PART: f64 = 0.3;
-/// Weights fall with this power of the error on the rings. Inverse squares are the weights of least variance for errors that know
-/// nothing of each other, but what errs less on the rings does so in the hole for the same reasons: on 143 holes of real scans the
-/// error was 0.7 % lower than with 2, and that with 6 differed by 0.1 %.
-const SHARPNESS: i32 = 4;
-/// The weight of a kriged surface before its errors: up to two are kriged, which are much alike.
-const OF_ALIKE: f64 = 0.5;
-
-/// The ring round a large patch is no wider than this, in mean edges,
-const WIDEST: f64 = 4.0;
-/// and what is deeper in the patch than this, in such widths, stays.
-const DEPTH: f64 = 2.0;
+use crate::tuning::tuning;
 
 /// The blend of the energy's minimum with what else the patch may be, `Σ w e⁻⁴ x / Σ w e⁻⁴` with their errors `e` on rings of known
 /// vertices that are deleted and refilled; and the surfaces that it is made of.
@@ -43,7 +28,7 @@ pub(super) fn blend(
     };
     let others = reason.is_none();
     // Without other surfaces the error only says how sure the patch is, for which one ring is enough.
-    let rings = &RINGS_TRIED[if others { 0 } else { 1 }..];
+    let rings = &rings_tried()[if others { 0 } else { 1 }..];
     // Deletes a ring of known vertices and minimises the energy on the wider hole.
     let refill = |&reach: &(f64, f64)| {
         let ring = Ring::new(patch, reach, minimum, is_large)?;
@@ -98,14 +83,21 @@ fn weigh(surfaces: &mut [Surface], tries: &[Errors]) {
         let errors: Option<Vec<f64>> = tries.iter().map(on).collect();
         let mean = |of: &dyn Fn(f64) -> f64| {
             let errors = errors.as_ref()?;
-            let product: f64 = errors.iter().map(|e| of(*e).max(LEAST_ERROR)).product();
+            let product: f64 = errors
+                .iter()
+                .map(|e| of(*e).max(tuning().finish.least_ring_error))
+                .product();
             Some(product.powf(1.0 / errors.len() as f64))
         };
         found.ring_error = mean(&|e| e);
         let is_one_of_alike = kriged.is_some() || found.chart.is_some();
-        let prior = if is_one_of_alike { OF_ALIKE } else { 1.0 };
+        let prior = if is_one_of_alike {
+            tuning().finish.alike_weight
+        } else {
+            1.0
+        };
         let error = mean(&|e| without_noise(e, noise));
-        found.weight = error.map_or(0.0, |e| prior * e.powi(-SHARPNESS));
+        found.weight = error.map_or(0.0, |e| prior * e.powi(-tuning().finish.sharpness));
         sum += found.weight;
     }
     surfaces.iter_mut().for_each(|s| s.found.weight /= sum);
@@ -125,7 +117,9 @@ fn noise_deviation(surfaces: &[Surface]) -> f64 {
 /// make their weights alike.
 fn without_noise(error: f64, noise: f64) -> f64 {
     let squared = error.powi(2) - noise.powi(2);
-    squared.max((LEAST_PART * error).powi(2)).sqrt()
+    squared
+        .max((tuning().finish.least_own_error * error).powi(2))
+        .sqrt()
 }
 
 /// The weighted mean of the surfaces, not farther from the energy's minimum than is allowed.
@@ -170,7 +164,7 @@ impl Ring {
     fn new(patch: &Patch, reach: (f64, f64), minimum: &[DVec3], is_large: bool) -> Option<Self> {
         let reach = (reach.0 * patch.diameter).max(reach.1 * patch.edge);
         let widest = if is_large {
-            WIDEST * patch.edge
+            tuning().finish.widest_ring * patch.edge
         } else {
             f64::INFINITY
         };
@@ -180,7 +174,7 @@ impl Ring {
             patch.known[i] && !patch.border[i] && patch.distance[i] < reach
         };
         let vertices: Vec<u32> = (0..patch.points.len() as u32).filter(inside).collect();
-        let wider = patch.enlarged(&vertices, minimum, DEPTH * widest);
+        let wider = patch.enlarged(&vertices, minimum, tuning().finish.blend_depth * widest);
         let is_one = !vertices.is_empty() && !wider.rim.is_empty();
         is_one.then_some(Self { vertices, wider })
     }

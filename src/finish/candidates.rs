@@ -8,24 +8,18 @@ use super::collar::Collar;
 use super::geometry::{Stiffness, barycentric, half_cotangents, quantile, vertex_normals};
 use super::kriging::{Kriging, Model};
 use super::params::FinishParams;
-use super::patch::{COLLAR, Patch};
+use super::patch::Patch;
 use super::report::{Candidate, CandidateFound, ChartKind};
+use crate::tuning::tuning;
 
-/// The kriged candidates: width of the collar, and the radius up to which a sphere is the chart, in diameters. Another sphere from a
-/// collar of 0.6 made the 143 holes of real scans worse by 0.5 %, those that hardly bend by 3 %, and took a third of the time.
-const KRIGED: [(Candidate, f64, f64); 2] = [
-    (Candidate::Sphere, COLLAR, 4.0),
-    (Candidate::Plane, COLLAR, 0.0),
-];
-/// With fewer data, no kriging.
-const FEWEST_DATA: usize = 15;
-/// The mismatch of a kriged surface at the rim decays over so many mean edges.
-const DECAY: f64 = 1.5;
-/// The biharmonic fill is one where nearly all normals have at least this cosine with their mean (37°): it is the linear theory
-/// of plates, for small slopes, and too flat beyond. On 143 holes of real scans it made those that bend more worse by 2 %.
-const SLIGHT: f64 = 0.8;
-/// This part of the normals may be steeper.
-const STEEPER: f64 = 0.02;
+/// The kriged candidates: width of the collar, and the radius up to which a sphere is the chart, in diameters.
+fn kriged_candidates() -> [(Candidate, f64, f64); 2] {
+    let rules = &tuning().finish;
+    [
+        (Candidate::Sphere, rules.collar, rules.largest_sphere),
+        (Candidate::Plane, rules.collar, 0.0),
+    ]
+}
 
 /// A surface that may be part of the blend.
 pub(super) struct Surface {
@@ -129,7 +123,7 @@ pub(super) fn candidates(
     // Kriging over a sphere and over a plane, from one collar of known vertices.
     let normals = patch.known_normals();
     let mut collars: Vec<Collar> = Vec::new();
-    for (candidate, width, largest) in KRIGED {
+    for (candidate, width, largest) in kriged_candidates() {
         if patch.cancel.is_cancelled() {
             break;
         }
@@ -164,7 +158,8 @@ fn is_slight(patch: &Patch, shape: &[DVec3]) -> bool {
     let all = vertex_normals(&patch.closure_points(shape), &closure.faces);
     let acting = || closure.acting.iter().map(|&v| all[v as usize]);
     let mean = acting().sum::<DVec3>().normalize_or_zero();
-    quantile(acting().map(|n| n.dot(mean)), STEEPER) > SLIGHT
+    quantile(acting().map(|n| n.dot(mean)), tuning().finish.steeper_part)
+        > tuning().finish.slight_cosine
 }
 
 /// The surface kriged from a collar, lifted over the feet of the energy's minimum. With noise it passes beside the rim: the
@@ -178,7 +173,7 @@ fn kriged(
     model: Option<Model>,
     params: &FinishParams,
 ) -> Option<(Vec<DVec3>, Kriged)> {
-    if collar.vertices.len() < FEWEST_DATA {
+    if collar.vertices.len() < tuning().finish.fewest_data {
         return None;
     }
     let chart = Chart::new(patch, minimum, &collar.vertices, normals, largest)?;
@@ -228,7 +223,7 @@ fn spread(patch: &Patch, mismatch: &[DVec3]) -> Option<Vec<DVec3>> {
     let mut stiffness = Stiffness::new(points.len(), &closure.patch_faces);
     stiffness.set(&closure.patch_faces, &weights);
     let areas = barycentric(points.len(), &closure.patch_faces, &twice);
-    let decay = (DECAY * patch.edge).powi(-2);
+    let decay = (tuning().finish.rim_decay * patch.edge).powi(-2);
     let mut matrix = stiffness.matrix;
     for &v in &closure.moving {
         let i = v as usize;

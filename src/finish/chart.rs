@@ -5,21 +5,7 @@ use glam::{DMat3, DVec2, DVec3};
 use super::geometry::{median, quantile, vertex_normals};
 use super::patch::Patch;
 use super::report::ChartKind;
-
-/// A chart is refused when this part of the normals
-const OUTLIERS: f64 = 0.02;
-/// has a smaller cosine with its direction: 75.5°.
-const LEAST_COSINE: f64 = 0.25;
-/// Rounds of the sphere's fit.
-const ROUNDS: usize = 3;
-/// Residuals above so many times their median, which is 1.5 standard deviations, weigh less.
-const ROBUST: f64 = 1.5 * 1.4826;
-/// Points lie on a sphere when they are no farther from it than this, in root mean square and diameters,
-const ON_SPHERE: f64 = 1e-6;
-/// and its radius is less than this, in diameters: beyond, rounding tells nothing of it.
-const FARTHEST: f64 = 100.0;
-/// Added to the median residual, in diameters: exact spheres leave none.
-const EXACT: f64 = 1e-12;
+use crate::tuning::tuning;
 
 /// Plane coordinates and heights over a sphere or a plane, in diameters of the hole.
 pub(super) struct Chart {
@@ -55,8 +41,8 @@ impl Chart {
         let own: Vec<DVec3> = patch.closure.moved(&own);
         let steep = |cosines: &mut dyn Iterator<Item = f64>| {
             // Not a number counts as steep.
-            let least = quantile(cosines, OUTLIERS);
-            least.is_nan() || least <= LEAST_COSINE
+            let least = quantile(cosines, tuning().finish.chart_outliers);
+            least.is_nan() || least <= tuning().finish.chart_cosine
         };
         // The sphere that fits positions and normals best; where the positions lie on a sphere exactly, that one.
         let unit = patch.diameter;
@@ -158,7 +144,7 @@ impl Surface {
 fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
     let mut weights = vec![1.0; points.len()];
     let (mut centre, mut radius) = (DVec3::ZERO, f64::INFINITY);
-    for _ in 0..ROUNDS {
+    for _ in 0..tuning().finish.chart_rounds {
         let sum: f64 = weights.iter().sum();
         let mean = |values: &[DVec3]| {
             let weighted = values.iter().zip(&weights).map(|(v, w)| *v * *w);
@@ -174,8 +160,9 @@ fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
         centre = x - radius * n;
         let off = |(p, m): (&DVec3, &DVec3)| (*p - centre - radius * *m).length();
         let residuals: Vec<f64> = points.iter().zip(normals).map(off).collect();
-        let scale = ROBUST * (median(residuals.iter().copied()) + EXACT * unit);
-        let weight = |r: &f64| (scale / r.max(EXACT * unit)).min(1.0);
+        let scale = tuning().finish.chart_robust
+            * (median(residuals.iter().copied()) + tuning().finish.chart_exact * unit);
+        let weight = |r: &f64| (scale / r.max(tuning().finish.chart_exact * unit)).min(1.0);
         weights = residuals.iter().map(weight).collect();
     }
     (centre, radius)
@@ -185,11 +172,11 @@ fn fit_sphere(points: &[DVec3], normals: &[DVec3], unit: f64) -> (DVec3, f64) {
 /// which that other one was found, are those of flat faces, which at a border are tilted a little.
 fn through(points: &[DVec3], centre: DVec3, radius: f64, unit: f64) -> Option<(DVec3, f64)> {
     let (mut centre, mut size) = (centre, radius.abs());
-    if !size.is_finite() || size >= FARTHEST * unit {
+    if !size.is_finite() || size >= tuning().finish.farthest_sphere * unit {
         return None;
     }
     let count = points.len() as f64;
-    for _ in 0..ROUNDS {
+    for _ in 0..tuning().finish.chart_rounds {
         // The radius is the mean distance from the centre, so that directions count from their mean.
         let directions = points.iter().map(|p| (*p - centre).normalize_or_zero());
         let directions: Vec<DVec3> = directions.collect();
@@ -212,7 +199,7 @@ fn through(points: &[DVec3], centre: DVec3, radius: f64, unit: f64) -> Option<(D
     }
     let off = |p: &DVec3| (p.distance(centre) - size).powi(2);
     let error = (points.iter().map(off).sum::<f64>() / count).sqrt();
-    (error < ON_SPHERE * unit).then(|| (centre, size.copysign(radius)))
+    (error < tuning().finish.on_sphere * unit).then(|| (centre, size.copysign(radius)))
 }
 
 /// Two directions across a unit vector, and the vector.

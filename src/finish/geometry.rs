@@ -5,18 +5,12 @@
 
 use std::f64::consts::PI;
 
+use crate::tuning::tuning;
 use glam::DVec3;
 use sprs::CsMat;
 
 /// Faces between local vertices.
 pub(super) type Faces = [[u32; 3]];
-
-/// Bounds of the cotangent of a corner: below -2 (153°) and above 8 (7°) the weights of slivers would spoil the systems.
-const COTANGENTS: [f64; 2] = [-2.0, 8.0];
-/// The least area of a face, in that of the largest one: bounds the division by it.
-const LEAST_FACE: f64 = 1e-12;
-/// The least area of a vertex, in the median one.
-const LEAST_VERTEX: f64 = 1e-3;
 
 /// The corners of a face.
 pub(super) fn corners(points: &[DVec3], face: [u32; 3]) -> [DVec3; 3] {
@@ -50,7 +44,7 @@ pub(super) fn median(values: impl Iterator<Item = f64>) -> f64 {
 
 /// The least of two entries of a field that count: what is smaller is raised to a part of the median.
 fn raised(mut areas: Vec<f64>) -> Vec<f64> {
-    let least = LEAST_VERTEX * median(areas.iter().copied());
+    let least = tuning().finish.least_vertex * median(areas.iter().copied());
     areas.iter_mut().for_each(|a| *a = a.max(least));
     areas
 }
@@ -58,15 +52,16 @@ fn raised(mut areas: Vec<f64>) -> Vec<f64> {
 /// Half the cotangents at the corners of each face, bounded, and twice its area. The weight of an edge is the sum of the two at the
 /// corners opposite to it (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993).
 pub(super) fn half_cotangents(points: &[DVec3], faces: &Faces) -> (Vec<[f64; 3]>, Vec<f64>) {
+    let rules = &tuning().finish;
     let area = |&f: &[u32; 3]| area_vector(corners(points, f)).length();
     let mut areas: Vec<f64> = faces.iter().map(area).collect();
-    let least = LEAST_FACE * areas.iter().copied().fold(0.0, f64::max);
+    let least = tuning().finish.least_face * areas.iter().copied().fold(0.0, f64::max);
     areas.iter_mut().for_each(|a| *a = a.max(least));
     let at = |(&face, area): (&[u32; 3], &f64)| {
         let p = corners(points, face);
         [0, 1, 2].map(|k| {
             let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-            0.5 * (u.dot(v) / area).clamp(COTANGENTS[0], COTANGENTS[1])
+            0.5 * (u.dot(v) / area).clamp(rules.least_cotangent, rules.largest_cotangent)
         })
     };
     (faces.iter().zip(&areas).map(at).collect(), areas)

@@ -10,14 +10,13 @@ use glam::DVec2;
 
 use crate::cancel::Cancel;
 use crate::linalg::{Symmetric, Triangle, Tridiagonal};
+use crate::tuning::tuning;
 
 /// Orders of the kernel.
 const ORDERS: [u8; 4] = [2, 3, 4, 5];
 /// Noise of the data: the distance, in mean edges, at which the kernel equals the noise's variance. Noisy meshes reach the larger ones:
 /// on a sphere with noise of 3 % and 10 % of an edge every patch took 1.6 where the list ended there, with a kernel too rough.
 const NUGGETS: [f64; 10] = [0.0, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8, 25.6];
-/// Added to the noise, in the kernel's largest eigenvalue, for the system to be solvable.
-const RIDGE: f64 = 1e-10;
 /// Most terms of a drift.
 const TERMS: usize = 6;
 
@@ -209,7 +208,7 @@ impl Model {
             let (contrasts, kernel) = Contrasts::new(points, heights, order);
             let (count, ridge) = (
                 contrasts.data.len() as f64,
-                RIDGE * kernel.largest_eigenvalue(),
+                tuning().finish.kriging_ridge * kernel.largest_eigenvalue(),
             );
             let reduced = Tridiagonal::new(kernel);
             let mut data = contrasts.data;
@@ -251,7 +250,7 @@ impl Kriging {
             return None;
         }
         let (contrasts, kernel) = Contrasts::new(&points, heights, model.order);
-        let ridge = RIDGE * kernel.largest_eigenvalue();
+        let ridge = tuning().finish.kriging_ridge * kernel.largest_eigenvalue();
         let noise = model.noise(edge) + ridge;
         let factor = kernel.cholesky(noise)?;
         let mut solution = contrasts.data.clone();

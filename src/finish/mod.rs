@@ -14,6 +14,8 @@
 //! Everything is computed relative to the rim's middle and diameter, so that neither unit nor place matter, and in an order
 //! that depends on the mesh alone. The work depends on the size of the patch and its surroundings, not on that of the mesh.
 
+use crate::tuning::tuning;
+
 mod biharmonic;
 mod blend;
 mod candidates;
@@ -40,13 +42,6 @@ pub use surroundings::Surroundings;
 
 use patch::{Located, Patch};
 use willmore::Second;
-
-/// Upper bound of E_minimum / E_before.
-const ENERGY_RISE: f64 = 1.02;
-/// A converged minimum below this part of the energy before is taken however far it lies; and where the biharmonic fill is below this part
-/// of a minimum's energy, it is the second start. The level set bulges over holes in walls thinner than 0.35 D. Of 300 holes of real
-/// scans and models two were so; their error fell from 165 to 2.6 ‰ of D.
-const MUCH_LOWER: f64 = 0.5;
 
 /// Finishes the patch of some vertices (in any order), which must hang together (see [`Surroundings::pieces`]). Whatever cannot
 /// be finished keeps its positions, to the bit, and [`FinishFound`] says why; so it is where the token of the surroundings is
@@ -228,11 +223,12 @@ fn minimum(
         Second::Worse => Restart::Tried,
         Second::Better => Restart::Taken,
     };
-    let rose = minimum.energy > minimum.energy_before * ENERGY_RISE;
+    let rose = minimum.energy > minimum.energy_before * tuning().finish.energy_rise;
     found.willmore_refused = if !minimum.energy_before.is_finite() {
         Some(Refusal::NotFinite)
     } else {
-        let is_much_lower = found.converged && minimum.energy < MUCH_LOWER * minimum.energy_before;
+        let is_much_lower =
+            found.converged && minimum.energy < tuning().finish.much_lower * minimum.energy_before;
         let farthest = if is_much_lower {
             f64::INFINITY
         } else {

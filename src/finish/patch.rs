@@ -9,21 +9,16 @@ use super::geometry::{Faces, vertex_normals};
 use super::report::Refusal;
 use super::surroundings::Surroundings;
 use crate::cancel::Cancel;
+use crate::tuning::tuning;
 
-/// The neighbourhood reaches at least so many edges from the patch.
-const RINGS: usize = 4;
-/// And so many mean edges farther than the data, for the normals there.
-const MARGIN: f64 = 3.0;
-/// The least length of an edge in distances, in diameters.
-const LEAST_EDGE: f64 = 1e-12;
-/// Up to so many points their diameter is that of all pairs; above, one found by going to the farthest point repeatedly.
-const ALL_PAIRS: usize = 1500;
-
-/// The rings of the test: known vertices nearer than this part of the diameter, or so many mean edges. The narrow one is about the
-/// rim alone, the other tells more where there is noise; each alone left errors larger by 0.7 to 1.5 % on 143 holes of real scans.
-pub(super) const RINGS_TRIED: [(f64, f64); 2] = [(0.06, 1.01), (0.12, 1.5)];
-/// The collar that data are taken from, in diameters.
-pub(super) const COLLAR: f64 = 0.45;
+/// The rings of the test: known vertices nearer to the rim than this part of the diameter, or this many mean edges.
+pub(super) fn rings_tried() -> [(f64, f64); 2] {
+    let rules = &tuning().finish;
+    [
+        (rules.narrow_ring, rules.narrow_ring_edges),
+        (rules.wide_ring, rules.wide_ring_edges),
+    ]
+}
 
 /// A patch and the mesh round it, relative to the middle of the rim and its diameter.
 #[derive(Clone)]
@@ -252,9 +247,9 @@ impl Patch {
 /// How far from the patch data may lie, in diameters of the hole, along edges. The hole with one more ring is wider by two widths
 /// of the ring, and its data lie within the collar's part of that from the ring.
 fn reach(edge: f64) -> f64 {
-    let [_, widest] = RINGS_TRIED;
+    let [_, widest] = rings_tried();
     let ring = widest.0.max(widest.1 * edge);
-    COLLAR * (1.0 + 2.0 * ring) + ring
+    tuning().finish.collar * (1.0 + 2.0 * ring) + ring
 }
 
 /// A patch and where it lies in the mesh.
@@ -284,8 +279,13 @@ impl Located {
         }
         // The vertices that data, rings and their normals may need, by distance along edges in units of the mesh.
         let edge = around.edge(&rim) / scale;
-        let limit = (reach(edge) + MARGIN * edge) * scale;
-        let (ids, distance) = around.within(vertices, limit, RINGS, LEAST_EDGE * scale);
+        let limit = (reach(edge) + tuning().finish.data_margin * edge) * scale;
+        let (ids, distance) = around.within(
+            vertices,
+            limit,
+            tuning().finish.rings,
+            tuning().finish.least_edge * scale,
+        );
         let faces = around.faces_within(&ids);
         // From here on numbers are the patch's own, lengths in diameters of the hole.
         let own = |v: u32| ids.partition_point(|&w| w < v) as u32;
@@ -358,7 +358,7 @@ fn diameter(points: &[DVec3]) -> f64 {
             |best, (i, d)| if d > best.1 { (i, d) } else { best },
         )
     };
-    if points.len() <= ALL_PAIRS {
+    if points.len() <= tuning().finish.all_pairs {
         let largest = points.iter().map(|p| farthest(*p).1).fold(0.0, f64::max);
         return largest.sqrt();
     }
@@ -404,7 +404,9 @@ fn edge_distances(points: &[DVec3], faces: &Faces, from: &[bool]) -> Vec<f64> {
         }
         for &j in &beside[starts[i] as usize..starts[i + 1] as usize] {
             let j = j as usize;
-            let through = d + points[i].distance(points[j]).max(LEAST_EDGE);
+            let through = d + points[i]
+                .distance(points[j])
+                .max(tuning().finish.least_edge);
             if through < distance[j] {
                 distance[j] = through;
                 queue.push(Reverse((through.to_bits(), j as u32)));

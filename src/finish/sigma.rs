@@ -14,39 +14,11 @@ use rayon::prelude::*;
 use super::candidates::{Kriged, Surface};
 use super::geometry::{area_vector, corners};
 use super::patch::Patch;
-
-/// `σ = a bᵏ d̄ᵖ √((d/d̄)² + f²)` for the deviation `d`, its mean square's root `d̄` over the patch and the bend `b`, in diameters.
-struct Foretold {
-    factor: f64,
-    bend: f64,
-    deviation: f64,
-    floor: f64,
-}
-const FORETOLD: Foretold = Foretold {
-    factor: 0.25,
-    bend: 0.15,
-    deviation: 0.65,
-    floor: 0.33,
-};
-
-/// `σ = a bᵏ sᵖ √(u² + f²)` for the error of slope `s` on the ring and the depth `u` in the hole, 1 at its deepest.
-struct Tried {
-    factor: f64,
-    bend: f64,
-    slope: f64,
-    floor: f64,
-}
-const TRIED: Tried = Tried {
-    factor: 0.13,
-    bend: 0.2,
-    slope: 0.45,
-    floor: 0.15,
-};
-/// The error of slope of a middling patch, where no ring could be tried.
-const MIDDLING_SLOPE: f64 = 0.25;
+use crate::tuning::tuning;
 
 /// The expected error of each vertex that moves, in the patch's units.
 pub(super) fn sigma(patch: &Patch, shape: &[DVec3], surfaces: &[Surface]) -> Vec<f64> {
+    let rules = &tuning().finish;
     let bend = bend(patch, shape);
     let best = surfaces
         .iter()
@@ -55,11 +27,16 @@ pub(super) fn sigma(patch: &Patch, shape: &[DVec3], surfaces: &[Surface]) -> Vec
         .reduce(|a, b| if b.0 > a.0 { b } else { a });
     let foretold = best.and_then(|(_, kriged)| foretold(patch, shape, kriged));
     let (factor, values) = match foretold {
-        Some(values) => (FORETOLD.factor * bend.powf(FORETOLD.bend), values),
+        Some(values) => (
+            rules.kriged_sigma * bend.powf(rules.kriged_sigma_bend),
+            values,
+        ),
         None => {
             let error = surfaces.first().and_then(|s| s.found.ring_error);
-            let slope = error.map_or(MIDDLING_SLOPE, |e| e / patch.edge);
-            let factor = TRIED.factor * bend.powf(TRIED.bend) * slope.powf(TRIED.slope);
+            let slope = error.map_or(tuning().finish.median_slope, |e| e / patch.edge);
+            let factor = rules.ring_sigma
+                * bend.powf(rules.ring_sigma_bend)
+                * slope.powf(rules.ring_sigma_slope);
             (factor, by_depth(patch))
         }
     };
@@ -79,8 +56,8 @@ fn foretold(patch: &Patch, shape: &[DVec3], kriged: &Kriged) -> Option<Vec<f64>>
     if mean == 0.0 {
         return Some(deviations);
     }
-    let scale = mean.powf(FORETOLD.deviation);
-    let value = |d: &f64| scale * (d / mean).hypot(FORETOLD.floor);
+    let scale = mean.powf(tuning().finish.kriged_sigma_deviation);
+    let value = |d: &f64| scale * (d / mean).hypot(tuning().finish.kriged_sigma_floor);
     mean.is_finite()
         .then(|| deviations.iter().map(value).collect())
 }
@@ -91,7 +68,11 @@ fn by_depth(patch: &Patch) -> Vec<f64> {
     let deepest = finite.fold(f64::MIN_POSITIVE, f64::max);
     depth
         .iter()
-        .map(|d| (d / deepest).min(1.0).hypot(TRIED.floor))
+        .map(|d| {
+            (d / deepest)
+                .min(1.0)
+                .hypot(tuning().finish.ring_sigma_floor)
+        })
         .collect()
 }
 

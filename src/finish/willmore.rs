@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use sprs::CsMat;
 
-use super::MUCH_LOWER;
 use super::biharmonic::biharmonic;
 use super::geometry::{
     Stiffness, area_vector, corners, gauss_curvature, half_cotangents, quantile, stiffness_times,
@@ -15,38 +14,7 @@ use super::params::FinishParams;
 use super::patch::{Closure, Patch};
 use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
-
-/// A displacement is at most so many mean edges.
-const LONGEST_STEP: f64 = 2.0;
-/// Vertices are spread along the surface as long as steps are longer than this, in diameters.
-const SPREAD_ABOVE: f64 = 5e-3;
-/// By this part of the way to the mean of their neighbours.
-const SPREAD: f64 = 0.3;
-/// A step shorter than these, in diameters and in mean edges, is taken though the energy rises: at rounding, or by the spread of
-/// the vertices.
-const ALWAYS_BELOW: (f64, f64) = (2e-3, 0.04);
-/// Most halvings of a step.
-const HALVINGS: usize = 5;
-/// Steps go one way where the cosine of the angle between one and the next is more than this,
-const ALIKE: f64 = 0.98;
-/// and shrink by a constant factor between these.
-const SHRINKING: (f64, f64) = (0.5, 0.96);
-/// A large patch may stay folded for so many steps.
-const MOST_FOLDED_STEPS: usize = 3;
-/// Of patches with more vertices the roughness in the system is bounded. On 143 holes of real scans the same for smaller ones made
-/// errors larger by 0.3 %.
-const MANY: usize = 1200;
-/// Width of the strip along the rim of a large patch that is filled anew before the first step, in diameters.
-const STRIP: f64 = 0.1;
-/// Most times that the vertices of folded faces are moved to unfold them.
-const UNFOLDINGS: usize = 10;
-/// Added to the system's diagonal, in itself.
-const RIDGE: f64 = 1e-10;
-/// Minima with ½∫h² below this get no second start: a hemisphere has 4π, and every start found minima below that.
-const BENT: f64 = 8.0;
-/// A face is folded when the cosines of its normal with those at its corners are all below this. On patches of real
-/// scans this found all that met themselves and no others.
-const FOLDED: f64 = -0.2;
+use crate::tuning::tuning;
 
 /// A minimum, or what was come to.
 #[derive(Clone, Debug)]
@@ -119,7 +87,7 @@ fn folded(patch: &Patch, points: &[DVec3]) -> Vec<[u32; 3]> {
     let is_folded = |face: &&[u32; 3]| {
         let normal = area_vector(corners(points, **face)).normalize_or_zero();
         face.iter()
-            .all(|&v| normal.dot(normals[v as usize]) < FOLDED)
+            .all(|&v| normal.dot(normals[v as usize]) < tuning().finish.folded_cosine)
     };
     let faces = patch.closure.patch_faces.iter().filter(is_folded);
     faces.copied().collect()
@@ -130,7 +98,7 @@ fn folded(patch: &Patch, points: &[DVec3]) -> Vec<[u32; 3]> {
 pub(super) fn unfolded(patch: &Patch, shape: &[DVec3], allowed: usize) -> Option<Vec<DVec3>> {
     let closure = &patch.closure;
     let mut points = patch.closure_points(shape);
-    for _ in 0..UNFOLDINGS {
+    for _ in 0..tuning().finish.unfoldings {
         let folded = folded(patch, &points);
         if folded.len() <= allowed {
             return Some(closure.moved(&points));
@@ -174,7 +142,7 @@ impl FoldWatch<'_> {
             return true;
         }
         self.in_a_row += 1;
-        self.in_a_row < MOST_FOLDED_STEPS
+        self.in_a_row < tuning().finish.most_folded_steps
     }
 }
 
@@ -239,7 +207,7 @@ impl<'a> Solver<'a> {
             .iter()
             .map(|&i| squares(i as usize))
             .collect();
-        let upper = match closure.moving.len() > MANY {
+        let upper = match closure.moving.len() > tuning().finish.many_vertices {
             true => quantile(squares.iter().copied(), 0.75),
             false => f64::INFINITY,
         };
@@ -285,12 +253,12 @@ impl<'a> Solver<'a> {
             .get_or_insert_with(|| LdlPattern::new(matrix, self.cancel));
         let mut d = normal.rhs;
         pattern
-            .factorise(matrix, RIDGE + self.damping)?
+            .factorise(matrix, tuning().finish.willmore_ridge + self.damping)?
             .solve(&mut d);
         if !d.iter().all(|d| d.is_finite()) {
             return None;
         }
-        let longest = LONGEST_STEP * self.edge;
+        let longest = tuning().finish.longest_step * self.edge;
         d.iter_mut().for_each(|d| *d = d.clamp(-longest, longest));
         let largest = d.iter().fold(0.0, |m: f64, d| m.max(d.abs()));
         Some((d, largest))
@@ -322,7 +290,7 @@ impl<'a> Solver<'a> {
             goals.push(way - way.dot(normals[i]) * normals[i]);
         }
         for (&v, way) in self.closure.moving.iter().zip(goals) {
-            points[v as usize] += SPREAD * way;
+            points[v as usize] += tuning().finish.spread * way;
         }
     }
 
@@ -334,11 +302,13 @@ impl<'a> Solver<'a> {
         d: &[f64],
         largest: f64,
     ) -> Option<(Vec<DVec3>, State)> {
-        let always_below = (ALWAYS_BELOW.0 * self.diameter).min(ALWAYS_BELOW.1 * self.edge);
+        let rules = &tuning().finish;
+        let always_below =
+            (rules.always_below * self.diameter).min(rules.always_below_edges * self.edge);
         let mut part = 1.0;
-        for _ in 0..HALVINGS {
+        for _ in 0..tuning().finish.halvings {
             let mut moved = self.moved(points, &state.normals, d, part);
-            if largest > SPREAD_ABOVE * self.diameter {
+            if largest > tuning().finish.spread_above * self.diameter {
                 self.spread(&mut moved);
             }
             let next = State::new(self.closure, &moved);
@@ -362,8 +332,9 @@ fn stretch(before: &[f64], now: &[f64]) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let (both, first, second) = (dot(before, now), dot(before, before), dot(now, now));
     let factor = both / first;
-    let is_alike = both > ALIKE * (first * second).sqrt();
-    if is_alike && factor > SHRINKING.0 && factor < SHRINKING.1 {
+    let is_alike = both > tuning().finish.alike_cosine * (first * second).sqrt();
+    let rules = &tuning().finish;
+    if is_alike && factor > rules.shrinking_least && factor < rules.shrinking_most {
         1.0 / (1.0 - factor)
     } else {
         1.0
@@ -432,7 +403,7 @@ pub(super) fn minimise(patch: &Patch, shape: &[DVec3], params: &FinishParams) ->
 /// comes from meets the rim only as well as its voxels tell, many faces beside it: crumpled there, no step of Gauss-Newton is
 /// short enough.
 fn smoothed(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
-    let strip = patch.enlarged(&[], shape, STRIP * patch.diameter);
+    let strip = patch.enlarged(&[], shape, tuning().finish.strip * patch.diameter);
     let points = strip.placed(&biharmonic(&strip, &strip.shape())?);
     let place = |&v: &u32| points[patch.closure.vertices[v as usize] as usize];
     Some(patch.closure.moving.iter().map(place).collect())
@@ -465,14 +436,15 @@ pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) 
     };
     let first_folds = folds(patch, &first.shape);
     let is_sound = first.last <= params.tolerance && first_folds == 0;
-    if is_sound && first.energy < BENT || patch.cancel.is_cancelled() {
+    if is_sound && first.energy < tuning().finish.second_start_bent || patch.cancel.is_cancelled() {
         return (first, second);
     }
     // The second start, where the first failed, or the fill has much less energy than its minimum.
     let Some(filled) = biharmonic(patch, &start) else {
         return (first, second);
     };
-    if (is_sound || is_large) && energy(patch, &filled) > MUCH_LOWER * first.energy {
+    if (is_sound || is_large) && energy(patch, &filled) > tuning().finish.much_lower * first.energy
+    {
         return (first, second);
     }
     let other = minimise(patch, &filled, &params);

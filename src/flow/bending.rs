@@ -15,10 +15,7 @@ use super::settings::{Energy, Variant};
 use super::system::System;
 use super::willmore::{gradient, system, weights};
 use crate::grid::{Lattice, SparseGrid, as_point};
-
-/// The least second derivative of a density in the matrix of a step, over that of ½h². With 0 the matrix would be singular where a
-/// density is linear in h or concave.
-const LEAST_SECOND: f64 = 1e-2;
+use crate::tuning::tuning;
 
 /// An energy `∫ f(x, h) dA` of a surface, for [`Inspection::fill_with`](crate::Inspection::fill_with).
 ///
@@ -121,7 +118,7 @@ impl<'a> BendingBand<'a> {
         Density {
             value: voxel * voxel * density.value,
             slope: -voxel * density.slope,
-            second: density.second.max(LEAST_SECOND),
+            second: density.second.max(tuning().flow.least_second),
         }
     }
 

@@ -13,9 +13,8 @@ use super::system::System;
 use crate::cancel::Cancel;
 use crate::grid::{BLOCK, NodeIndex, SparseGrid, add};
 use crate::linalg::{Csr, Multigrid};
+use crate::tuning::tuning;
 
-/// Levels are added until at most so many unknowns are left, which are solved directly.
-const FEW: usize = 400;
 /// Interpolation weights up to this are taken for rounding of zero.
 const LEAST: f64 = 1e-12;
 const ABSENT: u32 = u32::MAX;
@@ -195,7 +194,7 @@ pub fn hierarchy(
     let mut coarser = Vec::new();
     // Node n of a coarse lattice lies at scale n + first.
     let (mut scale, mut first_node) = (2, 0);
-    while lattice.nodes.len() > FEW && coarser.len() < 12 {
+    while lattice.nodes.len() > tuning().flow.few_unknowns && coarser.len() < 12 {
         first_node += scale / 2;
         scale *= 2;
         let points: Vec<Option<[f64; 3]>> = lattice

@@ -10,25 +10,7 @@ use super::state::BandState;
 use super::willmore::WillmoreBand;
 use crate::grid::{SparseGrid, add, offset};
 use crate::sdf::redistance;
-
-/// No node within one voxel of the surface moves by more than this in a step, in voxels.
-const MOST_MOVEMENT: f64 = 0.25;
-/// A step is at most so many times as long as the one before.
-const GROWTH: f64 = 2.0;
-/// A step that is refused is tried again at this part of its length.
-const CUT: f64 = 0.3;
-/// A step is no longer than this part of the time since the start: waves that decay faster than that have nearly
-/// vanished, so that their error does not matter.
-const PART: f64 = 0.15;
-/// The first step in units of h⁴: waves of four voxels lose a tenth of their height in it.
-const FIRST: f64 = 0.02;
-/// The run ends after so many refused steps in a row.
-const MOST_REFUSALS: usize = 8;
-/// Where only the size of what goes matters, no node moves by more than this in a step, in voxels: at creases and where sheets
-/// touch the speed has no bound, and steps that followed it would be as short as those of a fifth of a voxel allow.
-const MOST_AT_ONCE: f64 = 0.5;
-/// The first step there, as a part of the whole time.
-const FIRST_PART: f64 = 0.05;
+use crate::tuning::tuning;
 
 /// How closely steps follow the flow in time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,7 +103,7 @@ impl Evolution {
             steps: Vec::new(),
             unknowns: 0,
             willmore_before: f64::NAN,
-            next: FIRST,
+            next: tuning().flow.first_step,
         }
     }
 
@@ -211,12 +193,17 @@ impl Evolution {
                 return Some(Pause::Stopped);
             }
             // The length τ of the step, in h⁴: at most a part of the time so far, or the first length where that is longer.
-            let settings = self.next_step(self.next.min((PART * self.time).max(FIRST)), until);
+            let settings = self.next_step(
+                self.next
+                    .min((tuning().flow.step_part * self.time).max(tuning().flow.first_step)),
+                until,
+            );
             let time_step = settings.time_step;
             // Solves (M/τ + A) d = −∇E. The step is taken whole or not at all: a part of it would be of another time.
             let (direction, at) = state.direction(grid, mask, &settings);
             let energy_before = at.energy;
-            let far = direction.movement.is_nan() || direction.movement > MOST_MOVEMENT;
+            let far =
+                direction.movement.is_nan() || direction.movement > tuning().flow.most_movement;
             let taken = if far {
                 state.at = Some(at);
                 false
@@ -225,14 +212,18 @@ impl Evolution {
             };
             if !taken {
                 refused += 1;
-                if refused > MOST_REFUSALS {
+                if refused > tuning().flow.most_refusals {
                     // On a new band, with distances computed again, a step may still lower the energy.
                     return (band_steps == 0).then_some(Pause::Stuck);
                 }
                 // A step that moved too far is cut to 0.7 of the movement allowed, one that raised the energy by a
                 // constant.
-                let wanted = 0.7 * MOST_MOVEMENT / direction.movement;
-                let cut = if far && wanted > 0.1 { wanted } else { CUT };
+                let wanted = 0.7 * tuning().flow.most_movement / direction.movement;
+                let cut = if far && wanted > 0.1 {
+                    wanted
+                } else {
+                    tuning().flow.step_cut
+                };
                 self.next = cut.min(0.7) * time_step;
                 continue;
             }
@@ -246,9 +237,10 @@ impl Evolution {
             };
             let step = self.record(state, step, until);
             (refused, band_steps) = (0, band_steps + 1);
-            // The next step aims at 0.7 of the movement allowed, but grows no faster than by GROWTH.
-            let growth = 0.7 * MOST_MOVEMENT / direction.movement.max(1e-9);
-            self.next = self.next.max(time_step) * growth.clamp(CUT, GROWTH);
+            // The next step aims at 0.7 of the movement allowed, but grows no faster than by the bound.
+            let growth = 0.7 * tuning().flow.most_movement / direction.movement.max(1e-9);
+            self.next = self.next.max(time_step)
+                * growth.clamp(tuning().flow.step_cut, tuning().flow.step_growth);
             if !watch(&step) {
                 return Some(Pause::Stopped);
             }
@@ -305,15 +297,15 @@ impl Evolution {
         watch: &mut dyn FnMut(&EvolutionStep) -> bool,
     ) -> Option<Pause> {
         while self.time < until && !state.is_stale() {
-            let settings = self.next_step(self.time.max(FIRST_PART * until), until);
+            let settings = self.next_step(self.time.max(tuning().flow.first_part * until), until);
             let (mut direction, at) = state.direction(grid, mask, &settings);
-            direction.clip(MOST_AT_ONCE);
+            direction.clip(tuning().flow.most_at_once);
             let energy_before = at.energy;
             let fraction = state.advance_part(&direction, at);
             let step = Taken {
                 time_step: settings.time_step,
                 energy_before,
-                movement: fraction * direction.movement.min(MOST_AT_ONCE),
+                movement: fraction * direction.movement.min(tuning().flow.most_at_once),
                 mean_movement: fraction * direction.mean_movement,
                 iterations: direction.iterations,
                 refused: usize::from(fraction < 1.0),

@@ -19,6 +19,7 @@ mod start;
 mod state;
 mod steady;
 mod stencil;
+mod stopping;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -26,6 +27,7 @@ mod variation;
 mod willmore;
 
 pub use band::Band;
+pub(crate) use band::{MARGIN as BAND_MARGIN, WIDTH as HALF_WIDTH};
 pub use bending::{BendingBand, BendingEnergy, Density, OwnEnergy};
 pub use energies::relax;
 pub use energy::{BandEnergy, Evaluation, Needs};

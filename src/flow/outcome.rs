@@ -4,11 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::band::WIDTH;
 use super::settings::{Energy, FlowSettings};
-
-/// After so many steps the surface counts as steady by the mean movement of its nodes too: on rough data a few nodes move on.
-pub(super) const LONG: usize = 8;
-/// A step that moves the surface by more than this, in voxels, does not lead to rest.
-pub(super) const DIVERGED: f64 = 2.0;
+use crate::tuning::tuning;
 
 /// One step.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,15 +23,15 @@ pub struct StepRecord {
 }
 
 impl StepRecord {
-    /// No node moves by more than the tolerance; or, after [`LONG`] steps, the root mean square movement is within it and no node
+    /// No node moves by more than the tolerance; or, after `tuning::flow.long` steps, the root mean square movement is within it and no node
     /// moves by more than [`FlowSettings::rough`] times as much.
     pub(super) fn is_steady(&self, settings: &FlowSettings, steps: usize) -> bool {
         let tolerance = settings.tolerance;
         let within = self.movement < tolerance
-            || (steps >= LONG
+            || (steps >= tuning().flow.long
                 && self.movement < settings.rough * tolerance
                 && self.mean_movement < tolerance);
-        within && self.fraction > 0.9
+        within && self.fraction > tuning().flow.whole_step
     }
 }
 
@@ -68,7 +64,7 @@ pub struct FlowOutcome {
 impl FlowOutcome {
     /// Whether the flow ended so far from rest that its surface means nothing.
     pub fn has_diverged(&self) -> bool {
-        !(self.converged || self.movement <= DIVERGED)
+        !(self.converged || self.movement <= tuning().flow.diverged)
     }
 
     /// ½∫h² of the free part of the surface at the end, by the co-area formula the mean over the levels in the band, if that is

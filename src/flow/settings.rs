@@ -3,11 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::band::{MARGIN, WIDTH};
+use crate::tuning::tuning;
 
 /// How far out redistancing goes, in voxels: one layer more, so that the band's outermost nodes have their distance.
 pub(super) const REACH: f64 = WIDTH + MARGIN + 1.0;
-/// Up to so many voxels across a hole κ is as set; see [`FlowSettings::across`].
-const KAPPA_ACROSS: f64 = 20.0;
 
 /// The energy whose steady state a fill is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -84,12 +83,17 @@ impl Default for FlowSettings {
 }
 
 impl FlowSettings {
+    /// Whether the flow goes through time instead of to the steady state.
+    pub(super) fn in_time(&self) -> bool {
+        self.time_step.is_finite()
+    }
+
     /// The same for a hole of so many voxels across: the eikonal weight κ grows with their number beyond 20. At a fixed
     /// weight the surface drifts on fine grids, by a distance of the order of a voxel over κ.
     #[must_use]
     pub fn across(self, voxels: f64) -> Self {
         Self {
-            kappa: self.kappa * (voxels / KAPPA_ACROSS).max(1.0),
+            kappa: self.kappa * (voxels / tuning().flow.kappa_across).max(1.0),
             ..self
         }
     }

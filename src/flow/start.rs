@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::cancel::Cancel;
 use crate::grid::{NodeIndex, SparseGrid, as_point, linear, value_and_gradient};
 use crate::linalg::{CgOutcome, Jacobi, LinearOperator, conjugate_gradient};
+use crate::tuning::tuning;
 
 const CHUNK: usize = 2048;
 const NEIGHBOURS: [NodeIndex; 6] = [
@@ -67,9 +68,6 @@ impl LinearOperator for Bilaplacian {
         self.cancel.is_cancelled()
     }
 }
-
-/// A lattice with fewer free nodes is not coarsened further: its solve starts from the values that it has.
-const FEW: usize = 400;
 
 /// Replaces `phi` at the masked nodes by the minimiser of `∫ (Δφ)²` with φ given on the two layers of nodes round the mask:
 /// on every other node first, whose solution is the start on all. `phi` and `mask` have one entry for each slot of the grid. The
@@ -191,7 +189,7 @@ fn from_every_other(
     there: &[bool],
     tolerance: f64,
 ) -> Option<Vec<f64>> {
-    if mask.iter().filter(|&&m| m).count() < FEW {
+    if mask.iter().filter(|&&m| m).count() < tuning().flow.few_start_unknowns {
         return None;
     }
     let half = SparseGrid::new(grid.dims().map(|d| d / 2), |_| true).stopped_by(grid.cancel());

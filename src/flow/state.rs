@@ -12,27 +12,7 @@ use crate::linalg::{
     CgOutcome, Jacobi, LinearOperator, Multigrid, MultigridCycle, bicgstab, conjugate_gradient,
     solve_spd,
 };
-
-/// Redistancing has changed the shape of the zero set when the surface's energy after it is larger than before by this factor.
-const SURFACE_JUMP: f64 = 4.0;
-/// The same for the whole energy, with the eikonal term.
-const ENERGY_JUMP: f64 = 8.0;
-
-/// The matrix of a step is used again for the next ones until nodes near the surface may have moved by this many voxels.
-const DRIFT: f64 = 0.1;
-
-/// A step is combined with at most so many before it.
-const MEMORY: usize = 2;
-/// Steps are combined as long as they move no node near the surface by more than this many voxels: larger ones are far from
-/// linear.
-const COMBINED_MOVEMENT: f64 = 0.3;
-/// And as long as each moves the surface by less than this part of the movement of the one before.
-const SHRINKING: f64 = 0.9;
-
-/// Up to this time step, in units of h⁴, inertia holds what is smooth: conjugate gradients need no coarse levels then.
-const SHORT: f64 = 1.0;
-/// The coarse levels are made again when the time step has changed by more than this, in powers of two.
-const TIME_STEP_CHANGE: f64 = 2.5;
+use crate::tuning::tuning;
 
 /// The direction of a step.
 pub(super) struct Direction {
@@ -118,8 +98,8 @@ impl<E: BandEnergy> BandState<E> {
     pub(super) fn has_jumped(&self, before: f64) -> bool {
         let jumped = |at: &Evaluation| {
             at.surface.is_nan()
-                || at.surface > SURFACE_JUMP * before
-                || at.energy > ENERGY_JUMP * before
+                || at.surface > tuning().flow.surface_jump * before
+                || at.energy > tuning().flow.energy_jump * before
         };
         self.at.as_ref().is_some_and(jumped)
     }
@@ -136,11 +116,11 @@ impl<E: BandEnergy> BandState<E> {
             .at
             .take()
             .unwrap_or_else(|| self.evaluate(&self.values));
-        // The matrix of the last step serves again until the surface has moved by DRIFT; a flow in time makes its own each
+        // The matrix of the last step serves again until the surface has drifted; a flow in time makes its own each
         // step.
         let in_time = settings.time_step.is_finite();
         let system = match self.system.take() {
-            Some(system) if !in_time && self.drift < DRIFT => system,
+            Some(system) if !in_time && self.drift < tuning().flow.drift => system,
             _ => self.assembled(&at, settings),
         };
         // The right-hand side is minus the gradient of the energy and of the pull.
@@ -157,8 +137,8 @@ impl<E: BandEnergy> BandState<E> {
         // Coarse levels are kept for the band unless the time step changes much. For short time steps M/τ dominates, and
         // the diagonal alone preconditions well.
         let band = self.energy.band();
-        let short = settings.time_step <= SHORT;
-        if (settings.time_step / self.coarse_step).log2().abs() > TIME_STEP_CHANGE {
+        let short = settings.time_step <= tuning().flow.short;
+        if (settings.time_step / self.coarse_step).log2().abs() > tuning().flow.time_step_change {
             self.coarse = None;
         }
         if !short && self.coarse.is_none() {
@@ -253,9 +233,9 @@ impl<E: BandEnergy> BandState<E> {
     fn combined(&mut self, direction: &Direction) -> Option<Vec<f64>> {
         let d = &direction.d;
         // Long steps, or ones that do not shrink, are far from linear convergence: the history is of no use.
-        let shrinks = direction.movement < SHRINKING * self.last_movement;
+        let shrinks = direction.movement < tuning().flow.shrinking * self.last_movement;
         self.last_movement = direction.movement;
-        if direction.movement > COMBINED_MOVEMENT || !shrinks {
+        if direction.movement > tuning().flow.combined_movement || !shrinks {
             self.history.clear();
         }
         // Scalar products count the nodes at which χ is positive.
@@ -284,7 +264,7 @@ impl<E: BandEnergy> BandState<E> {
             weights[i] = product(a, d);
         }
         self.history.push((self.values.clone(), d.clone()));
-        if self.history.len() > MEMORY {
+        if self.history.len() > tuning().flow.memory {
             self.history.remove(0);
         }
         if count == 0 || !solve_spd(&mut matrix, &mut weights) {

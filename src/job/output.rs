@@ -285,7 +285,7 @@ fn count_crossing_again(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut 
     let patches: Vec<usize> = regions.iter().map(|r| r.new_faces).collect();
     let counts = count_crossing(mesh, kept, &patches);
     for (region, count) in regions.iter_mut().zip(counts) {
-        region.intersecting_faces = count;
+        region.set_intersecting(count);
     }
 }
 

@@ -7,12 +7,12 @@ use glam::{DVec3, IVec3, UVec3};
 
 use super::Inspection;
 use super::sources::{PATCH_MARGIN, grown_box};
-use crate::fill::RIM_REACH;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, bounds};
 use crate::region::VoxelSize;
 use crate::sdf::faces_at;
 use crate::spatial::{Bounds, BoxTree};
+use crate::tuning::tuning;
 
 /// Cells along each axis of a region's box, in each of which it is bounded how far samples look.
 const CELLS: usize = 16;
@@ -72,7 +72,7 @@ fn sampled(found: &Inspection, region: &Looking, voxel: VoxelSize) -> Bounds {
 fn patched(found: &Inspection, region: &Looking, sampled: &Bounds) -> Bounds {
     let rims = region.holes.iter().flat_map(|h| &h.rim);
     let (low, high) = bounds(rims.map(|&v| found.mesh.positions[v as usize]));
-    let rims = Bounds { low, high }.widened(RIM_REACH * low.distance(high));
+    let rims = Bounds { low, high }.widened(tuning().fill.rim_reach * low.distance(high));
     let size = (sampled.high - sampled.low).max_element();
     rims.join(&sampled.widened(PATCH_MARGIN * size))
 }

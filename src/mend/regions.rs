@@ -13,12 +13,13 @@ use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
-    FEW_EDGES, FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch,
-    RegionPlan, RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, WIDEST, first_region,
+    FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch, RegionPlan,
+    RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, first_region,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
 use crate::region::{Region, VoxelSize, group_holes};
+use crate::tuning::tuning;
 
 /// Number of regions whose faces are found in one walk over the mesh.
 const AT_A_TIME: usize = 16;
@@ -123,8 +124,12 @@ impl<'a> Regions<'a> {
     /// The task of a region, by its place, with all of the mesh that the region may look at; none where there is no such region.
     pub fn wide_task(&self, region: usize) -> Option<RegionTask> {
         let regions = region..self.len().min(region + 1);
-        self.tasks_of(Arc::new(self.sources(None)), regions, WIDEST)
-            .next()
+        self.tasks_of(
+            Arc::new(self.sources(None)),
+            regions,
+            tuning().fill.widest(),
+        )
+        .next()
     }
 
     /// The tasks of some regions whose boxes may grow by a factor.
@@ -417,7 +422,7 @@ fn groups(
     let is_small = |h: usize| found.bounds_small_component(h);
     let is_alone = |h: usize| {
         let hole = &found.holes[h];
-        hole.edges <= FEW_EDGES && !is_small(h) || params.is_flat(hole.id)
+        hole.edges <= tuning().fill.few_edges && !is_small(h) || params.is_flat(hole.id)
     };
     let (alone, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_alone(h));
     let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges, &is_small);

@@ -3,8 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::fill::{ClosedBy, FEW_EDGES, HoleOutcome, RegionReport, Tally};
+use crate::fill::{ClosedBy, HoleOutcome, RegionReport, Tally};
 use crate::mesh::{Defects, Hole, OpenChain};
+use crate::tuning::tuning;
 
 /// A hole and what happened to it, or would.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -53,7 +54,7 @@ impl FillReport {
     pub fn flawless(&self) -> bool {
         let flawless = |hole: &HoleReport| match &hole.outcome {
             HoleOutcome::Left(_) => true,
-            _ if hole.hole.edges <= FEW_EDGES => true,
+            _ if hole.hole.edges <= tuning().fill.few_edges => true,
             _ => self.regions.iter().any(|r| {
                 let whole = match r.closed_by {
                     Some(ClosedBy::LevelSet) => r.converged,

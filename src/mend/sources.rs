@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use super::Inspection;
-use crate::fill::WIDEST;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole, Mesh, Topology};
 use crate::region::{BoxSize, Region, Sphere, VoxelSize};
 use crate::sdf::{JET_RINGS, Place, Sampler, faces_at};
 use crate::spatial::Bounds;
+use crate::tuning::tuning;
 
 /// The restricted hierarchies may hold this many times the mesh's faces in all.
 const MOST_COPIES: usize = 8;
@@ -134,7 +134,7 @@ pub(super) fn places(
     let boxes = |holes: &Vec<&Hole>| {
         let of = |voxel, growth| grown_box(mesh, holes, voxel, false, growth);
         let both = |growth| of(VoxelSize::Auto, growth).join(&of(voxel, growth));
-        let (first, last) = (both(1.0), both(WIDEST));
+        let (first, last) = (both(1.0), both(tuning().fill.widest()));
         let size = (first.high - first.low).max_element();
         // The rims lie in the region: nothing nearest is farther away than its diagonal.
         let diagonal = last.low.distance(last.high);
@@ -213,7 +213,13 @@ impl Bodies {
         own.sort_unstable();
         own.dedup();
         let holes: Vec<_> = group.iter().map(|&h| &found.holes[h]).collect();
-        let around = grown_box(&found.mesh, &holes, VoxelSize::Auto, false, WIDEST);
+        let around = grown_box(
+            &found.mesh,
+            &holes,
+            VoxelSize::Auto,
+            false,
+            tuning().fill.widest(),
+        );
         let another = |(i, b): (usize, &Bounds)| {
             own.binary_search(&(i as u32)).is_err() && self.faces[i] > 0 && around.meets(b)
         };

@@ -9,9 +9,7 @@ use super::sphere::Sphere;
 use crate::cancel::Cancel;
 use crate::mesh::{Hole, Mesh};
 use crate::sdf::{DistanceSample, Sampler, Surface};
-
-/// Deep nodes are free within this many rim radii of the rim's centre.
-const REACH: f64 = 1.3;
+use crate::tuning::tuning;
 
 /// The signed distance of the mesh, unknown where a rim of the region is nearest.
 pub struct MeshData<'a> {
@@ -57,9 +55,9 @@ impl Neighbourhood {
         let reach = |m: f64, p: &DVec3| m.max(p.distance(hole.centre));
         Self {
             centre: hole.centre,
-            radius: REACH * rim.iter().fold(0.0, reach),
+            radius: tuning().region.deep_reach * rim.iter().fold(0.0, reach),
             rim,
-            half_width: 0.5 * REACH * hole.width,
+            half_width: 0.5 * tuning().region.deep_reach * hole.width,
         }
     }
 

@@ -6,48 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::grid::{Lattice, NodeIndex};
 use crate::mesh::{DisjointSets, Hole, Mesh, bounds};
 use crate::spatial::{Bounds, BoxTree};
-
-/// Rims that face each other are one opening up to this gap, in diameters of the larger one.
-const FACING_GAP: f64 = 1.0;
-/// Rims closer than this share a region, in diameters of the larger one.
-const NEAR_GAP: f64 = 0.1;
-/// A rim is compared with at most so many larger ones. In a mesh of loose triangles all rims are near all others; in scans a rim
-/// has a few neighbours.
-const MOST_NEARBY: usize = 128;
-/// Vertices looked at on each rim.
-const SAMPLES: usize = 240;
-/// Voxels across a hole by default.
-const ACROSS: f64 = 32.0;
-/// The same where the patch is finished on its own triangles. On 44 holes of scans 12 were 4 % farther from the truth after the
-/// finish, 24 and more no nearer.
-const ACROSS_COARSE: f64 = 16.0;
-/// Slots are resolved across their width, up to this ratio of diameter to width; where the patch is finished, across the geometric
-/// mean of both: on 143 holes of scans its square root gave patches as near to the truth in three quarters of the time.
-const NARROWEST: f64 = 2.0;
-/// Voxels across a hole on the coarsest level.
-const COARSEST: f64 = 16.0;
-/// Voxels across the smallest loop of a region, at least.
-const ACROSS_SMALLEST: f64 = 14.0;
-/// Voxels across a hole in a finer try, at most, unless the first try had more.
-const ACROSS_RETRY: f64 = 72.0;
-/// Voxels across a hole by default, at most.
-const ACROSS_LIMIT: f64 = 160.0;
-/// Voxels across a hole where the voxel is given, at most.
-const FINEST: f64 = 1024.0;
-/// Free space round the rims, as a part of the width of the widest hole.
-const MARGIN_PART: f64 = 0.5;
-/// Free space round the rims beside that, in coarse voxels.
-const MARGIN_NODES: f64 = 7.0;
-/// Most blocks of nodes of a region's box on its coarsest level, which is sampled as a whole: 16 million nodes. The box of a hole
-/// has about 1300, that of facing rims a few diameters apart up to 1e5.
-const MOST_BLOCKS: f64 = 2.5e5;
-/// A box of more blocks than these on its coarsest level, four times those of a round hole, gets another level below it if the hole
-/// is wide enough there.
-const MANY_BLOCKS: f64 = 5000.0;
-/// Along an axis [`MARGIN_PART`] is less by this part of the rims' extent along it.
-const MARGIN_TAKEN: f64 = 0.35;
-/// But not less than this part of that width.
-const LEAST_MARGIN: f64 = 0.15;
+use crate::tuning::tuning;
 
 /// The voxel size of a region.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -152,7 +111,11 @@ struct Nearby<'a> {
 
 impl<'a> Nearby<'a> {
     fn new(rims: &[RimSamples], among: &'a [usize]) -> Self {
-        let wide = |&i: &usize| rims[i].bounds.widened(FACING_GAP * rims[i].diameter);
+        let wide = |&i: &usize| {
+            rims[i]
+                .bounds
+                .widened(tuning().region.facing_gap * rims[i].diameter)
+        };
         let boxes: Vec<Bounds> = among.iter().map(wide).collect();
         let tree = BoxTree::new(&boxes);
         Self { among, boxes, tree }
@@ -174,9 +137,9 @@ impl<'a> Nearby<'a> {
                 .then(a.1.total_cmp(&b.1))
                 .then(a.2.cmp(&b.2))
         };
-        if found.len() > MOST_NEARBY {
-            found.select_nth_unstable_by(MOST_NEARBY, order);
-            found.truncate(MOST_NEARBY);
+        if found.len() > tuning().region.most_nearby {
+            found.select_nth_unstable_by(tuning().region.most_nearby, order);
+            found.truncate(tuning().region.most_nearby);
         }
         found.into_iter().map(|(_, _, j)| j).collect()
     }
@@ -206,7 +169,7 @@ struct RimSamples {
 impl RimSamples {
     fn new(mesh: &Mesh, hole: &Hole) -> Self {
         let n = hole.rim.len();
-        let stride = n.div_ceil(SAMPLES);
+        let stride = n.div_ceil(tuning().region.rim_samples);
         let points: Vec<(DVec3, DVec3)> = (0..n)
             .step_by(stride)
             .map(|i| {
@@ -225,7 +188,7 @@ impl RimSamples {
 
     fn belongs_with(&self, other: &Self) -> bool {
         let larger = self.diameter.max(other.diameter);
-        if self.bounds.gap(&other.bounds) > FACING_GAP * larger {
+        if self.bounds.gap(&other.bounds) > tuning().region.facing_gap * larger {
             return false;
         }
         let (mut facing, mut nearest) = (0, f64::INFINITY);
@@ -245,9 +208,10 @@ impl RimSamples {
             nearest = nearest.min(d);
             let along = (q - *p).normalize_or_zero();
             let towards = t.dot(along) > 0.4 && u.dot(-along) > 0.4;
-            facing += usize::from(towards && d < FACING_GAP * larger);
+            facing += usize::from(towards && d < tuning().region.facing_gap * larger);
         }
-        nearest < NEAR_GAP * self.diameter.min(other.diameter) || 2 * facing > few.points.len()
+        nearest < tuning().region.near_gap * self.diameter.min(other.diameter)
+            || 2 * facing > few.points.len()
     }
 }
 
@@ -269,7 +233,7 @@ impl Region {
     /// The smallest voxel of a region whose widest hole has a diameter. What a grid costs goes with the square of the
     /// diameter in voxels: at this one it has some ten million unknowns, of about a kilobyte each.
     pub fn finest(diameter: f64) -> f64 {
-        diameter / FINEST
+        diameter / tuning().region.finest
     }
 
     /// Nodes of its box on the finest level along the axes.
@@ -285,17 +249,17 @@ impl Region {
         let narrow = holes
             .iter()
             .filter(|h| h.edges > 8)
-            .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(NARROWEST))
+            .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(tuning().region.narrowest))
             .fold(1.0, f64::max);
         let (across, by_edges) = match size.coarse {
-            true => (ACROSS_COARSE * narrow.sqrt(), 0.0),
-            false => (ACROSS * narrow, (diameter / edge).min(64.0)),
+            true => (tuning().region.across_coarse * narrow.sqrt(), 0.0),
+            false => (tuning().region.across * narrow, (diameter / edge).min(64.0)),
         };
         let wanted = across
             .max(by_edges)
-            .max((ACROSS_SMALLEST * diameter / smallest).min(96.0));
-        let refined = (wanted * size.refine).min(ACROSS_RETRY.max(wanted));
-        diameter / refined.min(ACROSS_LIMIT)
+            .max((tuning().region.across_smallest * diameter / smallest).min(96.0));
+        let refined = (wanted * size.refine).min(tuning().region.across_retry.max(wanted));
+        diameter / refined.min(tuning().region.across_limit)
     }
 
     /// The lattice of holes that are filled together. The box holds `part` too, where there is a surface to start from.
@@ -321,9 +285,9 @@ impl Region {
         // The voxel is doubled from level to level while about 16 voxels, for slots more, remain across the hole.
         let across = diameter / voxel;
         let narrow = chosen()
-            .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(NARROWEST))
+            .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(tuning().region.narrowest))
             .fold(f64::INFINITY, f64::min);
-        let coarsest = COARSEST * narrow.max(refine.min(2.0));
+        let coarsest = tuning().region.coarsest * narrow.max(refine.min(2.0));
         let mut refinements = (across / coarsest).log2().floor().max(0.0) as usize;
         let mut coarse = voxel * f64::from(1u32 << refinements.min(16));
         // The box: rims, and the surface to start from, with free space that grows with the width of the widest hole.
@@ -332,17 +296,21 @@ impl Region {
         let (low, high) = bounds(rims.map(|v| mesh.positions[*v as usize]).chain(part));
         let widest = chosen().map(|h| h.width).fold(0.25 * diameter, f64::max);
         // Along an axis on which the rims reach far already the surface bulges less beyond them.
-        let bulge = (MARGIN_PART * widest - MARGIN_TAKEN * (high - low))
-            .max(DVec3::splat(LEAST_MARGIN * widest));
-        let margin = |coarse: f64| growth * bulge + MARGIN_NODES * coarse;
+        let bulge = (tuning().region.margin_part * widest
+            - tuning().region.margin_taken * (high - low))
+            .max(DVec3::splat(tuning().region.least_margin * widest));
+        let margin = |coarse: f64| growth * bulge + tuning().region.margin_nodes * coarse;
         let blocks = |coarse: f64| Lattice::blocks(low, high, margin(coarse), coarse);
         // A box of many nodes gets a coarser level if the hole is wide enough there.
-        if is_coarse && diameter > COARSEST * coarse && blocks(coarse) > MANY_BLOCKS {
+        if is_coarse
+            && diameter > tuning().region.coarsest * coarse
+            && blocks(coarse) > tuning().region.many_blocks
+        {
             (refinements, coarse) = (refinements + 1, 2.0 * coarse);
         }
         // Rims that are far apart for their size, such as two tiny holes on opposite sides of a model, need too many blocks.
         let (mut voxel, mut coarse) = (voxel, coarse);
-        while blocks(coarse) > MOST_BLOCKS && coarse < (high - low).max_element() {
+        while blocks(coarse) > tuning().region.most_blocks && coarse < (high - low).max_element() {
             (voxel, coarse) = (2.0 * voxel, 2.0 * coarse);
         }
         let (lattice, dims) = Lattice::around(low, high, margin(coarse), coarse);

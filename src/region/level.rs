@@ -11,12 +11,7 @@ use crate::grid::{
     value_and_gradient,
 };
 use crate::sdf::project_on_zero_set;
-
-/// Blocks farther than this from the coarse surface, in voxels of the finer grid, are not stored.
-const STORED: f64 = 8.0;
-
-/// Nodes farther than this from the surface at the start, in voxels, are not pulled.
-const PULLED: f64 = 8.0;
+use crate::tuning::tuning;
 
 /// A lattice with φ (in voxels) and the mask of its free nodes.
 #[derive(Clone, Debug)]
@@ -117,7 +112,7 @@ impl Level {
         let (target, weight) = (0..self.grid.len())
             .into_par_iter()
             .map(|s| {
-                let near = self.mask[s] && self.phi[s].abs() < PULLED;
+                let near = self.mask[s] && self.phi[s].abs() < tuning().region.pulled;
                 let wanted = near && !self.grid.is_cancelled();
                 let x = self.lattice.to_world(as_point(self.grid.node(s)));
                 let kept = wanted.then(|| data.kept_shape(x)).flatten();
@@ -160,7 +155,9 @@ impl Level {
         let blocks = self.grid.dims().map(|d| d / BLOCK);
         let at = |b: NodeIndex| ((b[0] * blocks[1] + b[1]) * blocks[2] + b[2]) as usize;
         let mut wanted = vec![false; blocks.iter().map(|&b| b as usize).product()];
-        for s in (0..self.grid.len()).filter(|&s| self.mask[s] && self.phi[s].abs() < STORED) {
+        for s in (0..self.grid.len())
+            .filter(|&s| self.mask[s] && self.phi[s].abs() < tuning().region.stored)
+        {
             let block = self.grid.node(s).map(|i| i / BLOCK);
             for k in 0..27 {
                 let near = add(block, offset(k));
@@ -224,7 +221,9 @@ impl Level {
                 for k in 0..=half {
                     let n = [corner[0] / 2 + i, corner[1] / 2 + j, corner[2] / 2 + k];
                     match self.grid.slot(n) {
-                        Some(s) => wanted |= near[s] && 2.0 * self.phi[s].abs() < STORED,
+                        Some(s) => {
+                            wanted |= near[s] && 2.0 * self.phi[s].abs() < tuning().region.stored
+                        }
                         None => return false,
                     }
                 }
@@ -244,7 +243,7 @@ fn take_signs(grid: &SparseGrid, phi: &mut [f64], mut open: Vec<usize>) {
                 let mut o = [0; 3];
                 o[k / 2] = 1 - 2 * (k as i32 % 2);
                 let near = grid.slot(add(grid.node(s), o))?;
-                closed[near].then(|| STORED.copysign(phi[near]))
+                closed[near].then(|| tuning().region.stored.copysign(phi[near]))
             })
         };
         if grid.is_cancelled() {

@@ -11,23 +11,7 @@ use crate::flow::{
     biharmonic_fill, relax,
 };
 use crate::grid::{Lattice, NodeIndex};
-
-/// Relative residual of the biharmonic fill that the flow starts from.
-const START_TOLERANCE: f64 = 3e-3;
-/// Most steps on a coarser level.
-const COARSE_STEPS: usize = 14;
-/// The tolerance there over that of the finest.
-const COARSE_TOLERANCE: f64 = 20.0;
-/// And the most that it is, in voxels, unless that of the finest is more.
-const MOST_COARSE: f64 = 0.4;
-/// A level is far from steady when the step that led to its result still moved the surface by more than this, in voxels.
-const FAR_FROM_STEADY: f64 = 0.05;
-
-/// The energy of a surface tends to a limit as voxels get smaller. Where a level starts with more than so many times that at the end
-/// of the coarser one, and there it was more than so much, there is none: the data contradict each other, and their layers come
-/// apart the more of them the grid resolves. Of 577 levels of 52 meshes, all with such a start were of regions that ended without a
-/// surface.
-const NO_LIMIT: (f64, f64) = (3.0, 300.0);
+use crate::tuning::tuning;
 
 /// The grids of a nested solve.
 #[derive(Clone, Copy)]
@@ -62,7 +46,8 @@ impl NestedSettings<'_> {
             kappa: (flow.kappa * 0.5f64.powi(coarser)).max(flow.kappa.min(1.0)),
             tolerance: match last {
                 true => flow.tolerance,
-                false => (COARSE_TOLERANCE * flow.tolerance).min(MOST_COARSE.max(flow.tolerance)),
+                false => (tuning().region.coarse_tolerance * flow.tolerance)
+                    .min(tuning().region.most_coarse_tolerance.max(flow.tolerance)),
             },
             max_steps: if last {
                 flow.max_steps
@@ -70,7 +55,7 @@ impl NestedSettings<'_> {
                 // A flow in time runs on one grid, from the start.
                 0
             } else {
-                flow.max_steps.min(COARSE_STEPS)
+                flow.max_steps.min(tuning().region.coarse_steps)
             },
             ..*flow
         }
@@ -153,12 +138,13 @@ impl Solved {
 }
 
 fn is_far_from_steady(flow: &FlowOutcome) -> bool {
-    !(flow.converged || flow.flat || flow.movement <= FAR_FROM_STEADY)
+    !(flow.converged || flow.flat || flow.movement <= tuning().region.far_from_steady)
 }
 
 /// The highest energy at the start of the level after another.
 fn highest_after(coarser: &LevelReport) -> f64 {
-    let (times, least) = NO_LIMIT;
+    let rules = &tuning().region;
+    let (times, least) = (rules.energy_blowup, rules.energy_blowup_least);
     let flow = &coarser.flow;
     match flow.steps.last() {
         Some(last) if flow.energy == Energy::Willmore && last.energy > least => times * last.energy,
@@ -270,7 +256,12 @@ fn begin(level: &mut Level, data: &dyn DistanceData, settings: &NestedSettings) 
         (None, Start::Biharmonic) => false,
     };
     if !is_ready {
-        biharmonic_fill(&level.grid, &mut level.phi, &level.mask, START_TOLERANCE);
+        biharmonic_fill(
+            &level.grid,
+            &mut level.phi,
+            &level.mask,
+            tuning().region.start_tolerance,
+        );
     }
 }
 

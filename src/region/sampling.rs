@@ -10,14 +10,12 @@ use super::distance::{DistanceData, NodeData, Wanted};
 use crate::grid::{
     BLOCK_NODES, Lattice, NodeIndex, SparseGrid, as_point, dilate, linear, value_and_gradient,
 };
+use crate::tuning::tuning;
 
-/// Where the distance to the known surface is larger than this many voxels, the nodes round a hole are free: see
-/// [`Wanted::deep`].
-const DEEP: f64 = 5.5;
 /// Nodes at the faces of the box that are never free.
 const BORDER: i32 = 3;
 /// No band reaches nodes farther than this from the known surface, in voxels: the distance to its triangles is good enough there.
-pub const SMOOTH: f64 = 9.0;
+pub const SMOOTH: f64 = FAR + 1.0;
 /// The flow depends on the values of fixed nodes within so many steps of a free one.
 const DEPENDS: usize = 3;
 /// Nodes farther than this from the surface, in voxels, are outside the band: only the start of the flow uses their values.
@@ -26,9 +24,6 @@ const FAR: f64 = 8.0;
 const BESIDE: f64 = 2.0;
 /// How many coarser lattices, each of twice the voxel of the next, are sampled before the nodes of a box.
 const LOOKS: usize = 2;
-/// No node is farther than this from the coarser one beside it, in voxels, with some room for the difference between the
-/// triangles and the smooth surface.
-const SPACING: f64 = 2.0;
 
 /// What is known of a node before the data are sampled there.
 pub enum Known {
@@ -149,7 +144,9 @@ impl<'a> Coarser<'a> {
     /// A bound of the distance from a node of the finer lattice to the known surface, in its voxels, if all is well.
     fn within(&self, fine: NodeIndex) -> f64 {
         let slot = self.beside(fine).filter(|&s| !self.free[s]);
-        slot.map_or(f64::INFINITY, |s| 2.0 * self.phi[s].abs() + SPACING)
+        slot.map_or(f64::INFINITY, |s| {
+            2.0 * self.phi[s].abs() + tuning().region.spacing
+        })
     }
 }
 
@@ -328,7 +325,7 @@ impl Sampling<'_> {
                 let wanted = Wanted {
                     rough,
                     reach: self.reach * self.voxel,
-                    deep: DEEP * self.voxel,
+                    deep: tuning().region.deep * self.voxel,
                 };
                 let (s, closest) = self.data.sample_for(x, limit, &wanted);
                 last = Some((x, s, closest));

@@ -3,12 +3,7 @@
 use glam::DVec3;
 
 use crate::mesh::{Hole, Mesh};
-
-/// Rims lie on a sphere when the root mean square distance from it, normals included, is less than this part of their diameter.
-const FITS: f64 = 0.05;
-/// Spheres whose radius is more than so many diameters are not looked for: a box that holds one would be large, and what is
-/// missing may as well be a shallow cap.
-const LARGEST: f64 = 1.25;
+use crate::tuning::tuning;
 
 /// A sphere, of which the inside or the outside is the solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,7 +39,9 @@ impl Sphere {
         let error = (edges().map(|e| off(&e)).sum::<f64>() / length).sqrt();
         let diameter = holes.iter().map(|h| h.diameter).fold(0.0, f64::max);
         // False for what is not a number, too.
-        (error < FITS * diameter && radius.abs() < LARGEST * diameter).then_some(new)
+        (error < tuning().region.sphere_fits * diameter
+            && radius.abs() < tuning().region.largest_sphere * diameter)
+            .then_some(new)
     }
 
     /// The lowest and the highest corner of its bounding box, in world units.

@@ -5,17 +5,15 @@ use rayon::prelude::*;
 
 use super::Level;
 use crate::extract::marching_cubes;
+use crate::flow::{BAND_MARGIN, HALF_WIDTH};
 use crate::grid::{NodeIndex, add, dilate, offset};
 use crate::mesh::Mesh;
+use crate::tuning::tuning;
 
 /// Free nodes nearer to the zero set than this, in voxels, lie beside it.
-const BESIDE: f64 = 2.5;
-/// The zero set is looked for within so many nodes of a rim's vertices along each axis.
-const ROUND_RIMS: i32 = 3;
+const BESIDE: f64 = HALF_WIDTH;
 /// Nodes up to so many from those beside a part of the zero set that is held are held too: the energy's band reaches that far.
-const HELD: usize = 4;
-/// But not those up to so many from a part that meets a rim.
-const EVOLVING: usize = 3;
+const HELD: usize = (HALF_WIDTH + BAND_MARGIN) as usize + 1;
 
 impl Level {
     /// Whether the zero set, where it is free, comes within `nodes` of the side of the box.
@@ -55,7 +53,10 @@ impl Level {
             return;
         }
         let widened = |marks: Vec<bool>, times| (0..times).fold(marks, |m, _| dilate(grid, &m));
-        let (held, evolving) = (widened(detached, HELD), widened(attached, EVOLVING));
+        let (held, evolving) = (
+            widened(detached, HELD),
+            widened(attached, tuning().region.evolving),
+        );
         for (free, (held, evolving)) in self.mask.iter_mut().zip(held.into_iter().zip(evolving)) {
             *free &= evolving || !held;
         }
@@ -75,10 +76,10 @@ impl Level {
                 open.push(s);
             }
         };
-        let side = 2 * ROUND_RIMS + 1;
+        let side = 2 * tuning().region.round_rims + 1;
         for &p in rims {
             let n = self.lattice.to_lattice(p).round();
-            let low = [n.x, n.y, n.z].map(|x| x as i32 - ROUND_RIMS);
+            let low = [n.x, n.y, n.z].map(|x| x as i32 - tuning().region.round_rims);
             for i in 0..side.pow(3) {
                 let o = [i / (side * side), i / side % side, i % side];
                 visit(&mut open, add(low, o));

@@ -10,9 +10,7 @@ use crate::check::{duplicates, is_flat};
 use crate::mend::FillError;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{FaceOrigin, MeshError, VertexFaces, weld_map};
-
-/// Faces without area may lie side by side: edges are turned in at most so many rounds.
-const ROUNDS: usize = 20;
+use crate::tuning::tuning;
 
 /// Says whether two vertices of the input carry the same.
 pub(super) type Alike<'a> = dyn Fn(u32, u32) -> bool + Sync + 'a;
@@ -46,7 +44,7 @@ pub(super) fn clean(
         return Err(MeshError::Empty.into());
     }
     report.degenerate_faces = draft.remove(&removed) - report.duplicate_faces;
-    for _ in 0..ROUNDS {
+    for _ in 0..tuning().repair.clean_rounds {
         match flip_flat(draft, false)? {
             0 => break,
             flipped => report.flipped_edges += flipped,
@@ -57,7 +55,7 @@ pub(super) fn clean(
 
 /// Turns the edges of new faces without area where they have a new neighbour.
 pub(super) fn flip_new(draft: &mut Draft) -> Result<(), FillError> {
-    for _ in 0..ROUNDS {
+    for _ in 0..tuning().repair.clean_rounds {
         if flip_flat(draft, true)? == 0 {
             break;
         }

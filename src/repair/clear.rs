@@ -11,18 +11,7 @@ use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::mesh::{Mesh, Part, area_vector};
 use crate::spatial::{Bounds, BoxTree, intersecting};
-
-/// Rims with more edges are first reduced by cutting ears. The memory of a search goes with the cube of it: 1 MB.
-const MOST_EDGES: usize = 200;
-/// A search is given up after so many rounds, each of which rules some triangles out. On two
-/// scans with rims of hundreds of edges 300 rounds and 450 edges closed no hole more.
-const ROUNDS: usize = 60;
-/// Faces that lie on one side of a triangle's plane by this part of what their coordinates measure cannot cross it, by rounded
-/// numbers too.
-const CLEARLY: f64 = 1e-9;
-/// What the square of a diagonal's length counts beside the area: of triangulations of the same area the one with short diagonals
-/// is taken.
-const DIAGONAL: f64 = 0.1;
+use crate::tuning::tuning;
 
 /// A welded mesh, and new faces on its vertices that cross nothing of it and one another.
 pub(super) struct Ground<'a> {
@@ -224,7 +213,7 @@ impl<'a> Ground<'a> {
         let [a, b, c] = corners(&self.mesh, face);
         let normal = area_vector([a, b, c]);
         let size = a.abs().max(b.abs()).max(c.abs()).max_element();
-        let margin = CLEARLY * normal.length() * size;
+        let margin = tuning().repair.clearly * normal.length() * size;
         let may_cross = |f: &[u32; 3]| {
             let heights = corners(&self.mesh, *f).map(|p| normal.dot(p - a));
             let apart = heights.iter().all(|h| *h > margin) || heights.iter().all(|h| *h < -margin);
@@ -249,7 +238,7 @@ impl<'a> Ground<'a> {
         let mut faces = Vec::new();
         let ring = self.without_ears(rim, &mut faces)?;
         let mut table = Table::new(self, &ring);
-        for _ in 0..ROUNDS {
+        for _ in 0..tuning().repair.clear_rounds {
             let found = table.solve()?;
             if !table.rule_out(self, &found) {
                 let own = found.iter().map(|t| t.map(|i| ring[i]));
@@ -265,7 +254,7 @@ impl<'a> Ground<'a> {
     fn without_ears(&mut self, rim: &[u32], faces: &mut Vec<[u32; 3]>) -> Option<Vec<u32>> {
         let mut ring = rim.to_vec();
         let mut clear: HashMap<[u32; 3], bool> = HashMap::new();
-        while ring.len() > MOST_EDGES {
+        while ring.len() > tuning().repair.clear_edges {
             let n = ring.len();
             let at = |k: usize| self.mesh.positions[ring[k % n] as usize];
             let ear = |k: usize| [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]];
@@ -376,7 +365,8 @@ impl<'a> Table<'a> {
                 let k = i + span;
                 let mut best = (f64::INFINITY, i + 1);
                 if !self.blocked[i * n + k] {
-                    let diagonal = DIAGONAL * self.at[i].distance_squared(self.at[k]);
+                    let diagonal =
+                        tuning().repair.diagonal * self.at[i].distance_squared(self.at[k]);
                     for m in i + 1..k {
                         let parts = cost[i * n + m] + cost[m * n + k] + diagonal;
                         if parts >= best.0 || self.crosses([i, m, k]) {

@@ -14,20 +14,7 @@ use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Mesh, Topology, area_vector, face_normal};
 use crate::spatial::{Bvh, WindingTree};
-
-/// Components of so many faces have no inside.
-const SMALL_FACES: usize = 2;
-/// So many faces of a part are looked at to say whether it lies inside.
-const SAMPLES: usize = 64;
-/// A part lies inside where what it crosses winds round more than half of the points before its faces by more than this.
-const INSIDE: f64 = 0.5;
-/// Points before a face are so far from it, over the root of its area.
-const BEFORE: f64 = 1e-2;
-/// A layer covers another one that is no farther below it than this many mean edges, and faces the same way within 60 degrees.
-const LAYER: f64 = 4.0;
-const SAME_WAY: f64 = 0.5;
-/// A component of which more than this part lies inside others is kept for what it is: what shows of it goes.
-const SUBMERGED: f64 = 0.9;
+use crate::tuning::tuning;
 
 /// What came of a pass.
 pub(super) struct Cut {
@@ -161,7 +148,9 @@ fn cuts(found: &Inspection, rings: usize, scraps: &[bool]) -> Option<(Vec<bool>,
         let little = |p: usize| {
             let wide = rings_of[p].is_some_and(|rings| rings > 0);
             left[p] == 0
-                || (wide && left[p] <= SMALL_FACES && topology.piece_faces[p] > SMALL_FACES)
+                || (wide
+                    && left[p] <= tuning().repair.small_faces
+                    && topology.piece_faces[p] > tuning().repair.small_faces)
         };
         let gone: Vec<usize> = (0..left.len())
             .filter(|&p| little(p) && !scraps[p])
@@ -260,7 +249,7 @@ impl<'a> Parts<'a> {
             found,
             group,
             faces,
-            reach: LAYER * length / f64::max(count, 1.0),
+            reach: tuning().repair.layer * length / f64::max(count, 1.0),
         }
     }
 
@@ -300,17 +289,20 @@ impl<'a> Parts<'a> {
         let mesh = &self.found.mesh;
         let faces = &self.faces[part];
         let (mut inside, mut layered, mut all) = (0, 0, 0);
-        for &f in faces.iter().step_by(faces.len().div_ceil(SAMPLES)) {
+        for &f in faces
+            .iter()
+            .step_by(faces.len().div_ceil(tuning().repair.samples))
+        {
             let corners = mesh.corners(f);
             let normal = face_normal(mesh, f);
             if normal == DVec3::ZERO {
                 continue;
             }
             let centre = corners.iter().sum::<DVec3>() / 3.0;
-            let before = BEFORE * (0.5 * area_vector(corners).length()).sqrt();
+            let before = tuning().repair.before * (0.5 * area_vector(corners).length()).sqrt();
             let winding = tree.winding_number(bvh, centre + before * normal);
             all += 1;
-            inside += usize::from(winding > INSIDE);
+            inside += usize::from(winding > tuning().repair.inside);
             layered += usize::from(self.is_under_layer(f, centre, normal, bvh));
         }
         [2 * inside > all, 2 * layered > all]
@@ -332,7 +324,7 @@ impl<'a> Parts<'a> {
                 first = Some((t, g));
             }
         });
-        first.is_some_and(|(_, g)| face_normal(mesh, g).dot(normal) > SAME_WAY)
+        first.is_some_and(|(_, g)| face_normal(mesh, g).dot(normal) > tuning().repair.same_way)
     }
 
     /// Those parts of a group that go.
@@ -350,7 +342,7 @@ impl<'a> Parts<'a> {
         for own in of_piece.values() {
             let all: f64 = own.iter().map(|(_, area, _)| area).sum();
             let inside: f64 = own.iter().filter(|p| p.2[0]).map(|p| p.1).sum();
-            let submerged = inside > SUBMERGED * all;
+            let submerged = inside > tuning().repair.submerged * all;
             let some = own.iter().filter(|(_, _, [inside, layered])| {
                 if submerged {
                     !inside

@@ -93,7 +93,7 @@ fn tell(
     gone: bool,
 ) {
     let own = &mut report.regions[region as usize];
-    own.intersecting_faces = 0;
+    own.set_intersecting(0);
     if !gone {
         return;
     }

@@ -5,19 +5,12 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use glam::DVec3;
 
 use super::clear::{Ground, crossing_or_flat};
-use super::sheets::{LEAST_APART, moved};
+use super::sheets::moved;
 use super::{Edge, edges};
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Part, VertexFaces, face_normal};
-
-/// The layer first lies this part of the shortest edge there under the surface.
-const DEPTH: f64 = 0.1;
-/// Where it crosses anything it comes nearer to the surface by this factor, at most so many times.
-const NEARER: f64 = 0.25;
-const ROUNDS: usize = 5;
-/// The search for a direction into the surface at a vertex takes at most so many steps; twenty are rarely needed.
-const STEPS: usize = 100;
+use crate::tuning::tuning;
 
 /// A part of a surface and the layer under it.
 pub(super) struct Layer {
@@ -190,7 +183,7 @@ impl Layer {
                 break;
             }
             let moved = self.come_nearer(&wrong);
-            if round == ROUNDS || moved.is_empty() {
+            if round == tuning().repair.shell_rounds || moved.is_empty() {
                 let under = wrong.iter().map(|f| self.under[*f as usize]);
                 return Err(under.collect::<BTreeSet<u32>>().into_iter().collect());
             }
@@ -212,7 +205,7 @@ impl Layer {
         let mut moved = HashSet::new();
         for v in new {
             let vertex = &mut self.vertices[(v - self.first) as usize];
-            let depth = (NEARER * vertex.depth).max(vertex.least);
+            let depth = (tuning().repair.shell_nearer * vertex.depth).max(vertex.least);
             if depth < vertex.depth {
                 moved.insert(v);
             }
@@ -322,11 +315,11 @@ impl Below {
             true => f64::from(f32::EPSILON),
             false => f64::EPSILON,
         };
-        let least = LEAST_APART * epsilon * from.abs().max_element();
+        let least = tuning().repair.least_apart * epsilon * from.abs().max_element();
         Self {
             from,
             way: inward(&normals),
-            depth: (DEPTH * length).max(least),
+            depth: (tuning().repair.shell_depth * length).max(least),
             least,
         }
     }
@@ -335,7 +328,7 @@ impl Below {
 /// A direction that leads to the inside of all faces with these normals, where there is one (Rosenblatt's perceptron).
 fn inward(normals: &[DVec3]) -> DVec3 {
     let mut way = -normals.iter().sum::<DVec3>();
-    for _ in 0..STEPS {
+    for _ in 0..tuning().repair.shell_steps {
         let worst = normals.iter().max_by(|m, n| {
             let [m, n] = [m.dot(way), n.dot(way)];
             m.total_cmp(&n)

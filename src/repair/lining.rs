@@ -16,22 +16,7 @@ use crate::mend::{FillError, FillReport, HoleReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, VertexFaces};
-
-/// No more faces than this are lined for the sake of a hole; a matter of time, not of shape.
-const MOST_FACES: usize = 20_000;
-/// All of a component is lined, as the last try, if it has no more faces than this,
-const MOST_WHOLE: usize = 250_000;
-/// and all components that are tried so have no more than this.
-const MOST_WORK_WHOLE: usize = 1_000_000;
-/// Borders with more edges are not tried to be closed: where hundreds of edges could not be closed at the rim, they seldom can be
-/// farther on.
-const MOST_EDGES: usize = 200;
-/// The searches for linings of parts of a mesh look at so many faces at most, and those for one hole or the holes of one component at
-/// so many of them.
-const MOST_WORK: usize = 400_000;
-const MOST_WORK_EACH: usize = 40_000;
-/// The search for triangles that close a border costs as much as the square of its edges over this many faces.
-const EDGES_WORK: usize = 2;
+use crate::tuning::tuning;
 
 /// How many faces may still be looked at.
 pub(super) struct Budget {
@@ -43,8 +28,12 @@ impl Budget {
     /// What may be looked at, all of components only where they `may_be_shells`.
     pub(super) fn new(may_be_shells: bool) -> Self {
         Self {
-            parts: MOST_WORK,
-            whole: if may_be_shells { MOST_WORK_WHOLE } else { 0 },
+            parts: tuning().repair.lined_work,
+            whole: if may_be_shells {
+                tuning().repair.lined_whole_work
+            } else {
+                0
+            },
         }
     }
 }
@@ -241,13 +230,13 @@ impl Search<'_> {
     fn closed(&mut self, holes: &[&Hole]) -> Option<Vec<[u32; 3]>> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
-        let mut left = self.budget.parts.min(MOST_WORK_EACH);
+        let mut left = self.budget.parts.min(tuning().repair.lined_work_each);
         let all = left;
         let mut found = None;
         let mut blocked: Option<Vec<u32>> = None;
         for rings in (0..).map(|i| 1 << i) {
-            let grew = region.grow(self.found, &self.around, rings, MOST_FACES);
-            if !grew || region.faces.len() > MOST_FACES.min(left) {
+            let grew = region.grow(self.found, &self.around, rings, tuning().repair.lined_faces);
+            if !grew || region.faces.len() > tuning().repair.lined_faces.min(left) {
                 break;
             }
             left -= region.faces.len();
@@ -279,10 +268,15 @@ impl Search<'_> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
         let faces = self.found.topology.piece_faces[region.piece as usize];
-        if faces > MOST_WHOLE.min(self.budget.whole) {
+        if faces > tuning().repair.lined_whole.min(self.budget.whole) {
             return None;
         }
-        region.grow(self.found, &self.around, usize::MAX, MOST_WHOLE);
+        region.grow(
+            self.found,
+            &self.around,
+            usize::MAX,
+            tuning().repair.lined_whole,
+        );
         let mut left = self.budget.whole - faces;
         self.budget.whole = left;
         let known = self
@@ -340,12 +334,12 @@ impl Search<'_> {
         // The longest is the least likely to be closed.
         layer.loops.sort_by_key(|ring| Reverse(ring.len()));
         let longest = layer.loops.first().map_or(0, Vec::len);
-        if longest > MOST_EDGES {
+        if longest > tuning().repair.lined_edges {
             return Err(Vec::new());
         }
         layer.place(ground)?;
         for ring in &layer.loops {
-            let work = ring.len() * ring.len() / EDGES_WORK;
+            let work = ring.len() * ring.len() / tuning().repair.lined_edges_work;
             let cap = (work <= *left).then(|| ground.close(ring)).flatten();
             *left = left.saturating_sub(work);
             match cap {

@@ -28,23 +28,12 @@ use crate::fill::FillParams;
 use crate::mend::{Control, Watch};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, HoleId, Mesh, Origins};
+use crate::tuning::tuning;
 use choice::Choice;
 use clean::Alike;
 use draft::{Draft, Faults, KeepVertices};
 
 pub use params::{CrossingPass, RepairParams, RepairReport};
-
-/// Cutting out crossing faces and filling what is missing is done at most so many times, with one more ring of faces each time.
-const PASSES: usize = 2;
-/// Holes that nothing closes without crossing others are widened by at most so many rings of faces.
-const WIDER: usize = 3;
-/// For patches that cross others no more faces of the input go than one in so many, and so many times those that crossed others in the
-/// input: caps of sheets that lie in each other cannot but cross, and cutting on would leave nothing of them.
-const LOST_PART: usize = 30;
-const LOST_CROSSING: usize = 2;
-
-/// Rings of faces round crossing ones that are cut out with them.
-const RINGS: usize = 1;
 
 /// A repaired mesh.
 #[derive(Clone, Debug)]
@@ -189,7 +178,7 @@ impl Run<'_> {
     fn fill_and_cut(&mut self) -> Result<(), FillError> {
         let mut old = border(&*self.draft.inspect()?);
         let mut reopened = false;
-        for pass in 0..PASSES {
+        for pass in 0..tuning().repair.passes {
             self.go_on()?;
             let before = (pass > 0).then(|| self.state()).transpose()?;
             let cut = self.params.crossings && self.cut(pass)?;
@@ -238,7 +227,7 @@ impl Run<'_> {
         flat::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
         let open = |hole: &Hole| was_border(hole, &origin);
         report::open(&self.draft, &mut self.report.fill, &open)?;
-        for rings in 0..=WIDER {
+        for rings in 0..=tuning().repair.wider {
             self.go_on()?;
             let most = self.most_lost();
             self.lost += widen::widen(&mut self.draft, &mut self.report.fill, rings, most)?;
@@ -287,15 +276,16 @@ impl Run<'_> {
     fn most_lost(&self) -> usize {
         let crossed = self.report.before.as_ref();
         let crossed = crossed.map_or(0, |v| v.count(DefectKind::Crossing));
-        let all = self.input.faces.len() / LOST_PART + LOST_CROSSING * crossed;
+        let all = self.input.faces.len() / tuning().repair.lost_part
+            + tuning().repair.lost_crossing * crossed;
         all.saturating_sub(self.lost)
     }
 
     fn cut(&mut self, pass: usize) -> Result<bool, FillError> {
         let most = self.most_lost();
         let cut = match pass {
-            0 => crossing::cut_crossings(&mut self.draft, RINGS)?,
-            _ => crossing::cut_patches(&mut self.draft, RINGS + pass, most)?,
+            0 => crossing::cut_crossings(&mut self.draft, tuning().repair.rings)?,
+            _ => crossing::cut_patches(&mut self.draft, tuning().repair.rings + pass, most)?,
         };
         let Some(cut) = cut else {
             return Ok(false);

@@ -4,11 +4,7 @@ use super::draft::Draft;
 use crate::check::{Component, components};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
-
-/// An open component counts as closed where its borders are this short over the root of its area, and what it encloses is this
-/// large over the power 3/2 of it: 0.094 for a sphere.
-const SHORT_BORDER: f64 = 1.0;
-const LEAST_VOLUME: f64 = 0.02;
+use crate::tuning::tuning;
 
 /// Turns faces over; returns how many.
 pub(super) fn orient(draft: &mut Draft) -> Result<usize, FillError> {
@@ -54,7 +50,8 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
         border[hole.piece as usize] += length;
     }
     let shows_inside = |(c, border): (&Component, &f64)| {
-        let has_inside = c.closed || (*border < SHORT_BORDER * c.area.sqrt() && encloses(c));
+        let has_inside =
+            c.closed || (*border < tuning().repair.short_border * c.area.sqrt() && encloses(c));
         has_inside && c.volume < 0.0 && c.depth.is_multiple_of(2)
     };
     components.iter().zip(&border).map(shows_inside).collect()
@@ -62,5 +59,5 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
 
 /// Whether a component encloses so much that it is a body with holes rather than a sheet.
 fn encloses(c: &Component) -> bool {
-    c.volume.abs() > LEAST_VOLUME * c.area.powf(1.5)
+    c.volume.abs() > tuning().repair.least_volume * c.area.powf(1.5)
 }

@@ -7,11 +7,7 @@ use super::{Run, lining, report};
 use crate::fill::{FailedReason, HoleOutcome, LeftReason};
 use crate::mend::{FillError, HoleReport};
 use crate::mesh::Hole;
-
-/// What is lined is surface that other holes can be lined on: so many rounds at most.
-const LININGS: usize = 4;
-/// So many times at most faces are cut out of surfaces that cannot be lined for them.
-const CUT_AND_LINE: usize = 30;
+use crate::tuning::tuning;
 
 impl Run<'_> {
     /// Lines the surface round holes that are open yet, if that leaves less wrong.
@@ -27,7 +23,7 @@ impl Run<'_> {
         };
         let mut budget = lining::Budget::new(borders);
         let mut blocked = Vec::new();
-        for _ in 0..LININGS {
+        for _ in 0..tuning().repair.linings {
             self.go_on()?;
             let before = self.state()?;
             let done = lining::line(
@@ -47,7 +43,7 @@ impl Run<'_> {
             }
         }
         let mut faults = None;
-        for blocked in blocked.into_iter().take(CUT_AND_LINE) {
+        for blocked in blocked.into_iter().take(tuning().repair.cut_and_line) {
             self.go_on()?;
             self.cut_and_line(blocked, &wanted, was_border, (&mut budget, &mut faults))?;
         }
@@ -72,7 +68,7 @@ impl Run<'_> {
         }
         let mut before = (self.draft.clone(), self.report.clone(), self.lost);
         let mut was_cut = false;
-        for _ in 0..LININGS {
+        for _ in 0..tuning().repair.linings {
             let most = self.most_lost();
             let Some(own) = lining::cut(&mut self.draft, &mut blocked, most)? else {
                 break;

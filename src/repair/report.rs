@@ -58,12 +58,15 @@ pub(super) fn open(
 /// Tells of each patch how many of its faces cross others.
 pub(super) fn crossing_faces(draft: &mut Draft, report: &mut FillReport) -> Result<(), FillError> {
     for region in &mut report.regions {
-        region.intersecting_faces = 0;
+        region.set_intersecting(0);
     }
     for f in draft.crossing()? {
         match draft.region[f as usize] {
             NONE => {}
-            region => report.regions[region as usize].intersecting_faces += 1,
+            region => {
+                let region = &mut report.regions[region as usize];
+                region.set_intersecting(region.intersecting_faces + 1);
+            }
         }
     }
     Ok(())

@@ -12,9 +12,7 @@ use crate::fill::{FailedReason, HoleOutcome};
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::topology::NONE;
 use crate::mesh::{Topology, area_vector};
-
-/// A sheet with less than this part of the area of what it hangs on is a scrap of it.
-const SCRAP: f64 = 0.01;
+use crate::tuning::tuning;
 
 /// Makes sheets with borders parts of the component on which they hang.
 pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
@@ -72,8 +70,10 @@ fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
         let Some(&largest) = pieces.iter().max_by(larger) else {
             continue;
         };
-        let is_scrap =
-            |p: &&u32| open[**p as usize] && area[**p as usize] < SCRAP * area[largest as usize];
+        let is_scrap = |p: &&u32| {
+            open[**p as usize]
+                && area[**p as usize] < tuning().repair.dangling * area[largest as usize]
+        };
         for &p in pieces.iter().filter(is_scrap) {
             let host = hosts.entry(p).or_insert(largest);
             if area[*host as usize] < area[largest as usize] {

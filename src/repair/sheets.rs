@@ -10,17 +10,11 @@ use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, Topology, end, start};
 use crate::mesh::{Mesh, Part, VertexFaces, fans, vertex_normal};
 use crate::spatial::{Bounds, BoxTree, intersecting};
-
-/// Cuts change what meets where: so many rounds at most.
-const ROUNDS: usize = 8;
-/// Separated vertices move apart by this part of the shortest edge there, and by at least so many units in the last place of
-/// 32-bit floats.
-const APART: f64 = 1e-3;
-pub(super) const LEAST_APART: f64 = 16.0;
+use crate::tuning::tuning;
 
 /// Separates surfaces that meet in edges or vertices, where they bound bodies that do; cuts the others out.
 pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
-    for round in 0..ROUNDS {
+    for round in 0..tuning().repair.sheet_rounds {
         let (cuts, copies) = {
             let mut found = draft.take_inspection()?;
             let crowded = found.topology.crowded_edges(&found.mesh);
@@ -53,7 +47,7 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
             let crowded = found.topology.crowded_edges(&found.mesh);
             crowded.iter().flatten().map(|h| h / 3).collect()
         };
-        if left.is_empty() || round + 1 == ROUNDS {
+        if left.is_empty() || round + 1 == tuning().repair.sheet_rounds {
             return Ok(());
         }
         report.non_manifold_faces += cut(draft, &left)?;
@@ -356,8 +350,8 @@ fn short(mesh: &Mesh, fan: &[u32], p: DVec3) -> f64 {
     let others = fan.iter().flat_map(|f| mesh.corners(*f));
     let distances = others.map(|q| q.distance(p)).filter(|d| *d > 0.0);
     let shortest = distances.fold(f64::INFINITY, f64::min);
-    let least = LEAST_APART * f64::from(f32::EPSILON) * p.abs().max_element();
-    (APART * shortest).max(least)
+    let least = tuning().repair.least_apart * f64::from(f32::EPSILON) * p.abs().max_element();
+    (tuning().repair.apart * shortest).max(least)
 }
 
 impl Copy {

@@ -274,6 +274,14 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
     if let (Some(mean), Some(largest)) = (r.seam_angle_mean, r.seam_angle_max) {
         patch += &format!(", seam angle mean {mean:.2} and largest {largest:.2} degrees");
     }
+    if let Some(quality) = r.quality {
+        if quality.folds > 0 {
+            patch += &format!(", {}", counted(quality.folds, "folded face"));
+        }
+        if quality.is_unconverged {
+            patch += ", not at a minimum of the energy";
+        }
+    }
     lines.push(patch);
     lines
 }

@@ -9,9 +9,7 @@ use super::sector::{Outline, nearest_pair};
 use super::zip::{Step, zip};
 use super::{StitchError, StitchInput, StitchReport};
 use crate::mesh::triangulate::{Ground, Polygon, cut_ears, triangulate};
-
-/// The mean cosine between the faces of a gap and the surface is at least this; else the loops were matched wrongly.
-const LEAST_AGREEMENT: f64 = 0.3;
+use crate::tuning::tuning;
 
 /// Loops of patch vertices, each with the gap to its left.
 pub(super) struct Loops {
@@ -60,7 +58,7 @@ pub(super) fn fill(
                 by_ears(mesh, rims, &polygon)
             };
             faces
-                .filter(|faces| agreement(mesh, faces) > LEAST_AGREEMENT)
+                .filter(|faces| agreement(mesh, faces) > tuning().stitch.least_agreement)
                 .ok_or(StitchError::RimNotReached {
                     rim: rims.source[gap.rims[0]],
                 })?
@@ -182,8 +180,9 @@ fn direct(
     };
     let faces: Option<Vec<[u32; 3]>> =
         triangulate(&polygon).map(|faces| faces.into_iter().map(|f| f.map(|i| rim[i])).collect());
-    match faces.filter(|faces| agreement(mesh, faces) > LEAST_AGREEMENT) {
-        None => by_ears(mesh, rims, rim).filter(|faces| agreement(mesh, faces) > LEAST_AGREEMENT),
+    match faces.filter(|faces| agreement(mesh, faces) > tuning().stitch.least_agreement) {
+        None => by_ears(mesh, rims, rim)
+            .filter(|faces| agreement(mesh, faces) > tuning().stitch.least_agreement),
         found => found,
     }
 }

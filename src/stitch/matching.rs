@@ -10,11 +10,7 @@ use super::cut::Kept;
 use super::rim::Rims;
 use super::sector::{Outline, nearest_pair};
 use super::{StitchError, StitchInput};
-
-/// A border of the kept part whose mean distance to the rim is more than this many voxels does not belong to it.
-const FAR: f64 = 6.0;
-/// Vertices of a border loop that must be nearest to a rim loop for the two to bound the same gap.
-const VOTES: usize = 2;
+use crate::tuning::tuning;
 
 /// A part of the hole between the rim and the kept part, by its bounding loops.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -42,7 +38,7 @@ pub(super) fn gaps(
     {
         let most = votes.values().copied().max().unwrap_or(0);
         for (&rim, &n) in votes {
-            if n >= VOTES.min(most) {
+            if n >= tuning().stitch.votes.min(most) {
                 groups.join(rim, count + l);
                 reached[rim] = true;
             }
@@ -70,7 +66,7 @@ fn vote(
     rims: &Rims,
     kept: &Kept,
 ) -> Result<(Votes, BTreeSet<usize>), StitchError> {
-    let limit = FAR * input.voxel;
+    let limit = tuning().stitch.far_border * input.voxel;
     let segments = segments(input, rims);
     let mut far = Vec::new();
     let mut near = vec![false; kept.piece_len.len()];
@@ -194,7 +190,7 @@ fn join_islands(
     let is_alone = |o: usize| alone.get(o).copied().unwrap_or(false);
     for r in (0..reached.len()).filter(|&r| !reached[r] && !is_alone(r)) {
         let island = outlines[r].turning() < -PI;
-        let mut best = (FAR * input.voxel, r);
+        let mut best = (tuning().stitch.far_border * input.voxel, r);
         for o in (0..outlines.len()).filter(|&o| o != r && (island || !is_alone(o))) {
             if let Some((d, ..)) = nearest_pair(&outlines[r], &outlines[o], best.0) {
                 best = (d, o);

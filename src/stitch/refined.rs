@@ -8,17 +8,7 @@ use glam::DVec3;
 use super::{Patch, StitchError};
 use crate::mesh::Mesh;
 use crate::mesh::triangulate::triangulate_loop;
-
-/// A face is divided at its centroid where this times the centroid's distance from each corner is more than the lengths of the
-/// edges there. Liepa's α, √2, gives faces of about the size of those round the hole.
-const DENSITY: f64 = std::f64::consts::SQRT_2;
-/// Most rounds of division: each divides lengths by about two.
-const MOST_ROUNDS: usize = 40;
-/// Most rounds of flips after each.
-const MOST_FLIPS: usize = 60;
-/// Most faces, for each square of the rim's number of edges and besides: see `remesh::size`.
-const MOST_FACES_OF_RIM: usize = 16;
-const MOST_FACES_BESIDES: usize = 5000;
+use crate::tuning::tuning;
 
 /// A triangulation of one rim of `mesh`, refined. Its new vertices lie on the triangles between the rim's vertices: only the
 /// connectivity and the density of the patch are of use.
@@ -31,8 +21,9 @@ pub fn refined_triangulation(mesh: &Mesh, rim: &[u32], factor: f64) -> Result<Pa
     let faces = faces.into_iter().map(|f| f.map(|v| local[&v])).collect();
     let mut work = Refinement::new(mesh, rim, factor, faces);
     work.flip();
-    let most = MOST_FACES_BESIDES + MOST_FACES_OF_RIM * rim.len() * rim.len();
-    for _ in 0..MOST_ROUNDS {
+    let most = tuning().stitch.refined_faces_besides
+        + tuning().stitch.refined_faces_of_rim * rim.len() * rim.len();
+    for _ in 0..tuning().stitch.refinements {
         if !work.divide() {
             break;
         }
@@ -120,7 +111,7 @@ impl Refinement {
             let centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
             let size = f.iter().map(|&v| self.size[v as usize]).sum::<f64>() / 3.0;
             let large = (0..3).all(|k| {
-                let away = DENSITY * centroid.distance(corners[k]);
+                let away = tuning().stitch.density * centroid.distance(corners[k]);
                 away > size && away > self.size[f[k] as usize]
             });
             if large {
@@ -142,7 +133,7 @@ impl Refinement {
                 beside.insert((face[k], face[(k + 1) % 3]), f as u32);
             }
         }
-        for _ in 0..MOST_FLIPS {
+        for _ in 0..tuning().stitch.refined_flips {
             let mut flipped = false;
             for f in 0..self.faces.len() {
                 for k in 0..3 {

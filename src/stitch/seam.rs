@@ -1,9 +1,7 @@
 //! Closing a seam: two rims that lie on each other.
 
 use crate::mesh::Mesh;
-
-/// Rims coincide where their vertices are closer than this part of their mean edge.
-const APART: f64 = 1e-3;
+use crate::tuning::tuning;
 
 /// The thin triangles between two boundary loops of `mesh` that lie on each other, vertex for vertex, but share none, such
 /// as the two sides of a seam whose coordinates were rounded differently. None where they do not.
@@ -18,7 +16,9 @@ pub fn close_seam(mesh: &Mesh, first: &[u32], second: &[u32]) -> Option<Vec<[u32
     let length: f64 = (0..n)
         .map(|i| position(first[i]).distance(position(first[(i + 1) % n])))
         .sum();
-    let close = |a: u32, b: u32| position(a).distance(position(b)) < APART * length / n as f64;
+    let close = |a: u32, b: u32| {
+        position(a).distance(position(b)) < tuning().stitch.seam_apart * length / n as f64
+    };
     // The loops run against each other.
     let partner = |start: usize, i: usize| second[(start + n - i) % n];
     let start = (0..n).find(|&start| (0..n).all(|i| close(first[i], partner(start, i))))?;

@@ -2,10 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use crate::tuning::tuning;
 use glam::DVec3;
-
-/// A loop with nothing kept within is thin if its area is at most this many voxels times its length.
-const THIN: f64 = 2.0;
 
 /// A closed polyline with the gap to its left, seen against the normals.
 #[derive(Clone, Default)]
@@ -56,7 +54,7 @@ impl Outline {
             .length()
             / 2.0;
         let length: f64 = (0..n).map(|i| at(i).distance(at(i + 1))).sum();
-        area <= THIN * voxel * length
+        area <= tuning().stitch.thin * voxel * length
     }
 
     /// The sum of the turns to the left: positive round a hole, negative round an island.

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::sector::{Outline, nearest_pair};
+use crate::tuning::tuning;
 
 /// One triangle of the ring.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,16 +14,6 @@ pub(super) enum Step {
     Inner(usize, usize),
 }
 
-/// Above this number of table cells only a strip of the table is searched.
-const FULL_TABLE: usize = 8_000_000;
-/// Least half-width of the strip, in inner vertices.
-const STRIP: usize = 256;
-/// Triangles whose cosine to the surface normal is below this are penalised.
-const LEAST_COSINE: f64 = 0.5;
-/// Weight of what their cosine falls short by.
-const TILT_WEIGHT: f64 = 40.0;
-/// Weight of an edge that leaves the gap.
-const ASTRAY_WEIGHT: f64 = 20.0;
 const ADVANCE_RIM: u8 = 1;
 const ADVANCE_INNER: u8 = 2;
 
@@ -49,10 +40,10 @@ pub(super) fn zip(rim: &Outline, inner: &Outline) -> Vec<Step> {
 }
 
 fn half_width(n: usize, m: usize) -> usize {
-    if n * m <= FULL_TABLE {
+    if n * m <= tuning().stitch.full_table {
         m
     } else {
-        STRIP.max(m / 10).max(2 * m / n)
+        tuning().stitch.strip.max(m / 10).max(2 * m / n)
     }
 }
 
@@ -162,7 +153,7 @@ impl Table<'_> {
         let from_rim = self.rim.opens_towards(self.rim_index(i), q);
         let from_inner = self.inner.opens_towards(self.inner_index(j), p);
         let astray = f64::from(u8::from(!from_rim)) + f64::from(u8::from(!from_inner));
-        p.distance_squared(q) * (1.0 + ASTRAY_WEIGHT * astray)
+        p.distance_squared(q) * (1.0 + tuning().stitch.astray_weight * astray)
     }
 
     fn tilt_rim(&self, i: usize, j: usize) -> f64 {
@@ -184,9 +175,9 @@ fn tilt(a: (DVec3, DVec3), b: (DVec3, DVec3), c: (DVec3, DVec3)) -> f64 {
         .max(v.length_squared())
         .max((c.0 - b.0).length_squared());
     let cosine = cross.normalize_or_zero().dot(normal);
-    if cosine >= LEAST_COSINE {
+    if cosine >= tuning().stitch.tilt_cosine {
         0.0
     } else {
-        TILT_WEIGHT * (LEAST_COSINE - cosine) * longest
+        tuning().stitch.tilt_weight * (tuning().stitch.tilt_cosine - cosine) * longest
     }
 }

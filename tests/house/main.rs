@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 /// The rooms of the library from the ground up: each may import those of lower rows only.
 const ROWS: [&[&str]; 14] = [
-    &["cancel", "setters", "parameters"],
+    &["cancel", "setters", "parameters", "tuning"],
     &["grid", "linalg", "mesh"],
     &["spatial", "io"],
     &["sdf", "extract", "compare", "check"],

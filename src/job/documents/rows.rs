@@ -4,8 +4,8 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::fill::{
-    ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason, RegionReport,
-    TriangulatedReason, TryFailure,
+    ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason, Quality,
+    RegionReport, TriangulatedReason, TryFailure,
 };
 use crate::mend::HoleReport;
 use crate::mesh::{Hole, HoleId};
@@ -167,6 +167,8 @@ pub(super) struct RegionRow<'a> {
     quality_mean: f64,
     intersecting_faces: usize,
     components: usize,
+    /// The value by which patches were chosen; null for offset shells of a repair.
+    quality: Option<&'a Quality>,
     /// How the patch was finished on its own triangles; null where it was not.
     finish: Option<&'a FinishReport>,
     /// Sharp edges that were continued.
@@ -195,6 +197,7 @@ impl<'a> RegionRow<'a> {
             quality_mean: r.quality_mean,
             intersecting_faces: r.intersecting_faces,
             components: r.components,
+            quality: r.quality.as_ref(),
             finish: r.finish.as_ref(),
             creases: &r.creases,
             earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),

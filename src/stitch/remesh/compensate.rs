@@ -2,13 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::{LEAST_COSINE, Remesher};
+use super::Remesher;
 use crate::stitch::half_edge::NONE;
+use crate::tuning::tuning;
 
-/// Rings of free vertices over which the displacement grows to its full size.
-const FADE: u32 = 2;
-/// Largest displacement over the mean length of the edges at the vertex.
-const MOST: f64 = 0.1;
 /// Mean over a triangle of a quadratic function that vanishes at the corners, over its value at the centroid.
 const MEAN_OVER_CENTROID: f64 = 0.75;
 
@@ -22,12 +19,16 @@ impl Remesher<'_> {
             .par_iter()
             .map(|&f| this.facet_offset(f))
             .collect();
-        let ring = self.rings(FADE);
+        let ring = self.rings(tuning().stitch.compensation_fade);
         let moves: Vec<(u32, f64, f64)> = self
             .free_vertices()
             .map(|v| {
                 let by = self.displacement(v, &offset, ring[v as usize]);
-                (v, part * by, part * MOST * self.mesh.mean_length(v))
+                (
+                    v,
+                    part * by,
+                    part * tuning().stitch.most_compensation * self.mesh.mean_length(v),
+                )
             })
             .collect();
         for (v, by, most) in moves {
@@ -39,7 +40,7 @@ impl Remesher<'_> {
     pub(super) fn displace(&mut self, v: u32, by: f64, most: f64) {
         let p = self.mesh.position[v as usize];
         let moved = p + by.clamp(-most, most) * self.mesh.normal[v as usize];
-        if self.around(v, moved).0 >= LEAST_COSINE.min(self.around(v, p).0) {
+        if self.around(v, moved).0 >= tuning().stitch.least_cosine.min(self.around(v, p).0) {
             self.mesh.position[v as usize] = moved;
         }
     }
@@ -73,7 +74,8 @@ impl Remesher<'_> {
             sum += area * offset[h as usize / 3];
             weight += area;
         }
-        let fade = f64::from(ring.min(FADE + 1)) / f64::from(FADE + 1);
+        let fade = f64::from(ring.min(tuning().stitch.compensation_fade + 1))
+            / f64::from(tuning().stitch.compensation_fade + 1);
         if weight > 0.0 {
             -fade * sum / weight
         } else {

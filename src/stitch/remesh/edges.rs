@@ -4,16 +4,10 @@ use std::f64::consts::{FRAC_PI_3, TAU};
 
 use glam::DVec3;
 
-use super::{LEAST_COSINE, Remesher};
+use super::Remesher;
 use crate::stitch::assemble::quality;
 use crate::stitch::half_edge::prev;
-
-/// Edges longer than this times the target are split.
-const LONG: f64 = 4.0 / 3.0;
-/// Edges shorter than this times the target are collapsed.
-const SHORT: f64 = 4.0 / 5.0;
-/// Passes over all edges within one round.
-const PASSES: usize = 4;
+use crate::tuning::tuning;
 
 impl Remesher<'_> {
     fn target(&self, a: u32, b: u32) -> f64 {
@@ -26,12 +20,12 @@ impl Remesher<'_> {
 
     /// Splits edges longer than 4/3 of the target, the longest first.
     pub(super) fn split_long(&mut self) {
-        for _ in 0..PASSES {
+        for _ in 0..tuning().stitch.passes {
             let mut long: Vec<(f64, u32)> = self
                 .mesh
                 .interior_edges()
                 .map(|h| (self.relative_length(h), h))
-                .filter(|e| e.0 > LONG)
+                .filter(|e| e.0 > tuning().stitch.long_edge)
                 .collect();
             long.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
             if long.is_empty() {
@@ -41,7 +35,9 @@ impl Remesher<'_> {
                 if self.is_cancelled() {
                     return;
                 }
-                if self.mesh.twin(h).is_some() && self.relative_length(h) > LONG {
+                if self.mesh.twin(h).is_some()
+                    && self.relative_length(h) > tuning().stitch.long_edge
+                {
                     self.split(h);
                 }
             }
@@ -58,7 +54,7 @@ impl Remesher<'_> {
         let flat = self.around(m, middle).0;
         if let Some((p, n)) = self.project(middle, 0.5 * length) {
             self.mesh.normal[m as usize] = n;
-            if self.around(m, p).0 >= flat.min(LEAST_COSINE) {
+            if self.around(m, p).0 >= flat.min(tuning().stitch.least_cosine) {
                 self.mesh.position[m as usize] = p;
             }
         }
@@ -67,12 +63,12 @@ impl Remesher<'_> {
 
     /// Collapses edges shorter than 4/5 of the target, the shortest first.
     pub(super) fn collapse_short(&mut self) {
-        for _ in 0..PASSES {
+        for _ in 0..tuning().stitch.passes {
             let mut short: Vec<(f64, u32)> = self
                 .mesh
                 .interior_edges()
                 .map(|h| (self.relative_length(h), h))
-                .filter(|e| e.0 < SHORT)
+                .filter(|e| e.0 < tuning().stitch.short_edge)
                 .collect();
             short.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             let mut changed = false;
@@ -80,8 +76,9 @@ impl Remesher<'_> {
                 if self.is_cancelled() {
                     return;
                 }
-                changed |=
-                    self.is_live(h) && self.relative_length(h) < SHORT && self.collapse(h, LONG);
+                changed |= self.is_live(h)
+                    && self.relative_length(h) < tuning().stitch.short_edge
+                    && self.collapse(h, tuning().stitch.long_edge);
             }
             if !changed {
                 return;
@@ -158,7 +155,7 @@ impl Remesher<'_> {
                 }
             }
         }
-        after >= LEAST_COSINE || after > before
+        after >= tuning().stitch.least_cosine || after > before
     }
 
     /// Turns edges where that brings the numbers of faces at the four vertices nearer to their ideal.
@@ -199,7 +196,7 @@ impl Remesher<'_> {
 
     /// Turns edges where that makes the worse of the two faces better.
     pub(super) fn flip_by_shape(&mut self) {
-        for _ in 0..PASSES {
+        for _ in 0..tuning().stitch.passes {
             let mut changed = false;
             for h in self.mesh.interior_edges().collect::<Vec<_>>() {
                 if self.is_cancelled() {
@@ -246,7 +243,7 @@ impl Remesher<'_> {
         }
         let now = self.cosine([a, b, c]).min(self.cosine([b, a, d]));
         let then = self.cosine([a, d, c]).min(self.cosine([d, b, c]));
-        if then < LEAST_COSINE && then <= now {
+        if then < tuning().stitch.least_cosine && then <= now {
             return false;
         }
         if keep == 0.0 {

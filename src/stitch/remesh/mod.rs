@@ -18,21 +18,9 @@ use super::rim::Rims;
 use super::{StitchError, StitchInput};
 use crate::mesh::area_vector;
 use crate::sdf::Surface;
+use crate::tuning::tuning;
 
 pub(super) use repair::repair;
-
-/// Least cosine between a face and the surface normals at its corners. A change must keep it, or not make it less.
-const LEAST_COSINE: f64 = 0.5;
-/// From so many faces on, the part of them that may be tilted after untangling. On patches of scans it is below a
-/// hundredth.
-const LARGE: usize = 3000;
-const MOST_TILTED: f64 = 0.25;
-/// Rounds of flips and smoothing at the end.
-const POLISH: usize = 8;
-/// The rounds of a large patch, and those at its end, are over when smoothing moves its vertices by less than these, in root mean
-/// square over the targets. On a patch of 14,500 vertices that saves a third of the time, and the mean quality falls from 0.976 to
-/// 0.973.
-const SETTLED: (f64, f64) = (0.06, 0.01);
 
 /// Remeshes the patch in place.
 ///
@@ -56,15 +44,15 @@ pub(super) fn remesh(input: &StitchInput, patch: &mut Assembled) -> Result<(), S
         work.flip_by_valence();
         work.untangle();
         work.refuse_folded()?;
-        if work.smooth_by_area() < SETTLED.0 && work.is_large() {
+        if work.smooth_by_area() < tuning().stitch.settled && work.is_large() {
             break;
         }
     }
-    for _ in 0..POLISH {
+    for _ in 0..tuning().stitch.polish {
         input.go_on()?;
         work.flip_by_shape();
         work.untangle();
-        if work.smooth_by_shape() < SETTLED.1 && work.is_large() {
+        if work.smooth_by_shape() < tuning().stitch.settled_polish && work.is_large() {
             break;
         }
     }
@@ -111,17 +99,17 @@ impl<'a> Remesher<'a> {
     /// Whether the patch has many faces, beside those that are removed.
     fn is_large(&self) -> bool {
         let is_there = |f: &&[u32; 3]| f[0] != NONE;
-        self.mesh.faces.iter().filter(is_there).count() >= LARGE
+        self.mesh.faces.iter().filter(is_there).count() >= tuning().stitch.large_patch
     }
 
     /// Ends the work on a large patch of which a large part is folded: each tilted face costs a hundred times another one.
     fn refuse_folded(&self) -> Result<(), StitchError> {
         let faces = self.mesh.faces.len();
-        if faces < LARGE {
+        if faces < tuning().stitch.large_patch {
             return Ok(());
         }
         let tilted = self.tilted().len();
-        if tilted as f64 > MOST_TILTED * faces as f64 {
+        if tilted as f64 > tuning().stitch.most_tilted * faces as f64 {
             return Err(StitchError::Folded { tilted, faces });
         }
         Ok(())

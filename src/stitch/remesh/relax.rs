@@ -5,22 +5,7 @@ use glam::DVec3;
 use super::Remesher;
 use crate::linalg::{Jacobi, LinearOperator, conjugate_gradient};
 use crate::stitch::half_edge::{next, prev};
-
-/// Where the mean angle across the rim is larger than that across the mesh's own edges at the rim, this part of the latter is
-/// what it is brought towards.
-const GOAL: f64 = 0.85;
-/// Angles of which no more than this part is not of the surface's curvature are left.
-const ROUGH: f64 = 0.4;
-/// Angles that are smaller on average, in radians, are left.
-const VISIBLE: f64 = 0.01;
-/// Rings of free vertices that take part.
-const RINGS: u32 = 3;
-/// Weight of the angles across the rim beside those within the patch.
-const SEAM: f64 = 32.0;
-/// Weight of the displacements, in edge lengths, beside the angles.
-const STAY: f64 = 0.1;
-/// Largest displacement over the length of the edges.
-const MOST: f64 = 0.25;
+use crate::tuning::tuning;
 
 /// An edge of the rim.
 struct Seam {
@@ -88,22 +73,23 @@ impl Remesher<'_> {
         let Some(around) = self.rims.angle_around else {
             return;
         };
+        let rules = &tuning().stitch;
         // Angles across the rim in radians, and what of them the curvature of the surface does not explain.
         let seam: Vec<Seam> = self.seam().collect();
         let mean =
             |of: fn(&Seam) -> f64| seam.iter().map(of).sum::<f64>() / seam.len().max(1) as f64;
         let sharp = mean(|s| s.angle.abs());
         let rough = mean(|s| s.excess.abs());
-        if sharp <= around.max(VISIBLE) || rough <= ROUGH * sharp {
+        if sharp <= around.max(rules.seam_visible) || rough <= rules.seam_rough * sharp {
             return;
         }
-        // How much of the excess has to go for the mean angle to be GOAL times that of the mesh.
-        let part = 1.0 - GOAL * around / sharp;
+        // How much of the excess has to go for the mean angle to be a part of that of the mesh.
+        let part = 1.0 - rules.seam_goal * around / sharp;
         // The unknowns: displacements of free vertices near the rim along their normals, in units of the mesh.
-        let ring = self.rings(RINGS);
+        let ring = self.rings(rules.seam_rings);
         let (mut number, mut moved) = (vec![FIXED; ring.len()], Vec::new());
         for v in self.free_vertices() {
-            if ring[v as usize] <= RINGS {
+            if ring[v as usize] <= rules.seam_rings {
                 number[v as usize] = moved.len() as u32;
                 moved.push(v);
             }
@@ -114,7 +100,7 @@ impl Remesher<'_> {
             .map(|s| Row {
                 change: self.change([Some(s.edge), None], &number),
                 goal: -part * s.excess,
-                weight: SEAM,
+                weight: rules.seam_weight,
             })
             .collect();
         let inner = self.mesh.interior_edges().filter_map(|h| {
@@ -127,7 +113,8 @@ impl Remesher<'_> {
         });
         rows.extend(inner);
         let lengths: Vec<f64> = moved.iter().map(|&v| self.mesh.mean_length(v)).collect();
-        let stay: Vec<f64> = lengths.iter().map(|l| (STAY / l).powi(2)).collect();
+        let stay = |l: &f64| (rules.seam_stay / l).powi(2);
+        let stay: Vec<f64> = lengths.iter().map(stay).collect();
         // Right-hand side and diagonal of the normal equations, which are solved without their matrix.
         let (mut rhs, mut diagonal) = (vec![0.0; moved.len()], stay.clone());
         for row in &rows {
@@ -145,7 +132,7 @@ impl Remesher<'_> {
         let scaling = Jacobi(bending.jacobi());
         conjugate_gradient(&bending, &scaling, &rhs, &mut by, 1e-3, 200);
         for ((v, by), length) in moved.into_iter().zip(by).zip(lengths) {
-            self.displace(v, by, MOST * length);
+            self.displace(v, by, rules.seam_most * length);
         }
     }
 

@@ -6,9 +6,7 @@ use super::Remesher;
 use crate::stitch::StitchInput;
 use crate::stitch::assemble::Assembled;
 use crate::stitch::check::Surroundings;
-
-/// Rounds of repair.
-const ROUNDS: usize = 9;
+use crate::tuning::tuning;
 
 /// Changes the patch round its intersecting faces until none is left or nothing helps; returns how many are left.
 pub(in crate::stitch) fn repair(
@@ -18,7 +16,7 @@ pub(in crate::stitch) fn repair(
 ) -> usize {
     let mesh_len = input.mesh.positions.len();
     let mut hits = surroundings.intersections(patch, mesh_len);
-    for round in 0..ROUNDS {
+    for round in 0..tuning().stitch.repair_rounds {
         if hits.is_empty() || input.surface.is_cancelled() {
             break;
         }

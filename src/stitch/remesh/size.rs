@@ -6,26 +6,10 @@ use rayon::prelude::*;
 
 use super::Remesher;
 use crate::stitch::StitchParams;
+use crate::tuning::tuning;
 
-/// Most by which the target may grow per unit of length.
-const GROWTH: f64 = 0.3;
-/// Sweeps in which lengths of neighbours are evened out.
-const SWEEPS: usize = 12;
-/// The curvature never asks for edges shorter than this part of what the rim asks for.
-const LEAST: f64 = 0.25;
-/// Least target over the voxel.
-const LEAST_OVER_VOXEL: f64 = 0.02;
-/// About the largest number of faces of a patch.
-const MOST_FACES: f64 = 1e6;
-/// About the largest number of faces of a patch, for each square of a rim's number of edges and besides. A disc with equal
-/// edges round it gets 0.3 faces for each square; rims a part of which is finer by many orders, or whose few edges are as
-/// unequal, would otherwise be filled to the limit above.
-const MOST_FACES_OF_RIM: f64 = 16.0;
-const MOST_FACES_BESIDES: f64 = 5000.0;
 /// Area of an equilateral triangle over the square of its edge.
 const EQUILATERAL: f64 = 0.433_012_701_892_219_3;
-/// Power of the distance in the interpolation from the rim.
-const POWER: i32 = 3;
 
 impl Remesher<'_> {
     /// Sets the target from the mesh's edges at the rim, made shorter where a chord would be too far from the surface.
@@ -46,7 +30,7 @@ impl Remesher<'_> {
                 if self.mesh.is_rim(v) {
                     size
                 } else {
-                    size.min(by_curvature.max(LEAST * size))
+                    size.min(by_curvature.max(tuning().stitch.size_least * size))
                 }
             })
             .collect();
@@ -70,7 +54,8 @@ impl Remesher<'_> {
         if squares == 0.0 {
             return f64::INFINITY;
         }
-        (MOST_FACES_BESIDES + MOST_FACES_OF_RIM * squares) / params.edge_factor.powi(2).min(1.0)
+        (tuning().stitch.most_faces_besides + tuning().stitch.most_faces_of_rim * squares)
+            / params.edge_factor.powi(2).min(1.0)
     }
 
     /// Raises the least target until the patch would get no more than so many faces.
@@ -117,7 +102,10 @@ impl Remesher<'_> {
             .map(|p| {
                 let (mut sum, mut weight) = (0.0, 0.0);
                 for (q, size) in &rim {
-                    let w = size / p.distance(*q).max(1e-9 * size).powi(POWER);
+                    let w = size
+                        / p.distance(*q)
+                            .max(1e-9 * size)
+                            .powi(tuning().stitch.size_power);
                     sum += w * size;
                     weight += w;
                 }
@@ -136,7 +124,9 @@ impl Remesher<'_> {
             .iter()
             .map(|&f| self.mesh.area_vector(f).length() / 2.0)
             .sum();
-        (area / MOST_FACES).sqrt().max(LEAST_OVER_VOXEL * voxel)
+        (area / tuning().stitch.most_faces)
+            .sqrt()
+            .max(tuning().stitch.size_least_voxel * voxel)
     }
 
     /// Replaces the length at each rim corner by the mean with its neighbours along the rim.
@@ -185,7 +175,7 @@ impl Remesher<'_> {
     }
 
     fn limit_growth(&mut self) {
-        for _ in 0..SWEEPS {
+        for _ in 0..tuning().stitch.size_sweeps {
             let mesh = &*self.mesh;
             let limited: Vec<f64> = (0..mesh.position.len() as u32)
                 .into_par_iter()
@@ -193,7 +183,7 @@ impl Remesher<'_> {
                     let size = mesh.size[v as usize];
                     let reach = |w: u32| {
                         let d = mesh.position[v as usize].distance(mesh.position[w as usize]);
-                        mesh.size[w as usize] + GROWTH * d
+                        mesh.size[w as usize] + tuning().stitch.size_growth * d
                     };
                     mesh.neighbours(v).map(reach).fold(size, f64::min)
                 })

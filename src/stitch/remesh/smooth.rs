@@ -3,11 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{LEAST_COSINE, Remesher};
+use super::Remesher;
 use crate::stitch::half_edge::prev;
-
-/// Part of the way to the goal that a vertex moves.
-const STEP: f64 = 0.7;
+use crate::tuning::tuning;
 
 impl Remesher<'_> {
     /// Moves free vertices towards the centroid of the faces round them, weighted so that edges approach their targets. Returns
@@ -74,7 +72,7 @@ impl Remesher<'_> {
                 }
                 let (p, n) = (this.mesh.position[v as usize], this.mesh.normal[v as usize]);
                 let step = goal(this, v) - p;
-                let step = STEP * (step - step.dot(n) * n);
+                let step = tuning().stitch.smooth_step * (step - step.dot(n) * n);
                 if !step.is_finite() {
                     return None;
                 }
@@ -110,8 +108,9 @@ impl Remesher<'_> {
         let before = self.around(v, old);
         self.mesh.normal[v as usize] = n;
         let after = self.around(v, p);
-        let good = (after.0 >= LEAST_COSINE && after.1 >= keep * before.1)
-            || (before.0 < LEAST_COSINE && self.least_area(v, p) > self.least_area(v, old));
+        let good = (after.0 >= tuning().stitch.least_cosine && after.1 >= keep * before.1)
+            || (before.0 < tuning().stitch.least_cosine
+                && self.least_area(v, p) > self.least_area(v, old));
         if good {
             self.mesh.position[v as usize] = p;
         } else {

@@ -4,15 +4,14 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::{LEAST_COSINE, Remesher};
+use super::Remesher;
 use crate::stitch::half_edge::NONE;
+use crate::tuning::tuning;
 
 /// Directions tried for a vertex of a folded face.
 const DIRECTIONS: usize = 12;
 /// Distances tried, in target lengths.
 const REACH: [f64; 5] = [0.8, 0.4, 0.2, 0.1, 0.05];
-/// Rounds over all folded faces.
-const ROUNDS: usize = 3;
 
 impl Remesher<'_> {
     /// Faces whose normals are more than 60 degrees from that of the surface.
@@ -20,14 +19,15 @@ impl Remesher<'_> {
         let faces = &self.mesh.faces;
         (0..faces.len() as u32)
             .filter(|&f| {
-                faces[f as usize][0] != NONE && self.cosine(faces[f as usize]) < LEAST_COSINE
+                faces[f as usize][0] != NONE
+                    && self.cosine(faces[f as usize]) < tuning().stitch.least_cosine
             })
             .collect()
     }
 
     /// Turns edges, moves vertices and, where that does not help, collapses edges of tilted faces.
     pub(super) fn untangle(&mut self) {
-        for round in 0..ROUNDS {
+        for round in 0..tuning().stitch.untangle_rounds {
             let tilted = self.tilted();
             if tilted.is_empty() {
                 return;
@@ -44,7 +44,7 @@ impl Remesher<'_> {
     fn unfold(&mut self, f: u32, collapse: bool) {
         let is_tilted = |work: &Self| {
             let face = work.mesh.faces[f as usize];
-            face[0] != NONE && work.cosine(face) < LEAST_COSINE
+            face[0] != NONE && work.cosine(face) < tuning().stitch.least_cosine
         };
         for k in 0..3 {
             if is_tilted(self) {
@@ -71,7 +71,7 @@ impl Remesher<'_> {
         let now = self.signed_area([a, b, c]).min(self.signed_area([b, a, d]));
         let then = self.signed_area([a, d, c]).min(self.signed_area([d, b, c]));
         let least = self.cosine([a, d, c]).min(self.cosine([d, b, c]));
-        if self.may_flip([a, b, c, d]) && (then > now || least >= LEAST_COSINE) {
+        if self.may_flip([a, b, c, d]) && (then > now || least >= tuning().stitch.least_cosine) {
             self.mesh.flip(h);
         }
     }

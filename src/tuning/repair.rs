@@ -1,0 +1,84 @@
+//! Thresholds of repairs (`repair`).
+
+thresholds! {
+    /// Thresholds of repairs (`repair`).
+    RepairTuning {
+        /// Times that faces which intersect others are cut out and filled, with one more ring of faces each time, at most.
+        passes: usize = 2,
+        /// Rings of faces by which holes that nothing closes without intersections are widened, at most.
+        wider: usize = 3,
+        /// For patches that intersect others one in this many faces of the input is cut out at most, and [`Self::lost_crossing`]
+        /// times those that intersected others in the input: caps of sheets that lie in each other cannot but intersect.
+        lost_part: usize = 30,
+        /// Faces cut out for each that intersected others in the input, at most.
+        lost_crossing: usize = 2,
+        /// Rings of faces round intersecting ones that are cut out with them.
+        rings: usize = 1,
+        /// Rounds of edge turns: faces without area may lie side by side.
+        clean_rounds: usize = 20,
+        /// Edges. Longer rims are first reduced by cutting ears. The memory of a search grows with the cube of it: 1 MB.
+        clear_edges: usize = 200,
+        /// Rounds after which a search is given up; each rules some triangles out. On two scans with rims of hundreds of edges
+        /// 300 rounds and 450 edges closed no hole more.
+        clear_rounds: usize = 60,
+        /// Part of the size of coordinates by which faces on one side of a triangle's plane are far enough from it not to
+        /// intersect it in rounded numbers.
+        clearly: f64 = 1e-9,
+        /// Weight of the square of a diagonal's length beside the area: of triangulations of one area that with short diagonals
+        /// is taken.
+        diagonal: f64 = 0.1,
+        /// Faces. Components of this many have no inside.
+        small_faces: usize = 2,
+        /// Faces of a component that are tested to say whether it lies inside another.
+        samples: usize = 64,
+        /// Winding number of the other component above which a point before a face lies inside it; half of the points decide.
+        inside: f64 = 0.5,
+        /// Roots of the face's area. Distance of those points from the face.
+        before: f64 = 1e-2,
+        /// Mean edges. A layer covers another one that is no farther below it than this.
+        layer: f64 = 4.0,
+        /// Least cosine between the faces of two layers: 60°.
+        same_way: f64 = 0.5,
+        /// Part of a component inside others above which the component is kept for what it is and its visible part is removed.
+        submerged: f64 = 0.9,
+        /// Shortest edges. Depth of an offset shell under the surface.
+        shell_depth: f64 = 0.1,
+        /// Factor of the depth where the shell intersects anything.
+        shell_nearer: f64 = 0.25,
+        /// Times that a shell comes nearer to the surface, at most.
+        shell_rounds: usize = 5,
+        /// Steps of the search for a direction into the surface at a vertex, at most; twenty are rarely needed.
+        shell_steps: usize = 100,
+        /// Faces lined for the sake of one hole, at most; a matter of time, not of shape.
+        lined_faces: usize = 20_000,
+        /// Faces of a component that is lined as a whole, as the last resort, at most.
+        lined_whole: usize = 250_000,
+        /// Faces of all components that are lined as a whole, at most.
+        lined_whole_work: usize = 1_000_000,
+        /// Edges. Borders with more are not closed: where hundreds of edges could not be closed at the rim, they seldom can be
+        /// farther on.
+        lined_edges: usize = 200,
+        /// Faces visited by the searches for offset shells of parts of a mesh, at most.
+        lined_work: usize = 400_000,
+        /// Faces visited for one hole or the holes of one component, at most.
+        lined_work_each: usize = 40_000,
+        /// The search for triangles that close a border costs as much as the square of its edges over this many faces.
+        lined_edges_work: usize = 2,
+        /// Roots of its area. An open component whose borders are shorter counts as closed if it encloses [`Self::least_volume`].
+        short_border: f64 = 1.0,
+        /// Powers 3/2 of its area. Least volume of such a component: 0.094 for a sphere.
+        least_volume: f64 = 0.02,
+        /// Rounds: each shell adds surface along which further holes can be closed.
+        linings: usize = 4,
+        /// Times that faces are cut out of surfaces which no shell can be made of, at most.
+        cut_and_line: usize = 30,
+        /// Part of the area of the component it hangs on, below which a sheet is a dangling sheet.
+        dangling: f64 = 0.01,
+        /// Rounds of cuts: each changes which sheets touch.
+        sheet_rounds: usize = 8,
+        /// Shortest edges. Separated vertices are moved apart by this,
+        apart: f64 = 1e-3,
+        /// and by at least this many units in the last place of 32-bit floats.
+        least_apart: f64 = 16.0,
+    }
+}
