@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use isomend::io::{Format, IoError, Loaded, read_stream};
-use isomend::job::{JobError, Place, Source};
+use isomend::io::{Format, Loaded, read_stream};
+use isomend::job::{Place, Source};
 
 use super::console::Console;
 
@@ -26,17 +26,29 @@ pub fn place(path: &Path) -> Place {
 
 /// What a path stands for; standard input is read to its end.
 pub fn source(path: &Path, from: Option<Format>) -> anyhow::Result<Source> {
-    let mut source = match is_stream(path) {
-        true => Source::bytes(STANDARD_INPUT, standard_input()?),
-        false => Source::from(path),
-    };
-    source.format = from;
+    let mut source = named(path, from);
+    fetch(&mut source)?;
     Ok(source)
+}
+
+/// The same, of which standard input has no bytes yet.
+pub fn named(path: &Path, from: Option<Format>) -> Source {
+    let mut source = Source::from(place(path));
+    source.format = from;
+    source
+}
+
+/// Gives a source its bytes where it is standard input, which is read to its end.
+pub fn fetch(source: &mut Source) -> anyhow::Result<()> {
+    if source.place.path().is_none() {
+        source.bytes = standard_input()?;
+    }
+    Ok(())
 }
 
 /// Reads a mesh and passes on what its reader has to say.
 pub fn read(source: &Source, console: &Console) -> anyhow::Result<Loaded> {
-    let loaded = source.read().map_err(|error| told(error, source))?;
+    let loaded = source.read().map_err(super::told)?;
     tell_notes(&source.place, &loaded, console);
     Ok(loaded)
 }
@@ -45,18 +57,6 @@ pub fn read(source: &Source, console: &Console) -> anyhow::Result<Loaded> {
 pub fn tell_notes(place: &Place, loaded: &Loaded, console: &Console) {
     for note in &loaded.notes {
         console.note(&format!("{}: {note}", place.name()));
-    }
-}
-
-/// An error with the option that helps where the format of standard input cannot be told.
-pub fn told(error: JobError, source: &Source) -> anyhow::Error {
-    let unknown = |e: &IoError| matches!(e, IoError::UnknownFormat { .. });
-    match error {
-        JobError::Bytes { error, .. } if source.format.is_none() && unknown(&error) => {
-            anyhow::Error::from(error)
-                .context(format!("{STANDARD_INPUT}, whose format --from can tell"))
-        }
-        error => super::told(error),
     }
 }
 

@@ -151,6 +151,23 @@ pub enum JobError {
         /// What is wrong, and what to do.
         what: String,
     },
+    /// A page or a picture of a plan.
+    #[error(
+        "a plan makes no mesh that a page or a picture could show; inspect the mesh to draw its holes"
+    )]
+    PlanDrawn,
+    /// A page or a picture of several meshes.
+    #[error("a page or a picture shows one mesh, but there are several inputs; do them one by one")]
+    SeveralDrawn,
+    /// A document in the place of a mesh.
+    #[error("{} would overwrite a mesh; name another file", path.display())]
+    DocumentOverMesh {
+        /// The file.
+        path: PathBuf,
+    },
+    /// What came of a job could not be passed on.
+    #[error(transparent)]
+    Told(std::io::Error),
     /// A page or picture that cannot go where it should.
     #[error("{what}")]
     Drawing {

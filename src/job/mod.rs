@@ -16,10 +16,12 @@
 //! # Ok::<(), isomend::job::JobError>(())
 //! ```
 //!
+//! A [`Batch`] is the same for several files, into a folder, with one document for all.
 //! [`JobSpec::read`], [`Read::mend`] and [`Mended::write`] are its three steps, for those who tell something in between.
 //! [`inspect`] makes the document of what a mesh holds, [`check`] that of what is wrong with it, [`compare`] that of two meshes,
 //! [`measure`] that of a signed distance volume.
 
+mod batch;
 mod documents;
 mod draw;
 mod error;
@@ -33,6 +35,7 @@ mod spec;
 mod steps;
 mod volumes;
 
+pub use batch::{Batch, BatchResult, Observer, Quiet};
 pub use documents::{Document, FileInfo};
 pub use draw::{Drawings, Unchanged};
 pub use error::JobError;
@@ -47,9 +50,4 @@ pub use steps::{JobResult, Mended, Read, run};
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
-pub(crate) use {
-    documents::failed_document,
-    output::write_text,
-    places::{in_folder, is_folder_name},
-    volumes::DISTANCE,
-};
+pub(crate) use {output::write_text, volumes::DISTANCE};

@@ -71,6 +71,23 @@ impl Place {
     }
 }
 
+impl Place {
+    /// Refuses a place for a JSON document that cannot be written or is one of these meshes.
+    pub(crate) fn check_document<'a>(
+        &self,
+        mut meshes: impl Iterator<Item = &'a Place>,
+    ) -> Result<(), JobError> {
+        self.check_writable()?;
+        match self {
+            Self::File(path) if meshes.any(|mesh| self.is_same_file(mesh)) => {
+                let path = path.clone();
+                Err(JobError::DocumentOverMesh { path })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 impl<P: Into<PathBuf>> From<P> for Place {
     fn from(path: P) -> Self {
         Self::File(path.into())

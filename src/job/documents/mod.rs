@@ -190,6 +190,28 @@ impl Extent {
     }
 }
 
+/// The documents of several jobs.
+#[derive(Default)]
+pub(super) struct DocumentList(Vec<String>);
+
+impl DocumentList {
+    pub(super) fn add(&mut self, document: &impl Serialize) {
+        // Numbers that are none are null in JSON: nothing in a document cannot be written.
+        self.0
+            .push(serde_json::to_string_pretty(document).unwrap_or_default());
+    }
+
+    /// The only one, or a list of all.
+    pub(super) fn text(&self, list: bool) -> String {
+        let mut text = self.0.join(",\n");
+        if list {
+            // No line of a JSON document ends inside a string.
+            text = format!("[\n  {}\n]", text.replace('\n', "\n  "));
+        }
+        text + "\n"
+    }
+}
+
 /// What stands for the document of an input that failed.
 pub fn failed_document(
     command: &'static str,
