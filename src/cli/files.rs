@@ -137,7 +137,7 @@ pub fn output(path: &Path, to: Option<Format>) -> anyhow::Result<Output> {
 fn output_place(path: &Path, to: Option<Format>) -> anyhow::Result<Place> {
     match (is_stream(path), to) {
         (false, _) => Ok(path.into()),
-        (true, Some(_)) => Ok(Place::Bytes("standard output".to_owned())),
+        (true, Some(_)) => Ok(Place::memory("standard output")),
         (true, None) => Err(usage(
             "--output - needs --to, such as --to ply: standard output has no name that tells the format",
         )),

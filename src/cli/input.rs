@@ -1,6 +1,7 @@
 //! Reading the input.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use isomend::io::{Format, Loaded, read_stream};
@@ -19,7 +20,7 @@ pub fn is_stream(path: &Path) -> bool {
 /// The place that a path of an input stands for.
 pub fn place(path: &Path) -> Place {
     match is_stream(path) {
-        true => Place::Bytes(STANDARD_INPUT.to_owned()),
+        true => Place::memory(STANDARD_INPUT),
         false => Place::from(path),
     }
 }
@@ -47,7 +48,7 @@ pub fn fetch(source: &mut Source) -> anyhow::Result<()> {
 }
 
 /// Reads a mesh and passes on what its reader has to say.
-pub fn read(source: &Source, console: &Console) -> anyhow::Result<Loaded> {
+pub fn read(source: &Source, console: &Console) -> anyhow::Result<Arc<Loaded>> {
     let loaded = source.read().map_err(super::told)?;
     tell_notes(&source.place, &loaded, console);
     Ok(loaded)

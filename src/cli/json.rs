@@ -54,7 +54,7 @@ impl Target {
     /// Its place.
     pub fn place(&self) -> Place {
         match self {
-            Target::Stdout => Place::Bytes("standard output".to_owned()),
+            Target::Stdout => Place::memory("standard output"),
             Target::File(path) => Place::from(path.clone()),
         }
     }

@@ -40,7 +40,7 @@ mod vtk;
 pub use self::gltf::{Document, Image};
 pub use error::{IoError, Place};
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
-pub(crate) use files::{beside, read_as, read_stream};
+pub(crate) use files::{beside, read_stream};
 pub use files::{
     read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
 };
@@ -54,7 +54,6 @@ pub(crate) use save::{abandon_unfinished, save};
 use serde::{Deserialize, Serialize};
 
 use crate::grid::Volume;
-use crate::mesh::cut::Remainder;
 use crate::mesh::{Attributes, Mesh, Model, Origins};
 
 /// A mesh that was read, and what is to be known about its file.
@@ -75,24 +74,28 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// What is left of it after a cut: the mesh and what its faces and vertices carry.
+    /// What is left of it after a cut: `mesh`, and what the marked vertices and faces carry.
     #[must_use]
-    pub fn restricted(self, kept: &Remainder) -> Self {
-        let attributes = self.attributes.with_faces(&kept.faces);
-        Self {
-            mesh: kept.mesh.clone(),
-            attributes: attributes.with_vertices(&kept.vertices),
-            ..self
-        }
+    pub fn restricted(&self, mesh: Mesh, [vertices, faces]: [&[bool]; 2]) -> Self {
+        let attributes = self.attributes.with_faces(faces);
+        self.with(mesh, attributes.with_vertices(vertices))
     }
 
     /// What was made of it: a mesh with what its faces and vertices carry. `kept` marks the faces that are as they were.
     #[must_use]
-    pub fn derived(self, mesh: Mesh, origins: &Origins, kept: &[bool]) -> Self {
+    pub fn derived(&self, mesh: Mesh, origins: &Origins, kept: &[bool]) -> Self {
+        self.with(mesh, self.attributes.derived(origins, kept))
+    }
+
+    /// Another mesh and what it carries, with what is known of this one's file.
+    fn with(&self, mesh: Mesh, attributes: Attributes) -> Self {
         Self {
             mesh,
-            attributes: self.attributes.derived(origins, kept),
-            ..self
+            attributes,
+            format: self.format,
+            f32_exact: self.f32_exact,
+            document: self.document.clone(),
+            notes: self.notes.clone(),
         }
     }
 }

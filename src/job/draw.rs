@@ -1,6 +1,7 @@
 //! The page and the picture of a job.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -38,10 +39,37 @@ pub struct Drawings {
 /// A mesh some of whose faces went.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Before {
-    /// The mesh as it was read.
-    pub(super) mesh: Mesh,
+    /// The mesh as it was read. As a value it is written without what it carries.
+    #[serde(with = "bare")]
+    pub(super) loaded: Arc<Loaded>,
     /// For each of its faces whether it went.
     pub(super) gone: Vec<bool>,
+}
+
+/// A mesh that was read, as a value: without what it carries, which no drawing shows.
+mod bare {
+    use std::sync::Arc;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use crate::io::{Format, Loaded, Precision};
+    use crate::mesh::{Attributes, Mesh};
+
+    pub(super) fn serialize<S: Serializer>(value: &Arc<Loaded>, to: S) -> Result<S::Ok, S::Error> {
+        value.mesh.serialize(to)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Arc<Loaded>, D::Error> {
+        let mesh = Mesh::deserialize(from)?;
+        Ok(Arc::new(Loaded {
+            f32_exact: Precision::of(&mesh) == Precision::F32,
+            mesh,
+            format: Format::Ply,
+            attributes: Attributes::default(),
+            document: None,
+            notes: Vec::new(),
+        }))
+    }
 }
 
 /// A mesh as it is, to be drawn: with its holes, or where there is a verdict with the faces that have defects.
@@ -348,7 +376,7 @@ impl Drawn<'_> {
             None => vec![self.kept == 0; self.first.faces.len()],
         };
         let change = Change {
-            before: self.before.map_or(self.first, |b| &b.mesh),
+            before: self.before.map_or(self.first, |b| &b.loaded.mesh),
             after: self.after,
             kept: self.kept,
             gone,

@@ -27,6 +27,8 @@ mod draw;
 mod error;
 mod inspection;
 mod marks;
+mod mended;
+mod outcome;
 mod output;
 mod places;
 mod read;
@@ -41,12 +43,14 @@ pub use draw::{Drawings, Unchanged};
 pub use error::JobError;
 pub use inspection::{Checked, Compared, Inspected, check, compare, inspect};
 pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
+pub use mended::Mended;
+pub use outcome::JobResult;
 pub use output::Output;
 pub use places::Place;
 pub use read::Source;
 pub use result::{Extent, Kept};
 pub use spec::{JobSpec, Work};
-pub use steps::{JobResult, Mended, Read, run};
+pub use steps::{Read, run};
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]

@@ -69,7 +69,7 @@ fn bytes_go_in_and_out() {
     let document = serde_json::to_value(plan.document()).unwrap();
     assert_eq!(document["dry_run"], true);
     assert_eq!(document["holes"][0]["outcome"], "would_be_filled");
-    let place = Place::Bytes("download".to_owned());
+    let place = Place::memory("download");
     spec.output = Some(Output::new(place, Some(Format::Obj)).unwrap());
     let filled = run(&spec, &Control::new()).unwrap();
     assert!(filled.bytes.starts_with(b"#") || filled.bytes.starts_with(b"v"));
@@ -160,7 +160,7 @@ fn a_mended_mesh_is_kept_and_written_several_times() {
     let mended = read.mend_found(&found, &Control::new()).unwrap();
     let mended = mended.into_owned();
     for format in [Format::Ply, Format::Obj, Format::Glb] {
-        let place = Place::Bytes("bytes".to_owned());
+        let place = Place::memory("bytes");
         let output = Output::new(place, Some(format)).unwrap();
         let result = mended.clone().to(output).write().unwrap();
         let name = format!("file.{}", format.extension());

@@ -67,11 +67,11 @@ impl FileInfo {
     }
 }
 
-/// A place in a document: `-` for a stream.
+/// A place in a document: `-` for the caller's memory.
 pub(super) fn shown(place: &Place) -> String {
     match place {
         Place::File(path) => path.display().to_string(),
-        Place::Bytes(_) => "-".to_owned(),
+        Place::Memory { .. } => "-".to_owned(),
     }
 }
 
@@ -95,11 +95,11 @@ impl Mended<'_> {
     /// The document of a mesh that is not written, as of bytes in the format that was read.
     pub fn document(&self) -> Document<impl Serialize> {
         let (source, format) = (&self.spec.source.place, self.first.format);
-        let here = Place::Bytes(String::new());
+        let here = Place::memory("");
         let told = Told {
             spec: &self.spec,
             input: FileInfo::of(source, format, self.size),
-            output: Some(FileInfo::new(&here, format, &self.mesh)),
+            output: Some(FileInfo::new(&here, format, self.mesh())),
             extent: &self.extent,
             report: &self.report,
             notes: &self.first.notes,
