@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isomend::io::{Format, Loaded};
 use isomend::job::{
-    Batch, BatchResult, JobError, JobResult, JobSpec, Observer, Output, Place, Work,
+    Batch, BatchResult, JobError, JobPlan, JobResult, JobSpec, Observer, Output, Place, Work,
 };
 use isomend::report::region_lines;
 use isomend::{Control, Step};
@@ -186,7 +186,7 @@ impl Observer for Teller<'_> {
         }
     }
 
-    fn planned(&mut self, plan: &JobResult) -> std::io::Result<()> {
+    fn planned(&mut self, plan: &JobPlan) -> std::io::Result<()> {
         if !self.prints_plans {
             return Ok(());
         }

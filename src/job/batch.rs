@@ -7,7 +7,9 @@ use std::path::PathBuf;
 
 use super::documents::{DocumentList, failed_document};
 use super::places::{in_folder, is_folder_name};
-use super::{Drawings, JobError, JobResult, JobSpec, Output, Place, Source, Work, write_text};
+use super::{
+    Drawings, JobError, JobPlan, JobResult, JobSpec, Output, Place, Source, Work, write_text,
+};
 use crate::io::{Format, Loaded};
 use crate::mend::Control;
 
@@ -15,13 +17,13 @@ use crate::mend::Control;
 /// does not stop the others.
 ///
 /// ```no_run
-/// use isomend::job::{Batch, Quiet, Work};
+/// use isomend::job::{Batch, Work};
 /// use isomend::{Control, FillParams};
 ///
 /// let mut batch = Batch::new(["a.ply", "b.obj"], Work::Fill(FillParams::default()));
 /// batch.output = Some("mended/".into());
 /// batch.document = Some("mended.json".into());
-/// let ended = batch.run(&mut Quiet, &Control::new())?;
+/// let ended = batch.run(&mut (), &Control::new())?;
 /// println!("{} done, {} with an open hole, {} failed", ended.done, ended.in_part, ended.failed);
 /// # Ok::<(), isomend::job::JobError>(())
 /// ```
@@ -70,11 +72,11 @@ pub trait Observer {
     /// Its mesh was read.
     fn has_read(&mut self, _job: &JobSpec, _loaded: &Loaded) {}
 
-    /// A job without output ended.
+    /// It is known what a job of a plan would do.
     ///
     /// # Errors
     /// When it cannot be passed on.
-    fn planned(&mut self, _plan: &JobResult) -> io::Result<()> {
+    fn planned(&mut self, _plan: &JobPlan) -> io::Result<()> {
         Ok(())
     }
 
@@ -102,10 +104,7 @@ pub trait Observer {
 }
 
 /// An observer that does nothing.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Quiet;
-
-impl Observer for Quiet {}
+impl Observer for () {}
 
 impl Batch {
     /// A work on meshes, without an output.
@@ -182,23 +181,20 @@ impl Batch {
     ) -> Result<bool, JobError> {
         let read = job.read()?;
         observer.has_read(job, &read.loaded);
-        let (result, whole) = match job.output {
-            None => {
-                let plan = read.plan()?;
-                observer.planned(&plan).map_err(JobError::Told)?;
-                (plan, true)
-            }
-            Some(_) => {
-                let done = read.mend(control)?.write()?;
-                observer.done(&done).map_err(JobError::Told)?;
-                let whole = done.complete() && (!self.strict || done.report.flawless());
-                (done, whole)
-            }
-        };
-        if let Some(documents) = documents {
-            documents.add(&result.document());
+        if self.plan {
+            let plan = read.plan()?;
+            observer.planned(&plan).map_err(JobError::Told)?;
+            documents
+                .into_iter()
+                .for_each(|all| all.add(&plan.document()));
+            return Ok(true);
         }
-        Ok(whole)
+        let done = read.mend(control)?.write()?;
+        observer.done(&done).map_err(JobError::Told)?;
+        documents
+            .into_iter()
+            .for_each(|all| all.add(&done.document()));
+        Ok(done.complete() && (!self.strict || done.report.flawless()))
     }
 
     /// The jobs, checked.

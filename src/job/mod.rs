@@ -37,14 +37,14 @@ mod spec;
 mod steps;
 mod volumes;
 
-pub use batch::{Batch, BatchResult, Observer, Quiet};
+pub use batch::{Batch, BatchResult, Observer};
 pub use documents::{Document, FileInfo};
 pub use draw::{Drawings, Unchanged};
 pub use error::JobError;
 pub use inspection::{Checked, Compared, Inspected, check, compare, inspect};
 pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
 pub use mended::Mended;
-pub use outcome::JobResult;
+pub use outcome::{JobPlan, JobResult, WorkPlan};
 pub use output::Output;
 pub use places::Place;
 pub use read::Source;

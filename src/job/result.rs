@@ -24,7 +24,7 @@ pub struct Kept {
     pub faces: Vec<bool>,
 }
 
-/// What of the mesh was replaced, beside its holes; in a plan, what would be.
+/// What of the mesh was replaced, beside its holes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Extent {

@@ -5,15 +5,14 @@ use std::sync::Arc;
 
 use super::draw::Before;
 use super::mended::Mended;
-use super::outcome::JobResult;
+use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::result::{Extent, First, Made, repaired};
 use super::{JobError, JobSpec, MaskSpec, Work};
 use crate::check::CheckParams;
 use crate::fill::SurfaceKind;
 use crate::io::Loaded;
-use crate::mend::{Control, FairError, FillReport, Filled, Inspection, RestoreError};
+use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};
 use crate::mesh::Mesh;
-use crate::repair::RepairReport;
 
 /// A job whose mesh was read.
 pub struct Read<'s> {
@@ -22,17 +21,17 @@ pub struct Read<'s> {
     pub loaded: Arc<Loaded>,
 }
 
-/// Does a job: reads, mends and writes, or says what it would do where it has no output.
+/// Does a job: reads, mends and writes.
 ///
 /// # Errors
-/// [`JobError`]. A hole that cannot be filled is none: the report says so.
+/// [`JobError`]; [`JobError::Places`] where it has no output. A hole that cannot be filled is none: the report says so.
 pub fn run<'s>(spec: &'s JobSpec, control: &Control) -> Result<JobResult<'s>, JobError> {
     spec.check()?;
-    let read = spec.read()?;
-    match spec.output {
-        Some(_) => read.mend(control)?.write(),
-        None => read.plan(),
+    if spec.output.is_none() {
+        let what = "the job names no output; `Read::plan` says what it would do".to_owned();
+        return Err(JobError::Places { what });
     }
+    spec.read()?.mend(control)?.write()
 }
 
 impl JobSpec {
@@ -42,6 +41,15 @@ impl JobSpec {
     /// As [`super::Source::read`].
     pub fn read(&self) -> Result<Read<'_>, JobError> {
         Ok(self.with(self.source.read()?))
+    }
+
+    /// What the job would do, whether it has an output or not.
+    ///
+    /// # Errors
+    /// As [`run`], as far as that is known before the work.
+    pub fn preview(&self) -> Result<JobPlan<'_>, JobError> {
+        self.check()?;
+        self.read()?.plan()
     }
 
     /// The job with a mesh that was read before, or made.
@@ -65,19 +73,13 @@ impl<'s> Read<'s> {
     ///
     /// # Errors
     /// When the mask or the parameters do not fit the mesh.
-    pub fn plan(self) -> Result<JobResult<'s>, JobError> {
+    pub fn plan(self) -> Result<JobPlan<'s>, JobError> {
         let Self { spec, loaded } = self;
-        let (extent, report) = planned(&spec.work, &loaded)?;
-        Ok(JobResult {
+        Ok(JobPlan {
+            plan: planned(&spec.work, &loaded)?,
             spec,
             format: loaded.format,
             size: [loaded.mesh.positions.len(), loaded.mesh.faces.len()],
-            planned: true,
-            extent,
-            report,
-            mesh: None,
-            bytes: Vec::new(),
-            notes_read: loaded.notes.len(),
             notes: loaded.notes.clone(),
         })
     }
@@ -179,36 +181,27 @@ impl Work {
 }
 
 /// What would be done with a mesh.
-fn planned(work: &Work, loaded: &Loaded) -> Result<(Extent, FillReport), JobError> {
+fn planned(work: &Work, loaded: &Loaded) -> Result<WorkPlan, JobError> {
     let mesh = &loaded.mesh;
     Ok(match work {
-        Work::Fill(params) => (Extent::Holes, Inspection::new(mesh)?.plan(params)?),
+        Work::Fill(params) => WorkPlan::Fill(Inspection::new(mesh)?.plan(params)?),
         Work::Repair(params) => {
             let found = Inspection::new(mesh)?;
-            let plan = RepairReport {
-                before: Some(found.check(&CheckParams::default())),
-                ..RepairReport::default()
-            };
-            (Extent::Repaired(Box::new(plan)), found.plan(&params.fill)?)
+            WorkPlan::Repair {
+                before: Box::new(found.check(&CheckParams::default())),
+                fill: found.plan(&params.fill)?,
+            }
         }
         Work::Restore(mask, params) => {
             let found = Inspection::new(mesh)?;
-            let marked = marks(mask, loaded)?;
-            let mut plan = found.plan_restore(&marked, params)?;
-            let fill = std::mem::take(&mut plan.fill);
-            (Extent::Region(plan), fill)
+            WorkPlan::Restore(found.plan_restore(&marks(mask, loaded)?, params)?)
         }
         Work::Fair(mask, params) => {
             let found = Inspection::new(mesh)?;
             let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
-            let mut plan = found.plan_fair(marked.as_deref(), params)?;
-            let fill = std::mem::take(&mut plan.fill);
-            (Extent::Faired(plan), fill)
+            WorkPlan::Fair(found.plan_fair(marked.as_deref(), params)?)
         }
-        Work::Copy => {
-            let copied = Made::copy(mesh);
-            (copied.extent, copied.report)
-        }
+        Work::Copy => WorkPlan::Copy,
     })
 }
 

@@ -91,7 +91,10 @@ pub(crate) fn check(main: &str, own: &[Script]) {
             let (names, rest) = statement.split_once(" from \"").unwrap();
             let (path, _) = rest.split_once('"').unwrap();
             let from = path.rsplit('/').next().unwrap();
-            for wanted in names.split(['{', '}', ',', ' ', '\n']).filter(|n| !n.is_empty()) {
+            for wanted in names
+                .split(['{', '}', ',', ' ', '\n'])
+                .filter(|n| !n.is_empty())
+            {
                 assert!(
                     exported(from).contains(&wanted),
                     "{name}: {from} exports no {wanted}"
@@ -104,8 +107,14 @@ pub(crate) fn check(main: &str, own: &[Script]) {
     let count = names.len();
     names.sort_unstable();
     names.dedup();
-    assert_eq!(names.len(), count, "a name stands at the top of two modules");
-    let left = text.lines().find(|l| l.starts_with("import ") || l.starts_with("export "));
+    assert_eq!(
+        names.len(),
+        count,
+        "a name stands at the top of two modules"
+    );
+    let left = text
+        .lines()
+        .find(|l| l.starts_with("import ") || l.starts_with("export "));
     assert_eq!(left, None);
 }
 
@@ -139,9 +148,15 @@ mod tests {
         assert_eq!(names, ["a.js", "b.js"]);
         assert_eq!(body, ["// What.", "", "export const c = a + b;"]);
         let own = [
-            ("main.js", "import { b } from \"./b.js\";\nimport { a } from \"./a.js\";\nb(a);"),
+            (
+                "main.js",
+                "import { b } from \"./b.js\";\nimport { a } from \"./a.js\";\nb(a);",
+            ),
             ("a.js", "export const a = 1;"),
-            ("b.js", "import { a } from \"./a.js\";\nexport function b() { return a; }"),
+            (
+                "b.js",
+                "import { a } from \"./a.js\";\nexport function b() { return a; }",
+            ),
         ];
         let one = "const a = 1;\nfunction b() { return a; }\nb(a);\n";
         assert_eq!(bundle("main.js", &own), one);
