@@ -29,16 +29,16 @@ mod files;
 mod format;
 mod gltf;
 mod lost;
+mod mesh_builder;
 mod obj;
 mod ply;
 mod save;
 mod stl;
-mod surface;
 mod text;
 mod vtk;
 
 pub use self::gltf::{Document, Image};
-pub use error::{IoError, Place};
+pub use error::{IoError, Location};
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
 pub(crate) use files::{beside, read_stream};
 pub use files::{
@@ -47,9 +47,9 @@ pub use files::{
 pub use format::Format;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
-pub use save::{Abandoned, abandon_unfinished, save};
+pub use save::{Abandoned, abandon_unfinished, replace_file};
 #[cfg(not(feature = "internals"))]
-pub(crate) use save::{abandon_unfinished, save};
+pub(crate) use save::{abandon_unfinished, replace_file};
 
 use serde::{Deserialize, Serialize};
 
@@ -190,7 +190,11 @@ pub fn no_side_files(name: &str, _: u64) -> Result<Vec<u8>, IoError> {
 /// When the bytes are damaged, hold no faces, or hold only degenerate ones.
 pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
     if bytes.is_empty() {
-        return Err(IoError::malformed(format, Place::File, "the file is empty"));
+        return Err(IoError::malformed(
+            format,
+            Location::File,
+            "the file is empty",
+        ));
     }
     match format {
         Format::Obj => obj::read(bytes, resolve),

@@ -10,7 +10,8 @@ use super::{JobError, Place};
 use crate::attributes::transfer;
 use crate::fill::RegionReport;
 use crate::io::{
-    Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes, save,
+    Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes,
+    replace_file,
 };
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh};
@@ -274,7 +275,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), JobError> {
 /// Writes bytes beside their target and moves them over it.
 pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), JobError> {
     let path = path.to_path_buf();
-    save(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
+    replace_file(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
 }
 
 /// Counts the faces of patches that intersect others in the positions that are written.
