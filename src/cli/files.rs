@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isomend::io::{Format, Loaded};
 use isomend::job::{
-    Batch, BatchResult, JobError, JobPlan, JobResult, JobSpec, Observer, Output, Place, Work,
+    Batch, BatchObserver, BatchResult, JobError, JobPlan, JobResult, JobSpec, Output, Place, Work,
 };
 use isomend::report::region_lines;
 use isomend::{Control, Step};
@@ -171,7 +171,7 @@ struct Teller<'a> {
     prints_plans: bool,
 }
 
-impl Observer for Teller<'_> {
+impl BatchObserver for Teller<'_> {
     fn begins(&mut self, job: &JobSpec) {
         if let Some(output) = job.output.as_ref().filter(|_| self.several) {
             let (from, to) = (job.source.place.name(), output.place.name());

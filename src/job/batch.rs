@@ -65,7 +65,7 @@ pub struct BatchResult {
 }
 
 /// Is told what the jobs of a batch do. An error that it returns ends the batch as [`JobError::Told`].
-pub trait Observer {
+pub trait BatchObserver {
     /// A job begins: nothing is read yet.
     fn begins(&mut self, _job: &JobSpec) {}
 
@@ -91,7 +91,7 @@ pub trait Observer {
     /// One of several jobs failed.
     fn failed(&mut self, _job: &JobSpec, _words: &str) {}
 
-    /// An error in words, for [`Observer::failed`] and the document.
+    /// An error in words, for [`BatchObserver::failed`] and the document.
     fn words(&self, error: JobError) -> String {
         let mut text = error.to_string();
         let mut cause = error.source();
@@ -104,7 +104,7 @@ pub trait Observer {
 }
 
 /// An observer that does nothing.
-impl Observer for () {}
+impl BatchObserver for () {}
 
 impl Batch {
     /// A work on meshes, without an output.
@@ -137,7 +137,7 @@ impl Batch {
     /// fails with.
     pub fn run(
         &self,
-        observer: &mut dyn Observer,
+        observer: &mut dyn BatchObserver,
         control: &Control,
     ) -> Result<BatchResult, JobError> {
         let jobs = self.jobs()?;
@@ -175,7 +175,7 @@ impl Batch {
     fn one(
         &self,
         job: &JobSpec,
-        observer: &mut dyn Observer,
+        observer: &mut dyn BatchObserver,
         control: &Control,
         documents: Option<&mut DocumentList>,
     ) -> Result<bool, JobError> {

@@ -6,10 +6,11 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::draw::{Before, Drawings, Drawn, Unchanged};
+use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saved;
 use super::result::{Extent, Kept};
+use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
 use crate::attributes::transfer;
 use crate::fill::RegionReport;

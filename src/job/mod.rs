@@ -35,11 +35,12 @@ mod read;
 mod result;
 mod spec;
 mod steps;
+mod unchanged;
 mod volumes;
 
-pub use batch::{Batch, BatchResult, Observer};
+pub use batch::{Batch, BatchObserver, BatchResult};
 pub use documents::{Document, FileInfo};
-pub use draw::{Drawings, Unchanged};
+pub use draw::Drawings;
 pub use error::JobError;
 pub use inspection::{Checked, Compared, Inspected, check, compare, inspect};
 pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
@@ -51,6 +52,7 @@ pub use read::Source;
 pub use result::{Extent, Kept};
 pub use spec::{JobSpec, Work};
 pub use steps::{Read, run};
+pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use isomend::glam::DVec3;
 use isomend::io::{Format, Loaded, WriteOptions, read_path, to_bytes};
 use isomend::job::{
-    Batch, Extent, JobError, JobResult, JobSpec, MaskSpec, Observer, Output, Place, Source, Work,
-    WorkPlan, run,
+    Batch, BatchObserver, Extent, JobError, JobResult, JobSpec, MaskSpec, Output, Place, Source,
+    Work, WorkPlan, run,
 };
 use isomend::{Control, FairParams, FillParams, RestoreParams, VoxelSize};
 use serde_json::Value;
@@ -209,7 +209,7 @@ fn a_mesh_that_is_there_is_shared_and_not_copied() {
 #[derive(Default)]
 struct Noted(Vec<String>);
 
-impl Observer for Noted {
+impl BatchObserver for Noted {
     fn begins(&mut self, job: &JobSpec) {
         self.0.push(format!("begins {}", job.source.place.name()));
     }
