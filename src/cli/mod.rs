@@ -176,6 +176,7 @@ fn told(error: JobError) -> anyhow::Error {
     let usage = |what: String| Usage(what).into();
     match error {
         JobError::NoTextForm { .. } => usage(format!("--ascii: {error}")),
+        JobError::No64Bit { .. } => usage(format!("--f64: {error}")),
         JobError::PlanDrawn => usage(
             "--dry-run makes no mesh that --report and --picture could show; leave them out, or let `isomend inspect` draw the holes"
                 .to_owned(),

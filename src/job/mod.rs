@@ -19,7 +19,7 @@
 //! A [`Batch`] is the same for several files, into a folder, with one document for all.
 //! [`JobSpec::read`], [`Read::mend`] and [`Mended::write`] are its three steps, for those who tell something in between.
 //! [`inspect`] makes the document of what a mesh holds, [`check`] that of what is wrong with it, [`compare`] that of two meshes,
-//! [`measure`] that of a signed distance volume.
+//! [`measure`] that of a signed distance volume. A [`SurfaceSpec`] goes from a volume to the surface at one of its levels.
 
 mod batch;
 mod documents;
@@ -35,6 +35,7 @@ mod read;
 mod result;
 mod spec;
 mod steps;
+mod surface;
 mod unchanged;
 mod volumes;
 
@@ -52,6 +53,7 @@ pub use read::Source;
 pub use result::{Extent, Kept};
 pub use spec::{JobSpec, Work};
 pub use steps::{Read, run};
+pub use surface::{SurfaceResult, SurfaceSpec};
 pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
