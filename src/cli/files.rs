@@ -14,7 +14,7 @@ use isomend::{Control, Step};
 use super::console::{self, Console};
 use super::input::{self, is_stream};
 use super::json::{self, Target};
-use super::progress::{self, Shown};
+use super::progress::{self, RegionProgress};
 use super::report::ReportArgs;
 use super::{CommonArgs, End, Usage, arguments, messages};
 
@@ -75,21 +75,21 @@ impl FilesArgs {
             Work::Fair(..) => messages::faired_region_line,
             _ => region_lines,
         };
-        let shown = Shown::new(*console, line);
+        let shown = RegionProgress::new(*console, line);
         let show = |step: &Step| shown.step(step);
-        let mut teller = Teller {
+        let mut printer = Printer {
             console,
             shown: &shown,
             several: batch.sources.len() > 1,
             prints_plans: !task.common.json.as_ref().is_some_and(Target::is_stdout),
         };
-        let ended = batch.run(&mut teller, &Control::new().progress(&show));
+        let ended = batch.run(&mut printer, &Control::new().progress(&show));
         progress::clear();
         let ended = ended.map_err(super::told)?;
         if let Some(text) = &ended.document {
             json::print(text)?;
         }
-        if teller.several && !self.dry_run {
+        if printer.several && !self.dry_run {
             console.say(&summary(&ended));
         }
         Ok(match ended {
@@ -163,15 +163,15 @@ fn check_terminal(output: &Output) -> anyhow::Result<()> {
 }
 
 /// Says what the jobs of a command do.
-struct Teller<'a> {
+struct Printer<'a> {
     console: &'a Console,
-    shown: &'a Shown,
+    shown: &'a RegionProgress,
     several: bool,
     /// Whether plans are printed: standard output is not the JSON report's.
     prints_plans: bool,
 }
 
-impl BatchObserver for Teller<'_> {
+impl BatchObserver for Printer<'_> {
     fn begins(&mut self, job: &JobSpec) {
         if let Some(output) = job.output.as_ref().filter(|_| self.several) {
             let (from, to) = (job.source.place.name(), output.place.name());

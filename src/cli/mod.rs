@@ -186,7 +186,7 @@ fn told(error: JobError) -> anyhow::Error {
                 .to_owned(),
         ),
         JobError::DocumentOverMesh { .. } => anyhow!("--json {error}"),
-        JobError::Told(error) => anyhow::Error::from(error).context(console::NO_OUTPUT),
+        JobError::Observer(error) => anyhow::Error::from(error).context(console::NO_OUTPUT),
         // Only where no format was given is it told from the content.
         JobError::Bytes {
             name,

@@ -26,13 +26,13 @@ pub fn clear() {
 
 /// What is shown of the regions of a job. On a terminal a bar says how much is done, which holes are worked on and the time left;
 /// with `-v` there is a line for each region that ends.
-pub struct Shown {
+pub struct RegionProgress {
     console: Console,
     line: fn(&RegionReport) -> String,
     busy: Mutex<BTreeSet<HoleId>>,
 }
 
-impl Shown {
+impl RegionProgress {
     /// Nothing is shown yet; `line` makes the line of a region.
     pub fn new(console: Console, line: fn(&RegionReport) -> String) -> Self {
         Self {

@@ -64,7 +64,7 @@ pub struct BatchResult {
     pub document: Option<String>,
 }
 
-/// Is told what the jobs of a batch do. An error that it returns ends the batch as [`JobError::Told`].
+/// Gets the events of a batch. An error that it returns ends the batch with [`JobError::Observer`].
 pub trait BatchObserver {
     /// A job begins: nothing is read yet.
     fn begins(&mut self, _job: &JobSpec) {}
@@ -72,7 +72,7 @@ pub trait BatchObserver {
     /// Its mesh was read.
     fn has_read(&mut self, _job: &JobSpec, _loaded: &Loaded) {}
 
-    /// It is known what a job of a plan would do.
+    /// The plan of a job is known.
     ///
     /// # Errors
     /// When it cannot be passed on.
@@ -146,7 +146,7 @@ impl Batch {
         for job in &jobs {
             observer.begins(job);
             let count = match self.one(job, observer, control, documents.as_mut()) {
-                Err(error) if jobs.len() > 1 && !matches!(error, JobError::Told(_)) => {
+                Err(error) if jobs.len() > 1 && !matches!(error, JobError::Observer(_)) => {
                     let words = observer.words(error);
                     observer.failed(job, &words);
                     if let Some(documents) = &mut documents {
@@ -183,14 +183,14 @@ impl Batch {
         observer.has_read(job, &read.loaded);
         if self.plan {
             let plan = read.plan()?;
-            observer.planned(&plan).map_err(JobError::Told)?;
+            observer.planned(&plan).map_err(JobError::Observer)?;
             documents
                 .into_iter()
                 .for_each(|all| all.add(&plan.document()));
             return Ok(true);
         }
         let done = read.mend(control)?.write()?;
-        observer.done(&done).map_err(JobError::Told)?;
+        observer.done(&done).map_err(JobError::Observer)?;
         documents
             .into_iter()
             .for_each(|all| all.add(&done.document()));

@@ -181,9 +181,9 @@ pub enum JobError {
         /// The file.
         path: PathBuf,
     },
-    /// What came of a job could not be passed on.
+    /// The observer of a batch failed, such as where standard output is closed.
     #[error(transparent)]
-    Told(std::io::Error),
+    Observer(std::io::Error),
     /// A page or picture that cannot go where it should.
     #[error("{what}")]
     Drawing {
