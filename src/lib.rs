@@ -138,9 +138,10 @@ pub use finish::{
 pub use flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
 pub use grid::Volume;
 pub use mend::{
-    Control, Event, FairError, FairExtent, FairParams, FairReport, Faired, FillError, FillReport,
-    Filled, HoleReport, Inspection, Progress, RegionTask, Regions, RestoreError, RestoreParams,
-    RestoreReport, Restored, Step, fair, fill, inspect, restore,
+    Control, Event, FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, FillError,
+    FillPlan, FillReport, Filled, HolePlan, HoleReport, Inspection, PlannedHole, PlannedRegion,
+    Progress, RegionTask, Regions, RestoreError, RestoreParams, RestorePlan, RestoreReport,
+    Restored, Step, fair, fill, inspect, restore,
 };
 pub use mesh::attributes::{
     Active, Attribute, Attributes, CornerAttribute, LabelKind, Labels, Material, PATCH_NAME, Role,

@@ -29,11 +29,7 @@ pub struct Found {
 impl Found {
     /// Looks at a mesh.
     pub fn new(loaded: Arc<Loaded>, source: Place) -> Result<Self, Failure> {
-        let read = Source {
-            place: source.clone(),
-            bytes: Vec::new(),
-            format: None,
-        };
+        let read = Source::mesh(source.clone(), loaded.clone());
         let inspected = job::inspect(&read, &loaded, None, &Drawings::default())?;
         let document = json_of(&inspected.document())?;
         let found = Arc::new(inspected.found.into_owned());
@@ -99,7 +95,7 @@ impl Found {
         let (loaded, found) = (self.loaded.clone(), self.found.clone());
         worker::run(py, threads, progress, move |control| {
             spec.work.check()?;
-            let read = spec.with((*loaded).clone());
+            let read = spec.with(loaded);
             let mended = read.mend_found(&found, control)?.into_owned();
             Ok(Mended::new(mended.judged()?))
         })
@@ -155,7 +151,7 @@ impl Found {
             let patch = |bytes: &Vec<u8>| unpacked::<RegionPatch>(bytes, "patch");
             let patches = patches.iter().map(patch).collect::<Result<_, _>>()?;
             let filled = regions.assemble(patches)?;
-            let mended = spec.with((*loaded).clone()).filled(filled);
+            let mended = spec.with(loaded).filled(filled);
             Ok(Mended::new(mended.into_owned()))
         })
     }

@@ -45,7 +45,7 @@ impl Model {
         };
         Self {
             loaded: Arc::new(loaded),
-            source: Place::Bytes(NO_FILE.to_owned()),
+            source: Place::memory(NO_FILE),
         }
     }
 
@@ -96,7 +96,7 @@ impl Model {
         let place = source.place.clone();
         let loaded = worker::run(py, None, None, move |_| Ok(source.read()?))?;
         Ok(Self {
-            loaded: Arc::new(loaded),
+            loaded,
             source: place,
         })
     }
@@ -109,7 +109,7 @@ impl Model {
         let place = source.place.clone();
         let loaded = worker::run(py, None, None, move |_| Ok(source.read()?))?;
         Ok(Self {
-            loaded: Arc::new(loaded),
+            loaded,
             source: place,
         })
     }
@@ -165,7 +165,7 @@ impl Model {
         let loaded = self.loaded.clone();
         worker::run(py, None, None, move |_| {
             spec.work.check()?;
-            let planned = spec.with((*loaded).clone()).plan()?;
+            let planned = spec.with(loaded).plan()?;
             json_of(&planned.document())
         })
     }
@@ -183,7 +183,7 @@ impl Model {
         let loaded = self.loaded.clone();
         worker::run(py, threads, progress, move |control| {
             spec.work.check()?;
-            let mended = spec.with(Arc::unwrap_or_clone(loaded)).mend(control)?;
+            let mended = spec.with(loaded).mend(control)?;
             Ok(Mended::new(mended.into_owned().judged()?))
         })
     }
@@ -223,7 +223,7 @@ impl Model {
         let spec = spec(&self.source, Work::Copy);
         let loaded = self.loaded.clone();
         let (notes, bytes) = worker::run(py, None, None, move |control| {
-            let copied = spec.with((*loaded).clone()).mend(control)?;
+            let copied = spec.with(loaded).mend(control)?;
             let result = copied.drawn(drawings).to(output).write()?;
             Ok((result.notes_written().to_vec(), result.bytes))
         })?;

@@ -41,7 +41,7 @@ pub fn format(name: Option<&str>) -> Result<Option<Format>, Failure> {
 
 /// An output to a file, or to bytes in the format named.
 pub fn output(path: Option<PathBuf>, to: Option<&str>, ascii: bool) -> Result<Output, Failure> {
-    let place = path.map_or(Place::Bytes("bytes".to_owned()), Place::File);
+    let place = path.map_or(Place::memory("bytes"), Place::File);
     let mut output = Output::new(place, format(to)?)?;
     output.ascii = ascii;
     output.check()?;

@@ -147,7 +147,7 @@ impl Volume {
         name: String,
         f64: bool,
     ) -> PyResult<Bound<'py, PyBytes>> {
-        let place = path.map_or(Place::Bytes("bytes".to_owned()), Place::File);
+        let place = path.map_or(Place::memory("bytes"), Place::File);
         place.check_writable().map_err(Failure::from)?;
         let precision = match f64 {
             true => Precision::F64,

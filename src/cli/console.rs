@@ -6,7 +6,8 @@ use anstyle::{AnsiColor, Style};
 use anyhow::Context;
 use log::{Level, LevelFilter, Log, Metadata, Record};
 
-const NO_OUTPUT: &str = "cannot write to standard output";
+/// What is said where standard output fails.
+pub const NO_OUTPUT: &str = "cannot write to standard output";
 /// Of headings.
 const HEADING: Style = Style::new().bold();
 /// Of what failed.
@@ -93,7 +94,7 @@ fn say(line: &str) {
 }
 
 /// Writes text to standard output, in colour as on standard error.
-fn print(text: &str) -> std::io::Result<()> {
+pub fn print(text: &str) -> std::io::Result<()> {
     written(anstream::stdout().lock(), text.as_bytes())
 }
 
@@ -113,7 +114,7 @@ pub fn write(text: &[u8]) -> std::io::Result<()> {
 }
 
 /// Writes a file to standard output, all of which must arrive.
-fn write_file(bytes: &[u8]) -> std::io::Result<()> {
+pub fn write_file(bytes: &[u8]) -> std::io::Result<()> {
     if is_closed() {
         return Err(std::io::Error::other("it is closed; name a file"));
     }

@@ -4,18 +4,19 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use isomend::Control;
-use isomend::io::Format;
+use isomend::io::{Format, Loaded};
 use isomend::job::{
-    Drawings, JobResult, JobSpec, Output, Place, Work, failed_document, in_folder, is_folder_name,
+    Batch, BatchObserver, BatchResult, JobError, JobPlan, JobResult, JobSpec, Output, Place, Work,
 };
 use isomend::report::region_lines;
+use isomend::{Control, Step};
 
 use super::console::{self, Console};
 use super::input::{self, is_stream};
-use super::json::Documents;
+use super::json::{self, Target};
+use super::progress::{self, RegionProgress};
 use super::report::ReportArgs;
-use super::{CommonArgs, End, Usage, arguments, messages, progress};
+use super::{CommonArgs, End, Usage, arguments, messages};
 
 /// What is read and written.
 #[derive(Debug, Args)]
@@ -59,129 +60,98 @@ pub struct Task<'a> {
 impl FilesArgs {
     /// Does the work on each input, one after another, and writes the reports.
     ///
-    /// Of several inputs one that fails does not stop the others.
-    ///
     /// # Errors
     /// When the files cannot be used so, before any is read; and what the work fails with, for a single input.
     pub fn each(&self, task: &Task, console: &Console) -> anyhow::Result<End> {
-        let (command, common) = (task.work.name(), task.common);
-        let outputs = self.outputs()?;
-        let inputs: Vec<Place> = self.inputs.iter().map(|i| input::place(i)).collect();
-        if let Some(json) = &common.json {
-            let meshes: Vec<Place> = outputs.iter().flatten().map(|o| o.place.clone()).collect();
-            json.check(&inputs, &meshes)?;
-        }
-        let several = inputs.len() > 1;
-        let drawings = self.drawings(common)?;
-        if let ([input], [Some(output)]) = (&inputs[..], &outputs[..]) {
-            drawings
-                .check(input, Some(&output.place))
-                .map_err(super::told)?;
-        }
-        task.work.check().map_err(super::told)?;
-        let documents = common.json.as_ref().map(|_| Documents::default());
-        let mut ends = Vec::new();
-        for (path, output) in self.inputs.iter().zip(outputs) {
-            let place = input::place(path);
-            if let Some(output) = output.as_ref().filter(|_| several) {
-                console.say(&format!("{} -> {}", place.name(), output.place.name()));
+        let mut batch = self.batch(task)?;
+        if batch.sources.iter().any(|s| s.place.path().is_none()) {
+            // What is wrong is said before standard input is waited for.
+            batch.check().map_err(super::told)?;
+            for source in &mut batch.sources {
+                input::fetch(source)?;
             }
-            let run = Run {
-                task,
-                drawings: &drawings,
-                documents: documents.as_ref(),
-                several,
-            };
-            let end = match run.one(path, output, console) {
-                Err(error) if several => {
-                    let error = format!("{error:#}");
-                    console.failed(&with_name(&place, &error));
-                    if let Some(documents) = &documents {
-                        documents.add(&failed_document(command, &place, &error))?;
-                    }
-                    End::Failed
-                }
-                end => end?,
-            };
-            ends.push(end);
         }
-        if let (Some(json), Some(documents)) = (&common.json, &documents) {
-            documents.write(json, several)?;
+        let line = match task.work {
+            Work::Fair(..) => messages::faired_region_line,
+            _ => region_lines,
+        };
+        let shown = RegionProgress::new(*console, line);
+        let show = |step: &Step| shown.step(step);
+        let mut printer = Printer {
+            console,
+            shown: &shown,
+            several: batch.sources.len() > 1,
+            prints_plans: !task.common.json.as_ref().is_some_and(Target::is_stdout),
+        };
+        let ended = batch.run(&mut printer, &Control::new().progress(&show));
+        progress::clear();
+        let ended = ended.map_err(super::told)?;
+        if let Some(text) = &ended.document {
+            json::print(text)?;
         }
-        if several && !self.dry_run {
-            console.say(&summary(&ends));
+        if printer.several && !self.dry_run {
+            console.say(&summary(&ended));
         }
-        Ok(worst(&ends))
+        Ok(match ended {
+            BatchResult { failed: 1.., .. } => End::Failed,
+            BatchResult { in_part: 1.., .. } => End::InPart,
+            _ => End::Done,
+        })
     }
 
-    /// What is drawn: of a single mesh that is made.
-    fn drawings(&self, common: &CommonArgs) -> anyhow::Result<Drawings> {
-        if self.dry_run && self.report.is_wanted() {
-            return Err(usage(
-                "--dry-run makes no mesh that --report and --picture could show; leave them out, or let `isomend inspect` draw \
-                 the holes",
-            ));
+    /// What is asked for.
+    fn batch(&self, task: &Task) -> anyhow::Result<Batch> {
+        let common = task.common;
+        let sources = self.inputs.iter().map(|i| input::named(i, common.from));
+        let mut batch = Batch::new(sources, task.work.clone());
+        if let Some(path) = &self.output {
+            let place = output_place(path, self.to)?;
+            if place.path().is_none() {
+                let mut output = output(path, self.to)?;
+                output.ascii = self.ascii;
+                check_terminal(&output)?;
+            }
+            batch.output = Some(place);
         }
-        if self.inputs.len() > 1 && self.report.is_wanted() {
-            return Err(usage(
-                "--report and --picture show one mesh, but there are several inputs; run them one by one",
-            ));
+        if let (Some(Target::Stdout), Some(output), false) =
+            (&common.json, &batch.output, self.dry_run)
+        {
+            Target::Stdout.check(&[], std::slice::from_ref(output))?;
         }
-        self.report.drawings(common.json.as_ref())
-    }
-
-    /// Where each input goes; none where it is only said what would be done.
-    fn outputs(&self) -> anyhow::Result<Vec<Option<Output>>> {
-        let several = self.inputs.len() > 1;
-        if several && self.inputs.iter().any(|i| is_stream(i)) {
-            return Err(usage("standard input cannot be one of several inputs"));
-        }
-        let Some(path) = &self.output else {
-            return Ok(self.inputs.iter().map(|_| None).collect());
-        };
-        let outputs = if is_folder_name(path) {
-            let inputs: Vec<Place> = self.inputs.iter().map(|i| input::place(i)).collect();
-            let paths = in_folder(path, &inputs, self.to).map_err(super::told)?;
-            let make = |path: PathBuf| {
-                let mut output = Output::new(path, self.to).map_err(super::told)?;
-                output.make_folder = true;
-                Ok(output)
-            };
-            paths.into_iter().map(make).collect::<anyhow::Result<_>>()?
-        } else if several {
-            return Err(usage(&format!(
-                "several inputs need a folder to go to, but {} is none; make it first, or end its name with a slash",
-                path.display()
-            )));
-        } else {
-            vec![output(path, self.to)?]
-        };
-        let checked = |mut output: Output| {
-            output.ascii = self.ascii;
-            check(&output)?;
-            Ok((!self.dry_run).then_some(output))
-        };
-        outputs.into_iter().map(checked).collect()
+        batch.format = self.to;
+        batch.ascii = self.ascii;
+        batch.plan = self.dry_run;
+        batch.document = common.json.as_ref().map(Target::place);
+        batch.drawings = self.report.drawings(common.json.as_ref())?;
+        batch.strict = task.strict;
+        Ok(batch)
     }
 }
 
 /// The output that a path stands for.
 pub fn output(path: &Path, to: Option<Format>) -> anyhow::Result<Output> {
-    if !is_stream(path) {
-        return Output::new(path, to).map_err(super::told);
-    }
-    let Some(format) = to else {
-        return Err(usage(
+    Output::new(output_place(path, to)?, to).map_err(super::told)
+}
+
+/// The place that a path of an output stands for.
+fn output_place(path: &Path, to: Option<Format>) -> anyhow::Result<Place> {
+    match (is_stream(path), to) {
+        (false, _) => Ok(path.into()),
+        (true, Some(_)) => Ok(Place::memory("standard output")),
+        (true, None) => Err(usage(
             "--output - needs --to, such as --to ply: standard output has no name that tells the format",
-        ));
-    };
-    let place = Place::Bytes("standard output".to_owned());
-    Output::new(place, Some(format)).map_err(super::told)
+        )),
+    }
 }
 
 /// Checks what can be known of an output before the mesh is.
 pub fn check(output: &Output) -> anyhow::Result<()> {
     output.check().map_err(super::told)?;
+    check_terminal(output)
+}
+
+/// Refuses bytes for a terminal.
+fn check_terminal(output: &Output) -> anyhow::Result<()> {
     let to_stream = output.place.path().is_none();
     if to_stream && std::io::stdout().is_terminal() && !output.is_text() {
         return Err(usage(&format!(
@@ -192,82 +162,66 @@ pub fn check(output: &Output) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// One input of a command.
-struct Run<'a> {
-    task: &'a Task<'a>,
-    drawings: &'a Drawings,
-    documents: Option<&'a Documents>,
+/// Says what the jobs of a command do.
+struct Printer<'a> {
+    console: &'a Console,
+    shown: &'a RegionProgress,
     several: bool,
+    /// Whether plans are printed: standard output is not the JSON report's.
+    prints_plans: bool,
 }
 
-impl Run<'_> {
-    fn one(&self, path: &Path, output: Option<Output>, console: &Console) -> anyhow::Result<End> {
-        let mut spec = JobSpec::plan(
-            input::source(path, self.task.common.from)?,
-            self.task.work.clone(),
-        );
-        spec.output = output;
-        spec.drawings = self.drawings.clone();
-        let read = spec
-            .read()
-            .map_err(|error| input::told(error, &spec.source))?;
-        input::tell_notes(&spec.source.place, &read.loaded, console);
-        if spec.output.is_none() {
-            let plan = read.plan().map_err(super::told)?;
-            return self.preview(&plan);
+impl BatchObserver for Printer<'_> {
+    fn begins(&mut self, job: &JobSpec) {
+        if let Some(output) = job.output.as_ref().filter(|_| self.several) {
+            let (from, to) = (job.source.place.name(), output.place.name());
+            self.console.say(&format!("{from} -> {to}"));
         }
-        let line = match self.task.work {
-            Work::Fair(..) => messages::faired_region_line,
-            _ => region_lines,
-        };
-        let mended = progress::watched(console, line, |progress| {
-            read.mend(&Control::new().progress(progress))
-        });
-        let done = mended.map_err(super::told)?.write().map_err(super::told)?;
-        self.finish(&done, console)
     }
 
-    /// Says what would be done, on standard output unless the JSON report goes there.
-    fn preview(&self, plan: &JobResult) -> anyhow::Result<End> {
-        if let Some(documents) = self.documents {
-            documents.add(&plan.document())?;
+    fn has_read(&mut self, job: &JobSpec, loaded: &Loaded) {
+        input::tell_notes(&job.source.place, loaded, self.console);
+        if job.output.is_some() {
+            self.shown.begin();
         }
-        let report_only = self
-            .task
-            .common
-            .json
-            .as_ref()
-            .is_some_and(|json| json.is_stdout());
-        if !report_only {
-            let mut text = String::new();
-            if self.several {
-                text += &format!("{}\n", console::heading(&plan.spec.source.place.name()));
-            }
-            console::print_out(&(text + &messages::plan(plan)))?;
-        }
-        Ok(End::Done)
     }
 
-    /// Tells what was done.
-    fn finish(&self, done: &JobResult, console: &Console) -> anyhow::Result<End> {
+    fn planned(&mut self, plan: &JobPlan) -> std::io::Result<()> {
+        if !self.prints_plans {
+            return Ok(());
+        }
+        let mut text = String::new();
+        if self.several {
+            text += &format!("{}\n", console::heading(&plan.spec.source.place.name()));
+        }
+        console::print(&(text + &messages::plan(plan)))
+    }
+
+    fn done(&mut self, done: &JobResult) -> std::io::Result<()> {
+        progress::clear();
         let place = done.spec.output.as_ref().map(|o| &o.place);
         for note in done.notes_written() {
             let name = place.map(Place::name).unwrap_or_default();
-            console.note(&format!("{name}: {note}"));
+            self.console.note(&format!("{name}: {note}"));
         }
         if place.is_some_and(|p| p.path().is_none()) {
-            console::write_file_out(&done.bytes)?;
+            console::write_file(&done.bytes)?;
         }
         let name = match self.several {
             true => format!("{}: ", done.spec.source.place.name()),
             false => String::new(),
         };
-        messages::done(done, &name, console);
-        if let Some(documents) = self.documents {
-            documents.add(&done.document())?;
-        }
-        let whole = done.complete() && (!self.task.strict || done.report.flawless());
-        Ok(if whole { End::Done } else { End::InPart })
+        messages::done(done, &name, self.console);
+        Ok(())
+    }
+
+    fn failed(&mut self, job: &JobSpec, words: &str) {
+        progress::clear();
+        self.console.failed(&with_name(&job.source.place, words));
+    }
+
+    fn words(&self, error: JobError) -> String {
+        format!("{:#}", super::told(error))
     }
 }
 
@@ -285,19 +239,13 @@ fn with_name(input: &Place, error: &str) -> String {
     }
 }
 
-fn summary(ends: &[End]) -> String {
-    let count = |end: End| ends.iter().filter(|e| **e == end).count();
-    let mut text = format!("{} files: {} done", ends.len(), count(End::Done));
-    for (end, what) in [(End::InPart, "in part"), (End::Failed, "failed")] {
-        if count(end) > 0 {
-            text += &format!(", {} {what}", count(end));
+fn summary(ended: &BatchResult) -> String {
+    let all = ended.done + ended.in_part + ended.failed;
+    let mut text = format!("{all} files: {} done", ended.done);
+    for (count, what) in [(ended.in_part, "in part"), (ended.failed, "failed")] {
+        if count > 0 {
+            text += &format!(", {count} {what}");
         }
     }
     text
-}
-
-fn worst(ends: &[End]) -> End {
-    let order = [End::Failed, End::InPart];
-    let found = order.into_iter().find(|end| ends.contains(end));
-    found.unwrap_or(End::Done)
 }

@@ -1,10 +1,11 @@
 //! Reading the input.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, bail};
-use isomend::io::{Format, IoError, Loaded, read_stream};
-use isomend::job::{JobError, Place, Source};
+use isomend::io::{Format, Loaded, read_stream};
+use isomend::job::{Place, Source};
 
 use super::console::Console;
 
@@ -19,24 +20,36 @@ pub fn is_stream(path: &Path) -> bool {
 /// The place that a path of an input stands for.
 pub fn place(path: &Path) -> Place {
     match is_stream(path) {
-        true => Place::Bytes(STANDARD_INPUT.to_owned()),
+        true => Place::memory(STANDARD_INPUT),
         false => Place::from(path),
     }
 }
 
 /// What a path stands for; standard input is read to its end.
 pub fn source(path: &Path, from: Option<Format>) -> anyhow::Result<Source> {
-    let mut source = match is_stream(path) {
-        true => Source::bytes(STANDARD_INPUT, standard_input()?),
-        false => Source::from(path),
-    };
-    source.format = from;
+    let mut source = named(path, from);
+    fetch(&mut source)?;
     Ok(source)
 }
 
+/// The same, of which standard input has no bytes yet.
+pub fn named(path: &Path, from: Option<Format>) -> Source {
+    let mut source = Source::from(place(path));
+    source.format = from;
+    source
+}
+
+/// Gives a source its bytes where it is standard input, which is read to its end.
+pub fn fetch(source: &mut Source) -> anyhow::Result<()> {
+    if source.place.path().is_none() {
+        source.bytes = standard_input()?;
+    }
+    Ok(())
+}
+
 /// Reads a mesh and passes on what its reader has to say.
-pub fn read(source: &Source, console: &Console) -> anyhow::Result<Loaded> {
-    let loaded = source.read().map_err(|error| told(error, source))?;
+pub fn read(source: &Source, console: &Console) -> anyhow::Result<Arc<Loaded>> {
+    let loaded = source.read().map_err(super::told)?;
     tell_notes(&source.place, &loaded, console);
     Ok(loaded)
 }
@@ -45,18 +58,6 @@ pub fn read(source: &Source, console: &Console) -> anyhow::Result<Loaded> {
 pub fn tell_notes(place: &Place, loaded: &Loaded, console: &Console) {
     for note in &loaded.notes {
         console.note(&format!("{}: {note}", place.name()));
-    }
-}
-
-/// An error with the option that helps where the format of standard input cannot be told.
-pub fn told(error: JobError, source: &Source) -> anyhow::Error {
-    let unknown = |e: &IoError| matches!(e, IoError::UnknownFormat { .. });
-    match error {
-        JobError::Bytes { error, .. } if source.format.is_none() && unknown(&error) => {
-            anyhow::Error::from(error)
-                .context(format!("{STANDARD_INPUT}, whose format --from can tell"))
-        }
-        error => super::told(error),
     }
 }
 

@@ -1,11 +1,10 @@
 //! Where JSON documents go.
 
-use std::cell::RefCell;
 use std::convert::Infallible;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use anyhow::{Context, bail};
+use anyhow::Context;
 use isomend::job::{Place, write_text};
 use serde::Serialize;
 
@@ -47,57 +46,31 @@ impl Target {
             return Ok(());
         };
         let place = Place::from(path.clone());
-        place.check_writable()?;
-        if inputs
-            .iter()
-            .chain(outputs)
-            .any(|mesh| place.is_same_file(mesh))
-        {
-            bail!(
-                "--json {} would overwrite a mesh; name another file",
-                path.display()
-            );
-        }
+        let checked = place.check_document(inputs.iter().chain(outputs));
+        checked.map_err(super::told)?;
         Ok(())
+    }
+
+    /// Its place.
+    pub fn place(&self) -> Place {
+        match self {
+            Target::Stdout => Place::memory("standard output"),
+            Target::File(path) => Place::from(path.clone()),
+        }
     }
 
     /// Writes a document.
     pub fn write(&self, document: &impl Serialize) -> anyhow::Result<()> {
-        self.write_text(&(pretty(document)? + "\n"))
-    }
-
-    fn write_text(&self, text: &str) -> anyhow::Result<()> {
+        let text = serde_json::to_string_pretty(document).context("cannot make the JSON report")?;
+        let text = text + "\n";
         match self {
-            Target::Stdout => {
-                console::write(text.as_bytes()).context("cannot write to standard output")
-            }
-            Target::File(path) => Ok(write_text(path, text)?),
+            Target::Stdout => print(&text),
+            Target::File(path) => Ok(write_text(path, &text)?),
         }
     }
 }
 
-fn pretty(document: &impl Serialize) -> anyhow::Result<String> {
-    serde_json::to_string_pretty(document).context("cannot make the JSON report")
-}
-
-/// The reports of several inputs.
-#[derive(Debug, Default)]
-pub struct Documents(RefCell<Vec<String>>);
-
-impl Documents {
-    /// Adds the report of one.
-    pub fn add(&self, document: &impl Serialize) -> anyhow::Result<()> {
-        self.0.borrow_mut().push(pretty(document)?);
-        Ok(())
-    }
-
-    /// Writes the only one, or a list of all.
-    pub fn write(&self, target: &Target, list: bool) -> anyhow::Result<()> {
-        let mut text = self.0.borrow().join(",\n");
-        if list {
-            // No line of a JSON document ends inside a string.
-            text = format!("[\n  {}\n]", text.replace('\n', "\n  "));
-        }
-        target.write_text(&(text + "\n"))
-    }
+/// Prints the text of a document.
+pub fn print(text: &str) -> anyhow::Result<()> {
+    console::write(text.as_bytes()).context("cannot write to standard output")
 }

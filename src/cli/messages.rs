@@ -1,11 +1,11 @@
 //! What is said of a job: before it, while it lasts, after it.
 
-use isomend::job::{Extent, JobResult};
+use isomend::job::{Extent, JobPlan, JobResult, WorkPlan};
 use isomend::report::{
     counted, length, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines,
     tally_line,
 };
-use isomend::{FairReport, HoleOutcome, RegionReport, RepairReport, RestoreReport};
+use isomend::{FairPlan, FairReport, HoleOutcome, RegionReport, RepairReport, RestorePlan};
 
 use super::console::Console;
 use super::outcome;
@@ -14,20 +14,16 @@ use super::outcome;
 const MOST_PLACES: usize = 20;
 
 /// What would be done.
-pub fn plan(plan: &JobResult) -> String {
-    match &plan.extent {
-        Extent::Faired(report) => fair_plan(report),
-        Extent::Copied => format!(
+pub fn plan(plan: &JobPlan) -> String {
+    match &plan.plan {
+        WorkPlan::Fair(plan) => fair_plan(plan),
+        WorkPlan::Copy => format!(
             "{} vertices and {} faces would be written as they are\n",
             plan.size[0], plan.size[1]
         ),
-        Extent::Region(cut) => cut_plan(cut) + &lines(plan_lines(&plan.report)),
-        Extent::Repaired(report) => {
-            let verdict = report.before.as_ref();
-            let line = verdict.map(|v| v.line() + "\n").unwrap_or_default();
-            line + &lines(plan_lines(&plan.report))
-        }
-        _ => lines(plan_lines(&plan.report)),
+        WorkPlan::Restore(plan) => cut_plan(plan) + &lines(plan_lines(&plan.fill)),
+        WorkPlan::Repair { before, fill } => before.line() + "\n" + &lines(plan_lines(fill)),
+        WorkPlan::Fill(fill) => lines(plan_lines(fill)),
     }
 }
 
@@ -35,14 +31,14 @@ fn lines(lines: Vec<String>) -> String {
     lines.join("\n") + "\n"
 }
 
-fn cut_plan(cut: &RestoreReport) -> String {
+fn cut_plan(cut: &RestorePlan) -> String {
     format!(
         "{} faces marked, {} would be cut out\n",
         cut.marked_faces, cut.removed_faces
     )
 }
 
-fn fair_plan(report: &FairReport) -> String {
+fn fair_plan(report: &FairPlan) -> String {
     let what = match report.whole {
         true => "all of the surface would be replaced".to_owned(),
         false => format!(

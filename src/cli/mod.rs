@@ -35,7 +35,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, anyhow};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueHint};
-use isomend::io::Format;
+use isomend::io::{Format, IoError};
 use isomend::job::JobError;
 use isomend::{FairError, FillError};
 
@@ -176,6 +176,22 @@ fn told(error: JobError) -> anyhow::Error {
     let usage = |what: String| Usage(what).into();
     match error {
         JobError::NoTextForm { .. } => usage(format!("--ascii: {error}")),
+        JobError::No64Bit { .. } => usage(format!("--f64: {error}")),
+        JobError::PlanDrawn => usage(
+            "--dry-run makes no mesh that --report and --picture could show; leave them out, or let `isomend inspect` draw the holes"
+                .to_owned(),
+        ),
+        JobError::SeveralDrawn => usage(
+            "--report and --picture show one mesh, but there are several inputs; run them one by one"
+                .to_owned(),
+        ),
+        JobError::DocumentOverMesh { .. } => anyhow!("--json {error}"),
+        JobError::Observer(error) => anyhow::Error::from(error).context(console::NO_OUTPUT),
+        // Only where no format was given is it told from the content.
+        JobError::Bytes {
+            name,
+            error: error @ IoError::UnknownFormat { .. },
+        } => anyhow::Error::from(error).context(format!("{name}, whose format --from can tell")),
         JobError::Places { what } => usage(what),
         JobError::NoFormat { .. } => anyhow!("{error}; or give --to"),
         JobError::OpenMask { .. } => anyhow!("{error}; `isomend fill` does so"),

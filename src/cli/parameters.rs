@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use anyhow::Context;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
-use isomend::parameters::{Choice, Kind, Parameter, Table, Usual, tables};
+use isomend::parameters::{Choice, Kind, Parameter, Table, Usual};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
@@ -24,7 +24,7 @@ macro_rules! commands {
         pub struct $name;
 
         impl OfCommand for $name {
-            const TABLE: &'static Table = &tables::$table;
+            const TABLE: &'static Table = Table::$table;
         }
     )*};
 }

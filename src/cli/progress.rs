@@ -1,11 +1,11 @@
 //! What is shown while regions are worked on: a bar on a terminal; with `-v` a line for each region that ends.
 
 use std::collections::BTreeSet;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use isomend::{Event, HoleId, Progress, RegionReport, Step};
+use isomend::{Event, HoleId, RegionReport, Step};
 
 use super::console::Console;
 
@@ -24,32 +24,54 @@ pub fn clear() {
     }
 }
 
-/// Runs something that tells of its progress. On a terminal a bar shows how much is done, which holes are worked on and
-/// the time left; with `-v` `line` is printed for each region as it ends.
-pub fn watched<R>(
-    console: &Console,
+/// What is shown of the regions of a job. On a terminal a bar says how much is done, which holes are worked on and the time left;
+/// with `-v` there is a line for each region that ends.
+pub struct RegionProgress {
+    console: Console,
     line: fn(&RegionReport) -> String,
-    run: impl FnOnce(&Progress) -> R,
-) -> R {
-    if console.wants_progress() {
-        let bar = bar();
-        *DRAWN.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
-        let busy = Mutex::new(BTreeSet::new());
-        let result = run(&|step| show(&bar, &busy, step));
-        clear();
-        return result;
-    }
-    run(&|step| {
-        if let Event::Ended(region) = step.event
-            && region.has_surface()
-        {
-            console.detail(&line(region));
-        }
-    })
+    busy: Mutex<BTreeSet<HoleId>>,
 }
 
-fn show(bar: &ProgressBar, busy: &Mutex<BTreeSet<HoleId>>, step: &Step) {
-    let mut busy = busy.lock().unwrap_or_else(PoisonError::into_inner);
+impl RegionProgress {
+    /// Nothing is shown yet; `line` makes the line of a region.
+    pub fn new(console: Console, line: fn(&RegionReport) -> String) -> Self {
+        Self {
+            console,
+            line,
+            busy: Mutex::default(),
+        }
+    }
+
+    /// Draws the bar, where there is to be one; [`clear`] takes it off again.
+    pub fn begin(&self) {
+        if self.console.wants_progress() {
+            self.busy().clear();
+            *drawn() = Some(bar());
+        }
+    }
+
+    /// Shows a step.
+    pub fn step(&self, step: &Step) {
+        let bar = drawn().clone();
+        match (bar, &step.event) {
+            (Some(bar), _) => show(&bar, &mut self.busy(), step),
+            (None, Event::Ended(region)) if region.has_surface() => {
+                self.console.detail(&(self.line)(region));
+            }
+            _ => {}
+        }
+    }
+
+    fn busy(&self) -> MutexGuard<'_, BTreeSet<HoleId>> {
+        self.busy.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+fn drawn() -> MutexGuard<'static, Option<ProgressBar>> {
+    DRAWN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn show(bar: &ProgressBar, busy: &mut BTreeSet<HoleId>, step: &Step) {
     match step.event {
         Event::Begun(holes) => busy.extend(holes.first()),
         Event::Ended(region) => {

@@ -22,11 +22,6 @@ pub struct ReportArgs {
 }
 
 impl ReportArgs {
-    /// Whether anything is drawn.
-    pub fn is_wanted(&self) -> bool {
-        self.report.is_some() || self.picture.is_some()
-    }
-
     /// What is drawn; refuses the file of `--json`.
     pub fn drawings(&self, json: Option<&Target>) -> anyhow::Result<Drawings> {
         if let Some(Target::File(json)) = json {

@@ -2,17 +2,13 @@
 
 use std::path::PathBuf;
 
-use anyhow::Context;
 use clap::{Args, ValueHint};
-use isomend::Attributes;
-use isomend::io::{Contents, Format, Precision, read_volume_bytes, read_volume_path};
-use isomend::job::{Document, FileInfo};
-use isomend::level_surface;
-use serde::Serialize;
+use isomend::io::{Format, Precision};
+use isomend::job::SurfaceSpec;
 
 use super::console::{self, Console};
-use super::input::{self, is_stream};
-use super::{End, RunArgs, Usage, arguments, files, json};
+use super::input;
+use super::{End, RunArgs, arguments, files, json};
 
 const EXAMPLES: &str = "\
 Examples:
@@ -67,72 +63,36 @@ pub struct SurfaceArgs {
     pub(super) run: RunArgs,
 }
 
-#[derive(Serialize)]
-struct Body<'a> {
-    input: String,
-    dims: [usize; 3],
-    range: [f64; 2],
-    level: f64,
-    output: FileInfo,
-    notes: &'a [String],
-}
-
 /// Reads, extracts, writes.
 pub fn run(args: &SurfaceArgs, console: &Console) -> anyhow::Result<End> {
     let mut output = files::output(&args.output, args.to)?;
     output.ascii = args.ascii;
     files::check(&output)?;
-    if args.f64 && matches!(output.format, Format::Stl | Format::Gltf | Format::Glb) {
-        let format = output.format;
-        let what = format!(
-            "--f64: {format} has 32-bit coordinates only; ply, obj, vtk and vtp have others"
-        );
-        return Err(Usage(what).into());
+    let mut spec = SurfaceSpec::new(input::place(&args.input), output);
+    spec.array.clone_from(&args.array);
+    spec.level = args.level;
+    spec.close = args.close;
+    if args.f64 {
+        spec.precision = Precision::F64;
     }
+    spec.check().map_err(super::told)?;
     if let Some(json) = &args.json {
-        json.check(
-            &[input::place(&args.input)],
-            std::slice::from_ref(&output.place),
-        )?;
+        let [input, output] = [&spec.source.place, &spec.output.place].map(std::slice::from_ref);
+        json.check(input, output)?;
     }
-    let array = args.array.as_deref();
-    let volume = if is_stream(&args.input) {
-        read_volume_bytes(&input::standard_input()?, array).context("standard input")?
-    } else {
-        read_volume_path(&args.input, array)?
-    };
-    let mesh = level_surface(&volume, args.level, args.close)
-        .with_context(|| format!("{} has no such surface", input::place(&args.input).name()))?;
-    let precision = match args.f64 {
-        true => Precision::F64,
-        false => Precision::F32,
-    };
-    let model = Contents {
-        mesh: &mesh,
-        attributes: &Attributes::default(),
-        document: None,
-    };
-    let (mut notes, bytes) = output.write(&model, precision).map_err(super::told)?;
-    if output.place.path().is_none() {
-        console::write_file_out(&bytes)?;
+    input::fetch(&mut spec.source)?;
+    let place = &spec.output.place;
+    let done = spec.run().map_err(super::told)?;
+    if place.path().is_none() {
+        console::write_file_out(&done.bytes)?;
     }
-    // Positions between nodes have no exact value that rounding could lose.
-    notes.retain(|note| !note.starts_with("positions were rounded"));
-    notes
-        .iter()
-        .for_each(|note| console.note(&format!("{}: {note}", output.place.name())));
-    let (vertices, faces) = (mesh.positions.len(), mesh.faces.len());
+    for note in &done.notes {
+        console.note(&format!("{}: {note}", place.name()));
+    }
+    let (vertices, faces) = (done.mesh.positions.len(), done.mesh.faces.len());
     console.say(&format!("{vertices} vertices, {faces} faces"));
     if let Some(json) = &args.json {
-        let body = Body {
-            input: args.input.display().to_string(),
-            dims: volume.dims,
-            range: volume.range(),
-            level: args.level,
-            output: FileInfo::new(&output.place, output.format, &mesh),
-            notes: &notes,
-        };
-        json.write(&Document::new("surface", body))?;
+        json.write(&done.document())?;
     }
     Ok(End::Done)
 }

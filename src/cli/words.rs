@@ -3,7 +3,7 @@
 use clap::Parser;
 use isomend::RepairParams;
 use isomend::job::Work;
-use isomend::parameters::{Kind, Table, tables};
+use isomend::parameters::{Kind, Table};
 use isomend::view::{Command, Words};
 use serde::Serialize;
 use serde_json::Value;
@@ -17,9 +17,9 @@ pub struct CommandLine;
 impl Words for CommandLine {
     fn command(&self, work: &Work, faces: Option<&str>) -> Result<Command, String> {
         let mut command = match work {
-            Work::Fill(params) => command(&tables::FILL, params),
-            Work::Restore(_, params) => command(&tables::RESTORE, params),
-            Work::Fair(_, params) => command(&tables::FAIR, params),
+            Work::Fill(params) => command(Table::FILL, params),
+            Work::Restore(_, params) => command(Table::RESTORE, params),
+            Work::Fair(_, params) => command(Table::FAIR, params),
             Work::Repair(params) => repair(params),
             Work::Copy => Command::new(work.name()),
         };
@@ -100,9 +100,9 @@ fn repair(params: &RepairParams) -> Command {
     let fills = &params.fill;
     let chosen = fills.holes.is_some() || !fills.bridge.is_empty();
     if chosen || !fills.keep_open.is_empty() || !fills.flat.is_empty() {
-        let mut command = command(&tables::FILL, fills);
+        let mut command = command(Table::FILL, fills);
         command.flag("repair");
         return command;
     }
-    command(&tables::REPAIR, params)
+    command(Table::REPAIR, params)
 }

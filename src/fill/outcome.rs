@@ -6,7 +6,7 @@ use thiserror::Error;
 use crate::mesh::triangulate::TriangulationError;
 use crate::stitch::StitchError;
 
-/// What happened to a hole, or would.
+/// What happened to a hole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -23,12 +23,6 @@ pub enum HoleOutcome {
     Left(LeftReason),
     /// It was to be filled but could not be.
     Failed(FailedReason),
-    /// In a plan: the level set would fill it.
-    WouldBeFilled,
-    /// In a plan: it would get a flat cap.
-    WouldBeFlat,
-    /// In a plan: it would be triangulated on its own.
-    WouldBeTriangulated(TriangulatedReason),
 }
 
 /// Why a hole is left as it is.

@@ -1,5 +1,4 @@
-//! What was done in a region, or would be. In a plan, what only the work itself can tell is not there: options are none, counts and
-//! times zero.
+//! What was done in a region.
 
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +21,7 @@ pub struct RegionReport {
     pub bridge: bool,
     /// Diameter in the mesh's units: that of the widest hole, or of what was cut out.
     pub diameter: f64,
-    /// Voxel size of the finest level in the mesh's units, in a plan that of the first try; none where no grid is needed.
+    /// Voxel size of the finest level in the mesh's units; none where no grid is needed.
     pub voxel: Option<f64>,
     /// Nodes of the box of the finest level along the axes. Memory and time go with those near the surface only.
     pub dims: Option<[usize; 3]>,

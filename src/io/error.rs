@@ -8,7 +8,7 @@ use super::Format;
 /// Where in a file something was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Place {
+pub enum Location {
     /// The file as a whole.
     File,
     /// A line of a text file, counted from 1.
@@ -19,13 +19,13 @@ pub enum Place {
     Item(&'static str, usize),
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Place::File => Ok(()),
-            Place::Line(line) => write!(f, ", line {line}"),
-            Place::Byte(offset) => write!(f, ", byte {offset}"),
-            Place::Item(kind, index) => write!(f, ", {kind} {index}"),
+            Location::File => Ok(()),
+            Location::Line(line) => write!(f, ", line {line}"),
+            Location::Byte(offset) => write!(f, ", byte {offset}"),
+            Location::Item(kind, index) => write!(f, ", {kind} {index}"),
         }
     }
 }
@@ -97,7 +97,7 @@ pub enum IoError {
         /// The format of the file.
         format: Format,
         /// Where the fault is.
-        place: Place,
+        place: Location,
         /// What is wrong.
         what: String,
         /// What to do about it.
@@ -139,7 +139,7 @@ pub enum IoError {
 const DAMAGED: &str = "the file looks damaged or cut short, so export or copy it again";
 
 impl IoError {
-    pub(super) fn malformed(format: Format, place: Place, what: impl Into<String>) -> Self {
+    pub(super) fn malformed(format: Format, place: Location, what: impl Into<String>) -> Self {
         IoError::Malformed {
             format,
             place,

@@ -6,7 +6,7 @@ use std::path::{Component, Path};
 
 use super::{
     Contents, Format, IoError, Loaded, Precision, Resolve, WriteOptions, model_to_bytes,
-    read_bytes, read_volume_bytes, save, volume_to_bytes,
+    read_bytes, read_volume_bytes, replace_file, volume_to_bytes,
 };
 use crate::grid::Volume;
 use crate::mesh::{Attributes, Mesh};
@@ -199,7 +199,7 @@ pub fn write_model(
         }
     };
     let written = model_to_bytes(model, format, options).map_err(|error| error.in_file(path))?;
-    save(path, &written.bytes).map_err(|cause| IoError::Write {
+    replace_file(path, &written.bytes).map_err(|cause| IoError::Write {
         path: path.to_path_buf(),
         cause,
     })?;
@@ -226,7 +226,7 @@ pub fn write_volume_path(
     precision: Precision,
 ) -> Result<(), IoError> {
     let bytes = volume_to_bytes(volume, name, precision).map_err(|error| error.in_file(path))?;
-    save(path, &bytes).map_err(|cause| IoError::Write {
+    replace_file(path, &bytes).map_err(|cause| IoError::Write {
         path: path.to_path_buf(),
         cause,
     })

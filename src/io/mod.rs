@@ -29,32 +29,31 @@ mod files;
 mod format;
 mod gltf;
 mod lost;
+mod mesh_builder;
 mod obj;
 mod ply;
 mod save;
 mod stl;
-mod surface;
 mod text;
 mod vtk;
 
 pub use self::gltf::{Document, Image};
-pub use error::{IoError, Place};
+pub use error::{IoError, Location};
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
-pub(crate) use files::{beside, read_as, read_stream};
+pub(crate) use files::{beside, read_stream};
 pub use files::{
     read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
 };
 pub use format::Format;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
-pub use save::{Abandoned, abandon_unfinished, save};
+pub use save::{Abandoned, abandon_unfinished, replace_file};
 #[cfg(not(feature = "internals"))]
-pub(crate) use save::{abandon_unfinished, save};
+pub(crate) use save::{abandon_unfinished, replace_file};
 
 use serde::{Deserialize, Serialize};
 
 use crate::grid::Volume;
-use crate::mesh::cut::Remainder;
 use crate::mesh::{Attributes, Mesh, Model, Origins};
 
 /// A mesh that was read, and what is to be known about its file.
@@ -75,24 +74,28 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// What is left of it after a cut: the mesh and what its faces and vertices carry.
+    /// What is left of it after a cut: `mesh`, and what the marked vertices and faces carry.
     #[must_use]
-    pub fn restricted(self, kept: &Remainder) -> Self {
-        let attributes = self.attributes.with_faces(&kept.faces);
-        Self {
-            mesh: kept.mesh.clone(),
-            attributes: attributes.with_vertices(&kept.vertices),
-            ..self
-        }
+    pub fn restricted(&self, mesh: Mesh, [vertices, faces]: [&[bool]; 2]) -> Self {
+        let attributes = self.attributes.with_faces(faces);
+        self.with(mesh, attributes.with_vertices(vertices))
     }
 
     /// What was made of it: a mesh with what its faces and vertices carry. `kept` marks the faces that are as they were.
     #[must_use]
-    pub fn derived(self, mesh: Mesh, origins: &Origins, kept: &[bool]) -> Self {
+    pub fn derived(&self, mesh: Mesh, origins: &Origins, kept: &[bool]) -> Self {
+        self.with(mesh, self.attributes.derived(origins, kept))
+    }
+
+    /// Another mesh and what it carries, with what is known of this one's file.
+    fn with(&self, mesh: Mesh, attributes: Attributes) -> Self {
         Self {
             mesh,
-            attributes: self.attributes.derived(origins, kept),
-            ..self
+            attributes,
+            format: self.format,
+            f32_exact: self.f32_exact,
+            document: self.document.clone(),
+            notes: self.notes.clone(),
         }
     }
 }
@@ -187,7 +190,11 @@ pub fn no_side_files(name: &str, _: u64) -> Result<Vec<u8>, IoError> {
 /// When the bytes are damaged, hold no faces, or hold only degenerate ones.
 pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
     if bytes.is_empty() {
-        return Err(IoError::malformed(format, Place::File, "the file is empty"));
+        return Err(IoError::malformed(
+            format,
+            Location::File,
+            "the file is empty",
+        ));
     }
     match format {
         Format::Obj => obj::read(bytes, resolve),

@@ -86,7 +86,7 @@ impl Drop for Temporary {
 ///
 /// # Errors
 /// When the target is a folder or may not be changed, or the file cannot be written.
-pub fn save(path: &Path, bytes: &[u8]) -> Result<()> {
+pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let old = match fs::metadata(path) {
         Ok(old) if old.is_dir() => {
             return Err(Error::other("it is a folder: name a file in it"));
@@ -191,7 +191,7 @@ mod tests {
         symlink("models/second", at("first")).unwrap();
         symlink("third", at("models/second")).unwrap();
         for content in [&b"new"[..], b"newer"] {
-            save(&at("first"), content).unwrap();
+            replace_file(&at("first"), content).unwrap();
             for link in ["first", "models/second"] {
                 assert!(fs::symlink_metadata(at(link)).unwrap().is_symlink());
             }
@@ -199,9 +199,9 @@ mod tests {
             assert_eq!(fs::read(at("first")).unwrap(), content);
         }
         symlink("nowhere/else", at("lost")).unwrap();
-        assert!(save(&at("lost"), b"new").is_err());
+        assert!(replace_file(&at("lost"), b"new").is_err());
         symlink("round", at("round")).unwrap();
-        let message = save(&at("round"), b"new").unwrap_err().to_string();
+        let message = replace_file(&at("round"), b"new").unwrap_err().to_string();
         assert!(message.contains("leads to itself"), "{message}");
         assert_eq!(fs::read_dir(at("models")).unwrap().count(), 2);
     }
@@ -216,7 +216,7 @@ mod tests {
         // Others than root cannot make the file of another owner that this is about; theirs stays theirs.
         let given = chown(&path, Some(1234), Some(5678)).is_ok();
         let before = fs::metadata(&path).unwrap();
-        save(&path, b"new").unwrap();
+        replace_file(&path, b"new").unwrap();
         let after = fs::metadata(&path).unwrap();
         assert_eq!((after.uid(), after.gid()), (before.uid(), before.gid()));
         assert_eq!(given, after.uid() == 1234);

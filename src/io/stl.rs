@@ -7,8 +7,8 @@ use std::io::Write;
 
 use glam::{DVec3, Vec3};
 
-use super::surface::{Surface, not_finite};
-use super::{Format, IoError, Loaded, Place, Precision, WriteOptions, Written, rounded, text};
+use super::mesh_builder::{MeshBuilder, not_finite};
+use super::{Format, IoError, Loaded, Location, Precision, WriteOptions, Written, rounded, text};
 use crate::mesh::{Mesh, Welder, area_vector};
 
 const HEADER: usize = 84;
@@ -48,16 +48,16 @@ fn read_binary(bytes: &[u8]) -> Result<Loaded, IoError> {
             "{} bytes are too few for binary STL, and text STL begins with 'solid'",
             bytes.len()
         );
-        return Err(IoError::malformed(Format::Stl, Place::File, what));
+        return Err(IoError::malformed(Format::Stl, Location::File, what));
     };
     let body = &bytes[HEADER..];
     let room = body.len() / FACET;
     if count > room as u64 {
         let what = format!("the header claims {count} facets, but the file has room for {room}");
-        return Err(IoError::malformed(Format::Stl, Place::Byte(80), what));
+        return Err(IoError::malformed(Format::Stl, Location::Byte(80), what));
     }
     let count = count as usize;
-    let mut surface = Surface::new(Format::Stl);
+    let mut surface = MeshBuilder::new(Format::Stl);
     surface.reserve_faces(count);
     let mut welder = Welder::with_capacity(count / 2 + 2);
     for (facet, record) in body.chunks_exact(FACET).take(count).enumerate() {
@@ -69,7 +69,9 @@ fn read_binary(bytes: &[u8]) -> Result<Loaded, IoError> {
             Vec3::new(axis(0), axis(1), axis(2)).as_dvec3()
         };
         let corners = [corner(0), corner(1), corner(2)];
-        surface.push_triangle(weld(&mut welder, corners, || Place::Item("facet", facet))?);
+        surface.push_triangle(weld(&mut welder, corners, || {
+            Location::Item("facet", facet)
+        })?);
     }
     if body.len() > count * FACET {
         surface.notes.push(format!(
@@ -84,7 +86,7 @@ fn read_binary(bytes: &[u8]) -> Result<Loaded, IoError> {
 fn weld(
     welder: &mut Welder,
     corners: [DVec3; 3],
-    place: impl Fn() -> Place,
+    place: impl Fn() -> Location,
 ) -> Result<[u32; 3], IoError> {
     let mut face = [0; 3];
     for (index, corner) in face.iter_mut().zip(corners) {
@@ -93,7 +95,11 @@ fn weld(
     Ok(face)
 }
 
-fn vertex(welder: &mut Welder, corner: DVec3, place: &impl Fn() -> Place) -> Result<u32, IoError> {
+fn vertex(
+    welder: &mut Welder,
+    corner: DVec3,
+    place: &impl Fn() -> Location,
+) -> Result<u32, IoError> {
     if !corner.is_finite() {
         return Err(not_finite(Format::Stl, place(), corner));
     }
@@ -111,13 +117,15 @@ fn vertex(welder: &mut Welder, corner: DVec3, place: &impl Fn() -> Place) -> Res
 fn read_text(bytes: &[u8]) -> Result<Loaded, IoError> {
     let bytes = text::strip_bom(bytes);
     let mut tokens = text::Tokens::new(bytes, 0);
-    let mut surface = Surface::new(Format::Stl);
+    let mut surface = MeshBuilder::new(Format::Stl);
     let mut welder = Welder::with_capacity(bytes.len() / 400);
     let mut corners = Vec::new();
     while let Some(word) = tokens.next() {
         if word.eq_ignore_ascii_case(b"vertex") {
             let point = read_point(&mut tokens)?;
-            corners.push(vertex(&mut welder, point, &|| Place::Line(tokens.line()))?);
+            corners.push(vertex(&mut welder, point, &|| {
+                Location::Line(tokens.line())
+            })?);
         } else if word.eq_ignore_ascii_case(b"endfacet") {
             close_facet(&mut surface, &mut corners, &tokens)?;
         } else if word.eq_ignore_ascii_case(b"solid") || word.eq_ignore_ascii_case(b"endsolid") {
@@ -132,7 +140,7 @@ fn read_text(bytes: &[u8]) -> Result<Loaded, IoError> {
 }
 
 fn close_facet(
-    surface: &mut Surface,
+    surface: &mut MeshBuilder,
     corners: &mut Vec<u32>,
     tokens: &text::Tokens<'_>,
 ) -> Result<(), IoError> {
@@ -164,7 +172,7 @@ fn read_point(tokens: &mut text::Tokens<'_>) -> Result<DVec3, IoError> {
 }
 
 fn fault(tokens: &text::Tokens<'_>, what: String) -> IoError {
-    IoError::malformed(Format::Stl, Place::Line(tokens.line()), what)
+    IoError::malformed(Format::Stl, Location::Line(tokens.line()), what)
 }
 
 /// Writes STL; binary always holds 32-bit floats.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 use crate::compare::CompareError;
+use crate::extract::VolumeSurfaceError;
 use crate::io::{Format, IoError};
 use crate::mend::{FairError, FillError, RestoreError};
 use crate::mesh::mask::MaskError;
@@ -67,6 +68,21 @@ pub enum JobError {
         /// Why.
         #[source]
         error: CompareError,
+    },
+    /// A volume has no surface at a level.
+    #[error("{name} has no such surface")]
+    NoSurface {
+        /// The name of the source.
+        name: String,
+        /// Why.
+        #[source]
+        error: VolumeSurfaceError,
+    },
+    /// 64-bit coordinates in a format that has none.
+    #[error("{format} has 32-bit coordinates only; ply, obj, vtk and vtp have others")]
+    No64Bit {
+        /// The format.
+        format: Format,
     },
     /// There is no signed distance.
     #[error("cannot measure {name}")]
@@ -151,6 +167,23 @@ pub enum JobError {
         /// What is wrong, and what to do.
         what: String,
     },
+    /// A page or a picture of a plan.
+    #[error(
+        "a plan makes no mesh that a page or a picture could show; inspect the mesh to draw its holes"
+    )]
+    PlanDrawn,
+    /// A page or a picture of several meshes.
+    #[error("a page or a picture shows one mesh, but there are several inputs; do them one by one")]
+    SeveralDrawn,
+    /// A document in the place of a mesh.
+    #[error("{} would overwrite a mesh; name another file", path.display())]
+    DocumentOverMesh {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The observer of a batch failed, such as where standard output is closed.
+    #[error(transparent)]
+    Observer(std::io::Error),
     /// A page or picture that cannot go where it should.
     #[error("{what}")]
     Drawing {
@@ -167,7 +200,12 @@ impl JobError {
     pub fn is_usage(&self) -> bool {
         matches!(
             self,
-            Self::NoTextForm { .. } | Self::Places { .. } | Self::EmptyMask
+            Self::NoTextForm { .. }
+                | Self::No64Bit { .. }
+                | Self::Places { .. }
+                | Self::PlanDrawn
+                | Self::SeveralDrawn
+                | Self::EmptyMask
         )
     }
 }

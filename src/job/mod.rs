@@ -16,40 +16,46 @@
 //! # Ok::<(), isomend::job::JobError>(())
 //! ```
 //!
+//! A [`Batch`] is the same for several files, into a folder, with one document for all.
 //! [`JobSpec::read`], [`Read::mend`] and [`Mended::write`] are its three steps, for those who tell something in between.
 //! [`inspect`] makes the document of what a mesh holds, [`check`] that of what is wrong with it, [`compare`] that of two meshes,
-//! [`measure`] that of a signed distance volume.
+//! [`measure`] that of a signed distance volume. A [`SurfaceSpec`] goes from a volume to the surface at one of its levels.
 
+mod batch;
 mod documents;
 mod draw;
 mod error;
 mod inspection;
 mod marks;
+mod mended;
+mod outcome;
 mod output;
 mod places;
 mod read;
 mod result;
 mod spec;
 mod steps;
+mod surface;
+mod unchanged;
 mod volumes;
 
+pub use batch::{Batch, BatchObserver, BatchResult};
 pub use documents::{Document, FileInfo};
-pub use draw::{Drawings, Unchanged};
+pub use draw::Drawings;
 pub use error::JobError;
 pub use inspection::{Checked, Compared, Inspected, check, compare, inspect};
 pub use marks::{Marked, MaskSpec, PaintedColour, parse_face_numbers};
+pub use mended::Mended;
+pub use outcome::{JobPlan, JobResult, WorkPlan};
 pub use output::Output;
 pub use places::Place;
 pub use read::Source;
 pub use result::{Extent, Kept};
 pub use spec::{JobSpec, Work};
-pub use steps::{JobResult, Mended, Read, run};
+pub use steps::{Read, run};
+pub use surface::{SurfaceResult, SurfaceSpec};
+pub use unchanged::Unchanged;
 pub use volumes::{MeasuredFile, VolumeSeconds, measure, write_volume};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
-pub(crate) use {
-    documents::failed_document,
-    output::write_text,
-    places::{in_folder, is_folder_name},
-    volumes::DISTANCE,
-};
+pub(crate) use {output::write_text, volumes::DISTANCE};

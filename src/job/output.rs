@@ -10,7 +10,8 @@ use super::{JobError, Place};
 use crate::attributes::transfer;
 use crate::fill::RegionReport;
 use crate::io::{
-    Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes, save,
+    Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes,
+    replace_file,
 };
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh};
@@ -33,9 +34,6 @@ pub struct Output {
     pub ascii: bool,
     /// Make its folder where it is not there.
     pub make_folder: bool,
-    /// Write nothing: the bytes of the file go to the caller.
-    #[serde(default)]
-    pub handed_over: bool,
 }
 
 /// What was written.
@@ -63,7 +61,6 @@ impl Output {
                 format,
                 ascii: false,
                 make_folder: false,
-                handed_over: false,
             }),
             None => Err(JobError::NoFormat {
                 path: place.path().unwrap_or(Path::new("")).to_path_buf(),
@@ -138,24 +135,28 @@ impl Output {
         if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
             done.tell_errors(kept, sigma);
         }
-        let in_file = self.format == Format::Obj && self.place.path().is_some();
+        let in_file = self.format == Format::Obj && self.place.folder().is_some();
         let material = in_file && refer_to_material(&mut done.attributes);
         let document = input.document.as_ref();
         let mut saved = self.write_model(done.mesh, &done.attributes, document, input)?;
         saved.notes = [done.notes, saved.notes].concat();
-        if material && !self.handed_over {
+        if material {
             self.write_material()?;
         }
         saved.notes.extend(self.side_files(input));
         Ok(saved)
     }
 
-    /// Writes a mesh as it was read.
-    pub(super) fn write_copy(&self, input: &Loaded) -> Result<Saved, JobError> {
-        let document = input.document.as_ref();
-        let mut saved = self.write_model(input.mesh.clone(), &input.attributes, document, input)?;
-        saved.notes.extend(self.side_files(input));
-        Ok(saved)
+    /// Writes a mesh as it was read: remarks, and the bytes where they are the caller's.
+    pub(super) fn write_copy(&self, input: &Loaded) -> Result<(Vec<String>, Vec<u8>), JobError> {
+        let model = Contents {
+            mesh: &input.mesh,
+            attributes: &input.attributes,
+            document: input.document.as_ref(),
+        };
+        let (mut notes, bytes) = self.write(&model, precision_of(input))?;
+        notes.extend(self.side_files(input));
+        Ok((notes, bytes))
     }
 
     /// Writes level sets by themselves.
@@ -185,16 +186,12 @@ impl Output {
         document: Option<&Document>,
         input: &Loaded,
     ) -> Result<Saved, JobError> {
-        let precision = match input.f32_exact {
-            true => Precision::F32,
-            false => Precision::F64,
-        };
         let model = Contents {
             mesh: &mesh,
             attributes,
             document,
         };
-        let (notes, bytes) = self.write(&model, precision)?;
+        let (notes, bytes) = self.write(&model, precision_of(input))?;
         Ok(Saved { mesh, notes, bytes })
     }
 
@@ -214,14 +211,13 @@ impl Output {
         let written = model_to_bytes(model, self.format, &options);
         let written = written.map_err(|error| match &self.place {
             Place::File(path) => JobError::Io(error.in_file(path)),
-            Place::Bytes(name) => JobError::Bytes {
+            Place::Memory { name, .. } => JobError::Bytes {
                 name: name.clone(),
                 error,
             },
         })?;
-        let path = match &self.place {
-            Place::File(path) if !self.handed_over => path,
-            _ => return Ok((written.notes, written.bytes)),
+        let Place::File(path) = &self.place else {
+            return Ok((written.notes, written.bytes));
         };
         if let Some(folder) = path.parent().filter(|_| self.make_folder) {
             fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {
@@ -250,14 +246,21 @@ impl Output {
             }
             _ => return None,
         };
-        let folder = self.place.path().and_then(Path::parent);
-        let folder = folder.unwrap_or(Path::new(""));
+        let folder = self.place.folder().unwrap_or(Path::new(""));
         let gone: Vec<String> = names
             .into_iter()
             .filter(|name| !folder.join(name).exists())
             .collect();
         let listed = gone.join(", ");
         (!gone.is_empty()).then(|| format!("put beside it, since it refers to them: {listed}"))
+    }
+}
+
+/// The floats that hold the coordinates of what was read.
+fn precision_of(input: &Loaded) -> Precision {
+    match input.f32_exact {
+        true => Precision::F32,
+        false => Precision::F64,
     }
 }
 
@@ -272,7 +275,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), JobError> {
 /// Writes bytes beside their target and moves them over it.
 pub(super) fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), JobError> {
     let path = path.to_path_buf();
-    save(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
+    replace_file(&path, bytes).map_err(|cause| JobError::Io(IoError::Write { path, cause }))
 }
 
 /// Counts the faces of patches that intersect others in the positions that are written.

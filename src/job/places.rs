@@ -8,23 +8,42 @@ use serde::{Deserialize, Serialize};
 use super::JobError;
 use crate::io::Format;
 
-/// A file, or bytes that the caller has or gets.
+/// A file, or the caller's memory.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Place {
     /// A file.
     File(PathBuf),
-    /// Bytes, with their name in messages.
-    Bytes(String),
+    /// The caller's memory: bytes in a format, or a mesh itself.
+    Memory {
+        /// Its name in messages.
+        name: String,
+        /// The folder of what the mesh refers to by name, such as materials and images; none where nothing is looked for.
+        folder: Option<PathBuf>,
+    },
 }
 
 impl Place {
+    /// The caller's memory under a name.
+    pub fn memory(name: impl Into<String>) -> Self {
+        let name = name.into();
+        Self::Memory { name, folder: None }
+    }
+
     /// Its name in messages.
     pub fn name(&self) -> String {
         match self {
             Self::File(path) => path.display().to_string(),
-            Self::Bytes(name) => name.clone(),
+            Self::Memory { name, .. } => name.clone(),
+        }
+    }
+
+    /// The folder of what its mesh refers to by name, if there is one.
+    pub fn folder(&self) -> Option<&Path> {
+        match self {
+            Self::File(path) => path.parent(),
+            Self::Memory { folder, .. } => folder.as_deref(),
         }
     }
 
@@ -32,7 +51,7 @@ impl Place {
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::File(path) => Some(path),
-            Self::Bytes(_) => None,
+            Self::Memory { .. } => None,
         }
     }
 
@@ -68,6 +87,23 @@ impl Place {
             return bad(format!("there is no folder {folder}; make it first"));
         }
         Ok(())
+    }
+}
+
+impl Place {
+    /// Refuses a place for a JSON document that cannot be written or is one of these meshes.
+    pub(crate) fn check_document<'a>(
+        &self,
+        mut meshes: impl Iterator<Item = &'a Place>,
+    ) -> Result<(), JobError> {
+        self.check_writable()?;
+        match self {
+            Self::File(path) if meshes.any(|mesh| self.is_same_file(mesh)) => {
+                let path = path.clone();
+                Err(JobError::DocumentOverMesh { path })
+            }
+            _ => Ok(()),
+        }
     }
 }
 

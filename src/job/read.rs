@@ -1,21 +1,25 @@
 //! Reading.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use super::output::{PATCH_LIBRARY, PATCH_MATERIAL};
 use super::{JobError, Place};
-use crate::io::{Format, Loaded, beside, no_side_files, read_as, read_bytes, read_path};
+use crate::io::{Format, IoError, Loaded, beside, no_side_files, read_bytes, read_path};
 
-/// What is read: a file, or bytes.
+/// What is read: a file, bytes, or a mesh that is there already.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Source {
     /// Where it comes from.
     pub place: Place,
-    /// The bytes, where it is no file; of a file that has not been written those that it would hold.
+    /// The bytes, where it is neither a file nor a mesh.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bytes: Vec<u8>,
+    /// The mesh, where it was read before, or made: it is shared, not copied. It is not serialised.
+    #[serde(skip)]
+    pub mesh: Option<Arc<Loaded>>,
     /// Its format; told from the content, else from the extension, where none is given.
     pub format: Option<Format>,
 }
@@ -24,42 +28,37 @@ impl Source {
     /// Bytes, with their name in messages.
     pub fn bytes(name: impl Into<String>, bytes: Vec<u8>) -> Self {
         Self {
-            place: Place::Bytes(name.into()),
             bytes,
-            format: None,
+            ..Self::from(Place::memory(name))
         }
     }
 
-    /// Reads the mesh.
+    /// A mesh that was read before, or made, and where from.
+    pub fn mesh(place: impl Into<Place>, mesh: impl Into<Arc<Loaded>>) -> Self {
+        Self {
+            mesh: Some(mesh.into()),
+            ..Self::from(place)
+        }
+    }
+
+    /// Reads the mesh; one that is there already is shared.
     ///
     /// # Errors
     /// When it cannot be read, its format is not supported, or its content is damaged or holds no surface.
-    pub fn read(&self) -> Result<Loaded, JobError> {
-        let loaded = match &self.place {
-            Place::File(path) if path.is_dir() => {
+    pub fn read(&self) -> Result<Arc<Loaded>, JobError> {
+        let loaded = match (&self.mesh, &self.place) {
+            (Some(mesh), _) => mesh.clone(),
+            (None, Place::File(path)) if path.is_dir() => {
                 let path = path.clone();
                 return Err(JobError::IsFolder { path });
             }
-            Place::File(path) if self.bytes.is_empty() => read_path(path, self.format)?,
-            Place::File(path) => {
-                let beside = beside(path);
-                // The material of patches is written together with the mesh, unless it is there.
-                let resolve = |name: &str, most| match (beside(name, most), name) {
-                    (Err(_), PATCH_LIBRARY) => Ok(PATCH_MATERIAL.as_bytes().to_vec()),
-                    (found, _) => found,
-                };
-                read_as(path, &self.bytes, self.format, &resolve)?
-            }
-            Place::Bytes(name) => {
-                let told = match self.format {
-                    Some(format) => Ok(format),
-                    None => Format::detect(&self.bytes, Path::new("")),
-                };
-                let read = told.and_then(|f| read_bytes(&self.bytes, f, &no_side_files));
-                read.map_err(|error| JobError::Bytes {
+            (None, Place::File(path)) => Arc::new(read_path(path, self.format)?),
+            (None, Place::Memory { name, folder }) => {
+                let read = self.read_bytes(folder.as_deref());
+                Arc::new(read.map_err(|error| JobError::Bytes {
                     name: name.clone(),
                     error,
-                })?
+                })?)
             }
         };
         let vertices = u32::try_from(loaded.mesh.positions.len());
@@ -70,6 +69,24 @@ impl Source {
             }),
         }
     }
+
+    fn read_bytes(&self, folder: Option<&Path>) -> Result<Loaded, IoError> {
+        let format = match self.format {
+            Some(format) => format,
+            None => Format::detect(&self.bytes, Path::new(""))?,
+        };
+        let Some(folder) = folder else {
+            return read_bytes(&self.bytes, format, &no_side_files);
+        };
+        let inside = folder.join("mesh");
+        let beside = beside(&inside);
+        // The material of patches is written together with a file, unless it is there.
+        let resolve = |name: &str, most| match (beside(name, most), name) {
+            (Err(_), PATCH_LIBRARY) => Ok(PATCH_MATERIAL.as_bytes().to_vec()),
+            (found, _) => found,
+        };
+        read_bytes(&self.bytes, format, &resolve)
+    }
 }
 
 impl<P: Into<Place>> From<P> for Source {
@@ -77,6 +94,7 @@ impl<P: Into<Place>> From<P> for Source {
         Self {
             place: place.into(),
             bytes: Vec::new(),
+            mesh: None,
             format: None,
         }
     }

@@ -1,5 +1,7 @@
 //! What a job's work makes, before it is written.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use super::JobError;
@@ -22,7 +24,7 @@ pub struct Kept {
     pub faces: Vec<bool>,
 }
 
-/// What of the mesh was replaced, beside its holes; in a plan, what would be.
+/// What of the mesh was replaced, beside its holes.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Extent {
@@ -107,10 +109,10 @@ impl From<Faired> for Made {
 }
 
 impl Made {
-    /// A copy of a mesh.
+    /// A copy of a mesh, which is that of the input itself: there is none of its own.
     pub(super) fn copy(mesh: &Mesh) -> Self {
         Self {
-            mesh: mesh.clone(),
+            mesh: Mesh::default(),
             sigma: Vec::new(),
             first: First::All,
             extent: Extent::Copied,
@@ -135,13 +137,13 @@ pub(super) enum First {
 
 impl First {
     /// The input's part of the output, and which vertices and faces of the input are kept where not all are.
-    pub(super) fn of(self, loaded: Loaded) -> (Loaded, Option<Kept>) {
+    pub(super) fn of(self, loaded: Arc<Loaded>) -> (Arc<Loaded>, Option<Kept>) {
         match self {
             Self::All => (loaded, None),
             Self::Cut(kept) => {
-                let first = loaded.restricted(&kept);
+                let first = loaded.restricted(kept.mesh, [&kept.vertices, &kept.faces]);
                 let (vertices, faces) = (kept.vertices, kept.faces);
-                (first, Some(Kept { vertices, faces }))
+                (Arc::new(first), Some(Kept { vertices, faces }))
             }
             Self::Repaired { first, origins } => {
                 let mut kept = Kept {
@@ -156,7 +158,8 @@ impl First {
                 for &old in &origins.vertices {
                     kept.vertices[old as usize] = true;
                 }
-                (loaded.derived(first, &origins, &kept.faces), Some(kept))
+                let first = loaded.derived(first, &origins, &kept.faces);
+                (Arc::new(first), Some(kept))
             }
         }
     }

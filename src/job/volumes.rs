@@ -52,7 +52,7 @@ pub fn write_volume(
 ) -> Result<Vec<u8>, JobError> {
     let in_place = |error: IoError| match place {
         Place::File(path) => JobError::Io(error.in_file(path)),
-        Place::Bytes(name) => JobError::Bytes {
+        Place::Memory { name, .. } => JobError::Bytes {
             name: name.clone(),
             error,
         },
@@ -60,7 +60,7 @@ pub fn write_volume(
     let bytes = volume_to_bytes(volume, name, precision).map_err(in_place)?;
     match place {
         Place::File(path) => write_bytes(path, &bytes).map(|()| Vec::new()),
-        Place::Bytes(_) => Ok(bytes),
+        Place::Memory { .. } => Ok(bytes),
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
+use super::plan::{FillPlan, HolePlan};
 use super::report::FillReport;
 use super::{Inspection, RestoreError};
 use crate::fill::{FillParams, HoleOutcome, LeftReason, SurfaceKind};
@@ -77,6 +78,23 @@ impl<'a> CutResult<'a> {
             bridge: self.bridges(),
             surface: SurfaceKind::Stitched,
             ..fill.clone()
+        }
+    }
+
+    /// Turns the plan of a fill of what the cut left open into one on the mesh before it.
+    pub(super) fn plan(&self, plan: &mut FillPlan) {
+        let before = self.before;
+        plan.vertices = before.input.positions.len();
+        plan.faces = before.input.faces.len();
+        plan.pieces = before.topology.piece_faces.len();
+        plan.defects = before.topology.defects;
+        for hole in &mut plan.holes {
+            if let HolePlan::Leave(why) = &mut hole.plan {
+                *why = LeftReason::NotMarked;
+            }
+        }
+        for region in &mut plan.regions {
+            region.bridge = false;
         }
     }
 

@@ -9,6 +9,7 @@ mod error;
 mod fair;
 mod inspection;
 mod params;
+mod plan;
 mod reach;
 mod reference;
 mod regions;
@@ -28,6 +29,7 @@ pub use error::{FillError, RestoreError};
 pub use fair::{FairError, Faired};
 pub use inspection::Inspection;
 pub use params::{FairExtent, FairParams, RestoreParams};
+pub use plan::{FairPlan, FillPlan, HolePlan, PlannedHole, PlannedRegion, RestorePlan};
 pub use regions::Regions;
 pub use report::{FairReport, FillReport, HoleReport, RestoreReport};
 pub use restore::Restored;
@@ -52,7 +54,7 @@ impl Inspection<'_> {
     ///
     /// # Errors
     /// As [`Inspection::fill`].
-    pub fn plan(&self, params: &FillParams) -> Result<FillReport, FillError> {
+    pub fn plan(&self, params: &FillParams) -> Result<FillPlan, FillError> {
         Ok(self.regions(params)?.plan())
     }
 

@@ -7,6 +7,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::control::{Control, Watch};
+use super::plan::{FillPlan, HolePlan, PlannedHole, PlannedRegion};
 use super::reach::{Looking, faces_of};
 use super::report::{FillReport, HoleReport};
 use super::sources::RegionSources;
@@ -14,7 +15,7 @@ use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
     FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch, RegionPlan,
-    RegionProblem, RegionReport, SurfaceKind, TriangulatedReason, first_region,
+    RegionProblem, SurfaceKind, TriangulatedReason, first_region,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
@@ -157,26 +158,38 @@ impl<'a> Regions<'a> {
     }
 
     /// What would be done, without doing it.
-    ///
-    /// What comes out is not known before: a hole whose surroundings contradict each other may still end in triangles between
-    /// its own vertices, and some take several grids.
-    pub fn plan(&self) -> FillReport {
-        let mut report = self.report();
+    pub fn plan(&self) -> FillPlan {
+        let found = self.found;
+        let hole = |(hole, outcome): (&Hole, &HoleOutcome)| PlannedHole {
+            hole: hole.clone(),
+            plan: match outcome {
+                HoleOutcome::Left(why) => HolePlan::Leave(*why),
+                _ => HolePlan::Fill,
+            },
+            region: 0,
+        };
+        let mut holes: Vec<PlannedHole> =
+            found.holes.iter().zip(&self.outcomes).map(hole).collect();
         for (i, (group, plan)) in self.groups.iter().zip(&self.plans).enumerate() {
-            report.regions.push(self.planned(i));
             for &h in group {
-                report.holes[h].region = i + 1;
-                report.holes[h].outcome = match plan {
-                    RegionPlan::Trivial => {
-                        HoleOutcome::WouldBeTriangulated(TriangulatedReason::FewEdges)
-                    }
-                    RegionPlan::Seam => HoleOutcome::WouldBeTriangulated(TriangulatedReason::Seam),
-                    RegionPlan::Planar => HoleOutcome::WouldBeFlat,
-                    RegionPlan::Solve => HoleOutcome::WouldBeFilled,
+                holes[h].region = i + 1;
+                holes[h].plan = match plan {
+                    RegionPlan::Trivial => HolePlan::Triangulate(TriangulatedReason::FewEdges),
+                    RegionPlan::Seam => HolePlan::Triangulate(TriangulatedReason::Seam),
+                    RegionPlan::Planar => HolePlan::Flat,
+                    RegionPlan::Solve => HolePlan::Fill,
                 };
             }
         }
-        report
+        FillPlan {
+            vertices: found.input.positions.len(),
+            faces: found.input.faces.len(),
+            pieces: found.topology.piece_faces.len(),
+            defects: found.topology.defects,
+            open_chains: found.open_chains.clone(),
+            holes,
+            regions: (0..self.len()).map(|i| self.planned(i)).collect(),
+        }
     }
 
     /// Fills all regions, each on its own, and puts their patches together.
@@ -287,11 +300,6 @@ impl<'a> Regions<'a> {
         let found = self.found;
         let holes = found.holes.iter().zip(&self.outcomes);
         FillReport {
-            vertices: found.input.positions.len(),
-            faces: found.input.faces.len(),
-            pieces: found.topology.piece_faces.len(),
-            defects: found.topology.defects,
-            open_chains: found.open_chains.clone(),
             all_holes: self.params.holes.is_none(),
             holes: holes
                 .map(|(hole, outcome)| HoleReport {
@@ -300,7 +308,7 @@ impl<'a> Regions<'a> {
                     region: 0,
                 })
                 .collect(),
-            ..FillReport::default()
+            ..FillReport::of(found)
         }
     }
 
@@ -341,19 +349,18 @@ impl<'a> Regions<'a> {
         Ok(())
     }
 
-    fn planned(&self, region: usize) -> RegionReport {
+    fn planned(&self, region: usize) -> PlannedRegion {
         let holes = self.holes(&self.groups[region]);
         let is_solved = self.plans[region] == RegionPlan::Solve;
         let grid = is_solved.then(|| first_region(&self.found.mesh, &holes, &self.params));
         let ids: Vec<HoleId> = holes.iter().map(|h| h.id).collect();
-        RegionReport {
+        PlannedRegion {
             id: region + 1,
             bridge: self.params.bridges(&ids),
             diameter: holes.iter().map(|h| h.diameter).fold(0.0, f64::max),
             voxel: grid.as_ref().map(|g| g.voxel),
             dims: grid.as_ref().map(Region::finest_dims),
             holes: ids,
-            ..RegionReport::default()
         }
     }
 }

@@ -1,13 +1,13 @@
-//! What was found in a mesh, and what was done or would be. In a plan, what only the work itself can tell is not there:
-//! options are none, counts and times zero.
+//! What was found in a mesh, and what was done. What would be done is in `plan.rs`.
 
 use serde::{Deserialize, Serialize};
 
+use super::inspection::Inspection;
 use crate::fill::{ClosedBy, HoleOutcome, RegionReport, Tally};
 use crate::mesh::{Defects, Hole, OpenChain};
 use crate::tuning::tuning;
 
-/// A hole and what happened to it, or would.
+/// A hole and what happened to it.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct HoleReport {
@@ -19,7 +19,7 @@ pub struct HoleReport {
     pub region: usize,
 }
 
-/// Everything about a fill, or about what one would do.
+/// Everything about a fill.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FillReport {
@@ -44,6 +44,18 @@ pub struct FillReport {
 }
 
 impl FillReport {
+    /// What is known of a mesh before anything is done.
+    pub(crate) fn of(found: &Inspection) -> Self {
+        Self {
+            vertices: found.input.positions.len(),
+            faces: found.input.faces.len(),
+            pieces: found.topology.piece_faces.len(),
+            defects: found.topology.defects,
+            open_chains: found.open_chains.clone(),
+            ..Self::default()
+        }
+    }
+
     /// Whether something that was to be filled is still open: a hole, or a boundary chain that does not close.
     pub fn incomplete(&self) -> bool {
         self.tally().failed > 0 || (self.all_holes && !self.open_chains.is_empty())
@@ -67,7 +79,7 @@ impl FillReport {
         !self.incomplete() && self.holes.iter().all(flawless)
     }
 
-    /// How many holes ended in which way, or would.
+    /// How many holes ended in which way.
     pub fn tally(&self) -> Tally {
         let mut tally = Tally {
             open_chains: self.open_chains.len(),
@@ -75,12 +87,10 @@ impl FillReport {
         };
         for hole in &self.holes {
             let count = match hole.outcome {
-                HoleOutcome::Filled | HoleOutcome::WouldBeFilled => &mut tally.filled,
+                HoleOutcome::Filled => &mut tally.filled,
                 HoleOutcome::Faired(_) => &mut tally.faired,
-                HoleOutcome::Flat | HoleOutcome::WouldBeFlat => &mut tally.flat,
-                HoleOutcome::Triangulated(_) | HoleOutcome::WouldBeTriangulated(_) => {
-                    &mut tally.triangulated
-                }
+                HoleOutcome::Flat => &mut tally.flat,
+                HoleOutcome::Triangulated(_) => &mut tally.triangulated,
                 HoleOutcome::Left(_) => &mut tally.left,
                 HoleOutcome::Failed(_) => &mut tally.failed,
             };
@@ -94,7 +104,7 @@ impl FillReport {
     }
 }
 
-/// What a restoration found and did, or would do.
+/// What a restoration found and did.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RestoreReport {
@@ -110,7 +120,7 @@ pub struct RestoreReport {
     pub fill: FillReport,
 }
 
-/// What a fairing did, or would do.
+/// What a fairing did.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FairReport {

@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::control::{Control, Watch};
 use super::cut::{CutResult, count};
 use super::params::RestoreParams;
+use super::plan::RestorePlan;
 use super::regions::Regions;
 use super::report::RestoreReport;
 use super::{FillError, Filled, Inspection, RestoreError};
@@ -69,13 +70,19 @@ impl Inspection<'_> {
         &self,
         marked: &[bool],
         params: &RestoreParams,
-    ) -> Result<RestoreReport, RestoreError> {
+    ) -> Result<RestorePlan, RestoreError> {
         let cut = self.cut(marked, params)?;
-        let mut report = told(&cut, marked, params);
         let fill = cut.params(&params.fill);
-        report.fill = Regions::new(&cut.found, fill, None)?.plan();
-        cut.told(&mut report.fill);
-        Ok(report)
+        let mut fill = Regions::new(&cut.found, fill, None)?.plan();
+        cut.plan(&mut fill);
+        let [removed_faces, removed_vertices] = cut.taken();
+        Ok(RestorePlan {
+            marked_faces: count(marked),
+            removed_faces,
+            removed_vertices,
+            keep_shape: params.keep_shape,
+            fill,
+        })
     }
 
     fn cut(&self, marked: &[bool], params: &RestoreParams) -> Result<CutResult<'_>, RestoreError> {

@@ -8,7 +8,7 @@ use super::Inspection;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Hole, Mesh, Topology};
 use crate::region::{BoxSize, Region, Sphere, VoxelSize};
-use crate::sdf::{JET_RINGS, Place, Sampler, faces_at};
+use crate::sdf::{JET_RINGS, Sampler, SearchArea, faces_at};
 use crate::spatial::Bounds;
 use crate::tuning::tuning;
 
@@ -39,7 +39,7 @@ pub(super) struct RegionSources<'a> {
     /// For each group the bodies that it knows, where it has a restricted sampler.
     own: Vec<Option<Vec<u32>>>,
     /// For each group where it looks; none where a hierarchy over all of the mesh is better.
-    places: Option<Vec<Place>>,
+    places: Option<Vec<SearchArea>>,
     bodies: Bodies,
 }
 
@@ -130,7 +130,7 @@ pub(super) fn places(
     groups: &[Vec<&Hole>],
     voxel: VoxelSize,
     most: usize,
-) -> Option<Vec<Place>> {
+) -> Option<Vec<SearchArea>> {
     let boxes = |holes: &Vec<&Hole>| {
         let of = |voxel, growth| grown_box(mesh, holes, voxel, false, growth);
         let both = |growth| of(VoxelSize::Auto, growth).join(&of(voxel, growth));
@@ -142,7 +142,7 @@ pub(super) fn places(
     };
     let (usual, widest): (Vec<Bounds>, Vec<Bounds>) = groups.iter().map(boxes).unzip();
     let faces = faces_at(mesh, topology, &usual, most)?;
-    let place = |((usual, widest), faces)| Place {
+    let place = |((usual, widest), faces)| SearchArea {
         usual,
         widest,
         faces,

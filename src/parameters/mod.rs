@@ -1,4 +1,5 @@
-//! The parameters of the commands: name, unit, bounds, default and a sentence of each, declared once in the tables of [`tables`].
+//! The parameters of the commands: name, unit, bounds, default and a sentence of each, declared once in the tables of
+//! [`Table::ALL`].
 //!
 //! From these tables come the options of the command line with their help, the keys of `--config`, the bounds that the library
 //! checks and the messages of its errors, the form of the local page, the checks of Python's keywords, the words of a recipe, and
@@ -7,7 +8,7 @@
 
 mod rows;
 pub(crate) mod solve;
-pub mod tables;
+pub(crate) mod tables;
 
 use thiserror::Error;
 

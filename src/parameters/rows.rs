@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Kind, Parameter, Table, Usual, tables};
+use super::{Kind, Parameter, Table, Usual};
 
 /// A parameter of a command.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -66,7 +66,7 @@ impl Table {
 
 /// The tables of all commands, by their names.
 pub fn document() -> BTreeMap<&'static str, Vec<Row>> {
-    let tables = tables::ALL.iter();
+    let tables = Table::ALL.iter();
     tables.map(|table| (table.command, table.rows())).collect()
 }
 

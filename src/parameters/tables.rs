@@ -317,5 +317,31 @@ pub const STUDY: Table = Table {
     solve: None,
 };
 
-/// Those of the commands that work on meshes.
-pub const ALL: [&Table; 7] = [&FILL, &REPAIR, &RESTORE, &FAIR, &CHECK, &SDF, &COMPARE];
+impl Table {
+    /// `isomend fill`.
+    pub const FILL: &'static Self = &FILL;
+    /// `isomend repair`.
+    pub const REPAIR: &'static Self = &REPAIR;
+    /// `isomend restore`.
+    pub const RESTORE: &'static Self = &RESTORE;
+    /// `isomend fair`.
+    pub const FAIR: &'static Self = &FAIR;
+    /// `isomend check`.
+    pub const CHECK: &'static Self = &CHECK;
+    /// `isomend sdf`.
+    pub const SDF: &'static Self = &SDF;
+    /// `isomend compare`.
+    pub const COMPARE: &'static Self = &COMPARE;
+    /// `isomend study`.
+    pub const STUDY: &'static Self = &STUDY;
+    /// Those of the commands that work on meshes.
+    pub const ALL: [&'static Self; 7] = [
+        Self::FILL,
+        Self::REPAIR,
+        Self::RESTORE,
+        Self::FAIR,
+        Self::CHECK,
+        Self::SDF,
+        Self::COMPARE,
+    ];
+}

@@ -126,7 +126,7 @@ impl Run<'_> {
         let found = Inspection::new(self.input)?;
         self.report.before = Some(found.check(&CheckParams::default()));
         self.choice = Choice::new(&found, &params.fill)?;
-        self.report.fill = found.plan(&FillParams::default())?;
+        self.report.fill = FillReport::of(&found);
         self.draft = Draft::new(self.input, found.topology.piece.clone());
         self.border = border(&found);
         drop(found);

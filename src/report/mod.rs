@@ -7,6 +7,7 @@ pub mod picture;
 mod plan;
 mod repair;
 pub mod scene;
+pub(crate) mod scripts;
 mod text;
 
 pub use check::verdict_lines;

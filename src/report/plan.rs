@@ -3,11 +3,11 @@
 use super::text::{chain_lines, joined, ranges};
 use super::{defect_lines, length};
 use crate::fill::{HoleOutcome, LeftReason};
-use crate::mend::FillReport;
+use crate::mend::{FillPlan, FillReport, HolePlan};
 use crate::mesh::HoleId;
 
 /// A plan in lines: defects, then the regions, then the holes that would stay open.
-pub fn plan_lines(plan: &FillReport) -> Vec<String> {
+pub fn plan_lines(plan: &FillPlan) -> Vec<String> {
     let mut lines = defect_lines(&plan.defects);
     lines.extend(chain_lines(&plan.open_chains));
     let simple = plan.regions.iter().filter(|r| r.voxel.is_none());
@@ -30,7 +30,11 @@ pub fn plan_lines(plan: &FillReport) -> Vec<String> {
             ranges(&simple)
         ));
     }
-    let left = left_holes(plan);
+    let left = plan.holes.iter().filter_map(|h| match h.plan {
+        HolePlan::Leave(why) => Some((h.hole.id, why)),
+        _ => None,
+    });
+    let left = by_reason(left);
     for (why, ids) in &left {
         let noun = if ids.len() == 1 { "hole" } else { "holes" };
         lines.push(format!("{noun} {}: would be left open: {why}", ranges(ids)));
@@ -43,13 +47,18 @@ pub fn plan_lines(plan: &FillReport) -> Vec<String> {
 
 /// The numbers of the holes that stay open, those with the same reason together.
 pub fn left_holes(report: &FillReport) -> Vec<(LeftReason, Vec<HoleId>)> {
+    by_reason(report.holes.iter().filter_map(|h| match h.outcome {
+        HoleOutcome::Left(why) => Some((h.hole.id, why)),
+        _ => None,
+    }))
+}
+
+fn by_reason(holes: impl Iterator<Item = (HoleId, LeftReason)>) -> Vec<(LeftReason, Vec<HoleId>)> {
     let mut left: Vec<(LeftReason, Vec<HoleId>)> = Vec::new();
-    for h in &report.holes {
-        if let HoleOutcome::Left(why) = h.outcome {
-            match left.iter_mut().find(|(w, _)| *w == why) {
-                Some((_, ids)) => ids.push(h.hole.id),
-                None => left.push((why, vec![h.hole.id])),
-            }
+    for (id, why) in holes {
+        match left.iter_mut().find(|(w, _)| *w == why) {
+            Some((_, ids)) => ids.push(id),
+            None => left.push((why, vec![id])),
         }
     }
     left

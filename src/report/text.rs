@@ -405,16 +405,11 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
             let why = TriangulatedReason::Seam;
             Some(format!("{why}, which was closed with thin triangles"))
         }
-        HoleOutcome::Triangulated(why) | HoleOutcome::WouldBeTriangulated(why) => {
-            Some(why.to_string())
-        }
+        HoleOutcome::Triangulated(why) => Some(why.to_string()),
         HoleOutcome::Faired(why) => Some(why.to_string()),
         HoleOutcome::Left(why) => Some(why.to_string()),
         HoleOutcome::Failed(why) => Some(why.to_string()),
-        HoleOutcome::Filled
-        | HoleOutcome::WouldBeFilled
-        | HoleOutcome::Flat
-        | HoleOutcome::WouldBeFlat => None,
+        HoleOutcome::Filled | HoleOutcome::Flat => None,
     }
 }
 

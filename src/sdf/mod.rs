@@ -10,7 +10,7 @@ mod surface;
 mod tests;
 
 pub use jets::{JET_RINGS, Jet, fit_jet};
-pub use near::{Place, faces_at};
+pub use near::{SearchArea, faces_at};
 pub use redistance::{project_on_zero_set, redistance};
 pub use sampler::{DistanceSample, RimSet, Sampler};
 pub use side::{Feature, feature, side};

@@ -15,7 +15,7 @@ const CHUNK: usize = 1 << 16;
 
 /// Where a region looks, and the faces there.
 #[derive(Clone)]
-pub struct Place {
+pub struct SearchArea {
     /// The box that nearly all of its queries need.
     pub usual: Bounds,
     /// The box that holds what is closest to any point of the region.
@@ -153,13 +153,13 @@ fn within<'a>(
 
 /// Hierarchies over the faces near a place, each built when it is first asked for.
 pub(super) struct Near {
-    place: Place,
+    place: SearchArea,
     usual: OnceLock<Bvh>,
     widest: OnceLock<Bvh>,
 }
 
 impl Near {
-    pub(super) fn new(place: Place) -> Self {
+    pub(super) fn new(place: SearchArea) -> Self {
         Self {
             place,
             usual: OnceLock::new(),

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::jets::{Jet, fit_jet};
-use super::near::{Faces, Near, Place};
+use super::near::{Faces, Near, SearchArea};
 use super::side::{Feature, feature, side};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, bounds, face_normal, vertex_normal};
@@ -84,7 +84,7 @@ impl<'a> Sampler<'a> {
     }
 
     /// The same for the queries of one region: it gives the same, and needs less memory as long as they stay there.
-    pub fn at(&self, place: Place) -> Self {
+    pub fn at(&self, place: SearchArea) -> Self {
         Self {
             smooth: self.smooth.clone(),
             faces: self.faces.clone(),

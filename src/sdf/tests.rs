@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Place, RimSet, Sampler, faces_at, redistance};
+use super::{RimSet, Sampler, SearchArea, faces_at, redistance};
 use crate::grid::{SparseGrid, as_point};
 use crate::mesh::Topology;
 use crate::mesh::shapes::icosphere;
@@ -91,7 +91,7 @@ fn what_is_near_a_place_is_what_is_near_in_all() {
     assert!(faces_at(&mesh, &topology, &[at(0.4)], faces[0].len() - 1).is_none());
     assert!((20..mesh.faces.len() / 4).contains(&faces[0].len()));
     let all = Sampler::new(&mesh, &topology);
-    let near = all.at(Place {
+    let near = all.at(SearchArea {
         usual: at(0.4),
         widest: at(1.0),
         faces: faces[0].clone(),

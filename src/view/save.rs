@@ -18,12 +18,9 @@ pub struct Saved {
 }
 
 impl App {
-    /// The files of a mesh: that which the next command would read.
+    /// A mesh, as that which the next command would read.
     pub fn source_of(&self, state: &State) -> Source {
-        let mut source = Source::from(match state.depth {
-            0 => self.input.clone(),
-            depth => self.between(depth),
-        });
+        let mut source = Source::mesh(state.place(&self.input), state.loaded.clone());
         source.format = self.from.filter(|_| state.depth == 0);
         source
     }
@@ -55,9 +52,7 @@ impl App {
             None => {
                 let mut spec = JobSpec::plan(self.source_of(state), Work::Copy);
                 spec.output = Some(output);
-                let read = spec.with(state.loaded.clone());
-                let mended = read.mend(&Control::new())?.into_owned();
-                mended.write()?
+                spec.read()?.mend(&Control::new())?.into_owned().write()?
             }
         };
         Ok(Saved {
@@ -91,8 +86,7 @@ impl App {
         match &state.step {
             Some(step) => {
                 let drawings = drawn(format!("isomend {}", step.command.words().join(" ")));
-                let mut output = Output::new(self.between(state.depth), Some(self.format_between))?;
-                output.handed_over = true;
+                let output = Output::new(state.place(&self.input), Some(self.format_between))?;
                 step.mended.clone().drawn(drawings).to(output).write()?;
             }
             None => {

@@ -1,6 +1,6 @@
 //! A mesh of the session: as it was read, or as a step made it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use glam::DVec3;
@@ -13,7 +13,7 @@ use super::texture::Textures;
 use super::words::Command;
 use crate::check::CheckParams;
 use crate::io::Loaded;
-use crate::job::{Drawings, JobError, Mended, Source, Work, inspect};
+use crate::job::{Drawings, JobError, Mended, Place, Source, Work, inspect};
 use crate::mend::FillReport;
 use crate::mesh::{Hole, Mesh};
 use crate::report::counted;
@@ -29,7 +29,7 @@ pub struct State {
     /// What made it; none for the file as it was read.
     pub step: Option<StepDone>,
     /// The mesh, with what it carries.
-    pub loaded: Loaded,
+    pub loaded: Arc<Loaded>,
     /// Its holes.
     pub holes: Vec<Hole>,
     /// The document of `isomend inspect`.
@@ -84,7 +84,7 @@ impl State {
     ///
     /// # Errors
     /// When the mesh cannot be measured.
-    pub fn first(source: &Source, loaded: Loaded) -> Result<Self, JobError> {
+    pub fn first(source: &Source, loaded: Arc<Loaded>) -> Result<Self, JobError> {
         let faces = loaded.mesh.faces.len();
         let (holes, inspected) = looked_at(source, &loaded)?;
         Ok(Self {
@@ -150,6 +150,14 @@ impl State {
             textures: OnceLock::new(),
             checked: Mutex::default(),
         })
+    }
+
+    /// Where it is: the file that was opened, or what a step made of it, in memory.
+    pub fn place(&self, input: &Path) -> Place {
+        match self.depth {
+            0 => input.into(),
+            depth => place_after(input, depth),
+        }
     }
 
     /// The images on it.
@@ -219,8 +227,17 @@ fn looked_at(source: &Source, loaded: &Loaded) -> Result<(Vec<Hole>, Value), Job
     Ok((inspected.found.holes, document))
 }
 
-/// A file that is not written: the mesh between two steps.
-pub fn between(input: &std::path::Path, depth: usize, extension: &str) -> PathBuf {
+/// The place of a mesh after so many steps: in memory, with what it refers to beside the file that was opened.
+pub fn place_after(input: &Path, depth: usize) -> Place {
+    let name = input.file_name().unwrap_or_default().to_string_lossy();
+    Place::Memory {
+        name: format!("{name}, step {depth}"),
+        folder: input.parent().map(Path::to_path_buf),
+    }
+}
+
+/// The file of the mesh between two steps in a recipe, which writes it.
+pub fn between(input: &Path, depth: usize, extension: &str) -> PathBuf {
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
     input.with_file_name(format!("{stem}.isomend-step{depth}.{extension}"))
 }

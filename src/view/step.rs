@@ -8,11 +8,11 @@ use serde::Deserialize;
 use serde_json::Value;
 
 use super::runs::Runs;
-use super::state::{State, StepDone, between};
+use super::state::{State, StepDone, place_after};
 use super::words::Words;
 use crate::fill::FillParams;
 use crate::io::Format;
-use crate::job::{Drawings, Extent, JobError, JobResult, JobSpec, MaskSpec, Output, Source, Work};
+use crate::job::{Extent, JobError, JobResult, JobSpec, MaskSpec, Output, Source, Work};
 use crate::mend::{Control, FairParams, RestoreParams};
 use crate::mesh::length_beside;
 use crate::repair::RepairParams;
@@ -165,21 +165,15 @@ impl Order {
         let clock = Instant::now();
         // As it was read, or as the step before wrote it.
         let format = format_between(parent.loaded.format);
-        let path = |depth| between(input, depth, format.extension());
-        let source = match parent.depth {
-            0 => Source::from(input),
-            depth => Source::from(path(depth)),
-        };
-        let mut output = Output::new(path(parent.depth + 1), Some(format))?;
-        output.handed_over = true;
+        let place = place_after(input, parent.depth + 1);
+        let source = Source::mesh(parent.place(input), parent.loaded.clone());
         let mut spec = JobSpec::plan(source, self.marked());
-        spec.output = Some(output);
-        // Kept for the page of the step: what was cut out.
-        spec.drawings.page = Some("report.html".into());
+        spec.output = Some(Output::new(place.clone(), Some(format))?);
+        // What was cut out is kept for the page of the step.
+        spec.drawings.may_follow = true;
         spec.work.check()?;
-        let read = spec.with(parent.loaded.clone());
-        let mended = read.mend(control)?.into_owned();
-        let done = mended.clone().drawn(Drawings::default()).write()?;
+        let mended = spec.read()?.mend(control)?.into_owned();
+        let done = mended.clone().write()?;
         let step = StepDone {
             work: self.work,
             mask: self.mask,
@@ -193,7 +187,8 @@ impl Order {
         let report = done.report;
         let next = Source {
             bytes: done.bytes,
-            ..Source::from(path(parent.depth + 1))
+            format: Some(format),
+            ..Source::from(place)
         };
         State::next(parent, step, &report, &next)
     }

@@ -10,7 +10,7 @@ use thiserror::Error;
 
 use super::choices::Choices;
 use super::runs::Runs;
-use crate::io::save;
+use crate::io::replace_file;
 use crate::job::Work;
 
 /// Why a session cannot be gone on with.
@@ -50,7 +50,7 @@ pub enum ResumeError {
 /// What is kept of a session.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Kept {
+struct SessionFile {
     /// The version of the program that wrote it.
     version: String,
     input: Mark,
@@ -149,7 +149,7 @@ impl Store {
             Ok(bytes) => bytes,
             Err(cause) => return Err(ResumeError::Missing { path, cause }),
         };
-        let kept: Kept = match serde_json::from_slice(&bytes) {
+        let kept: SessionFile = match serde_json::from_slice(&bytes) {
             Ok(kept) => kept,
             Err(error) => {
                 let what = error.to_string();
@@ -191,7 +191,7 @@ impl Store {
     }
 
     fn write(&self, is_another: bool, keep: Keep) -> std::io::Result<()> {
-        let kept = Kept {
+        let kept = SessionFile {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             input: self.mark,
             steps: keep.steps,
@@ -201,7 +201,7 @@ impl Store {
             fs::rename(&self.path, self.path.with_extension("json.old"))?;
         }
         let text = serde_json::to_vec(&kept).map_err(std::io::Error::other)?;
-        save(&self.path, &text)
+        replace_file(&self.path, &text)
     }
 
     fn now(&self) -> std::sync::MutexGuard<'_, Now> {

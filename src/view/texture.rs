@@ -14,7 +14,7 @@ pub const NONE: u8 = u8::MAX;
 
 /// Where an image is.
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Place {
+enum ImagePlace {
     /// In the mesh file, by its number.
     Inside(usize),
     /// A file, relative to the folder of the mesh's.
@@ -24,7 +24,7 @@ enum Place {
 /// The images of a mesh, and which face has which.
 #[derive(Default)]
 pub struct Textures {
-    images: Vec<Place>,
+    images: Vec<ImagePlace>,
     /// For each face the number of its image, or `u32::MAX`.
     pub of_face: Vec<u8>,
 }
@@ -38,7 +38,7 @@ impl Textures {
         };
         if let Some(document) = &loaded.document {
             for (faces, image) in document.images_of_faces() {
-                let number = image.map_or(NONE, |image| textures.number(Place::Inside(image)));
+                let number = image.map_or(NONE, |image| textures.number(ImagePlace::Inside(image)));
                 if let Some(part) = textures.of_face.get_mut(faces) {
                     part.fill(number);
                 }
@@ -51,13 +51,13 @@ impl Textures {
             };
             let images: Vec<Option<String>> = labels.names.iter().map(image).collect();
             let numbers: Vec<u8> = (images.into_iter())
-                .map(|i| i.map_or(NONE, |i| textures.number(Place::File(i))))
+                .map(|i| i.map_or(NONE, |i| textures.number(ImagePlace::File(i))))
                 .collect();
             for (slot, label) in textures.of_face.iter_mut().zip(&labels.of_face) {
                 *slot = numbers.get(*label as usize).copied().unwrap_or(NONE);
             }
         } else if let Some(name) = loaded.attributes.textures.first() {
-            let number = textures.number(Place::File(name.clone()));
+            let number = textures.number(ImagePlace::File(name.clone()));
             textures.of_face.fill(number);
         }
         let has_coordinates = uv(loaded, 0, 0).is_some()
@@ -69,7 +69,7 @@ impl Textures {
     }
 
     /// The number of an image, which is new or not.
-    fn number(&mut self, place: Place) -> u8 {
+    fn number(&mut self, place: ImagePlace) -> u8 {
         let known = self.images.iter().position(|p| *p == place);
         let number = known.unwrap_or_else(|| {
             self.images.push(place);
@@ -94,8 +94,8 @@ impl Textures {
         input: &Path,
     ) -> Option<(&'static str, Vec<u8>)> {
         let found = match self.images.get(index)? {
-            Place::Inside(image) => loaded.document.as_ref()?.image(*image)?,
-            Place::File(name) => Image::File(name.clone()),
+            ImagePlace::Inside(image) => loaded.document.as_ref()?.image(*image)?,
+            ImagePlace::File(name) => Image::File(name.clone()),
         };
         let bytes = match found {
             Image::Bytes(bytes) => bytes,

@@ -1,8 +1,13 @@
 //! The file-to-file job as a library does what the command line does.
 
+use std::sync::Arc;
+
 use isomend::glam::DVec3;
-use isomend::io::{Format, WriteOptions, read_path, to_bytes};
-use isomend::job::{Extent, JobError, JobSpec, MaskSpec, Output, Place, Source, Work, run};
+use isomend::io::{Format, Loaded, WriteOptions, read_path, to_bytes};
+use isomend::job::{
+    Batch, BatchObserver, Extent, JobError, JobResult, JobSpec, MaskSpec, Output, Place, Source,
+    Work, WorkPlan, run,
+};
 use isomend::{Control, FairParams, FillParams, RestoreParams, VoxelSize};
 use serde_json::Value;
 
@@ -64,12 +69,15 @@ fn bytes_go_in_and_out() {
     let mesh = ball();
     let written = to_bytes(&mesh, Format::Ply, &WriteOptions::default()).unwrap();
     let mut spec = JobSpec::plan(Source::bytes("upload", written.bytes), Work::Fill(params()));
-    let plan = run(&spec, &Control::new()).unwrap();
-    assert!(plan.planned && plan.bytes.is_empty() && plan.mesh.is_none());
+    let plan = spec.preview().unwrap();
+    assert!(matches!(
+        run(&spec, &Control::new()),
+        Err(JobError::Places { .. })
+    ));
     let document = serde_json::to_value(plan.document()).unwrap();
     assert_eq!(document["dry_run"], true);
     assert_eq!(document["holes"][0]["outcome"], "would_be_filled");
-    let place = Place::Bytes("download".to_owned());
+    let place = Place::memory("download");
     spec.output = Some(Output::new(place, Some(Format::Obj)).unwrap());
     let filled = run(&spec, &Control::new()).unwrap();
     assert!(filled.bytes.starts_with(b"#") || filled.bytes.starts_with(b"v"));
@@ -78,7 +86,7 @@ fn bytes_go_in_and_out() {
         .split(|b| *b == b'\n')
         .filter(|l| l.starts_with(b"f "))
         .count();
-    assert_eq!(faces, filled.mesh.unwrap().faces.len());
+    assert_eq!(faces, filled.mesh.faces.len());
     spec.source = Source::bytes("upload", b"solid nothing".to_vec());
     let error = run(&spec, &Control::new()).unwrap_err();
     assert!(error.to_string().contains("upload"), "{error}");
@@ -101,14 +109,11 @@ fn regions_are_marked_in_words() {
         panic!("{:?}", result.extent);
     };
     assert!(cut.removed_faces >= cut.marked_faces && cut.marked_faces > 0);
-    let (mesh, written) = (
-        result.mesh.as_ref().unwrap(),
-        read_path(&desk.path("out.ply"), None),
-    );
-    assert_eq!(mesh.faces, written.unwrap().mesh.faces);
+    let written = read_path(&desk.path("out.ply"), None);
+    assert_eq!(result.mesh.faces, written.unwrap().mesh.faces);
     mask.balls = vec![(9.0 * DVec3::Z, 0.5)];
     let spec = JobSpec::plan(desk.path("ball.ply"), Work::Restore(mask, restore));
-    let missed = run(&spec, &Control::new()).unwrap_err();
+    let missed = spec.preview().unwrap_err();
     assert!(matches!(missed, JobError::NothingMarked { .. }), "{missed}");
     let nothing = Work::Restore(MaskSpec::default(), RestoreParams::default());
     let spec = JobSpec::plan(desk.path("ball.ply"), nothing);
@@ -117,8 +122,8 @@ fn regions_are_marked_in_words() {
         desk.path("ball.ply"),
         Work::Fair(None, FairParams::default()),
     );
-    let plan = run(&spec, &Control::new()).unwrap();
-    assert!(matches!(&plan.extent, Extent::Faired(report) if report.whole));
+    let plan = spec.preview().unwrap();
+    assert!(matches!(&plan.plan, WorkPlan::Fair(plan) if plan.whole));
 }
 
 #[test]
@@ -160,7 +165,7 @@ fn a_mended_mesh_is_kept_and_written_several_times() {
     let mended = read.mend_found(&found, &Control::new()).unwrap();
     let mended = mended.into_owned();
     for format in [Format::Ply, Format::Obj, Format::Glb] {
-        let place = Place::Bytes("bytes".to_owned());
+        let place = Place::memory("bytes");
         let output = Output::new(place, Some(format)).unwrap();
         let result = mended.clone().to(output).write().unwrap();
         let name = format!("file.{}", format.extension());
@@ -180,4 +185,100 @@ fn a_mended_mesh_is_kept_and_written_several_times() {
     );
     assert_eq!(mended.new_vertices(), mended.sigma().len());
     assert!(mended.kept().is_none());
+}
+
+#[test]
+fn a_mesh_that_is_there_is_shared_and_not_copied() {
+    let loaded = Arc::new(Loaded {
+        mesh: ball(),
+        format: Format::Ply,
+        f32_exact: false,
+        attributes: isomend::Attributes::default(),
+        document: None,
+        notes: Vec::new(),
+    });
+    let source = Source::mesh(Place::memory("a mesh"), loaded.clone());
+    for work in [Work::Fill(params()), Work::Copy] {
+        let spec = JobSpec::plan(source.clone(), work);
+        let mended = spec.read().unwrap().mend(&Control::new()).unwrap();
+        assert!(Arc::ptr_eq(mended.first(), &loaded));
+    }
+}
+
+/// Notes what it is told.
+#[derive(Default)]
+struct Noted(Vec<String>);
+
+impl BatchObserver for Noted {
+    fn begins(&mut self, job: &JobSpec) {
+        self.0.push(format!("begins {}", job.source.place.name()));
+    }
+
+    fn done(&mut self, result: &JobResult) -> std::io::Result<()> {
+        self.0.push(format!("{} holes", result.report.holes.len()));
+        Ok(())
+    }
+
+    fn failed(&mut self, _job: &JobSpec, words: &str) {
+        self.0.push(words.to_owned());
+    }
+}
+
+#[test]
+fn a_batch_goes_on_after_a_failure_and_has_one_document() {
+    let desk = Desk::new();
+    desk.save("a.ply", &ball(), Format::Ply);
+    std::fs::write(desk.path("b.ply"), "ply nothing").unwrap();
+    let mut batch = Batch::new(
+        ["a.ply", "b.ply"].map(|n| desk.path(n)),
+        Work::Fill(params()),
+    );
+    let run = |batch: &Batch, noted: &mut Noted| batch.run(noted, &Control::new());
+    let mut noted = Noted::default();
+    let error = run(&batch, &mut noted).unwrap_err();
+    assert!(error.is_usage(), "without an output: {error}");
+    batch.output = Some(desk.path("one.ply").into());
+    let error = run(&batch, &mut noted).unwrap_err();
+    assert!(error.to_string().contains("need a folder"), "{error}");
+    batch.output = Some(desk.path("all/").into());
+    batch.document = Some(desk.path("a.ply").into());
+    let error = run(&batch, &mut noted).unwrap_err();
+    assert!(
+        matches!(error, JobError::DocumentOverMesh { .. }),
+        "{error}"
+    );
+    batch.document = Some(Place::memory("the report"));
+    assert!(noted.0.is_empty(), "nothing was read before");
+    let ended = run(&batch, &mut noted).unwrap();
+    assert_eq!([ended.done, ended.in_part, ended.failed], [1, 0, 1]);
+    let documents: serde_json::Value = serde_json::from_str(&ended.document.unwrap()).unwrap();
+    assert_eq!(documents[0]["complete"], true);
+    assert_eq!(documents[1]["error"], noted.0[3].as_str());
+    assert_eq!(noted.0[1], "1 holes");
+    assert!(desk.path("all/a.ply").exists() && !desk.path("all/b.ply").exists());
+    // A plan of both says what would be done, and no more.
+    batch.plan = true;
+    batch.sources.remove(1);
+    let planned = batch.run(&mut (), &Control::new()).unwrap();
+    let document: serde_json::Value = serde_json::from_str(&planned.document.unwrap()).unwrap();
+    assert_eq!(document["dry_run"], true);
+    assert!(document.get("seconds").is_none() && document.get("output").is_none());
+}
+
+#[test]
+fn the_plan_of_a_repair_has_no_results_and_its_report_no_plans() {
+    let desk = Desk::new();
+    desk.save("ball.ply", &ball(), Format::Ply);
+    let work = Work::Repair(isomend::RepairParams::default());
+    let spec = JobSpec::new(desk.path("ball.ply"), desk.path("out.ply"), work).unwrap();
+    let plan = serde_json::to_value(spec.preview().unwrap().document()).unwrap();
+    for key in ["steps", "after", "complete", "seconds", "lost_faces"] {
+        assert!(plan.get(key).is_none(), "{key}");
+    }
+    assert_eq!(plan["before"]["sound"], false);
+    assert_eq!(plan["regions"].as_array().unwrap().len(), 1);
+    let report = run(&spec, &Control::new()).unwrap().report;
+    assert_eq!(report.regions.len(), 1);
+    assert!(report.regions[0].new_faces > 0);
+    assert_eq!((report.regions[0].id, report.holes[0].region), (1, 1));
 }

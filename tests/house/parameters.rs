@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use isomend::check::CheckParams;
 use isomend::internals::parameters as solve;
-use isomend::parameters::{Kind, Table, Usual, tables};
+use isomend::parameters::{Kind, Table, Usual};
 use isomend::volume::VolumeParams;
 use isomend::{FairParams, FillParams, RepairParams, RestoreParams};
 use serde::Serialize;
@@ -37,22 +37,22 @@ fn said<E: ToString>(result: Result<(), E>) -> Result<(), String> {
 fn held() -> [Held; 6] {
     let row = |table, usual, read| Held { table, usual, read };
     [
-        row(&tables::FILL, usual::<FillParams>(), |v| {
+        row(Table::FILL, usual::<FillParams>(), |v| {
             read(|p: &FillParams| said(p.check()), v)
         }),
-        row(&tables::RESTORE, usual::<RestoreParams>(), |v| {
+        row(Table::RESTORE, usual::<RestoreParams>(), |v| {
             read(|p: &RestoreParams| said(p.check()), v)
         }),
-        row(&tables::FAIR, usual::<FairParams>(), |v| {
+        row(Table::FAIR, usual::<FairParams>(), |v| {
             read(|p: &FairParams| said(p.check()), v)
         }),
-        row(&tables::REPAIR, usual::<RepairParams>(), |v| {
+        row(Table::REPAIR, usual::<RepairParams>(), |v| {
             read(|p: &RepairParams| said(p.check()), v)
         }),
-        row(&tables::CHECK, usual::<CheckParams>(), |v| {
+        row(Table::CHECK, usual::<CheckParams>(), |v| {
             read(|p: &CheckParams| said(p.check()), v)
         }),
-        row(&tables::SDF, usual::<VolumeParams>(), |v| {
+        row(Table::SDF, usual::<VolumeParams>(), |v| {
             read(|p: &VolumeParams| said(p.check()), v)
         }),
     ]

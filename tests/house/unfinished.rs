@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::mpsc;
 use std::time::Duration;
 
-use isomend::io::{abandon_unfinished, save};
+use isomend::io::{abandon_unfinished, replace_file};
 
 fn parts(folder: &Path) -> usize {
     let names = fs::read_dir(folder).unwrap();
@@ -18,13 +18,13 @@ fn parts(folder: &Path) -> usize {
 fn unfinished_files_are_removed_and_none_are_finished_after_that() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mesh.ply");
-    save(&path, b"old").unwrap();
+    replace_file(&path, b"old").unwrap();
     let (send, receive) = mpsc::channel();
     let target = path.clone();
     let saver = std::thread::spawn(move || {
         let large = vec![7; 64 << 20];
         // Until it fails.
-        while save(&target, &large).is_ok() {}
+        while replace_file(&target, &large).is_ok() {}
         send.send(()).unwrap();
     });
     let abandoned = loop {
@@ -53,6 +53,6 @@ fn unfinished_files_are_removed_and_none_are_finished_after_that() {
     }
     saver.join().unwrap();
     assert_eq!(parts(folder.path()), 0);
-    save(&path, b"new").unwrap();
+    replace_file(&path, b"new").unwrap();
     assert_eq!(fs::read(&path).unwrap(), b"new");
 }

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use isomend::internals::parameters as solve;
-use isomend::parameters::{Kind, Parameter, Table, Usual, tables};
+use isomend::parameters::{Kind, Parameter, Table, Usual};
 
 /// Puts what is made of the tables in the place of what stands there, or says that it is not the same.
 fn renewed(file: &str, made: impl Fn(&str) -> String) {
@@ -58,7 +58,7 @@ fn the_page_of_options_has_the_tables() {
         while let Some((before, after)) = rest.split_once("<!-- parameters of ") {
             let (command, after) = after.split_once(" -->\n").unwrap();
             let (_, after) = after.split_once("<!-- end -->").unwrap();
-            let table = tables::ALL.iter().find(|t| t.command == command).unwrap();
+            let table = Table::ALL.iter().find(|t| t.command == command).unwrap();
             made += before;
             made += &format!(
                 "<!-- parameters of {command} -->\n\n| option | meaning | default |\n|---|---|---|\n"
@@ -74,7 +74,7 @@ fn the_page_of_options_has_the_tables() {
             rest = after;
             count += 1;
         }
-        assert_eq!(count, tables::ALL.len(), "tables of parameters");
+        assert_eq!(count, Table::ALL.len(), "tables of parameters");
         made + rest
     });
 }
@@ -127,10 +127,10 @@ from isomend._params import RunOptions, Voxel
         let about = "The parameters of all works that fill holes.";
         text += &class("SolveOptions", "RunOptions", about, solve::SOLVE);
         for (table, name) in [
-            (&tables::FILL, "Fill"),
-            (&tables::REPAIR, "Repair"),
-            (&tables::RESTORE, "Restore"),
-            (&tables::FAIR, "Fair"),
+            (Table::FILL, "Fill"),
+            (Table::REPAIR, "Repair"),
+            (Table::RESTORE, "Restore"),
+            (Table::FAIR, "Fair"),
         ] {
             let base = table.solve.map_or("RunOptions", |_| "SolveOptions");
             let about = format!("The keywords of :func:`isomend.{}`.", table.command);
@@ -197,7 +197,7 @@ fn between(text: &str, place: &str, marks: [&str; 2], new: &str) -> String {
 fn the_functions_of_python_have_the_keywords_of_the_tables() {
     renewed("python/isomend/_functions.py", |text| {
         let mut text = text.to_owned();
-        for table in [&tables::FILL, &tables::REPAIR] {
+        for table in [Table::FILL, Table::REPAIR] {
             let all: Vec<&Parameter> = table.own.iter().chain(solve::SOLVE).collect();
             let place = format!("def {}(", table.command);
             let keyword = |p: &&Parameter| {

@@ -5,7 +5,7 @@ use gltf_json::accessor::sparse::Sparse;
 use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::validation::Checked;
 
-use super::super::{IoError, Place};
+use super::super::{IoError, Location};
 use super::buffers::Buffers;
 use super::unsupported_extension;
 use crate::mesh::attributes::Scalar;
@@ -284,7 +284,7 @@ impl Wanted {
             );
             return Err(IoError::malformed(
                 format,
-                Place::Item("accessor", accessor),
+                Location::Item("accessor", accessor),
                 what,
             ));
         }
@@ -316,5 +316,5 @@ fn scalar(component: ComponentType) -> Scalar {
 }
 
 fn fault(buffers: &Buffers<'_>, index: usize, what: String) -> IoError {
-    IoError::malformed(buffers.format, Place::Item("accessor", index), what)
+    IoError::malformed(buffers.format, Location::Item("accessor", index), what)
 }

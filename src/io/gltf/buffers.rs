@@ -9,7 +9,7 @@ use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 use gltf_json::Root;
 use gltf_json::buffer::View;
 
-use super::super::{Format, IoError, Place, Resolve};
+use super::super::{Format, IoError, Location, Resolve};
 
 /// How much memory a scene may take: so many bytes, and so many times the size of its file and buffers. A mesh that is used
 /// once takes 6 to 12 times its size.
@@ -53,8 +53,9 @@ impl<'a> Buffers<'a> {
 
     /// The bytes of a buffer view, checked to lie inside its buffer.
     pub(super) fn view(&mut self, index: usize) -> Result<(&View, &[u8]), IoError> {
-        let fault =
-            |what: String| IoError::malformed(self.format, Place::Item("buffer view", index), what);
+        let fault = |what: String| {
+            IoError::malformed(self.format, Location::Item("buffer view", index), what)
+        };
         let root = self.root;
         let Some(view) = root.buffer_views.get(index) else {
             return Err(fault(format!(
@@ -63,7 +64,7 @@ impl<'a> Buffers<'a> {
             )));
         };
         let start = view.byte_offset.unwrap_or_default().0;
-        let (length, place) = (view.byte_length.0, Place::Item("buffer view", index));
+        let (length, place) = (view.byte_length.0, Location::Item("buffer view", index));
         let format = self.format;
         let bytes = self.buffer(view.buffer.value())?;
         let end = start
@@ -95,7 +96,7 @@ impl<'a> Buffers<'a> {
                     "the scene needs {bytes} bytes more of memory, where {} are left of what a file of this size may take",
                     self.budget
                 );
-                Err(IoError::malformed(self.format, Place::File, what)
+                Err(IoError::malformed(self.format, Location::File, what)
                     .advise("save the parts of the scene to be mended on their own"))
             }
         }
@@ -120,7 +121,7 @@ impl<'a> Buffers<'a> {
     /// The whole bytes of a buffer.
     fn buffer(&mut self, index: usize) -> Result<&[u8], IoError> {
         let fault =
-            |what: String| IoError::malformed(self.format, Place::Item("buffer", index), what);
+            |what: String| IoError::malformed(self.format, Location::Item("buffer", index), what);
         let Some(buffer) = self.root.buffers.get(index) else {
             return Err(fault(format!(
                 "the file has only {} buffers",
@@ -146,7 +147,7 @@ impl<'a> Buffers<'a> {
                 let what = format!("it claims {length} bytes, but has {}", bytes.len());
                 return Err(IoError::malformed(
                     self.format,
-                    Place::Item("buffer", index),
+                    Location::Item("buffer", index),
                     what,
                 ));
             }

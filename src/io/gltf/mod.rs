@@ -14,7 +14,7 @@ pub use document::{Document, Image};
 
 use gltf_json::Root;
 
-use super::{Contents, Format, IoError, Loaded, Place, Resolve, Written, text};
+use super::{Contents, Format, IoError, Loaded, Location, Resolve, Written, text};
 
 /// Reads all triangles of the default scene of a glTF or GLB file into one mesh.
 pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
@@ -27,7 +27,7 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
     let root = Root::from_slice(json).map_err(|error| {
         IoError::malformed(
             format,
-            Place::File,
+            Location::File,
             format!("the JSON part does not fit glTF 2.0: {error}"),
         )
     })?;
@@ -66,7 +66,7 @@ struct Chunks<'a> {
 
 /// Splits a GLB file into its chunks. Chunks of other kinds are passed over, as the format asks.
 fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, IoError> {
-    let fault = |at: usize, what: String| IoError::malformed(Format::Glb, Place::Byte(at), what);
+    let fault = |at: usize, what: String| IoError::malformed(Format::Glb, Location::Byte(at), what);
     let word = |at: usize| {
         let bytes = bytes.get(at..)?.first_chunk::<4>()?;
         Some(u32::from_le_bytes(*bytes))

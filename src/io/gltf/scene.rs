@@ -8,8 +8,8 @@ use gltf_json::scene::Node;
 use gltf_json::validation::Checked;
 use gltf_json::{Root, Value};
 
-use super::super::surface::Surface;
-use super::super::{Format, IoError, Place};
+use super::super::mesh_builder::MeshBuilder;
+use super::super::{Format, IoError, Location};
 use super::accessor::{self, Raw};
 use super::buffers::Buffers;
 use super::unsupported_extension;
@@ -53,7 +53,7 @@ pub(super) struct PlacedPrimitive {
 
 /// What a scene holds.
 pub(super) struct Scene {
-    pub(super) surface: Surface,
+    pub(super) surface: MeshBuilder,
     pub(super) blocks: Vec<Block>,
     pub(super) parts: Vec<PlacedPrimitive>,
     /// The attributes of vertices: block, name and numbers.
@@ -65,7 +65,7 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoEr
     let mut reader = Reader {
         root,
         scene: Scene {
-            surface: Surface::new(buffers.format),
+            surface: MeshBuilder::new(buffers.format),
             blocks: Vec::new(),
             parts: Vec::new(),
             values: Vec::new(),
@@ -83,7 +83,7 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoEr
     let mut skinned = 0;
     while let Some((index, outer)) = stack.pop() {
         let fault = |what: String| {
-            IoError::malformed(reader.buffers.format, Place::Item("node", index), what)
+            IoError::malformed(reader.buffers.format, Location::Item("node", index), what)
         };
         let Some(node) = root.nodes.get(index) else {
             return Err(fault(format!(
@@ -139,7 +139,7 @@ fn start(root: &Root, format: Format) -> Result<Vec<usize>, IoError> {
                 "the default scene is {scene}, but the file has only {}",
                 root.scenes.len()
             );
-            Err(IoError::malformed(format, Place::File, what))
+            Err(IoError::malformed(format, Location::File, what))
         }
     }
 }
@@ -205,7 +205,7 @@ impl Reader<'_, '_> {
             let what = format!("the file has only {} meshes", self.root.meshes.len());
             return Err(IoError::malformed(
                 self.buffers.format,
-                Place::Item("mesh", index),
+                Location::Item("mesh", index),
                 what,
             ));
         };
@@ -440,6 +440,6 @@ impl Reader<'_, '_> {
     }
 
     fn fault(&self, mesh: usize, what: String) -> IoError {
-        IoError::malformed(self.buffers.format, Place::Item("mesh", mesh), what)
+        IoError::malformed(self.buffers.format, Location::Item("mesh", mesh), what)
     }
 }

@@ -4,7 +4,7 @@
 
 use std::collections::HashMap;
 
-use super::super::surface::{CutFrom, Surface};
+use super::super::mesh_builder::{CutFrom, MeshBuilder};
 use super::super::{IoError, Loaded, text};
 use crate::mesh::Attributes;
 use crate::mesh::attributes::{Attribute, CornerAttribute, LabelKind, Labels, NONE, Role, Scalar};
@@ -196,7 +196,7 @@ impl Extras {
     }
 
     /// Finishes the surface and gives it its attributes.
-    pub(super) fn finish(mut self, surface: Surface) -> Result<Loaded, IoError> {
+    pub(super) fn finish(mut self, surface: MeshBuilder) -> Result<Loaded, IoError> {
         let with_corners = !self.uv.corners.is_empty() || !self.normals.corners.is_empty();
         let mut cut = (with_corners || !self.running.is_empty()).then(|| CutFrom::identity(0));
         let mut loaded = surface.finish_with(&mut cut)?;

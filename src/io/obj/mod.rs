@@ -10,8 +10,8 @@ use std::borrow::Cow;
 
 use glam::DVec3;
 
-use super::surface::{Surface, not_finite};
-use super::{Format, IoError, Loaded, Place, Resolve, text};
+use super::mesh_builder::{MeshBuilder, not_finite};
+use super::{Format, IoError, Loaded, Location, Resolve, text};
 use crate::mesh::attributes::LabelKind;
 use extras::Extras;
 
@@ -21,7 +21,7 @@ pub(super) use write::write;
 pub(super) fn read(bytes: &[u8], resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
     let decoded = text::decode(bytes);
     let mut reader = Reader {
-        surface: Surface::new(Format::Obj),
+        surface: MeshBuilder::new(Format::Obj),
         corners: Vec::new(),
         forward: None,
         extras: Extras::default(),
@@ -109,7 +109,7 @@ impl<'a> Lines<'a> {
 }
 
 struct Reader {
-    surface: Surface,
+    surface: MeshBuilder,
     corners: Vec<u32>,
     /// The largest index that named a vertex not yet read, and its line.
     forward: Option<(u32, usize)>,
@@ -149,7 +149,7 @@ impl Reader {
         }
         let point = DVec3::from_array(point);
         if !point.is_finite() {
-            return Err(not_finite(Format::Obj, Place::Line(line), point));
+            return Err(not_finite(Format::Obj, Location::Line(line), point));
         }
         self.surface.positions.push(point);
         if tokens.left() > 0 {
@@ -239,7 +239,7 @@ impl Reader {
 }
 
 fn fault(line: usize, what: String) -> IoError {
-    IoError::malformed(Format::Obj, Place::Line(line), what)
+    IoError::malformed(Format::Obj, Location::Line(line), what)
 }
 
 #[cfg(test)]

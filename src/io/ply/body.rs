@@ -2,15 +2,15 @@
 
 use glam::DVec3;
 
-use super::super::surface::Surface;
-use super::super::{Format, IoError, Place, text};
+use super::super::mesh_builder::MeshBuilder;
+use super::super::{Format, IoError, Location, text};
 use super::columns::{Columns, FaceValues, Use};
 use super::header::{Element, Encoding, Header, Property};
 use crate::mesh::attributes::{Attribute, NONE, Role, Scalar};
 
 /// The points and faces of a file, and their values.
 pub(super) struct Body {
-    pub(super) surface: Surface,
+    pub(super) surface: MeshBuilder,
     pub(super) vertex: Vec<Attribute>,
     pub(super) face: FaceValues,
 }
@@ -99,7 +99,7 @@ impl Values for TextValues<'_> {
         let what = format!("{} is not a number", text::shown(self.bad?));
         Some(IoError::malformed(
             Format::Ply,
-            Place::Line(self.tokens.line()),
+            Location::Line(self.tokens.line()),
             what,
         ))
     }
@@ -107,7 +107,7 @@ impl Values for TextValues<'_> {
 
 fn read_elements<V: Values>(values: &mut V, header: &Header) -> Result<Body, IoError> {
     let mut body = Body {
-        surface: Surface::new(Format::Ply),
+        surface: MeshBuilder::new(Format::Ply),
         vertex: Vec::new(),
         face: FaceValues::default(),
     };
@@ -127,7 +127,7 @@ fn read_elements<V: Values>(values: &mut V, header: &Header) -> Result<Body, IoE
                 "there are two elements named {}",
                 text::shown(&element.name)
             );
-            return Err(IoError::malformed(Format::Ply, Place::File, what));
+            return Err(IoError::malformed(Format::Ply, Location::File, what));
         }
         match kind {
             0 => read_vertices(values, element, &mut body)?,
@@ -170,7 +170,7 @@ fn read_vertices<V: Values>(
                     "the vertices have no {} coordinate",
                     String::from_utf8_lossy(name)
                 );
-                return Err(IoError::malformed(Format::Ply, Place::File, what));
+                return Err(IoError::malformed(Format::Ply, Location::File, what));
             }
         }
     }
@@ -214,7 +214,7 @@ fn corners_of(element: &Element) -> Result<usize, IoError> {
                 "the {} elements have no list 'vertex_indices'",
                 text::shown(&element.name)
             );
-            IoError::malformed(Format::Ply, Place::File, what)
+            IoError::malformed(Format::Ply, Location::File, what)
         })
 }
 
@@ -297,7 +297,7 @@ fn add_uv(uv: &[f64], corners: usize, pool: &mut Attribute, places: &mut Vec<u32
 fn read_strips<V: Values>(
     values: &mut V,
     element: &Element,
-    surface: &mut Surface,
+    surface: &mut MeshBuilder,
 ) -> Result<(), IoError> {
     if element.count == 0 {
         return Ok(());
@@ -334,7 +334,7 @@ fn vertex_index(value: f64, row: u64) -> Result<u32, IoError> {
     let what = format!("it uses vertex {value}, which cannot be");
     Err(IoError::malformed(
         Format::Ply,
-        Place::Item("face", row as usize),
+        Location::Item("face", row as usize),
         what,
     ))
 }
@@ -404,15 +404,15 @@ fn ended<V: Values>(values: &V, element: &Element, row: u64) -> IoError {
             "the file ends inside {name} {row} of the {} it claims to have",
             element.count
         );
-        IoError::malformed(Format::Ply, Place::File, what)
+        IoError::malformed(Format::Ply, Location::File, what)
     })
 }
 
-fn place(element: &Element, row: u64) -> Place {
+fn place(element: &Element, row: u64) -> Location {
     let kind = match &element.name[..] {
         b"vertex" => "vertex",
         b"face" => "face",
         _ => "element",
     };
-    Place::Item(kind, row as usize)
+    Location::Item(kind, row as usize)
 }

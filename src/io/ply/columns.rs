@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::super::surface::CutFrom;
+use super::super::mesh_builder::CutFrom;
 use super::header::{Element, Property};
 use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role, Scalar};
 

@@ -1,6 +1,6 @@
 //! The header of a PLY file: what elements there are and how they are laid out.
 
-use super::super::{Format, IoError, Place, text};
+use super::super::{Format, IoError, Location, text};
 use crate::mesh::attributes::Scalar;
 
 /// How the body is encoded.
@@ -63,7 +63,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
     if !bytes[start..].starts_with(b"ply") {
         return Err(IoError::malformed(
             Format::Ply,
-            Place::Byte(0),
+            Location::Byte(0),
             "the file does not begin with 'ply'",
         ));
     }
@@ -75,7 +75,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
         let Some(length) = memchr::memchr(end, &bytes[at..]) else {
             return Err(IoError::malformed(
                 Format::Ply,
-                Place::File,
+                Location::File,
                 "the header has no 'end_header' line",
             ));
         };
@@ -114,7 +114,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
         }),
         None => Err(IoError::malformed(
             Format::Ply,
-            Place::File,
+            Location::File,
             "the header has no 'format' line",
         )),
     }
@@ -197,5 +197,5 @@ fn parse_property(words: &mut text::Tokens<'_>, line: usize) -> Result<Property,
 }
 
 fn fault(line: usize, what: String) -> IoError {
-    IoError::malformed(Format::Ply, Place::Line(line), what)
+    IoError::malformed(Format::Ply, Location::Line(line), what)
 }

@@ -5,7 +5,7 @@ mod columns;
 mod header;
 mod write;
 
-use super::surface::CutFrom;
+use super::mesh_builder::CutFrom;
 use super::{IoError, Loaded};
 use crate::mesh::Attributes;
 

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use super::super::surface::{CutFrom, Surface};
+use super::super::mesh_builder::{CutFrom, MeshBuilder};
 use super::super::{IoError, Loaded};
 use super::scalar::Scalar;
 use crate::mesh::attributes::{Active, Attribute, Role};
@@ -83,7 +83,7 @@ impl Arrays {
     }
 
     /// Says of the faces that were added last from which cell they came.
-    pub(super) fn came_from(&mut self, surface: &Surface, cell: usize) {
+    pub(super) fn came_from(&mut self, surface: &MeshBuilder, cell: usize) {
         self.rows.resize(surface.face_count(), cell as u32);
     }
 
@@ -122,7 +122,7 @@ impl Arrays {
     }
 
     /// Finishes a surface together with its arrays.
-    pub(super) fn finish(mut self, mut surface: Surface) -> Result<Loaded, IoError> {
+    pub(super) fn finish(mut self, mut surface: MeshBuilder) -> Result<Loaded, IoError> {
         surface.notes.append(&mut self.notes);
         let mut cut = (!self.cell.is_empty()).then(|| CutFrom::identity(0));
         let mut loaded = surface.finish_with(&mut cut)?;

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-use super::super::surface::Surface;
-use super::super::{Format, IoError, Place};
+use super::super::mesh_builder::MeshBuilder;
+use super::super::{Format, IoError, Location};
 use super::arrays::Arrays;
 
 /// Cells of any size: their corners one after another, and where each cell ends.
@@ -30,7 +30,11 @@ impl Cells {
             });
             let Some((corners, tail)) = cell else {
                 let what = "its corners do not fit in the size given for all cells";
-                return Err(IoError::malformed(format, Place::Item(kind, index), what));
+                return Err(IoError::malformed(
+                    format,
+                    Location::Item(kind, index),
+                    what,
+                ));
             };
             cells.corners.extend_from_slice(corners);
             cells.ends.push(cells.corners.len());
@@ -55,7 +59,11 @@ impl Cells {
                     "its end {offset} is not between {last} and the {} corners there are",
                     corners.len()
                 );
-                return Err(IoError::malformed(format, Place::Item(kind, index), what));
+                return Err(IoError::malformed(
+                    format,
+                    Location::Item(kind, index),
+                    what,
+                ));
             }
             ends.push(end);
             last = end;
@@ -91,7 +99,7 @@ impl Cells {
                 let index = corner + base as f64;
                 if *corner < 0.0 || f64::from(index as u32) != index {
                     let what = format!("it uses point {corner}, which cannot be");
-                    return Err(IoError::malformed(format, Place::Item(kind, cell), what));
+                    return Err(IoError::malformed(format, Location::Item(kind, cell), what));
                 }
                 indices.push(index as u32);
             }
@@ -106,7 +114,7 @@ impl Cells {
         &self,
         format: Format,
         base: usize,
-        surface: &mut Surface,
+        surface: &mut MeshBuilder,
         arrays: &mut Arrays,
     ) -> Result<(), IoError> {
         let first = arrays.cells;
@@ -123,7 +131,7 @@ impl Cells {
         &self,
         format: Format,
         base: usize,
-        surface: &mut Surface,
+        surface: &mut MeshBuilder,
         arrays: &mut Arrays,
     ) -> Result<(), IoError> {
         let first = arrays.cells;
@@ -141,7 +149,7 @@ impl Cells {
         &self,
         format: Format,
         types: &[f64],
-        surface: &mut Surface,
+        surface: &mut MeshBuilder,
         arrays: &mut Arrays,
     ) -> Result<usize, IoError> {
         if types.len() != self.len() {
@@ -150,7 +158,7 @@ impl Cells {
                 self.len(),
                 types.len()
             );
-            return Err(IoError::malformed(format, Place::File, what));
+            return Err(IoError::malformed(format, Location::File, what));
         }
         let mut passed_over = 0;
         arrays.cells += self.len();
@@ -188,7 +196,7 @@ fn solid_cell(format: Format, cell: usize, type_: i64) -> IoError {
 }
 
 /// Appends points given as x y z, x y z, ….
-pub(super) fn add_points(surface: &mut Surface, values: &[f64]) {
+pub(super) fn add_points(surface: &mut MeshBuilder, values: &[f64]) {
     surface
         .positions
         .extend(values.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])));

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::super::{Format, IoError, Place, text};
+use super::super::{Format, IoError, Location, text};
 use super::markup::{Array, Attributes, Document, Piece, Section, attribute, split_appended};
 use super::payload::{Budget, Expected};
 use super::xml::Decoder;
@@ -227,5 +227,5 @@ fn floats<const N: usize>(text: &[u8], name: &str) -> Result<[f64; N], IoError> 
 }
 
 fn fault(what: String) -> IoError {
-    IoError::malformed(Format::Vti, Place::File, what)
+    IoError::malformed(Format::Vti, Location::File, what)
 }

@@ -135,7 +135,8 @@ impl Image {
     }
 
     fn finish(mut self, wanted: Option<&str>) -> Result<Volume, IoError> {
-        let fault = |what: String| IoError::malformed(Format::Vtk, super::super::Place::File, what);
+        let fault =
+            |what: String| IoError::malformed(Format::Vtk, super::super::Location::File, what);
         let dims = self
             .dims
             .ok_or_else(|| fault("the volume has no dimensions".to_owned()))?;

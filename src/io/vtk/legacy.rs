@@ -1,7 +1,7 @@
 //! VTK legacy files, text and binary, versions 1 to 5.1.
 
-use super::super::surface::Surface;
-use super::super::{Format, IoError, Loaded, Place, text};
+use super::super::mesh_builder::MeshBuilder;
+use super::super::{Format, IoError, Loaded, Location, text};
 use super::arrays::Arrays;
 use super::cells::{Cells, add_points};
 use super::scalar::Scalar;
@@ -76,7 +76,7 @@ pub(super) struct Reader<'a> {
     pub(super) binary: bool,
     /// From version 5 on, cells are stored as offsets and connectivity.
     offsets: bool,
-    surface: Surface,
+    surface: MeshBuilder,
     /// What points and cells carry.
     pub(super) arrays: Arrays,
     /// The kind of cells read last.
@@ -94,10 +94,10 @@ impl<'a> Reader<'a> {
         let at_version = text::find(first, b"Version ").map(|at| at + 8);
         let Some(major) = at_version.and_then(|at| text::number(first[at..].trim_ascii())) else {
             let what = "the first line is not '# vtk DataFile Version' with a number";
-            return Err(IoError::malformed(Format::Vtk, Place::Line(1), what));
+            return Err(IoError::malformed(Format::Vtk, Location::Line(1), what));
         };
         tokens.rest_of_line();
-        let surface = Surface::new(Format::Vtk);
+        let surface = MeshBuilder::new(Format::Vtk);
         let mut reader = Reader {
             tokens,
             bytes,
@@ -296,9 +296,9 @@ impl<'a> Reader<'a> {
 
     pub(super) fn fault(&self, what: String) -> IoError {
         let place = if self.binary {
-            Place::Byte(self.tokens.offset())
+            Location::Byte(self.tokens.offset())
         } else {
-            Place::Line(self.tokens.line())
+            Location::Line(self.tokens.line())
         };
         IoError::malformed(Format::Vtk, place, what)
     }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use quick_xml::events::{BytesStart, Event};
 
-use super::super::{Format, IoError, Place, text};
+use super::super::{Format, IoError, Location, text};
 use super::payload::{Compressor, Encoding};
 use super::scalar::Scalar;
 use crate::mesh::attributes::Active;
@@ -115,7 +115,7 @@ impl Document {
         loop {
             let event = reader.read_event();
             let at = reader.buffer_position() as usize;
-            let damaged = |what: String| fault(Place::Byte(at), what);
+            let damaged = |what: String| fault(Location::Byte(at), what);
             match event.map_err(|e| damaged(format!("the XML is damaged ({e})")))? {
                 Event::Eof => break,
                 Event::GeneralRef(_) | Event::CData(_) if open.array == Some(0) => {
@@ -131,7 +131,7 @@ impl Document {
                 pieces: open.pieces,
             }),
             None => Err(fault(
-                Place::File,
+                Location::File,
                 "there is no VTKFile element".to_string(),
             )),
         }
@@ -228,7 +228,10 @@ fn attributes(tag: &BytesStart<'_>) -> Result<Attributes, IoError> {
                 attribute.key.as_ref().as_bytes().to_vec(),
                 attribute.value.as_bytes().to_vec(),
             )),
-            Err(error) => Err(fault(Place::File, format!("the XML is damaged ({error})"))),
+            Err(error) => Err(fault(
+                Location::File,
+                format!("the XML is damaged ({error})"),
+            )),
         })
         .collect()
 }
@@ -258,7 +261,7 @@ fn file_encoding(tag: &BytesStart<'_>, wanted: &[u8]) -> Result<Encoding, IoErro
             Some(compressor) => Some(compressor),
             None => {
                 return Err(fault(
-                    Place::File,
+                    Location::File,
                     format!("the compressor {} is not known", text::shown(name)),
                 ));
             }
@@ -324,6 +327,6 @@ pub(super) fn sorted_offsets(pieces: &[Piece]) -> Vec<usize> {
     offsets
 }
 
-fn fault(place: Place, what: String) -> IoError {
+fn fault(place: Location, what: String) -> IoError {
     IoError::malformed(Format::Vtp, place, what)
 }

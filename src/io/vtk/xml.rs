@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-use super::super::surface::Surface;
-use super::super::{Format, IoError, Loaded, Place, text};
+use super::super::mesh_builder::MeshBuilder;
+use super::super::{Format, IoError, Loaded, Location, text};
 use super::arrays::{self, Arrays};
 use super::cells::{Cells, add_points};
 use super::markup::{
@@ -22,7 +22,7 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let (markup, appended) = split_appended(bytes);
     let document = Document::parse(markup, "PolyData")?;
     let decoder = Decoder::new(&document, appended.as_ref(), Budget::new(bytes, ALLOWANCE));
-    let mut surface = Surface::new(Format::Vtp);
+    let mut surface = MeshBuilder::new(Format::Vtp);
     let mut passed_over = 0;
     let mut all = Arrays::default();
     for (number, piece) in document.pieces.iter().enumerate() {
@@ -96,7 +96,7 @@ impl<'a> Decoder<'a> {
             None if wanted == 0 => Ok(Vec::new()),
             None => {
                 let what = format!("a piece claims {wanted} points, but there are 0 coordinates");
-                Err(fault(Place::File, what))
+                Err(fault(Location::File, what))
             }
         }
     }
@@ -124,7 +124,7 @@ impl<'a> Decoder<'a> {
                 let count = offsets.last().copied().unwrap_or(0.0) as usize;
                 self.budget
                     .take(count.saturating_mul(growth))
-                    .map_err(|what| fault(Place::File, what))?;
+                    .map_err(|what| fault(Location::File, what))?;
                 let corners = self.numbers(corners, "connectivity", Expected::First(count))?;
                 Cells::from_offsets(Format::Vtp, kind, corners, &offsets)?
                     .without_leading_zero(wanted)
@@ -135,7 +135,7 @@ impl<'a> Decoder<'a> {
             return Ok(cells);
         }
         Err(fault(
-            Place::File,
+            Location::File,
             format!(
                 "a piece claims {wanted} {kind}s, but there are {}",
                 cells.len()
@@ -183,7 +183,7 @@ impl<'a> Decoder<'a> {
         name: &str,
         expected: Expected,
     ) -> Result<Vec<f64>, IoError> {
-        let fail = |what: String| fault(Place::File, format!("the array of {name}: {what}"));
+        let fail = |what: String| fault(Location::File, format!("the array of {name}: {what}"));
         let kind = attribute(&array.attributes, b"type").unwrap_or(b"");
         let Some(scalar) = Scalar::from_xml(kind) else {
             return Err(fail(format!("its type {} is not known", text::shown(kind))));
@@ -256,6 +256,6 @@ impl Appended<'_> {
     }
 }
 
-fn fault(place: Place, what: String) -> IoError {
+fn fault(place: Location, what: String) -> IoError {
     IoError::malformed(Format::Vtp, place, what)
 }

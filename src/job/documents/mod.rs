@@ -2,6 +2,7 @@
 //! that they are made from.
 
 mod check;
+mod plan;
 mod repair;
 mod rows;
 
@@ -14,7 +15,7 @@ use crate::io::Format;
 use crate::mend::{FairReport, FillReport, RestoreReport};
 use crate::mesh::{Defects, Mesh, OpenChain};
 use repair::RepairRow;
-use rows::{OutcomeRow, PlannedRow, RegionRow};
+use rows::{OutcomeRow, RegionRow};
 
 pub(super) use check::VerdictRow;
 pub(super) use rows::HoleRow;
@@ -67,27 +68,26 @@ impl FileInfo {
     }
 }
 
-/// A place in a document: `-` for a stream.
+/// A place in a document: `-` for the caller's memory.
 pub(super) fn shown(place: &Place) -> String {
     match place {
         Place::File(path) => path.display().to_string(),
-        Place::Bytes(_) => "-".to_owned(),
+        Place::Memory { .. } => "-".to_owned(),
     }
 }
 
 impl JobResult<'_> {
     /// The document.
     pub fn document(&self) -> Document<impl Serialize> {
-        let output = self.spec.output.as_ref().zip(self.mesh.as_ref());
-        let told = Told {
-            spec: &self.spec,
-            input: FileInfo::of(&self.spec.source.place, self.format, self.size),
-            output: output.map(|(o, mesh)| FileInfo::new(&o.place, o.format, mesh)),
-            extent: &self.extent,
-            report: &self.report,
+        let input = FileInfo::of(&self.spec.source.place, self.format, self.size);
+        let output = self.spec.output.as_ref();
+        let output = output.map(|o| FileInfo::new(&o.place, o.format, &self.mesh));
+        let files = Files {
+            input,
+            output,
             notes: &self.notes,
         };
-        told.document()
+        files.document(&self.spec, &self.extent, &self.report)
     }
 }
 
@@ -95,98 +95,82 @@ impl Mended<'_> {
     /// The document of a mesh that is not written, as of bytes in the format that was read.
     pub fn document(&self) -> Document<impl Serialize> {
         let (source, format) = (&self.spec.source.place, self.first.format);
-        let here = Place::Bytes(String::new());
-        let told = Told {
-            spec: &self.spec,
+        let here = Place::memory("");
+        let files = Files {
             input: FileInfo::of(source, format, self.size),
-            output: Some(FileInfo::new(&here, format, &self.mesh)),
-            extent: &self.extent,
-            report: &self.report,
+            output: Some(FileInfo::new(&here, format, self.mesh())),
             notes: &self.first.notes,
         };
-        told.document()
+        files.document(&self.spec, &self.extent, &self.report)
     }
 }
 
-/// What the document of a job is made from.
-struct Told<'a> {
-    spec: &'a JobSpec,
+/// The files of a document.
+#[derive(Serialize)]
+struct Files<'a> {
     input: FileInfo,
+    #[serde(skip_serializing_if = "Option::is_none")]
     output: Option<FileInfo>,
-    extent: &'a Extent,
-    report: &'a FillReport,
     notes: &'a [String],
 }
 
-impl<'a> Told<'a> {
-    fn document(self) -> Document<Body<'a>> {
-        let Self {
-            spec,
-            input,
-            output,
-            extent,
-            report,
-            notes,
-        } = self;
-        let body = match (extent, output) {
-            (Extent::Copied, output) => Body::Copy(CopyBody {
-                dry_run: output.is_none(),
-                input,
-                output,
-                notes,
-            }),
-            (Extent::Faired(faired), Some(output)) => Body::Fair(FairBody {
-                input,
-                output,
-                notes,
+impl<'a> Files<'a> {
+    fn document(
+        self,
+        spec: &JobSpec,
+        extent: &'a Extent,
+        report: &'a FillReport,
+    ) -> Document<Body<'a>> {
+        let body = match extent {
+            Extent::Copied => Body::Copy(self),
+            Extent::Faired(faired) => Body::Fair(FairBody {
+                files: self,
                 complete: true,
                 volume_drift: faired.volume_drift(),
                 fair: FairRow::new(faired),
                 fill: FillRow::new(report),
             }),
-            (Extent::Faired(faired), None) => Body::FairPlan(FairPlanBody {
-                dry_run: true,
-                input,
-                notes,
-                plan: FairPlanRow::new(faired),
-            }),
-            (Extent::Repaired(repair), output) => Body::Repair(Box::new(RepairBody {
-                dry_run: output.is_none(),
-                input,
-                output,
-                notes,
+            Extent::Repaired(repair) => Body::Repair(Box::new(RepairBody {
+                files: self,
                 complete: extent.is_complete(report),
                 repair: RepairRow::new(repair),
                 fill: FillRow::new(report),
             })),
-            (_, Some(output)) => Body::Fill(FillBody {
-                input,
-                output,
-                notes,
+            Extent::Holes | Extent::Region(_) => Body::Fill(FillBody {
+                files: self,
                 flawless: report.flawless(),
                 outcomes: report.tally(),
                 complete: extent.is_complete(report),
-                cut: extent.cut(),
+                cut: match extent {
+                    Extent::Region(report) => Some(CutRow::new(report)),
+                    _ => None,
+                },
                 fill: FillRow::new(report),
-            }),
-            (_, None) => Body::Plan(PlanBody {
-                dry_run: true,
-                input,
-                notes,
-                cut: extent.cut(),
-                plan: PlanRow::new(report),
             }),
         };
         Document::new(spec.work.name(), body)
     }
 }
 
-impl Extent {
-    fn cut(&self) -> Option<CutRow> {
-        match self {
-            Self::Region(report) => Some(CutRow::new(report)),
-            _ => None,
+/// The documents of several jobs.
+#[derive(Default)]
+pub(super) struct DocumentList(Vec<String>);
+
+impl DocumentList {
+    pub(super) fn add(&mut self, document: &impl Serialize) {
+        // Numbers that are none are null in JSON: nothing in a document cannot be written.
+        self.0
+            .push(serde_json::to_string_pretty(document).unwrap_or_default());
+    }
+
+    /// The only one, or a list of all.
+    pub(super) fn text(&self, list: bool) -> String {
+        let mut text = self.0.join(",\n");
+        if list {
+            // No line of a JSON document ends inside a string.
+            text = format!("[\n  {}\n]", text.replace('\n', "\n  "));
         }
+        text + "\n"
     }
 }
 
@@ -214,31 +198,15 @@ pub fn failed_document(
 #[serde(untagged)]
 enum Body<'a> {
     Fill(FillBody<'a>),
-    Plan(PlanBody<'a>),
     Fair(FairBody<'a>),
-    FairPlan(FairPlanBody<'a>),
     Repair(Box<RepairBody<'a>>),
-    Copy(CopyBody<'a>),
-}
-
-#[derive(Serialize)]
-struct CopyBody<'a> {
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    dry_run: bool,
-    input: FileInfo,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    output: Option<FileInfo>,
-    notes: &'a [String],
+    Copy(Files<'a>),
 }
 
 #[derive(Serialize)]
 struct RepairBody<'a> {
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    dry_run: bool,
-    input: FileInfo,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    output: Option<FileInfo>,
-    notes: &'a [String],
+    #[serde(flatten)]
+    files: Files<'a>,
     /// Whether the result is watertight and can be printed.
     complete: bool,
     #[serde(flatten)]
@@ -249,9 +217,8 @@ struct RepairBody<'a> {
 
 #[derive(Serialize)]
 struct FillBody<'a> {
-    input: FileInfo,
-    output: FileInfo,
-    notes: &'a [String],
+    #[serde(flatten)]
+    files: Files<'a>,
     /// Whether each hole of more than four edges that was to be filled got a steady surface that crosses nothing.
     flawless: bool,
     /// How many holes ended in which way.
@@ -266,22 +233,9 @@ struct FillBody<'a> {
 }
 
 #[derive(Serialize)]
-struct PlanBody<'a> {
-    dry_run: bool,
-    input: FileInfo,
-    notes: &'a [String],
-    /// What would be cut out before.
-    #[serde(flatten, skip_serializing_if = "Option::is_none")]
-    cut: Option<CutRow>,
-    #[serde(flatten)]
-    plan: PlanRow<'a>,
-}
-
-#[derive(Serialize)]
 struct FairBody<'a> {
-    input: FileInfo,
-    output: FileInfo,
-    notes: &'a [String],
+    #[serde(flatten)]
+    files: Files<'a>,
     /// Whether every region was faired.
     complete: bool,
     /// Change of the volume over the volume.
@@ -290,15 +244,6 @@ struct FairBody<'a> {
     fair: FairRow,
     #[serde(flatten)]
     fill: FillRow<'a>,
-}
-
-#[derive(Serialize)]
-struct FairPlanBody<'a> {
-    dry_run: bool,
-    input: FileInfo,
-    notes: &'a [String],
-    #[serde(flatten)]
-    plan: FairPlanRow,
 }
 
 /// What `isomend restore` cuts out.
@@ -323,7 +268,7 @@ impl CutRow {
 }
 
 #[derive(Serialize)]
-struct FairPlanRow {
+struct FairRow {
     strength: f64,
     time: f64,
     voxel: f64,
@@ -331,26 +276,6 @@ struct FairPlanRow {
     marked_faces: usize,
     removed_faces: usize,
     pieces_left: usize,
-}
-
-impl FairPlanRow {
-    fn new(report: &FairReport) -> Self {
-        Self {
-            strength: report.strength,
-            time: report.time,
-            voxel: report.voxel,
-            whole: report.whole,
-            marked_faces: report.marked_faces,
-            removed_faces: report.removed_faces,
-            pieces_left: report.pieces_left,
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct FairRow {
-    #[serde(flatten)]
-    plan: FairPlanRow,
     removed_vertices: usize,
     volume_before: Option<f64>,
     volume_after: Option<f64>,
@@ -361,7 +286,13 @@ struct FairRow {
 impl FairRow {
     fn new(report: &FairReport) -> Self {
         Self {
-            plan: FairPlanRow::new(report),
+            strength: report.strength,
+            time: report.time,
+            voxel: report.voxel,
+            whole: report.whole,
+            marked_faces: report.marked_faces,
+            removed_faces: report.removed_faces,
+            pieces_left: report.pieces_left,
             removed_vertices: report.removed_vertices,
             volume_before: report.volume_before,
             volume_after: report.volume_after,
@@ -411,24 +342,6 @@ impl<'a> FillRow<'a> {
             holes: report.holes.iter().map(OutcomeRow::new).collect(),
             regions: report.regions.iter().map(RegionRow::new).collect(),
             seconds: report.seconds,
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct PlanRow<'a> {
-    #[serde(flatten)]
-    found: FoundRow<'a>,
-    holes: Vec<OutcomeRow<'a>>,
-    regions: Vec<PlannedRow<'a>>,
-}
-
-impl<'a> PlanRow<'a> {
-    fn new(report: &'a FillReport) -> Self {
-        Self {
-            found: FoundRow::new(report),
-            holes: report.holes.iter().map(OutcomeRow::new).collect(),
-            regions: report.regions.iter().map(PlannedRow::new).collect(),
         }
     }
 }

@@ -46,7 +46,7 @@ impl HoleRow {
     }
 }
 
-/// A hole and what became of it, or would.
+/// A hole and what became of it.
 #[derive(Serialize)]
 pub(super) struct OutcomeRow<'a> {
     #[serde(flatten)]
@@ -65,14 +65,9 @@ impl OutcomeRow<'_> {
     pub(super) fn new(report: &HoleReport) -> Self {
         let (outcome, cause) = match &report.outcome {
             HoleOutcome::Filled => ("filled", None),
-            HoleOutcome::WouldBeFilled => ("would_be_filled", None),
             HoleOutcome::Flat => ("flat", None),
-            HoleOutcome::WouldBeFlat => ("would_be_flat", None),
             HoleOutcome::Faired(why) => ("faired", Some(failure(why))),
             HoleOutcome::Triangulated(why) => ("triangulated", Some(triangulated(why))),
-            HoleOutcome::WouldBeTriangulated(why) => {
-                ("would_be_triangulated", Some(triangulated(why)))
-            }
             HoleOutcome::Left(why) => ("left", Some(left(*why))),
             HoleOutcome::Failed(FailedReason::NotReached) => ("failed", Some("not_reached")),
             HoleOutcome::Failed(FailedReason::NoTriangulation { .. }) => {
@@ -92,7 +87,7 @@ impl OutcomeRow<'_> {
     }
 }
 
-fn triangulated(why: &TriangulatedReason) -> &'static str {
+pub(super) fn triangulated(why: &TriangulatedReason) -> &'static str {
     match why {
         TriangulatedReason::FewEdges => "few_edges",
         TriangulatedReason::Seam => "seam",
@@ -113,7 +108,7 @@ fn failure(why: &TryFailure) -> &'static str {
     }
 }
 
-fn left(why: LeftReason) -> &'static str {
+pub(super) fn left(why: LeftReason) -> &'static str {
     match why {
         LeftReason::KeptOpen => "kept_open",
         LeftReason::NotChosen => "not_chosen",
@@ -121,30 +116,6 @@ fn left(why: LeftReason) -> &'static str {
         LeftReason::OuterBorder => "outer_border",
         LeftReason::SmallComponent => "small_component",
         LeftReason::NotMarked => "not_marked",
-    }
-}
-
-/// A region that would be filled.
-#[derive(Serialize)]
-pub(super) struct PlannedRow<'a> {
-    id: usize,
-    holes: &'a [HoleId],
-    bridge: bool,
-    diameter: f64,
-    voxel: Option<f64>,
-    dims: Option<[usize; 3]>,
-}
-
-impl<'a> PlannedRow<'a> {
-    pub(super) fn new(r: &'a RegionReport) -> Self {
-        Self {
-            id: r.id,
-            holes: &r.holes,
-            bridge: r.bridge,
-            diameter: r.diameter,
-            voxel: r.voxel,
-            dims: r.dims,
-        }
     }
 }
 

@@ -11,6 +11,7 @@ use thiserror::Error;
 use super::control::Control;
 use super::cut::{CutResult, count};
 use super::params::FairParams;
+use super::plan::FairPlan;
 use super::report::FairReport;
 use super::{FillError, Inspection, RestoreError, inspect};
 use crate::fill::TriangulatedReason;
@@ -175,22 +176,24 @@ impl Inspection<'_> {
         &self,
         marked: Option<&[bool]>,
         params: &FairParams,
-    ) -> Result<FairReport, FairError> {
+    ) -> Result<FairPlan, FairError> {
         let (plan, target) = prepare(self, marked, params)?;
-        let mut out = FairReport {
+        let mut out = FairPlan {
             strength: plan.strength,
             time: plan.span.time,
             voxel: plan.voxel,
-            ..FairReport::default()
+            whole: true,
+            marked_faces: self.input.faces.len(),
+            removed_faces: self.input.faces.len(),
+            removed_vertices: self.input.positions.len(),
+            pieces_left: 0,
         };
-        match target {
-            Target::Whole => out.take_all(self),
-            Target::Part(marked, left) => {
-                let cut = CutResult::new(self, &marked, params.keep_vertices, false)?;
-                out.pieces_left = left;
-                out.marked_faces = count(&marked);
-                [out.removed_faces, out.removed_vertices] = cut.taken();
-            }
+        if let Target::Part(marked, left) = target {
+            let cut = CutResult::new(self, &marked, params.keep_vertices, false)?;
+            out.whole = false;
+            out.marked_faces = count(&marked);
+            [out.removed_faces, out.removed_vertices] = cut.taken();
+            out.pieces_left = left;
         }
         Ok(out)
     }

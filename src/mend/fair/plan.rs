@@ -191,13 +191,8 @@ impl Plan {
         watch.end(0, &region);
         let mut report = FairReport {
             fill: FillReport {
-                vertices: found.input.positions.len(),
-                faces: found.input.faces.len(),
-                pieces: found.topology.piece_faces.len(),
-                defects: found.topology.defects,
-                open_chains: found.open_chains.clone(),
                 regions: vec![region],
-                ..FillReport::default()
+                ..FillReport::of(found)
             },
             ..FairReport::default()
         };

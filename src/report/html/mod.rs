@@ -12,6 +12,7 @@ use std::fmt::Write;
 use serde::Serialize;
 
 use super::scene::Scene;
+use super::scripts::{Script, bundle};
 use crate::fill::{HoleOutcome, RegionReport};
 use crate::mend::HoleReport;
 use crate::mesh::HoleId;
@@ -19,18 +20,8 @@ use crate::mesh::HoleId;
 const TEMPLATE: &str = include_str!("page.html");
 /// Its looks, which the local page begins with.
 pub(crate) const STYLE: &str = include_str!("page.css");
-/// The scripts of the viewer, which the local page has too.
-pub(crate) const VIEWER: [&str; 8] = [
-    include_str!("geometry.js"),
-    include_str!("camera.js"),
-    include_str!("shaders.js"),
-    include_str!("surface.js"),
-    include_str!("viewer.js"),
-    include_str!("labels.js"),
-    include_str!("point.js"),
-    include_str!("controls.js"),
-];
-const SCRIPT: &str = include_str!("page.js");
+/// The script of a report.
+const SCRIPT: [Script; 1] = [("page.js", include_str!("page.js"))];
 
 /// What a page tells. All text is escaped.
 pub struct Page<'a> {
@@ -85,14 +76,13 @@ pub fn page(page: &Page) -> String {
     let words = tables::Words {
         single: page.single,
     };
-    let scripts = [&VIEWER[..], &[SCRIPT]].concat().join("\n");
     filled(TEMPLATE, |name| match name {
         "title" => escaped(page.title),
         "command" => escaped(page.command),
         "version" => escaped(page.version),
         "command-line" => escaped(page.command_line),
         "style" => STYLE.to_owned(),
-        "script" => scripts.clone(),
+        "script" => bundle("page.js", &SCRIPT),
         "kind" => if page.single { "inspect" } else { "changed" }.to_owned(),
         "plain" => if page.single { "Surface" } else { "Patches" }.to_owned(),
         "status" => words.status(page.holes),
@@ -187,6 +177,11 @@ fn listed(ids: &[HoleId]) -> String {
 #[cfg(test)]
 mod tests {
     use super::{escaped, filled, number};
+
+    #[test]
+    fn the_script_has_all_that_it_imports() {
+        crate::report::scripts::check("page.js", &super::SCRIPT);
+    }
 
     #[test]
     fn markup_in_text_is_harmless() {

@@ -1,5 +1,12 @@
 // Ties the view to the lists, the tools and the keys.
 
+import { unpack } from "../viewer/geometry.js";
+import { frame, minus } from "../viewer/camera.js";
+import { Viewer } from "../viewer/viewer.js";
+import { Labels } from "../viewer/labels.js";
+import { Point } from "../viewer/point.js";
+import { all, digits, directionTo, find, showScale, useArrows, usePointers, useTheme } from "../viewer/controls.js";
+
 const data = JSON.parse(find("#data").textContent);
 const message = find("#message");
 const holes = new Map(data.holes.map((hole, index) => [hole.id, { ...hole, index }]));

@@ -112,10 +112,10 @@ impl Words {
 /// The class of an outcome.
 fn class_of(outcome: &HoleOutcome) -> &'static str {
     match outcome {
-        HoleOutcome::Filled | HoleOutcome::WouldBeFilled => "filled",
+        HoleOutcome::Filled => "filled",
         HoleOutcome::Faired(_) => "faired",
-        HoleOutcome::Flat | HoleOutcome::WouldBeFlat => "flat",
-        HoleOutcome::Triangulated(_) | HoleOutcome::WouldBeTriangulated(_) => "triangulated",
+        HoleOutcome::Flat => "flat",
+        HoleOutcome::Triangulated(_) => "triangulated",
         HoleOutcome::Left(_) => "left",
         HoleOutcome::Failed(_) => "failed",
     }

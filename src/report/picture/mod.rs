@@ -13,7 +13,7 @@ use super::scene::{Scene, Side};
 use raster::Camera;
 use thiserror::Error;
 
-pub use camera::{Views, views};
+pub(crate) use camera::views;
 
 /// Height and width of a panel in pixels.
 const PANEL: usize = 720;
@@ -65,7 +65,7 @@ pub fn picture_of_one(scene: &Scene) -> Result<Vec<u8>, PictureError> {
 ///
 /// # Errors
 /// As [`picture`].
-pub fn picture_of_marked(scene: &Scene) -> Result<Vec<u8>, PictureError> {
+pub(crate) fn picture_of_marked(scene: &Scene) -> Result<Vec<u8>, PictureError> {
     let views = views(scene);
     let row = |camera: Camera, edges: bool| {
         let back = Camera::new(-camera.towards, camera.up, camera.centre, camera.reach);

@@ -14,7 +14,7 @@ use shading::Shading;
 
 /// Sum of the principal curvatures at each vertex of a mesh, averaged over its neighbourhood; positive on a sphere. Vertices at the
 /// same position have the same.
-pub fn curvature(mesh: &Mesh) -> Vec<f32> {
+pub(crate) fn curvature(mesh: &Mesh) -> Vec<f32> {
     let weld = weld_map(mesh);
     let (welded, _) = welded(mesh);
     let values = Shading::new(&welded).curvature;
@@ -22,7 +22,7 @@ pub fn curvature(mesh: &Mesh) -> Vec<f32> {
 }
 
 /// The distance of the chosen vertices of a mesh from another one; 0 for the others.
-pub fn distances(mesh: &Mesh, chosen: &[bool], other: &Mesh) -> Vec<f32> {
+pub(crate) fn distances(mesh: &Mesh, chosen: &[bool], other: &Mesh) -> Vec<f32> {
     let bvh = Bvh::new(other, 0..other.faces.len() as u32);
     let points = mesh.positions.par_iter().zip(chosen);
     let distance = |(p, is_chosen): (&DVec3, &bool)| {

@@ -59,7 +59,7 @@ struct Sample {
     largest: f64,
 }
 
-struct Run {
+struct CircleRun {
     cells: usize,
     variant: Variant,
     interval: usize,
@@ -75,7 +75,7 @@ fn run_one(
     cells: usize,
     variant: Variant,
     observer: &dyn Observer,
-) -> Result<Run, StudyError> {
+) -> Result<CircleRun, StudyError> {
     let square = Mirrored::new(cells);
     let grid = &square.whole;
     let h = grid.h();
@@ -117,7 +117,7 @@ fn run_one(
         phi = square.fold(&distances.ok_or(StudyError::NoZeroLine { step: done })?);
         flow.restart();
     }
-    Ok(Run {
+    Ok(CircleRun {
         cells,
         variant,
         interval,
@@ -174,11 +174,11 @@ pub fn circle(
     Ok(report)
 }
 
-fn run_name(run: &Run) -> String {
+fn run_name(run: &CircleRun) -> String {
     format!("h = 1/{}, variant {}", run.cells, variant_name(run.variant))
 }
 
-fn panels(report: &mut StudyReport, runs: &[Run]) {
+fn panels(report: &mut StudyReport, runs: &[CircleRun]) {
     let Some(longest) = runs.iter().max_by_key(|r| r.samples.len()) else {
         return;
     };
@@ -216,7 +216,7 @@ fn thinned(samples: &[Sample]) -> impl Iterator<Item = &Sample> {
     samples.iter().step_by(every)
 }
 
-fn add_run(report: &mut StudyReport, settings: &CircleSettings, run: &Run) {
+fn add_run(report: &mut StudyReport, settings: &CircleSettings, run: &CircleRun) {
     let name = format!("h = 1/{}, variant {}", run.cells, variant_name(run.variant));
     let mut table = Table::new(
         &format!(

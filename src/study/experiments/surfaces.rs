@@ -45,7 +45,7 @@ const FIRST_LOOK: f64 = 1e-3;
 const DECAY: f64 = 24.0;
 
 /// One run.
-struct Run {
+struct SurfaceRun {
     rows: Vec<Vec<Cell>>,
     evolution: Evolution,
     first: Form,
@@ -55,7 +55,7 @@ struct Run {
     seconds: f64,
 }
 
-impl Run {
+impl SurfaceRun {
     fn rises(&self) -> usize {
         let rises = |s: &&crate::flow::EvolutionStep| s.energy_after > s.energy_before;
         self.evolution.steps.iter().filter(rises).count()
@@ -192,7 +192,7 @@ fn voxel4(settings: &SurfacesSettings) -> f64 {
     (SIDE / settings.voxels as f64).powi(4)
 }
 
-fn claims(report: &mut StudyReport, surface: Closed, run: &Run, voxel: f64) {
+fn claims(report: &mut StudyReport, surface: Closed, run: &SurfaceRun, voxel: f64) {
     let name = surface.name();
     let rises = run.rises();
     report.claim(
@@ -259,7 +259,7 @@ fn evolve(
     time: f64,
     voxels: usize,
     observer: &dyn Observer,
-) -> Result<Run, StudyError> {
+) -> Result<SurfaceRun, StudyError> {
     let clock = Instant::now();
     let mut field = Field::new(surface, voxels);
     let mask: Vec<bool> = (0..field.grid.len())
@@ -296,7 +296,7 @@ fn evolve(
                 .steps
                 .iter()
                 .map(|s| (s.time * unit, s.willmore / surface.steady_energy()));
-            return Ok(Run {
+            return Ok(SurfaceRun {
                 rows,
                 energies: energies.collect(),
                 first,

@@ -73,7 +73,7 @@ pub(super) fn cap_error(grid: &SquareGrid, phi: &[f64]) -> (f64, f64) {
     (grid.l2_norm(&error), largest)
 }
 
-struct Run {
+struct TableRun {
     error: f64,
     largest: f64,
     steps: usize,
@@ -87,7 +87,7 @@ fn run_one(
     variant: Variant,
     tau: f64,
     observer: &dyn Observer,
-) -> Result<Run, StudyError> {
+) -> Result<TableRun, StudyError> {
     let clock = Instant::now();
     let energy = cap_energy(cells);
     let mut phi = cap_start(&energy);
@@ -114,7 +114,7 @@ fn run_one(
         volume: &grid.volume(&phi),
     })?;
     let (error, largest) = cap_error(grid, &phi);
-    Ok(Run {
+    Ok(TableRun {
         error,
         largest,
         steps,

@@ -1,11 +1,13 @@
 // What is chosen on each mesh: what to do with its holes, and which faces are marked. The program keeps it with the mesh.
 
+import { askJson } from "./net.js";
+
 /** Bytes that a browser sends for a page that is left. */
 const KEPT_ALIVE = 30000;
 /** Milliseconds that choices are collected before they are sent. */
 const GATHER = 200;
 
-class Choices {
+export class Choices {
   constructor() {
     /** The marked faces of meshes, as ranges. */
     this.marks = new Map();

@@ -1,7 +1,15 @@
 // What is shown: two sides, colours, a section, a picture of it.
 
+import { IMAGE } from "../../report/viewer/geometry.js";
+import { dot, minus, times } from "../../report/viewer/camera.js";
+import { WHOLE } from "../../report/viewer/viewer.js";
+import { all, digits, find, showScale } from "../../report/viewer/controls.js";
+import { askArrays } from "./net.js";
+import { Topology } from "./topology.js";
+import { Mask } from "./mask.js";
+
 /** Holes from rims: what a number needs to be placed. */
-function rimHoles({ rims, rimIds }, side) {
+export function rimHoles({ rims, rimIds }, side) {
   return rims.map((rim, i) => {
     const n = rim.length / 3, low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity], sum = [0, 0, 0];
     for (let k = 0; k < rim.length; k++) {
@@ -28,7 +36,7 @@ function lengths(values, header) {
   return all;
 }
 
-class Display {
+export class Display {
   constructor(app) {
     this.app = app;
     this.colour = "plain";

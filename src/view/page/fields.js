@@ -1,6 +1,8 @@
 // The forms of the commands' parameters, made from the tables that the program has of them.
 
-const KINDS = ["fill", "restore", "fair", "repair"];
+import { numberIn } from "../../report/viewer/controls.js";
+
+export const KINDS = ["fill", "restore", "fair", "repair"];
 
 /** The parameters of a command that stand in its form: holes are chosen in their list. */
 const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups"].includes(row.kind);
@@ -21,7 +23,7 @@ function shownValue({ kind, sets }, value) {
 }
 
 /** The form of a command's parameters. */
-class Form {
+export class Form {
   constructor(root, kind, rows, defaults) {
     this.kind = kind;
     this.defaults = defaults;

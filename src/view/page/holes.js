@@ -1,8 +1,16 @@
 // The list of holes and what is to be done with each.
 
+import { cornersOf, MARKED } from "../../report/viewer/geometry.js";
+import { cross, frame, minus, plus, times } from "../../report/viewer/camera.js";
+import { copy } from "../../report/viewer/point.js";
+import { all, counted, digits, directionTo, find, numberIn } from "../../report/viewer/controls.js";
+import { askJson } from "./net.js";
+import { isInside } from "./paint.js";
+import { rimHoles } from "./display.js";
+
 const DOINGS = { fill: "fill", open: "keep open", flat: "close flat" };
 
-class Holes {
+export class Holes {
   constructor(app) {
     this.app = app;
     this.list = [];

@@ -1,7 +1,19 @@
 // Ties everything together: the tabs, the masks, the keys, the beginning.
 
-/** A number of things, in words. */
-const counted = (n, what) => `${n.toLocaleString("en")} ${what}${n === 1 ? "" : "s"}`;
+import { dot, frame, HALF_FIELD, minus } from "../../report/viewer/camera.js";
+import { Viewer } from "../../report/viewer/viewer.js";
+import { Labels } from "../../report/viewer/labels.js";
+import { Point } from "../../report/viewer/point.js";
+import { all, counted, find, numberIn, useArrows, usePointers, useTheme } from "../../report/viewer/controls.js";
+import { askJson, listen } from "./net.js";
+import { Model } from "./model.js";
+import { facesOf } from "./mask.js";
+import { Choices } from "./choices.js";
+import { Paint } from "./paint.js";
+import { Display } from "./display.js";
+import { Holes } from "./holes.js";
+import { Steps } from "./steps.js";
+import { Save } from "./save.js";
 
 class App {
   constructor() {

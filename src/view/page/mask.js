@@ -1,9 +1,12 @@
 // The marked faces of a mesh, and what was marked when.
 
+import { MASKED } from "../../report/viewer/geometry.js";
+import { runsOf } from "./net.js";
+
 /** Strokes that can be taken back. */
 const MOST_STROKES = 200;
 
-class Mask {
+export class Mask {
   constructor(mesh) {
     this.mesh = mesh;
     this.on = new Uint8Array(mesh.faces.length / 3);
@@ -101,7 +104,7 @@ class Mask {
 }
 
 /** Face numbers from the text of a `--faces` file: one a line, or a JSON array. */
-function facesOf(text, count) {
+export function facesOf(text, count) {
   const trimmed = text.trim();
   const numbers = trimmed.startsWith("[") ? JSON.parse(trimmed) : trimmed.split(/\s+/).filter(Boolean).map(Number);
   const wrong = Array.isArray(numbers) ? numbers.find((n) => !Number.isInteger(n) || n < 0 || n >= count) : trimmed.slice(0, 20);

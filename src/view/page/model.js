@@ -1,5 +1,8 @@
 // The meshes of the states: fetched once, the next from what changed.
 
+import { ORIGIN, vertexNormals } from "../../report/viewer/geometry.js";
+import { askArrays, askJson } from "./net.js";
+
 /** So many meshes are kept beside those that are shown. */
 const KEPT_MESHES = 4;
 
@@ -43,7 +46,7 @@ function renumbered(faces, ranges) {
   return faces.map((v) => v - shift[v]);
 }
 
-class Model {
+export class Model {
   constructor() {
     this.meshes = new Map();
     this.rims = new Map();

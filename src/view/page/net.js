@@ -26,7 +26,7 @@ async function ask(path, sent, more = {}) {
   return answer;
 }
 
-async function askJson(path, sent, more) {
+export async function askJson(path, sent, more) {
   const text = await (await ask(path, sent, more)).text();
   return text ? JSON.parse(text) : {};
 }
@@ -48,12 +48,12 @@ function opened(buffer) {
   return { header, arrays };
 }
 
-async function askArrays(path) {
+export async function askArrays(path) {
   return opened(await (await ask(path)).arrayBuffer());
 }
 
 /** Calls back with what the program tells of its own accord; `lost` when it no longer does, `back` when it does again. */
-function listen(called, { lost, back }) {
+export function listen(called, { lost, back }) {
   const source = new EventSource("api/events");
   for (const name of ["progress", "done", "failed", "cancelled", "state"]) {
     source.addEventListener(name, (event) => called(name, JSON.parse(event.data || "{}")));
@@ -64,7 +64,7 @@ function listen(called, { lost, back }) {
 }
 
 /** Numbers as ranges [first, end), from a byte for each that says whether it is one of them. */
-function runsOf(bytes) {
+export function runsOf(bytes) {
   const runs = [];
   for (let i = bytes.indexOf(1); i >= 0; i = bytes.indexOf(1, i)) {
     let end = i + 1;

@@ -1,9 +1,11 @@
 // Painting: brush, box, lasso and whole components, by pointer or by keys.
 
+import { dot, HALF_FIELD } from "../../report/viewer/camera.js";
+
 const SVG = "http://www.w3.org/2000/svg";
 
 /** Whether a point lies inside a polygon. */
-function isInside(polygon, x, y) {
+export function isInside(polygon, x, y) {
   let inside = false;
   for (let i = 0, j = polygon.length - 1; i < polygon.length; j = i++) {
     const [a, b] = [polygon[i], polygon[j]];
@@ -14,7 +16,7 @@ function isInside(polygon, x, y) {
 
 const corners = ([a, b], [c, d]) => [[a, b], [c, b], [c, d], [a, d]];
 
-class Paint {
+export class Paint {
   /** `target` gives the mesh that is painted, with its mask and topology, or null; `told` hears of changes and of troubles. */
   constructor(viewer, overlay, target, told) {
     Object.assign(this, { viewer, overlay, target, told });

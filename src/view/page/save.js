@@ -1,6 +1,10 @@
 // Saving: meshes, reports, recipes and masks.
 
-class Save {
+import { copy } from "../../report/viewer/point.js";
+import { find } from "../../report/viewer/controls.js";
+import { askJson } from "./net.js";
+
+export class Save {
   constructor(app) {
     this.app = app;
     find("#save").addEventListener("click", () => this.save());

@@ -1,6 +1,10 @@
 // Runs, their progress, previews, and the history.
 
-class Steps {
+import { all, counted, digits, find } from "../../report/viewer/controls.js";
+import { askJson } from "./net.js";
+import { Form, KINDS } from "./fields.js";
+
+export class Steps {
   constructor(app) {
     this.app = app;
     this.forms = {};

@@ -1,6 +1,8 @@
 // Going over the surface from face to face.
 
-class Topology {
+import { dot, minus, times } from "../../report/viewer/camera.js";
+
+export class Topology {
   /** Of a mesh and what the worker found: its corners' points, and the faces round each point. */
   constructor(mesh, { corners, starts, list }) {
     Object.assign(this, { mesh, corners, starts, list });

@@ -1,5 +1,7 @@
 // Numbers at the holes and the mark at a chosen point: elements over the canvas.
 
+import { dot } from "./camera.js";
+
 /** The longest holes get numbers. */
 const MOST_LABELS = 200;
 /** Vertices of a rim that are looked at, and the part of them that must be seen. */
@@ -9,7 +11,7 @@ const BULGE = 0.45;
 /** Numbers nearer to each other than this, in pixels of the page, are not both shown. */
 const APART = 15;
 
-class Labels {
+export class Labels {
   constructor(viewer, layer, holes, rims) {
     this.viewer = viewer;
     this.layer = layer;

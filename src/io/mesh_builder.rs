@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use super::{Format, IoError, Loaded, Place};
+use super::{Format, IoError, Loaded, Location};
 use crate::mesh::triangulate::Triangulator;
 use crate::mesh::{Attributes, LARGEST, Mesh, SMALLEST, bounds};
 
 /// A surface under construction. Vertices keep the order of the file; polygons are cut once all points are known.
-pub(super) struct Surface {
+pub(super) struct MeshBuilder {
     format: Format,
     /// Points in file order.
     pub(super) positions: Vec<DVec3>,
@@ -54,7 +54,7 @@ struct Polygon {
     end: usize,
 }
 
-impl Surface {
+impl MeshBuilder {
     pub(super) fn new(format: Format) -> Self {
         Self {
             format,
@@ -92,7 +92,7 @@ impl Surface {
     pub(super) fn push_face(&mut self, corners: &[u32]) -> Result<(), IoError> {
         match corners {
             [] | [_] | [_, _] => {
-                let place = Place::Item("face", self.face_count());
+                let place = Location::Item("face", self.face_count());
                 let what = format!(
                     "a face of {} corners, where at least 3 are needed",
                     corners.len()
@@ -142,7 +142,7 @@ impl Surface {
         self.finish_with(&mut None)
     }
 
-    /// As [`Surface::finish`]; says also where the triangles come from, if it is asked to by a value in `cut`.
+    /// As [`MeshBuilder::finish`]; says also where the triangles come from, if it is asked to by a value in `cut`.
     pub(super) fn finish_with(mut self, cut: &mut Option<CutFrom>) -> Result<Loaded, IoError> {
         self.check_positions()?;
         self.check_indices()?;
@@ -186,13 +186,13 @@ impl Surface {
                 "{} points are more than 32-bit indices can name",
                 self.positions.len()
             );
-            return Err(IoError::malformed(self.format, Place::File, what)
+            return Err(IoError::malformed(self.format, Location::File, what)
                 .advise("split the mesh into smaller files"));
         }
         match self.positions.iter().position(|p| !p.is_finite()) {
             Some(index) => Err(not_finite(
                 self.format,
-                Place::Item("vertex", index),
+                Location::Item("vertex", index),
                 self.positions[index],
             )),
             None => self.check_sizes(),
@@ -208,7 +208,7 @@ impl Surface {
                 self.positions[index].to_array()
             );
             return Err(
-                IoError::malformed(self.format, Place::Item("vertex", index), what)
+                IoError::malformed(self.format, Location::Item("vertex", index), what)
                     .advise("scale the mesh down, or remove this vertex if it is a mistake"),
             );
         }
@@ -220,7 +220,7 @@ impl Surface {
                  that can be measures {SMALLEST:e}"
             );
             return Err(
-                IoError::malformed(self.format, Place::File, what).advise("scale the mesh up")
+                IoError::malformed(self.format, Location::File, what).advise("scale the mesh up")
             );
         }
         Ok(())
@@ -246,7 +246,7 @@ impl Surface {
         match face_and_index {
             Some((face, index)) => Err(IoError::malformed(
                 self.format,
-                Place::Item("face", face),
+                Location::Item("face", face),
                 format!("it uses vertex {index} (counted from 0), but the file has only {count}"),
             )),
             None => Ok(()),
@@ -305,7 +305,7 @@ impl Surface {
 }
 
 /// The error for a coordinate that is infinite or not a number.
-pub(super) fn not_finite(format: Format, place: Place, point: DVec3) -> IoError {
+pub(super) fn not_finite(format: Format, place: Location, point: DVec3) -> IoError {
     IoError::malformed(
         format,
         place,
@@ -323,8 +323,8 @@ fn is_degenerate(positions: &[DVec3], face: &[u32; 3]) -> bool {
 mod tests {
     use super::*;
 
-    fn square() -> Surface {
-        let mut surface = Surface::new(Format::Ply);
+    fn square() -> MeshBuilder {
+        let mut surface = MeshBuilder::new(Format::Ply);
         surface.positions = vec![DVec3::ZERO, DVec3::X, DVec3::X + DVec3::Y, DVec3::Y];
         surface
     }
@@ -364,7 +364,7 @@ mod tests {
 
     #[test]
     fn faults_are_named() {
-        let finish = |f: &dyn Fn(&mut Surface)| {
+        let finish = |f: &dyn Fn(&mut MeshBuilder)| {
             let mut surface = square();
             f(&mut surface);
             surface.finish().unwrap_err().to_string()

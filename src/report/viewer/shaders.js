@@ -24,7 +24,7 @@ vec3 normalOf(uint folded) {
   return normalize(n);
 }`;
 
-const SURFACE_VERTEX = FETCH + `
+export const SURFACE_VERTEX = FETCH + `
 uniform sampler2D valueTexture, colourTexture, cornerTexture;
 uniform mat4 matrix;
 uniform vec3 eye;
@@ -53,7 +53,7 @@ void main() {
   gl_Position = matrix * vec4(position, 1.0);
 }`;
 
-const SURFACE_FRAGMENT = `#version 300 es
+export const SURFACE_FRAGMENT = `#version 300 es
 precision highp float;
 precision highp int;
 in vec3 seen;
@@ -125,7 +125,7 @@ void main() {
   colour = vec4(lit, 1.);
 }`;
 
-const RIM_VERTEX = `#version 300 es
+export const RIM_VERTEX = `#version 300 es
 precision highp float;
 in vec3 from;
 in vec3 to;
@@ -151,7 +151,7 @@ void main() {
   gl_Position = p;
 }`;
 
-const RIM_FRAGMENT = `#version 300 es
+export const RIM_FRAGMENT = `#version 300 es
 precision highp float;
 in float isKind;
 in vec3 place;
@@ -166,7 +166,7 @@ void main() {
 
 // The number of the face that is seen, plus one.
 
-const NUMBER_VERTEX = FETCH + `
+export const NUMBER_VERTEX = FETCH + `
 uniform mat4 matrix;
 out vec3 place;
 flat out uint number;
@@ -177,7 +177,7 @@ void main() {
   gl_Position = matrix * vec4(place, 1.0);
 }`;
 
-const NUMBER_FRAGMENT = `#version 300 es
+export const NUMBER_FRAGMENT = `#version 300 es
 precision highp float;
 precision highp int;
 in vec3 place;

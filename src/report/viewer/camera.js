@@ -1,14 +1,14 @@
 // Vectors, rotations and the camera.
 
-const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const plus = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
-const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-const times = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
+export const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const plus = (a, b) => [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+export const minus = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+export const times = (a, s) => [a[0] * s, a[1] * s, a[2] * s];
 const unit = (a) => times(a, 1 / (Math.hypot(...a) || 1));
 
 /** Right, up and towards the eye, for an eye in a direction. */
-function frame(towards, up) {
+export function frame(towards, up) {
   towards = unit(towards);
   let right = cross(up, towards);
   if (Math.hypot(...right) < 0.03) right = cross(Math.abs(towards[0]) < 0.8 ? [1, 0, 0] : [0, 1, 0], towards);
@@ -25,7 +25,7 @@ function turned(axes, axis, angle) {
 }
 
 /** Part of the way from one frame to another, the shortest. */
-function between(from, to, part) {
+export function between(from, to, part) {
   // The rotation from one to the other: its trace and its antisymmetric part.
   const trace = dot(from[0], to[0]) + dot(from[1], to[1]) + dot(from[2], to[2]);
   const angle = Math.acos(Math.min(1, Math.max(-1, (trace - 1) / 2)));
@@ -35,10 +35,10 @@ function between(from, to, part) {
   return part === 1 ? to : turned(from, unit(axis), angle * part);
 }
 
-const HALF_FIELD = 0.25;
+export const HALF_FIELD = 0.25;
 
 /** Looks at a point from a distance; what is `reach` to both sides of it just fills the smaller side of the picture. */
-class Camera {
+export class Camera {
   constructor(radius) {
     this.radius = radius;
     this.centre = [0, 0, 0];

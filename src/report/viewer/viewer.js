@@ -1,13 +1,18 @@
 // Draws meshes, in one pane or two.
 
+import { alongRay, ORIGIN, rimBuffer } from "./geometry.js";
+import { between, Camera, dot, HALF_FIELD, minus, plus, times } from "./camera.js";
+import { NUMBER_FRAGMENT, NUMBER_VERTEX, RIM_FRAGMENT, RIM_VERTEX, SURFACE_FRAGMENT, SURFACE_VERTEX } from "./shaders.js";
+import { Surface } from "./surface.js";
+
 /** From so many faces on the picture has no smooth edges: faces are about as small as the pixels. */
 const LARGE = 400_000;
 /** A picture that takes longer, in milliseconds, is drawn of fewer faces while the view moves, or else of fewer pixels. */
 const FLUID = 45;
 /** No section: nothing lies on the far side of it. */
-const WHOLE = [0, 0, 0, 1];
+export const WHOLE = [0, 0, 0, 1];
 
-class Viewer {
+export class Viewer {
   /** For a mesh of so many faces; `parts` says that parts of the picture will be drawn again by themselves. */
   constructor(canvas, { radius, faces = 0, parts = false }) {
     this.canvas = canvas;

@@ -1,5 +1,7 @@
 // The arrays of the page, and what the graphics card gets of them.
 
+import { cross, dot, minus, plus } from "./camera.js";
+
 /** Reads arrays of whole numbers one after the other: length, stride, then differences in bytes of seven bits. */
 function arrayReader(bytes) {
   let at = 0;
@@ -49,7 +51,7 @@ function normalsOf(folded) {
 }
 
 /** The meshes: positions relative to the middle of the scene; faces of both, then those after, then those before. */
-async function unpack(text, header) {
+export async function unpack(text, header) {
   const next = arrayReader(await inflated(text));
   const placed = (steps) => Float32Array.from(steps, (s) => s * header.step - header.radius);
   const positions = placed(next()), normals = normalsOf(next());
@@ -72,7 +74,7 @@ async function unpack(text, header) {
 }
 
 /** What a face is, in one number: its region, where it is from (0 of both meshes, 1 new, 2 gone or of an earlier step), marks, and its image. */
-const ORIGIN = 16, MASKED = 1 << 18, MARKED = 1 << 19, IMAGE = 20;
+export const ORIGIN = 16, MASKED = 1 << 18, MARKED = 1 << 19, IMAGE = 20;
 
 /** The faces' facts of a mesh whose new faces lie together. */
 function factsOf({ faces, kept, regions, parts }) {
@@ -84,7 +86,7 @@ function factsOf({ faces, kept, regions, parts }) {
 }
 
 /** Unit normals of the vertices, the faces' weighted by their areas. */
-function vertexNormals(positions, faces) {
+export function vertexNormals(positions, faces) {
   const normals = new Float32Array(positions.length);
   for (let i = 0; i < faces.length; i += 3) {
     const a = 3 * faces[i], b = 3 * faces[i + 1], c = 3 * faces[i + 2];
@@ -99,7 +101,7 @@ function vertexNormals(positions, faces) {
 }
 
 /** The sides of rims: both ends, and the number of the colour. */
-function rimBuffer(rims, kinds) {
+export function rimBuffer(rims, kinds) {
   const starts = [0];
   for (const rim of rims) starts.push(starts[starts.length - 1] + rim.length / 3);
   const values = new Float32Array(7 * starts[rims.length]);
@@ -116,7 +118,7 @@ function rimBuffer(rims, kinds) {
 }
 
 /** The corners of a face. */
-function cornersOf({ positions, faces }, face) {
+export function cornersOf({ positions, faces }, face) {
   return [0, 1, 2].map((k) => {
     const v = 3 * faces[3 * face + k];
     return [positions[v], positions[v + 1], positions[v + 2]];
@@ -124,7 +126,7 @@ function cornersOf({ positions, faces }, face) {
 }
 
 /** How far along a ray the plane of a face is met, within the face's own depth. */
-function alongRay(mesh, face, origin, direction) {
+export function alongRay(mesh, face, origin, direction) {
   const [a, b, c] = cornersOf(mesh, face), n = cross(minus(b, a), minus(c, a));
   const ends = [a, b, c].map((p) => dot(minus(p, origin), direction)), slope = dot(n, direction);
   const t = slope ? dot(n, minus(a, origin)) / slope : ends[0];
@@ -132,7 +134,7 @@ function alongRay(mesh, face, origin, direction) {
 }
 
 /** Sum of the normals of a region's patch times their areas, and the sum of the areas. */
-function facing(mesh, region) {
+export function facing(mesh, region) {
   let sum = [0, 0, 0], area = 0;
   const p = (v) => [mesh.positions[3 * v], mesh.positions[3 * v + 1], mesh.positions[3 * v + 2]];
   for (let i = 0; i < mesh.new; i++) {
@@ -146,7 +148,7 @@ function facing(mesh, region) {
 }
 
 /** The direction that a rim faces. */
-function rimFacing(rim) {
+export function rimFacing(rim) {
   let sum = [0, 0, 0];
   const n = rim.length / 3, p = (i) => rim.subarray(3 * (i % n), 3 * (i % n) + 3);
   for (let i = 0; i < n; i++) sum = plus(sum, cross(minus(p(i), p(0)), minus(p(i + 1), p(0))));

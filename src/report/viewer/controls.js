@@ -1,16 +1,21 @@
 // What every page with a view has: elements, pointers, arrow keys, dark and light, the scale of colours.
 
-const find = (query) => document.querySelector(query);
-const all = (query) => [...document.querySelectorAll(query)];
+import { facing, rimFacing } from "./geometry.js";
+
+export const find = (query) => document.querySelector(query);
+export const all = (query) => [...document.querySelectorAll(query)];
 
 /** Lengths below this part of the size that goes with them are rounding. */
 const NOTHING = 1e-9;
 
 /** Four digits that count; 0 for what is nothing but rounding beside a size. */
-const digits = (x, size = 0) => Math.abs(x) <= NOTHING * Math.abs(size) ? "0" : String(Number(x.toPrecision(4)));
+export const digits = (x, size = 0) => Math.abs(x) <= NOTHING * Math.abs(size) ? "0" : String(Number(x.toPrecision(4)));
+
+/** A number of things, in words. */
+export const counted = (n, what) => `${n.toLocaleString("en")} ${what}${n === 1 ? "" : "s"}`;
 
 /** The number that a text tells, with a point or a comma; not a number where it tells none. */
-const numberIn = (text) => text.trim() ? Number(text.trim().replace(",", ".")) : NaN;
+export const numberIn = (text) => text.trim() ? Number(text.trim().replace(",", ".")) : NaN;
 
 const GRADIENTS = {
   1: "linear-gradient(90deg,#0a3380,#428fd6 25%,#ededeb 50%,#e66b52 75%,#80081a)",
@@ -18,7 +23,7 @@ const GRADIENTS = {
 };
 
 /** Says what the colours mean: diverging (1) or rising (2), and the stripes where something is not known. */
-function showScale(name, low, high, kind, gaps = false) {
+export function showScale(name, low, high, kind, gaps = false) {
   find("#scale").hidden = false;
   find("#scale-name").textContent = name;
   find("#scale-low").textContent = low;
@@ -28,7 +33,7 @@ function showScale(name, low, high, kind, gaps = false) {
 }
 
 /** The direction from which a hole is seen best. */
-function directionTo(hole, rim = [], mesh = null) {
+export function directionTo(hole, rim = [], mesh = null) {
   const patch = mesh && hole.region ? facing(mesh, hole.region) : { area: 0 };
   if (patch.area > 0 && Math.hypot(...patch.sum) > 0.3 * patch.area) return patch.sum;
   const towards = rimFacing(rim);
@@ -40,7 +45,7 @@ function directionTo(hole, rim = [], mesh = null) {
  * Turns, shifts and zooms by pointers. `click` is called with the event and where it was; `begin` may take a pointer for another
  * use and then returns what to do with its moves and its end; where `turns` says so the right button turns.
  */
-function usePointers(viewer, { click, begin = () => null, turns = () => false }) {
+export function usePointers(viewer, { click, begin = () => null, turns = () => false }) {
   const { canvas } = viewer;
   const down = new Map();
   let moved = 0, taken = null;
@@ -103,7 +108,7 @@ function usePointers(viewer, { click, begin = () => null, turns = () => false })
 }
 
 /** Turns, shifts and zooms by arrows, plus and minus. */
-function useArrows(viewer) {
+export function useArrows(viewer) {
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
   viewer.canvas.addEventListener("keydown", (event) => {
     const arrow = arrows[event.key];
@@ -118,7 +123,7 @@ function useArrows(viewer) {
 }
 
 /** Dark or light, as the system says until the button does. */
-function useTheme(changed) {
+export function useTheme(changed) {
   const button = find("#theme"), dark = matchMedia("(prefers-color-scheme: dark)");
   const set = (theme) => {
     document.documentElement.dataset.theme = theme;

@@ -67,7 +67,7 @@ function covered(boxes, c, m) {
   return [left, bottom, right, top];
 }
 
-class Surface {
+export class Surface {
   constructor(gl, mesh) {
     this.mesh = mesh;
     this.chunk(mesh.faces);

@@ -1,5 +1,7 @@
 // The point under a click: its coordinates, and a ball round it for a mask.
 
+import { numberIn } from "./controls.js";
+
 /** A number with as many digits as the page holds of the mesh: a millionth of its size. */
 function coordinate(x, radius) {
   const decimals = Math.ceil(-Math.log10(2e-6 * radius));
@@ -7,7 +9,7 @@ function coordinate(x, radius) {
 }
 
 /** Puts text on the clipboard; by an element where a browser has none for files. */
-async function copy(text) {
+export async function copy(text) {
   try {
     await navigator.clipboard.writeText(text);
     return true;
@@ -21,7 +23,7 @@ async function copy(text) {
   return done;
 }
 
-class Point {
+export class Point {
   constructor(header, pin) {
     this.header = header;
     this.pin = pin;

@@ -1,0 +1,164 @@
+//! The viewer's scripts, which reports and the local page share, and the one script that is made of a module and all that it imports.
+//!
+//! A report is a single file that a browser opens from the disk, where modules cannot be loaded from other files: so the modules are
+//! put into one, each after those that it imports.
+
+/// An ES module: the name of its file and its text. Names are unique, whatever the folder.
+pub(crate) type Script = (&'static str, &'static str);
+
+/// The modules of the viewer, in no order.
+const VIEWER: [Script; 8] = [
+    ("camera.js", include_str!("viewer/camera.js")),
+    ("controls.js", include_str!("viewer/controls.js")),
+    ("geometry.js", include_str!("viewer/geometry.js")),
+    ("labels.js", include_str!("viewer/labels.js")),
+    ("point.js", include_str!("viewer/point.js")),
+    ("shaders.js", include_str!("viewer/shaders.js")),
+    ("surface.js", include_str!("viewer/surface.js")),
+    ("viewer.js", include_str!("viewer/viewer.js")),
+];
+
+/// One module made of `main` and of all that it imports, from `own` and from the viewer: the `import` statements lead to what comes
+/// before it, and are left out as `export` is. So all top-level names share one scope, in which each is there once.
+///
+/// An import that leads nowhere is left out; the tests know of it.
+pub(crate) fn bundle(main: &str, own: &[Script]) -> String {
+    let mut bundle = Bundle {
+        own,
+        names: Vec::new(),
+        text: String::new(),
+    };
+    bundle.add(main);
+    bundle.text
+}
+
+struct Bundle<'a> {
+    own: &'a [Script],
+    /// The modules that are in it, or whose imports are being added.
+    names: Vec<&'a str>,
+    text: String,
+}
+
+impl<'a> Bundle<'a> {
+    fn add(&mut self, name: &str) {
+        let own: &'a [Script] = self.own;
+        let found = own.iter().chain(&VIEWER).find(|(own, _)| *own == name);
+        let Some(&(name, text)) = found.filter(|(name, _)| !self.names.contains(name)) else {
+            return;
+        };
+        self.names.push(name);
+        let (imports, body) = imports(text);
+        for import in imports {
+            self.add(import);
+        }
+        for line in body {
+            self.text += line.strip_prefix("export ").unwrap_or(line);
+            self.text.push('\n');
+        }
+    }
+}
+
+/// The names of the files that a module imports, without their folders, and its lines without these statements. A statement begins
+/// a line and ends with one.
+fn imports(text: &str) -> (Vec<&str>, Vec<&str>) {
+    let (mut names, mut body) = (Vec::new(), Vec::new());
+    let mut inside = false;
+    for line in text.lines() {
+        inside |= line.starts_with("import ");
+        if !inside {
+            body.push(line);
+        } else if let Some(path) = line.strip_suffix("\";") {
+            names.extend(path.rsplit(['/', '"']).next());
+            inside = false;
+        }
+    }
+    (names, body)
+}
+
+/// Fails where a module imports what is not there, or a name stands at the top of two modules, in a bundle of these.
+#[cfg(test)]
+pub(crate) fn check(main: &str, own: &[Script]) {
+    use std::collections::BTreeMap;
+
+    let all: BTreeMap<&str, &str> = own.iter().chain(&VIEWER).copied().collect();
+    assert_eq!(all.len(), own.len() + VIEWER.len(), "two files of a name");
+    let exported = |name: &str| -> Vec<&str> {
+        let lines = all[name].lines().filter_map(|l| l.strip_prefix("export "));
+        lines.flat_map(declared).collect()
+    };
+    for (name, text) in &all {
+        for statement in text.split("\nimport ").skip(1) {
+            let (names, rest) = statement.split_once(" from \"").unwrap();
+            let (path, _) = rest.split_once('"').unwrap();
+            let from = path.rsplit('/').next().unwrap();
+            for wanted in names
+                .split(['{', '}', ',', ' ', '\n'])
+                .filter(|n| !n.is_empty())
+            {
+                assert!(
+                    exported(from).contains(&wanted),
+                    "{name}: {from} exports no {wanted}"
+                );
+            }
+        }
+    }
+    let text = bundle(main, own);
+    let mut names: Vec<&str> = text.lines().flat_map(declared).collect();
+    let count = names.len();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(
+        names.len(),
+        count,
+        "a name stands at the top of two modules"
+    );
+    let left = text
+        .lines()
+        .find(|l| l.starts_with("import ") || l.starts_with("export "));
+    assert_eq!(left, None);
+}
+
+/// The names that a line at the top of a module declares: of a function, a class or constants with plain values.
+#[cfg(test)]
+fn declared(line: &str) -> Vec<&str> {
+    let line = line.strip_prefix("export ").unwrap_or(line);
+    let name = |text: &'static str| line.strip_prefix(text);
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let first = |rest: &str| rest.find(|c: char| !is_word(c)).unwrap_or(rest.len());
+    let own = ["async function ", "function ", "class "];
+    if let Some(rest) = own.into_iter().find_map(name) {
+        return vec![&rest[..first(rest)]];
+    }
+    let Some(rest) = ["const ", "let "].into_iter().find_map(name) else {
+        return Vec::new();
+    };
+    let plain = rest.split(", ").take_while(|part| part.contains(" = "));
+    let names = plain.map(|part| &part[..first(part)]);
+    names.filter(|name| !name.is_empty()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{bundle, imports};
+
+    #[test]
+    fn imports_are_followed_and_left_out() {
+        let text = "// What.\nimport { a } from \"./a.js\";\nimport {\n  b,\n} from \"../x/b.js\";\n\nexport const c = a + b;";
+        let (names, body) = imports(text);
+        assert_eq!(names, ["a.js", "b.js"]);
+        assert_eq!(body, ["// What.", "", "export const c = a + b;"]);
+        let own = [
+            (
+                "main.js",
+                "import { b } from \"./b.js\";\nimport { a } from \"./a.js\";\nb(a);",
+            ),
+            ("a.js", "export const a = 1;"),
+            (
+                "b.js",
+                "import { a } from \"./a.js\";\nexport function b() { return a; }",
+            ),
+        ];
+        let one = "const a = 1;\nfunction b() { return a; }\nb(a);\n";
+        assert_eq!(bundle("main.js", &own), one);
+    }
+}
