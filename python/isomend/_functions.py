@@ -70,6 +70,7 @@ def fill(
     voxel: Voxel = "auto",
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     finish: Literal["auto", "willmore", "none"] = "auto",
+    sharp: Literal["auto", "off"] = "auto",
     variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
     time_step: float | None = None,
     steps: int | None = None,
@@ -95,6 +96,7 @@ def fill(
         voxel: Voxel size in the mesh's units.
         energy: What the patch makes small.
         finish: How patches are finished on their own triangles, once the level set has found them.
+        sharp: Whether sharp edges of man-made shapes that end at a hole are continued across it.
         variant: Scheme of the flow's steps: I and II are the paper's, for the Willmore energy; all have the same steady
             surface.
         time_step: Time step of the flow, in units of the voxel size to the fourth power. By default straight to the steady
@@ -126,7 +128,8 @@ def fill(
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.fill(
         holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, surface=surface, repair=repair,
-        voxel=voxel, energy=energy, finish=finish, variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        voxel=voxel, energy=energy, finish=finish, sharp=sharp, variant=variant, time_step=time_step, steps=steps,
+        edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
@@ -149,6 +152,7 @@ def repair(
     voxel: Voxel = "auto",
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     finish: Literal["auto", "willmore", "none"] = "auto",
+    sharp: Literal["auto", "off"] = "auto",
     variant: Literal["I", "II", "gauss-newton"] = "gauss-newton",
     time_step: float | None = None,
     steps: int | None = None,
@@ -181,7 +185,7 @@ def repair(
         keep_holes: Leave the holes of the mesh open; those that the repair makes are filled. Not with ``close_borders``.
         close_borders: Close the outer borders of open sheets too, which are left open otherwise. Not with ``keep_holes``.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
-        voxel, energy, finish, variant, time_step, steps, edge_ratio: How holes are filled, as for :func:`fill`.
+        voxel, energy, finish, sharp, variant, time_step, steps, edge_ratio: How holes are filled, as for :func:`fill`.
         threads, point_data, cell_data, progress: As for :func:`fill`.
         strict: Raise :class:`isomend.StrictError` unless the result is sound and every patch is a steady surface.
 
@@ -199,8 +203,8 @@ def repair(
     return model.repair(
         weld=weld, debris=debris, drop_inside=drop_inside, keep_duplicates=keep_duplicates, keep_orientation=keep_orientation,
         keep_non_manifold=keep_non_manifold, keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes,
-        close_borders=close_borders, max_diameter=max_diameter, voxel=voxel, energy=energy, finish=finish, variant=variant,
-        time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        close_borders=close_borders, max_diameter=max_diameter, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
+        variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 

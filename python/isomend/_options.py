@@ -14,6 +14,7 @@ class SolveOptions(RunOptions, total=False):
     voxel: Voxel
     energy: Literal["willmore", "curvature-variation"]
     finish: Literal["auto", "willmore", "none"]
+    sharp: Literal["auto", "off"]
     variant: Literal["I", "II", "gauss-newton"]
     time_step: float | None
     steps: int | None
