@@ -1,7 +1,7 @@
 //! A part of a patch between creases, triangulated in the plane: projected along its mean normal, or unrolled about its axis where it turns far.
 
 use glam::{DVec2, DVec3};
-use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation};
+use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
 use super::Declined;
 use super::collar::Collar;
@@ -245,9 +245,9 @@ fn delaunay(outline: &[DVec2], inner: &[DVec2]) -> Result<Vec<[usize; 3]>, Decli
     let mut whole = Triangles2::new();
     let mut number = Vec::new();
     for (i, p) in outline.iter().chain(inner).enumerate() {
-        let handle = whole
-            .insert(Point2::new(p.x, p.y))
-            .map_err(|_| Declined::Crosses)?;
+        // Coordinates that are nearly zero, as those of symmetric parts, are refused.
+        let at = mitigate_underflow(Point2::new(p.x, p.y));
+        let handle = whole.insert(at).map_err(|_| Declined::Crosses)?;
         if handle.index() != i {
             return Err(Declined::Crosses);
         }
