@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::rings::rings_of;
-use crate::mesh::{Mesh, VertexFaces, area_vector};
+use crate::mesh::{Mesh, Part, VertexFaces, area_vector};
 
 /// The collar is as many rings of faces wide as half the hole's diameter has edges, but at least and at most so many.
 const RINGS: [f64; 2] = [6.0, 14.0];
@@ -18,11 +18,12 @@ const NONE: u32 = u32::MAX;
 
 /// Some rings of faces round one rim. Positions are relative to the middle of the rim.
 pub(super) struct Collar {
-    /// Positions of the mesh's vertices; those that no face uses are there too.
-    pub(super) positions: Vec<DVec3>,
+    /// Positions of the vertices of faces.
+    positions: Vec<DVec3>,
     /// What was subtracted from positions.
     pub(super) origin: DVec3,
-    pub(super) faces: Vec<[u32; 3]>,
+    /// Faces as numbers within `positions`.
+    faces: Vec<[u32; 3]>,
     /// For each face its ring, from 0 at the rim.
     pub(super) ring: Vec<u32>,
     pub(super) areas: Vec<f64>,
@@ -32,8 +33,13 @@ pub(super) struct Collar {
     pub(super) smoothed: Vec<DVec3>,
     /// For each face those across its edges; `u32::MAX` where there is none.
     pub(super) beside: Vec<[u32; 3]>,
-    /// The rim's vertices, in the direction in which a patch uses its edges.
+    /// The mesh's numbers of the rim's vertices, in the direction in which a patch uses its edges.
     pub(super) rim: Vec<u32>,
+    /// Their positions.
+    rim_points: Vec<DVec3>,
+    /// Their numbers within `positions`.
+    rim_local: Vec<u32>,
+    around: VertexFaces,
     /// For each edge of the rim, `rim[i] → rim[i + 1]`, the face beyond it.
     pub(super) beyond: Vec<u32>,
     /// Largest distance between two vertices of the rim.
@@ -46,34 +52,24 @@ pub(super) struct Collar {
 
 impl Collar {
     /// The collar of a rim of a mesh; none where an edge of the rim has no face, or no other.
-    pub(super) fn new(mesh: &Mesh, rim: &[u32]) -> Option<Self> {
+    pub(super) fn new(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> Option<Self> {
         let count = rim.len();
         let at = |v: u32| mesh.positions[v as usize];
         let origin = rim.iter().map(|&v| at(v)).sum::<DVec3>() / count as f64;
-        let positions: Vec<DVec3> = mesh.positions.iter().map(|p| *p - origin).collect();
-        let around = VertexFaces::new(mesh);
-        let points: Vec<DVec3> = rim.iter().map(|&v| positions[v as usize]).collect();
-        let edges = (0..count).map(|i| points[i].distance(points[(i + 1) % count]));
+        let rim_points: Vec<DVec3> = rim.iter().map(|&v| at(v) - origin).collect();
+        let edges = (0..count).map(|i| rim_points[i].distance(rim_points[(i + 1) % count]));
         let rim_edge = edges.sum::<f64>() / count as f64;
-        let diameter = diameter(&points);
+        let diameter = diameter(&rim_points);
         let rings = (0.5 * diameter / rim_edge).clamp(RINGS[0], RINGS[1]) as u32;
-        let (list, ring) = rings_of(mesh, &around, rim, rings);
-        let faces: Vec<[u32; 3]> = list.iter().map(|&f| mesh.faces[f as usize]).collect();
+        let (list, ring) = rings_of(mesh, around, rim, rings);
+        let part = Part::new(mesh, &list, rim.iter().copied());
+        let positions: Vec<DVec3> = part.mesh.positions.iter().map(|p| *p - origin).collect();
+        let faces = part.mesh.faces.clone();
         let vectors = faces
             .iter()
             .map(|f| area_vector(f.map(|v| positions[v as usize])));
         let vectors: Vec<DVec3> = vectors.collect();
-        let mut sides = HashMap::new();
-        for (i, f) in faces.iter().enumerate() {
-            (0..3).for_each(|k| {
-                sides.insert((f[k], f[(k + 1) % 3]), i as u32);
-            });
-        }
-        let beside = faces.iter().map(|f| {
-            let across = |k: usize| sides.get(&(f[(k + 1) % 3], f[k])).copied();
-            [0, 1, 2].map(|k| across(k).unwrap_or(NONE))
-        });
-        let beyond = (0..count).map(|i| sides.get(&(rim[(i + 1) % count], rim[i])).copied());
+        let (beside, beyond) = neighbours(&part, rim);
         let mut lengths: Vec<f64> = faces
             .iter()
             .map(|f| positions[f[0] as usize].distance(positions[f[1] as usize]))
@@ -83,9 +79,12 @@ impl Collar {
             areas: vectors.iter().map(|v| v.length()).collect(),
             normals: vectors.iter().map(|v| v.normalize_or_zero()).collect(),
             smoothed: Vec::new(),
-            beside: beside.collect(),
+            beside,
             rim: rim.to_vec(),
-            beyond: beyond.collect::<Option<_>>()?,
+            rim_points,
+            rim_local: rim.iter().map(|&v| part.local(v)).collect(),
+            around: VertexFaces::new(&part.mesh),
+            beyond: beyond?,
             diameter,
             rim_edge,
             edge: median(&mut lengths),
@@ -95,6 +94,11 @@ impl Collar {
         };
         collar.smoothed = collar.smooth();
         (collar.edge > 0.0 && rim_edge > 0.0).then_some(collar)
+    }
+
+    /// Number of its faces.
+    pub(super) fn len(&self) -> usize {
+        self.faces.len()
     }
 
     /// Normals after the bilateral filter (Tomasi and Manduchi 1998, on a mesh's faces).
@@ -147,10 +151,58 @@ impl Collar {
         (points, normals)
     }
 
+    /// Faces that use a vertex.
+    pub(super) fn around(&self, vertex: u32) -> &[u32] {
+        self.around.of(vertex)
+    }
+
+    /// Corners of a face.
+    pub(super) fn corners_of(&self, face: u32) -> [u32; 3] {
+        self.faces[face as usize]
+    }
+
+    /// How far vertices that `holds` holds for lead away from one of the rim, from neighbour to neighbour: the largest distance to it.
+    pub(super) fn reach(&self, at: usize, holds: impl Fn(u32) -> bool) -> f64 {
+        let first = self.rim_points[at];
+        let mut is_seen = vec![false; self.positions.len()];
+        let mut front: Vec<u32> = vec![self.rim_local[at]];
+        let mut far = 0.0;
+        while let Some(v) = front.pop() {
+            for &f in self.around(v) {
+                for w in self.faces[f as usize] {
+                    if !std::mem::replace(&mut is_seen[w as usize], true) && holds(w) {
+                        far = f64::max(far, self.positions[w as usize].distance(first));
+                        front.push(w);
+                    }
+                }
+            }
+        }
+        far
+    }
+
     /// Position of a vertex of the rim.
     pub(super) fn rim_point(&self, at: usize) -> DVec3 {
-        self.positions[self.rim[at % self.rim.len()] as usize]
+        self.rim_points[at % self.rim.len()]
     }
+}
+
+/// For each face those across its edges, and for each edge of the rim the face beyond it; none where one has none.
+fn neighbours(part: &Part, rim: &[u32]) -> (Vec<[u32; 3]>, Option<Vec<u32>>) {
+    let faces = &part.mesh.faces;
+    let mut sides = HashMap::new();
+    for (i, f) in faces.iter().enumerate() {
+        (0..3).for_each(|k| {
+            sides.insert((f[k], f[(k + 1) % 3]), i as u32);
+        });
+    }
+    let beside = faces.iter().map(|f| {
+        let across = |k: usize| sides.get(&(f[(k + 1) % 3], f[k])).copied();
+        [0, 1, 2].map(|k| across(k).unwrap_or(NONE))
+    });
+    let rim: Vec<u32> = rim.iter().map(|&v| part.local(v)).collect();
+    let next = |i: usize| rim[(i + 1) % rim.len()];
+    let beyond = (0..rim.len()).map(|i| sides.get(&(next(i), rim[i])).copied());
+    (beside.collect(), beyond.collect())
 }
 
 fn diameter(points: &[DVec3]) -> f64 {

@@ -54,11 +54,11 @@ impl Sides {
     pub(super) fn new(collar: &Collar) -> Self {
         let mut growth = Growth {
             collar,
-            of_face: vec![NONE; collar.faces.len()],
+            of_face: vec![NONE; collar.len()],
             list: Vec::new(),
         };
         let variation = collar.variation();
-        let mut order: Vec<usize> = (0..collar.faces.len()).collect();
+        let mut order: Vec<usize> = (0..collar.len()).collect();
         order.sort_by(|a, b| variation[*a].total_cmp(&variation[*b]));
         for &first in &order {
             if variation[first] > CALM {
@@ -111,7 +111,7 @@ impl Collar {
             let differences = near.iter().map(|&g| 1.0 - self.smoothed[g].dot(own));
             differences.fold(f64::NEG_INFINITY, f64::max)
         };
-        (0..self.faces.len()).map(of).collect()
+        (0..self.len()).map(of).collect()
     }
 
     fn fit(&self, faces: &[usize]) -> Sheet {
@@ -145,7 +145,7 @@ impl Growth<'_> {
     fn region(&self, first: usize) -> Option<Side> {
         let collar = self.collar;
         let normal = collar.smoothed[first];
-        let mut faces = Region::new(collar.faces.len(), &[first]);
+        let mut faces = Region::new(collar.len(), &[first]);
         for _ in 0..2 {
             for f in self.front(&faces) {
                 if collar.smoothed[f].dot(normal) > SIMILAR {
@@ -227,7 +227,7 @@ impl Growth<'_> {
                 continue;
             }
             let normal = collar.normals[first];
-            let mut faces = Region::new(collar.faces.len(), &[first]);
+            let mut faces = Region::new(collar.len(), &[first]);
             let mut at = 0;
             while let Some(&f) = faces.list.get(at) {
                 for g in collar.across(f) {

@@ -1,0 +1,155 @@
+//! The patch between the sides of a rim: its parts triangulated and joined.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+
+use super::network::{CreaseLine, Network, ends};
+use super::rim_sides::RimSides;
+use super::{Continued, Crease, Declined, parts};
+
+/// Where creases begin inside the hole, in edges from the rim: tried in turn.
+const LEADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
+/// Most combinations of shifted ends.
+const MOST_SHIFTS: usize = 60;
+
+impl RimSides {
+    /// Continues the creases that end at the rim, or keeps to the one side of a rim that runs along creases. The mesh has `count` vertices.
+    ///
+    /// The first valid patch, with ends of creases shifted along the rim as little as possible: on bevelled meshes the vertex at which a
+    /// crease ends is not certain.
+    pub(crate) fn continued(&self, count: usize) -> Result<Continued, Declined> {
+        let ends = ends(&self.labels);
+        let mut first = None;
+        for (at, shifts) in shifts(ends.len()).iter().enumerate() {
+            let Some(labels) = shifted(&self.labels, &ends, shifts) else {
+                continue;
+            };
+            for lead in LEADS {
+                match self.patch(&labels, lead, count) {
+                    Ok(patch) => return Ok(patch),
+                    Err(why) => {
+                        first.get_or_insert(why);
+                        if !why.may_shift() {
+                            if at == 0 {
+                                return Err(why);
+                            }
+                            break;
+                        }
+                    }
+                }
+            }
+        }
+        Err(first.unwrap_or(Declined::NoSide))
+    }
+
+    fn patch(&self, labels: &[usize], lead: f64, count: usize) -> Result<Continued, Declined> {
+        self.check(labels)?;
+        let network = Network::new(&self.collar, &self.sides, labels, lead)?;
+        let rim = self.collar.rim.len();
+        let mut points = network.points.clone();
+        let mut faces = Vec::new();
+        for part in network.parts.iter().filter(|p| p.outline.len() >= 3) {
+            let outline: Vec<DVec3> = part.outline.iter().map(|&i| network.points[i]).collect();
+            let sheet = &self.sides.list[part.side].sheet;
+            let done = parts::triangulate(&self.collar, sheet, &outline)?;
+            let first = points.len();
+            let number = |i: usize| match part.outline.get(i) {
+                Some(point) => *point,
+                None => first + i - part.outline.len(),
+            };
+            faces.extend(done.faces.iter().map(|f| f.map(number)));
+            points.extend(done.inner);
+        }
+        let number = |i: usize| match self.collar.rim.get(i) {
+            Some(v) => *v,
+            None => (count + i - rim) as u32,
+        };
+        let faces: Vec<[u32; 3]> = faces.iter().map(|f| f.map(number)).collect();
+        self.check_joined(&faces)?;
+        let residuals = network.parts.iter().map(|p| &self.sides.list[p.side].sheet);
+        let residuals = residuals.map(|sheet| sheet.residual / self.collar.edge);
+        let of_line = |line: &CreaseLine| {
+            let at = line.points.iter().map(|&i| points[i]);
+            let at: Vec<DVec3> = at.collect();
+            let angle = |p: &DVec3| self.angle(*p, line.sides);
+            Crease {
+                length: at.windows(2).map(|w| w[0].distance(w[1])).sum(),
+                angle: at.iter().map(angle).sum::<f64>() / at.len() as f64,
+            }
+        };
+        Ok(Continued {
+            positions: points[rim..]
+                .iter()
+                .map(|p| *p + self.collar.origin)
+                .collect(),
+            faces,
+            creases: network.lines.iter().map(of_line).collect(),
+            residual: residuals.fold(0.0, f64::max),
+        })
+    }
+
+    /// Whether the faces use each edge of the rim once, and no edge twice.
+    fn check_joined(&self, faces: &[[u32; 3]]) -> Result<(), Declined> {
+        let mut edges: HashMap<(u32, u32), ()> = HashMap::with_capacity(3 * faces.len());
+        for f in faces {
+            for (a, b) in [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])] {
+                if edges.insert((a, b), ()).is_some() || self.taken.contains(&(a, b)) {
+                    return Err(Declined::NotManifold);
+                }
+            }
+        }
+        let rim = &self.collar.rim;
+        let on_rim: HashSet<(u32, u32)> = (0..rim.len())
+            .map(|i| (rim[i], rim[(i + 1) % rim.len()]))
+            .collect();
+        let is_right = |&(a, b): &(u32, u32)| match on_rim.contains(&(a, b)) {
+            true => !edges.contains_key(&(b, a)),
+            // The other side of an inner edge is the patch's, and the mesh has no such edge.
+            false => edges.contains_key(&(b, a)) && !self.taken.contains(&(b, a)),
+        };
+        let has_all = on_rim.iter().all(|edge| edges.contains_key(edge));
+        match has_all && edges.keys().all(is_right) {
+            true => Ok(()),
+            false => Err(Declined::NotManifold),
+        }
+    }
+}
+
+/// The ways in which so many ends are shifted along the rim, by up to two vertices; fewer the more ends there are. The least shifts first.
+fn shifts(ends: usize) -> Vec<Vec<i32>> {
+    let most = match ends {
+        0..=3 => 2,
+        4..=6 => 1,
+        _ => 0,
+    };
+    let mut all: Vec<Vec<i32>> = vec![Vec::new()];
+    for _ in 0..ends {
+        let longer = |d: &Vec<i32>| {
+            (-most..=most)
+                .map(|x| [&d[..], &[x]].concat())
+                .collect::<Vec<_>>()
+        };
+        all = all.iter().flat_map(longer).collect();
+    }
+    all.sort_by_key(|d| (d.iter().map(|x| x.abs()).sum::<i32>(), d.clone()));
+    all.truncate(MOST_SHIFTS);
+    all
+}
+
+/// Labels with their changes shifted; none where that loses or adds one.
+fn shifted(labels: &[usize], at: &[usize], shifts: &[i32]) -> Option<Vec<usize>> {
+    let count = labels.len();
+    let mut all = labels.to_vec();
+    for (&i, &shift) in at.iter().zip(shifts) {
+        let (before, own) = (labels[(i + count - 1) % count], labels[i]);
+        let distance = shift.unsigned_abs() as usize;
+        for k in 0..distance.min(count) {
+            match shift > 0 {
+                true => all[(i + k) % count] = before,
+                false => all[(i + count - 1 - k) % count] = own,
+            }
+        }
+    }
+    (ends(&all).len() == at.len()).then_some(all)
+}

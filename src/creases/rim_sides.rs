@@ -1,0 +1,237 @@
+//! The smooth sides round a rim: which of them continues each of its edges, and where creases end at it.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+
+use super::Declined;
+use super::collar::{Collar, median};
+use super::labels::{LabelCosts, labels};
+use super::network::ends;
+use super::segment::Sides;
+use crate::mesh::{Mesh, VertexFaces};
+
+/// The thresholds for a kind of mesh.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    pub(super) labels: LabelCosts,
+    /// Whether a face may lie between two sides.
+    is_bevelled: bool,
+    /// Largest and median distance of rim vertices from the nearer sheet of their edges, in edges.
+    rim: [f64; 2],
+}
+
+/// For meshes whose sides are exact and whose creases are edges.
+const CLEAN: Limits = Limits {
+    labels: LabelCosts {
+        tolerance: 0.12,
+        beyond: 0.3,
+        change: 2.0,
+        ring: 1,
+    },
+    is_bevelled: false,
+    rim: [0.15, 0.03],
+};
+/// For scans, in which creases are bevelled by half a face and positions are noisy.
+const SCAN: Limits = Limits {
+    labels: LabelCosts {
+        tolerance: 0.25,
+        beyond: 0.15,
+        change: 4.0,
+        ring: 2,
+    },
+    is_bevelled: true,
+    rim: [0.9, 0.2],
+};
+/// A mesh is clean when less than this part of the collar's faces is in no sheet,
+const MOST_FREE: f64 = 0.02;
+/// and the median residual of sheets is less than this, in edges.
+const MOST_NOISE: f64 = 0.03;
+/// Sides that meet at a smaller angle than this, in degrees, have no crease between them;
+const CREASE: f64 = 28.0;
+/// but of one crease with two ends the larger angle is at least the first, and the other at least the second: it may fade.
+const FADING: [f64; 2] = [25.0, 6.0];
+/// and at a larger angle than this they fold back.
+const FOLD: f64 = 150.0;
+/// Where a crease ends the residuals of both sides are smaller than this, in edges,
+const MOST_NOISE_OF_END: f64 = 0.1;
+/// and the chain of vertices at which they meet leads at least so many edges away from the rim.
+const LEAST_CHAIN: f64 = 2.5;
+/// A rim runs along a crease where this part of its length does.
+const ALONG: f64 = 0.1;
+
+/// A place of a rim at which a crease of the mesh ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct CreaseEnd {
+    /// Vertex of the rim.
+    pub(crate) vertex: u32,
+    /// Angle between the normals of the two sides, in degrees.
+    pub(crate) angle: f64,
+}
+
+/// A rim with the smooth sides round it.
+pub(crate) struct RimSides {
+    pub(super) collar: Collar,
+    pub(super) sides: Sides,
+    pub(super) limits: Limits,
+    /// For each edge of the rim the side that continues it.
+    pub(super) labels: Vec<usize>,
+    /// Directed edges of the mesh between vertices of the rim.
+    pub(super) taken: HashSet<(u32, u32)>,
+}
+
+impl RimSides {
+    /// The sides round a rim of a mesh.
+    pub(crate) fn new(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> Result<Self, Declined> {
+        let collar = Collar::new(mesh, around, rim).ok_or(Declined::Rim)?;
+        let sides = Sides::new(&collar);
+        let is_exact = sides.free() < MOST_FREE && sides.noise(collar.edge) < MOST_NOISE;
+        let limits = if is_exact { CLEAN } else { SCAN };
+        let labels = labels(&collar, &sides, &limits.labels).ok_or(Declined::NoSide)?;
+        Ok(Self {
+            collar,
+            sides,
+            limits,
+            labels,
+            taken: edges_between(mesh, around, rim),
+        })
+    }
+
+    /// Where creases end at the rim; none where the rim does not lie on the sides.
+    pub(crate) fn ends(&self) -> Vec<CreaseEnd> {
+        if self.check_rim(&self.labels).is_err() {
+            return Vec::new();
+        }
+        let end = |i: usize| CreaseEnd {
+            vertex: self.collar.rim[i],
+            angle: self.angle_at(i, &self.labels),
+        };
+        let seen = |i: &usize| {
+            (CREASE..=FOLD).contains(&self.angle_at(*i, &self.labels)) && self.is_chain(*i)
+        };
+        let all = ends(&self.labels).into_iter().filter(seen);
+        all.map(end).collect()
+    }
+
+    /// Whether a chain of vertices where the sides before and after one of the rim touch each other leads away from it.
+    fn is_chain(&self, at: usize) -> bool {
+        let count = self.labels.len();
+        let [a, b] = [self.labels[(at + count - 1) % count], self.labels[at]];
+        let calm =
+            |s: usize| self.sides.list[s].sheet.residual < MOST_NOISE_OF_END * self.collar.edge;
+        let is_between = |v: u32| {
+            let meets = |f: u32| {
+                let side = self.sides.of_face[f as usize];
+                [side == a, side == b]
+            };
+            let faces = self.collar.around(v).iter();
+            let met = match self.limits.is_bevelled {
+                false => faces.map(|&f| meets(f)).fold([false; 2], either),
+                // A face lies between the sides.
+                true => faces
+                    .flat_map(|&f| self.collar.corners_of(f))
+                    .flat_map(|w| self.collar.around(w))
+                    .map(|&f| meets(f))
+                    .fold([false; 2], either),
+            };
+            met == [true; 2]
+        };
+        calm(a) && calm(b) && self.collar.reach(at, is_between) > LEAST_CHAIN * self.collar.edge
+    }
+
+    /// Whether creases may be continued between sides with these labels.
+    pub(super) fn check(&self, labels: &[usize]) -> Result<(), Declined> {
+        self.check_rim(labels)?;
+        self.check_angles(labels)
+    }
+
+    /// Whether the rim lies on the sheets of its edges.
+    fn check_rim(&self, labels: &[usize]) -> Result<(), Declined> {
+        let count = labels.len();
+        let off = |i: usize| {
+            let of = |side: usize| {
+                self.sides.list[side]
+                    .sheet
+                    .distance(self.collar.rim_point(i))
+                    .abs()
+            };
+            of(labels[i]).min(of(labels[(i + count - 1) % count])) / self.collar.edge
+        };
+        let mut off: Vec<f64> = (0..count).map(off).collect();
+        let largest = off.iter().copied().fold(0.0, f64::max);
+        match largest <= self.limits.rim[0] && median(&mut off) <= self.limits.rim[1] {
+            true => Ok(()),
+            false => Err(Declined::RimOff),
+        }
+    }
+
+    /// Whether sides meet at such angles that there are creases between them.
+    fn check_angles(&self, labels: &[usize]) -> Result<(), Declined> {
+        let ends = ends(labels);
+        if ends.is_empty() {
+            return self.check_along(labels[0]);
+        }
+        let angles = ends.iter().map(|&i| self.angle_at(i, labels));
+        let angles: Vec<f64> = angles.collect();
+        let least = angles.iter().copied().fold(f64::INFINITY, f64::min);
+        let largest = angles.iter().copied().fold(0.0, f64::max);
+        let may_fade = ends.len() == 2;
+        let fewest = if may_fade { FADING[1] } else { CREASE };
+        if largest > FOLD {
+            return Err(Declined::Folds);
+        }
+        match least >= fewest && largest >= FADING[0] {
+            true => Ok(()),
+            false => Err(Declined::Smooth),
+        }
+    }
+
+    /// The angle between the normals of the sides before and after a vertex of the rim, in degrees.
+    fn angle_at(&self, at: usize, labels: &[usize]) -> f64 {
+        let count = labels.len();
+        let sides = [labels[at], labels[(at + count - 1) % count]];
+        self.angle(self.collar.rim_point(at), sides)
+    }
+
+    /// The angle between the normals of two sides at a point, in degrees.
+    pub(super) fn angle(&self, point: DVec3, sides: [usize; 2]) -> f64 {
+        let [a, b] = sides.map(|s| self.sides.list[s].sheet.normal(point));
+        a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()
+    }
+
+    /// Whether a rim with one side runs along a crease.
+    fn check_along(&self, side: usize) -> Result<(), Declined> {
+        let (collar, count) = (&self.collar, self.collar.rim.len());
+        let sheet = &self.sides.list[side].sheet;
+        let (mut along, mut all) = (0.0, 0.0);
+        for i in 0..count {
+            let (p, q) = (collar.rim_point(i), collar.rim_point(i + 1));
+            let beyond = collar.smoothed[collar.beyond[i] as usize];
+            all += p.distance(q);
+            if sheet.normal(p).dot(beyond) < CREASE.to_radians().cos() {
+                along += p.distance(q);
+            }
+        }
+        match along >= ALONG * all {
+            true => Ok(()),
+            false => Err(Declined::OneSide),
+        }
+    }
+}
+
+fn either(a: [bool; 2], b: [bool; 2]) -> [bool; 2] {
+    [a[0] || b[0], a[1] || b[1]]
+}
+
+/// Directed edges of a mesh between vertices of a rim.
+fn edges_between(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> HashSet<(u32, u32)> {
+    let on_rim: HashSet<u32> = rim.iter().copied().collect();
+    let faces = rim.iter().flat_map(|&v| around.of(v));
+    let sides = faces.flat_map(|&f| {
+        let f = mesh.faces[f as usize];
+        [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])]
+    });
+    sides
+        .filter(|(a, b)| on_rim.contains(a) && on_rim.contains(b))
+        .collect()
+}
