@@ -11,7 +11,7 @@ use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar};
 use super::strategy::{Candidate, Ending, Step, next_step};
-use super::{faired, finish_step, level_set, planar, rim_triangles, seam, sharp};
+use super::{faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp};
 use crate::mesh::Hole;
 use crate::region::Start;
 use crate::tuning::tuning;
@@ -120,6 +120,7 @@ fn make<'b>(
     let clock = Instant::now();
     let made = match candidate {
         Candidate::Sides => sharp::make(problem),
+        Candidate::Rounded => rounded::make(problem),
         Candidate::LevelSet(now) => {
             let made;
             (made, level) = level_set::make(problem, &now, so_far);
@@ -166,6 +167,7 @@ fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -
     };
     match candidate {
         Candidate::Sides => sharp::cost(problem),
+        Candidate::Rounded => rounded::cost(problem),
         Candidate::LevelSet(now) => level_set::cost(problem, &now),
         Candidate::Finished => finish_step::cost(joined()),
         Candidate::Faired | Candidate::EachFaired => faired::cost(problem),
