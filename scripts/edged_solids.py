@@ -109,7 +109,7 @@ def tee():
 
 def shaft():
     parts = [gmsh.model.occ.addCylinder(0, 0, 0, 0, 0, 14, 12), gmsh.model.occ.addCylinder(0, 0, 14, 0, 0, 6, 8)]
-    parts.append(gmsh.model.occ.addCone(0, 0, 20, 0, 0, 7, 8, 5))
+    parts.append(gmsh.model.occ.addCone(0, 0, 20, 0, 0, 7, 8, 3.5))
     gmsh.model.occ.fuse([(3, parts[0])], [(3, part) for part in parts[1:]])
 
 

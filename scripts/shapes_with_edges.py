@@ -9,13 +9,13 @@
 
     cargo build --release && uv run scripts/shapes_with_edges.py [--isomend PROGRAM] [--docs] [--json FILE] [--keep DIR]
 
-(or in any virtual environment with the packages of the first lines; gmsh needs libGLU, on Debian apt install libglu1-mesa). The
-solids, their samplings and the places of the holes are those of scripts/edged_solids.py; every mesh has one hole.
+(or in any virtual environment with the packages of the first lines; on Debian gmsh needs apt install
+libglu1-mesa libxcursor1 libxft2 libxinerama1). The solids, their samplings and the places of the holes are those of scripts/edged_solids.py; every mesh has one hole.
 
 Distances are over points spread evenly, in 1/1000 of the hole's diameter D: rms and maximum, the larger of patch to truth and
 truth to mesh. 'normals': mean angle between the patch's faces and the truth. 'creases found': share of the length of the truth's
 sharp edges inside the hole with a sharp edge of the patch (above 20 degrees) within 0.02 D. 'false creases': length over D of
-sharp edges of the patch farther than 0.05 D from any edge of the truth. 'intersecting': patches of which a face
+sharp edges of the patch farther than 0.1 D from any edge of the truth. 'intersecting': patches of which a face
 meets another face. Geometric means take distances below 0.1 per mille as that; the cut-out
 faces score what they would if they were put back.
 
@@ -59,7 +59,7 @@ TOOLS = {
 QUALITIES = {"clean": "clean meshes", "scanned": "as scanned"}
 PATCH_SHARP = 20.0  # degrees: edges of a patch above this count as sharp
 FOUND = 0.02  # over D: an edge of the truth this near to a sharp edge of the patch is found
-FALSE = 0.05  # over D: a sharp edge of the patch farther from the truth's edges than this is false
+FALSE = 0.1  # over D: a sharp edge of the patch farther from the truth's edges than this is false
 SAMPLES = 10_000  # points on the patch, and on the truth round the hole
 LEAST = 0.1  # per mille: geometric means take smaller distances as this; flat sides of clean meshes are exact for many tools
 
@@ -325,19 +325,18 @@ def by_kind(rows, tools, quality):
 
 
 def by_measure(rows, tools):
-    lines = ["| tool | meshes | rms, ‰ | largest, ‰ | normals | creases found | false creases | intersecting | seconds |",
-             "|---|---|---:|---:|---:|---:|---:|---:|---:|"]
+    lines = ["| tool | meshes | rms, ‰ | largest, ‰ | normals | creases found | false creases | intersecting |",
+             "|---|---|---:|---:|---:|---:|---:|---:|"]
     for quality, title in QUALITIES.items():
         for tool in ("floor", *tools):
             own = [r["scores"][tool] for r in rows if r["quality"] == quality and all(t in r["scores"] for t in tools)]
             if not own:
                 continue
             found = [s["found"] for s in own if "found" in s]
-            seconds = f"{np.median([s['seconds'] for s in own]):.2f}" if tool != "floor" else ""
             lines.append(
                 f"| {TOOLS.get(tool, FLOOR)} | {title} | {mean([s['rms'] for s in own]):.1f} | {mean([s['max'] for s in own]):.1f} "
                 f"| {np.mean([s['normals'] for s in own]):.1f}° | {100 * np.mean(found):.0f} % | {np.mean([s['false'] for s in own]):.2f} D "
-                f"| {sum(s['intersecting'] > 0 for s in own)} | {seconds} |")
+                f"| {sum(s['intersecting'] > 0 for s in own)} |")
     return "\n".join(lines)
 
 
@@ -351,12 +350,28 @@ def summary(rows, tools):
             f"{(ratio > 1.1).sum()} farther, of {len(both)}")
 
 
+def loop(f):
+    """Vertices round the hole, in order."""
+    after = {int(a): int(b) for a, b in libigl.boundary(f)}
+    rim = [min(after)]
+    while after[rim[-1]] != rim[0]:
+        rim.append(after[rim[-1]])
+    return rim
+
+
 def keep(folder, hole):
-    """Writes the mesh with its hole, the whole mesh and the truth near the hole."""
-    data.write_ply(folder / f"{hole.name}.ply", hole.v, hole.f)
-    data.write_ply(folder / "whole" / f"{hole.name}.ply", *hole.whole[:2])
+    """Writes the mesh with its hole, the whole mesh and the truth near the hole; tells where, and the hole's rim."""
     used, local = np.unique(hole.truth.f, return_inverse=True)
-    data.write_ply(folder / "truth" / f"{hole.name}.ply", hole.truth.v[used], local.reshape(-1, 3), double=True)
+    meshes = {
+        "input": ("", hole.v, hole.f),
+        "whole": ("whole/", *hole.whole[:2]),
+        "truth": ("truth/", hole.truth.v[used], local.reshape(-1, 3)),
+    }
+    paths = {}
+    for name, (sub, v, f) in meshes.items():
+        paths[name] = str((folder / f"{sub}{hole.name}.ply").resolve())
+        data.write_ply(paths[name], v, f, double=name == "truth")
+    return paths | {"rim": loop(hole.f)}
 
 
 def main():
@@ -369,7 +384,7 @@ def main():
     parser.add_argument("--keep", type=Path, help="a folder for the meshes with holes, without, and the truth round them")
     parser.add_argument("--docs", action="store_true", help="put the tables into docs/accuracy.md")
     arguments = parser.parse_args()
-    rows = []
+    rows, kept = [], {}
     with tempfile.TemporaryDirectory() as folder:
         folder = Path(folder)
         cgal = None if arguments.no_peers else arguments.cgal or peers.compile_cgal(folder)
@@ -379,7 +394,7 @@ def main():
         for hole in holes(arguments.solids):
             rows.append(measured(hole, arguments.isomend.resolve(), cgal, not arguments.no_peers, folder))
             if arguments.keep:
-                keep(arguments.keep, hole)
+                kept[hole.name] = keep(arguments.keep, hole)
             scores = rows[-1]["scores"]
             figures = "  ".join(f"{t} {scores[t]['rms']:.2f}" for t in ("floor", *tools) if t in scores)
             print(f"{hole.name:36} rim {hole.rim:3}  D/edge {hole.diameter / hole.edge:4.1f}  {figures}", flush=True)
@@ -387,6 +402,8 @@ def main():
     print("\n" + "\n\n".join([*parts[0], parts[1]]) + "\n\n" + summary(rows, tools))
     if arguments.json:
         arguments.json.write_text(json.dumps(rows, indent=1) + "\n")
+    if arguments.keep:
+        (arguments.keep / "holes.json").write_text(json.dumps(kept) + "\n")
     if arguments.docs:
         renew("edges", "shapes_with_edges.py", "\n\n".join(parts[0]))
         renew("edges-measures", "shapes_with_edges.py", parts[1])
