@@ -43,8 +43,9 @@ def panel(hole, v, f, patch, towards):
     plotter.set_background("white")
     for faces, colour in ((f[~patch], GREY), (f[patch], ORANGE)):
         if len(faces):
-            plotter.add_mesh(pv.PolyData.from_regular_faces(v, faces), color=colour, show_edges=True, edge_color=LINES, line_width=1.2,
-                             smooth_shading=False, ambient=0.5, diffuse=0.62, specular=0, backface_params={"color": BACK, "ambient": 0.7, "diffuse": 0.2})
+            mesh = pv.PolyData.from_regular_faces(v, faces)
+            plotter.add_mesh(mesh, color=colour, show_edges=True, edge_color=LINES, line_width=1.2, smooth_shading=False, ambient=0.5,
+                             diffuse=0.62, backface_params={"color": BACK, "ambient": 0.7, "diffuse": 0.2})
     direction = shapes.data.TURN @ np.array(towards) / np.linalg.norm(towards)
     up = shapes.data.TURN @ np.array([0, 0, 1.0])
     right = np.cross(up, direction)
