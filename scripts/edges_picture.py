@@ -2,7 +2,7 @@
 # requires-python = ">=3.11"
 # dependencies = [
 #   "gmsh==4.15.2", "libigl==2.6.3", "meshlib==3.1.4.297", "numpy==2.4.6", "pillow==13.0.0", "pymeshfix==0.18.1",
-#   "pymeshlab==2025.7.post1", "pyvista==0.49.1", "scipy==1.17.1",
+#   "pymeshlab==2025.7.post1", "pyvista==0.49.1",
 # ]
 # ///
 """Draw data/edges.png: six holes of scripts/shapes_with_edges.py, open, with a smooth patch, and with sharp edges continued.

@@ -2,7 +2,7 @@
 # requires-python = ">=3.11"
 # dependencies = [
 #   "gmsh==4.15.2", "libigl==2.6.3", "meshlib==3.1.4.297", "numpy==2.4.6", "pymeshfix==0.18.1",
-#   "pymeshlab==2025.7.post1", "pyvista==0.49.1", "scipy==1.17.1",
+#   "pymeshlab==2025.7.post1", "pyvista==0.49.1",
 # ]
 # ///
 """Fill holes cut out of man-made shapes with isomend, with sharp edges continued and without, and with other programs.
@@ -17,7 +17,7 @@ Distances are over points spread evenly, in 1/1000 of the hole's diameter D: rms
 truth to mesh. 'normals': mean angle between the patch's faces and the truth. 'creases found': share of the length of the truth's
 sharp edges (above 25 degrees) inside the hole that have a sharp edge of the patch (above 20 degrees) within 0.02 D. 'false
 creases': length over D of sharp edges of the patch farther than 0.1 D from any edge of the truth. 'intersecting': number of patches
-with a face that meets another face. Geometric means take distances below 0.1 per mille as 0.1. 'cut-out faces': the faces that
+with a face that intersects another. Geometric means take distances below 0.1 per mille as 0.1. 'cut-out faces': the faces that
 were removed, measured like a patch. Patches that leave the hole open are left out, with a message.
 
 CGAL's triangulate_refine_and_fair_hole (continuity 1, its default) is compiled from scripts/cgal_fill.cpp, on Debian with
@@ -133,7 +133,7 @@ class Hole:
         return self.whole[2][face]
 
     def set_creases(self):
-        """Points on the truth's sharp edges inside the hole, their length and angle; all edges of the truth near it."""
+        """Points on the truth's sharp edges inside the hole with their lengths and angles (degrees); all edges of the truth near it."""
         ends, angle = self.truth.creases()
         steps = (np.arange(4) + 0.5) / 4
         points = (ends[:, :1] + steps[:, None] * (ends[:, 1:] - ends[:, :1])).reshape(-1, 3)
@@ -239,7 +239,7 @@ def sharp_edges(v, f, patch):
 
 
 def intersections(v, f, patch, centre, radius):
-    """Faces of the patch that meet other faces."""
+    """Number of faces of the patch that intersect other faces."""
     near = patch | (np.linalg.norm(v[f].mean(axis=1) - centre, axis=1) < radius)
     used, local = np.unique(f[near], return_inverse=True)
     meshes = pymeshlab.MeshSet()
