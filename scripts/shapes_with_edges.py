@@ -350,10 +350,11 @@ def summary(rows):
     continued = {r["hole"]: len(r["scores"]["isomend"]["creases"]) > 0 for r in both}
     across = [continued[r["hole"]] for r in both if r["kind"] in ACROSS]
     smooth = [continued[r["hole"]] for r in both if r["kind"] in ("round", "fillet")]
+    # No line may start with a number and a full stop: that is a list in Markdown.
     return (
-        f"Of {len(both)} holes, the default is nearer to the truth than `--sharp off` by more than a tenth in {(ratio < 0.9).sum()}, and "
-        f"farther by more than a tenth in\n{(ratio > 1.1).sum()}. Of {len(across)} holes across edges or over corners, "
-        f"{across.count(False)} got no edge. Of {len(smooth)} holes in round sides and across fillets, where\nno edge is to be "
+        f"Of {len(both)} holes, the default is nearer to the truth than `--sharp off` by more than a tenth in {(ratio < 0.9).sum()}, "
+        f"and farther by more\nthan a tenth in {(ratio > 1.1).sum()}. Of {len(across)} holes across edges or over corners, "
+        f"{across.count(False)} got no edge. Of {len(smooth)} holes in round sides and across\nfillets, where no edge is to be "
         f"continued, {smooth.count(True)} got one."
     )
 
