@@ -20,6 +20,8 @@ const ON_BOTH: f64 = 1e-2;
 const FARTHEST_CORNER: f64 = 0.9;
 /// A corner nearer to an end on the rim than this, in edges, is that vertex of the rim.
 const SAME_POINT: f64 = 0.3;
+/// A vertex of the rim nearer to both sheets and to a crease than this, in edges, is on the crease.
+const ON_CREASE: f64 = 0.05;
 /// and the least singular value of its three normals is at least this: sheets that meet at a grazing angle determine none.
 const DETERMINED: f64 = 0.15;
 
@@ -271,12 +273,59 @@ impl<'a> Network<'a> {
         points.reverse();
         self.drop_near(&mut points, to);
         points.reverse();
-        let line = self.add(points);
+        let touched = self.touched(&points, [from, to], sides);
+        let line = self.add_between(points, touched);
         self.lines.push(CreaseLine {
             points: [&[from][..], &line, &[to]].concat(),
             sides,
         });
         Ok(line)
+    }
+
+    /// Vertices of the rim on a crease between two others, with their place along its points.
+    fn touched(
+        &self,
+        points: &[DVec3],
+        [from, to]: [usize; 2],
+        sides: [usize; 2],
+    ) -> Vec<(f64, usize)> {
+        let near = ON_CREASE * self.collar.rim_edge;
+        let ends = [self.points[from], self.points[to]];
+        let all = [&ends[..1], points, &ends[1..]].concat();
+        let is_on = |i: &usize| {
+            let off = sides.map(|s| self.sheet(s).distance(self.points[*i]).abs());
+            *i != from && *i != to && off.iter().all(|d| *d < near)
+        };
+        let place = |i: usize| {
+            let p = self.points[i];
+            let segment = |(k, w): (usize, &[DVec3])| {
+                let along = w[1] - w[0];
+                let t = (p - w[0]).dot(along) / along.length_squared().max(f64::MIN_POSITIVE);
+                let t = t.clamp(0.0, 1.0);
+                (p.distance(w[0] + t * along), k as f64 + t, i)
+            };
+            let segments = all.windows(2).enumerate().map(segment);
+            let nearest = segments.min_by(|a, b| a.0.total_cmp(&b.0))?;
+            (nearest.0 < near).then_some((nearest.1, i))
+        };
+        let rim = 0..self.collar.rim.len();
+        rim.filter(is_on).filter_map(place).collect()
+    }
+
+    /// Adds the points of a crease between the vertices of the rim that it touches; those next to one are left out.
+    fn add_between(&mut self, points: Vec<DVec3>, touched: Vec<(f64, usize)>) -> Vec<usize> {
+        let near = 0.5 * self.collar.rim_edge;
+        let is_far = |p: &DVec3| touched.iter().all(|t| self.points[t.1].distance(*p) > near);
+        let (places, kept): (Vec<f64>, Vec<DVec3>) = points
+            .into_iter()
+            .enumerate()
+            .filter(|(_, p)| is_far(p))
+            .map(|(k, p)| (k as f64 + 1.0, p))
+            .unzip();
+        let added = places.into_iter().zip(self.add(kept));
+        let mut all: Vec<(f64, usize)> = added.chain(touched).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        all.into_iter().map(|(_, i)| i).collect()
     }
 
     fn add(&mut self, points: Vec<DVec3>) -> Vec<usize> {
@@ -336,6 +385,21 @@ impl<'a> Network<'a> {
             (_, false) => Err(Declined::LongCrease),
         }
     }
+}
+
+/// The loops of an outline that touches itself: each point is in a loop once.
+pub(super) fn simple_loops(outline: &[usize]) -> Vec<Vec<usize>> {
+    let mut loops = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
+    for &point in outline {
+        if let Some(at) = open.iter().position(|p| *p == point) {
+            loops.push(open.split_off(at));
+        }
+        open.push(point);
+    }
+    loops.push(open);
+    loops.retain(|points| points.len() >= 3);
+    loops
 }
 
 /// The places where labels change: the vertices before which a new side begins.

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::network::{CreaseLine, Network, ends};
+use super::network::{CreaseLine, Network, ends, simple_loops};
 use super::rim_sides::RimSides;
 use super::{Continued, Crease, Declined, parts};
 
@@ -49,14 +49,18 @@ impl RimSides {
         let rim = self.collar.rim.len();
         let mut points = network.points.clone();
         let mut faces = Vec::new();
-        for part in network.parts.iter().filter(|p| p.outline.len() >= 3) {
-            let outline: Vec<DVec3> = part.outline.iter().map(|&i| network.points[i]).collect();
-            let sheet = &self.sides.list[part.side].sheet;
+        let loops = network.parts.iter().flat_map(|part| {
+            let loops = simple_loops(&part.outline).into_iter();
+            loops.map(|outline| (part.side, outline))
+        });
+        for (side, numbers) in loops {
+            let outline: Vec<DVec3> = numbers.iter().map(|&i| network.points[i]).collect();
+            let sheet = &self.sides.list[side].sheet;
             let done = parts::triangulate(&self.collar, sheet, &outline)?;
             let first = points.len();
-            let number = |i: usize| match part.outline.get(i) {
+            let number = |i: usize| match numbers.get(i) {
                 Some(point) => *point,
-                None => first + i - part.outline.len(),
+                None => first + i - numbers.len(),
             };
             faces.extend(done.faces.iter().map(|f| f.map(number)));
             points.extend(done.inner);
