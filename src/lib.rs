@@ -138,10 +138,10 @@ pub use finish::{
 pub use flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
 pub use grid::Volume;
 pub use mend::{
-    Control, Event, FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, FillError,
-    FillPlan, FillReport, Filled, HolePlan, HoleReport, Inspection, PlannedHole, PlannedRegion,
-    Progress, RegionTask, Regions, RestoreError, RestoreParams, RestorePlan, RestoreReport,
-    Restored, Step, fair, fill, inspect, restore,
+    Control, CreaseEnd, Event, FairError, FairExtent, FairParams, FairPlan, FairReport, Faired,
+    FillError, FillPlan, FillReport, Filled, HolePlan, HoleReport, Inspection, PlannedHole,
+    PlannedRegion, Progress, RegionTask, Regions, RestoreError, RestoreParams, RestorePlan,
+    RestoreReport, Restored, Step, fair, fill, inspect, restore,
 };
 pub use mesh::attributes::{
     Active, Attribute, Attributes, CornerAttribute, LabelKind, Labels, Material, PATCH_NAME, Role,

@@ -32,3 +32,4 @@ pub use quality::Quality;
 pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;
 pub use report::{CreaseReport, RegionReport};
+pub(crate) use sharp::may_have_crease_ends;

@@ -17,6 +17,7 @@ use crate::mesh::{Hole, Mesh, Part, Topology, find_holes};
 use crate::sdf::Sampler;
 use crate::spatial::closest_on_triangle;
 use crate::stitch::Patch;
+use crate::tuning::tuning;
 
 /// Rims of more edges are not looked at: the triangulation of a part takes time with their number times its area.
 const MOST_EDGES: usize = 1000;
@@ -49,10 +50,15 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
     problem.sides().into()
 }
 
+/// Whether sharp edges that end at the rim of a hole are looked for: not at the longest rims, and not where few triangles close it.
+pub(crate) fn may_have_crease_ends(hole: &Hole) -> bool {
+    hole.edges > tuning().fill.few_edges && hole.edges <= MOST_EDGES
+}
+
 impl RegionProblem<'_> {
     /// Whether sharp edges are looked for: at a single rim, where patches are finished.
     pub(super) fn may_be_sharp(&self) -> bool {
-        let is_one = matches!(self.holes, [hole] if hole.edges <= MOST_EDGES);
+        let is_one = matches!(self.holes, [hole] if may_have_crease_ends(hole));
         is_one && self.params.sharp == Sharp::Auto && self.is_finished()
     }
 

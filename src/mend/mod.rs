@@ -4,6 +4,7 @@
 //! [`Inspection::fair`] may be called any number of times. [`fill`], [`restore`] and [`fair`] do both at once.
 
 mod control;
+mod crease_ends;
 mod cut;
 mod error;
 mod fair;
@@ -25,6 +26,7 @@ use crate::mesh::Mesh;
 
 pub(crate) use control::Watch;
 pub use control::{Control, Event, Progress, Step};
+pub use crease_ends::CreaseEnd;
 pub use error::{FillError, RestoreError};
 pub use fair::{FairError, Faired};
 pub use inspection::Inspection;

@@ -8,7 +8,7 @@ use crate::fill::{
 use crate::finish::{FinishFound, FinishResult};
 use crate::flow::Energy;
 use crate::mend::FillReport;
-use crate::mesh::{Defects, Hole, HoleId, OpenChain, length, length_beside, point};
+use crate::mesh::{Defects, HoleId, OpenChain, length, point};
 
 /// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.
 const MOST_JOINED: usize = 12;
@@ -16,66 +16,6 @@ const MOST_RANGES: usize = 24;
 const MOST_CHAINS: usize = 12;
 /// Most different reasons why holes were not solved.
 const MOST_REASONS: usize = 50;
-
-/// Least widths of the columns of a table of holes; longer cells widen them. Negative: from the left.
-const HOLE_COLUMNS: [(&str, isize); 10] = [
-    ("hole", 5),
-    ("edges", 6),
-    ("length", 12),
-    ("diameter", 12),
-    ("height", 12),
-    ("planarity", 9),
-    ("centre", -30),
-    ("normal", -22),
-    ("piece", 5),
-    ("kind", -4),
-];
-
-/// A table of holes, one line each, with a heading.
-pub fn hole_table(holes: &[Hole]) -> Vec<String> {
-    let mut rows = vec![HOLE_COLUMNS.map(|(name, _)| name.to_owned())];
-    rows.extend(holes.iter().map(hole_cells));
-    let mut widths = HOLE_COLUMNS.map(|(_, width)| width.unsigned_abs());
-    for row in &rows {
-        for (width, cell) in widths.iter_mut().zip(row) {
-            *width = (*width).max(cell.chars().count());
-        }
-    }
-    rows.iter()
-        .map(|row| {
-            let mut line = String::new();
-            for ((cell, width), (_, side)) in row.iter().zip(widths).zip(HOLE_COLUMNS) {
-                line += &match side {
-                    ..0 => format!("  {cell:<width$}"),
-                    _ if line.is_empty() => format!("{cell:>width$}"),
-                    _ => format!(" {cell:>width$}"),
-                };
-            }
-            line.trim_end().to_owned()
-        })
-        .collect()
-}
-
-fn hole_cells(h: &Hole) -> [String; 10] {
-    let kind = if h.outer_border {
-        "outer border"
-    } else {
-        "hole"
-    };
-    let normal = h.normal.to_array().map(|x| format!("{x:.3}"));
-    [
-        h.id.to_string(),
-        h.edges.to_string(),
-        length(h.length),
-        length(h.diameter),
-        length_beside(h.height, h.diameter),
-        format!("{:.4}", h.planarity),
-        point(h.centre, h.diameter),
-        normal.join(", "),
-        h.piece.to_string(),
-        kind.to_owned(),
-    ]
-}
 
 /// What is wrong with a mesh, one line each.
 pub fn defect_lines(d: &Defects) -> Vec<String> {

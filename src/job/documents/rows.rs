@@ -7,7 +7,7 @@ use crate::fill::{
     ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason, Quality,
     RegionReport, TriangulatedReason, TryFailure,
 };
-use crate::mend::HoleReport;
+use crate::mend::{CreaseEnd, HoleReport};
 use crate::mesh::{Hole, HoleId};
 use crate::region::LevelReport;
 use crate::report::reason;
@@ -42,6 +42,28 @@ impl HoleRow {
             normal: hole.normal,
             piece: hole.piece,
             outer_border: hole.outer_border,
+        }
+    }
+}
+
+/// A vertex of a rim at which a sharp edge of the mesh ends.
+#[derive(Debug, Serialize)]
+pub(in crate::job) struct CreaseEndRow {
+    id: usize,
+    hole: HoleId,
+    vertex: u32,
+    position: DVec3,
+    angle: f64,
+}
+
+impl CreaseEndRow {
+    pub(in crate::job) fn new(end: &CreaseEnd) -> Self {
+        Self {
+            id: end.id,
+            hole: end.hole,
+            vertex: end.vertex,
+            position: end.position,
+            angle: end.angle,
         }
     }
 }
