@@ -129,8 +129,8 @@ pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
     ClosedBy, CreaseReport, FailedReason, FillParams, Finish, FinishReport, HoleOutcome,
-    LeftReason, PatchStart, Quality, RegionPatch, RegionReport, Sharp, SurfaceKind, Tally,
-    TriangulatedReason, TryFailure,
+    LeftReason, NotContinued, PatchStart, Quality, RegionPatch, RegionReport, Sharp, SurfaceKind,
+    Tally, TriangulatedReason, TryFailure,
 };
 pub use finish::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,

@@ -24,7 +24,8 @@ mod strategy;
 
 pub use candidate::{FinishReport, PatchStart};
 pub use outcome::{
-    ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
+    ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally, TriangulatedReason,
+    TryFailure,
 };
 pub use params::{FillParams, Finish, Sharp, SurfaceKind};
 pub(crate) use problem::{RegionPlan, RegionProblem, first_region};

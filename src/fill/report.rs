@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
-use super::outcome::{ClosedBy, TryFailure};
+use super::outcome::{ClosedBy, NotContinued, TryFailure};
 use super::quality::Quality;
 use crate::mesh::HoleId;
 use crate::region::LevelReport;
@@ -54,6 +54,11 @@ pub struct RegionReport {
     pub finish: Option<FinishReport>,
     /// Sharp edges that were continued.
     pub creases: Vec<CreaseReport>,
+    /// Number of sharp edges of the mesh that end at its rim; 0 where none are looked for: at several rims, at a flat cap, where patches
+    /// are not finished, and with [`Sharp::Off`](crate::Sharp::Off).
+    pub crease_ends: usize,
+    /// Why these were not continued, or those that were asked for; none where they were, or there are none.
+    pub not_continued: Option<NotContinued>,
     /// Why earlier tries failed.
     pub earlier_tries: Vec<TryFailure>,
     /// Whether the surface is that of the energy to fall back to because the one asked for found none.
@@ -92,8 +97,9 @@ impl RegionReport {
     }
 
     /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the
-    /// mouth of a vessel.
+    /// mouth of a vessel. The corner of a solid, which rises as far, does not count.
     pub fn balloons(&self) -> bool {
-        self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
+        let is_corner = self.closed_by == Some(ClosedBy::Sides);
+        !is_corner && self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
     }
 }

@@ -9,6 +9,7 @@ mod cut;
 mod error;
 mod fair;
 mod inspection;
+mod joined;
 mod params;
 mod plan;
 mod reach;

@@ -24,5 +24,7 @@ pub(crate) use {
     holes::{crease_end_line, crease_end_table, hole_table_with},
     missed::missed_lines,
     plan::left_holes,
-    text::{chain_lines, counted, defect_lines, level_lines, ranges, reason, reason_lines},
+    text::{
+        chain_lines, counted, defect_lines, level_lines, lost_creases, ranges, reason, reason_lines,
+    },
 };

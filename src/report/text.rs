@@ -98,6 +98,7 @@ pub fn region_lines(r: &RegionReport) -> String {
     if r.intersecting_faces > 0 {
         line += &format!("; {} faces intersect others", r.intersecting_faces);
     }
+    line += &lost_creases(r).map_or_else(String::new, |text| format!("; {text}"));
     if r.balloons() {
         let percent = 100.0 * r.rise.unwrap_or_default();
         line += &format!("; it rises {percent:.0} % of its diameter above the rim");
@@ -106,6 +107,16 @@ pub fn region_lines(r: &RegionReport) -> String {
         line += &format!("; the surface came out in {} separate caps", r.components);
     }
     line
+}
+
+/// The sharp edges that end at a rim and were not continued, with the reason; none where there are none.
+pub fn lost_creases(r: &RegionReport) -> Option<String> {
+    let why = r.not_continued.as_ref()?;
+    Some(match r.crease_ends {
+        0 => format!("the sharp edges asked for were not made: {why}"),
+        1 => format!("1 sharp edge ends at its rim and was not continued: {why}"),
+        n => format!("{n} sharp edges end at its rim and were not continued: {why}"),
+    })
 }
 
 /// How a patch was finished.
@@ -223,6 +234,7 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
         }
     }
     lines.push(patch);
+    lines.extend(lost_creases(r).map(|text| format!("  {text}")));
     lines
 }
 
@@ -364,8 +376,14 @@ pub fn tally_line(report: &FillReport) -> String {
         _ if closed == all => format!("all {all} holes are closed"),
         _ => format!("{closed} of {} closed", counted(all, "hole")),
     };
+    let by_sides = report
+        .regions
+        .iter()
+        .filter(|r| r.closed_by == Some(ClosedBy::Sides));
+    let sides: usize = by_sides.map(|r| r.holes.len()).sum();
     let ways = [
-        (tally.filled, "by the level set"),
+        (tally.filled.saturating_sub(sides), "by the level set"),
+        (sides, "by sharp edges"),
         (tally.faired, "by smoothed triangles"),
         (tally.flat, "by flat caps"),
         (tally.triangulated, "by triangles between rim vertices"),
