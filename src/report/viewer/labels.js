@@ -17,6 +17,7 @@ export class Labels {
     this.layer = layer;
     this.pinned = null;
     this.points = [];
+    this.lines = [];
     this.set(holes, rims);
     viewer.drawn = (part) => part || this.place();
   }
@@ -24,7 +25,7 @@ export class Labels {
   /** Takes other holes, with their rims; points are none then. */
   set(holes, rims) {
     this.layer.replaceChildren();
-    this.points = [];
+    this.points = this.lines = [];
     if (this.pinned) this.pinned.elements = {};
     this.items = holes.slice(0, MOST_LABELS).map((hole, i) => {
       const all = rims[i] || new Float32Array(), n = all.length / 3, step = Math.max(1, Math.ceil(n / LOOKED_AT));
@@ -34,10 +35,12 @@ export class Labels {
     });
   }
 
-  /** Takes other points: each with its number, place, and the side that it is on where that is one of two. */
-  setPoints(points) {
-    for (const { elements } of this.points) for (const element of Object.values(elements)) element.remove();
-    this.points = points.map((point) => ({ ...point, seen: {}, elements: {} }));
+  /** Takes other points: each with its number, place, and the side that it is on where that is one of two; and lines between places. */
+  setPoints(points, lines = []) {
+    for (const { elements } of [...this.points, ...this.lines]) for (const element of Object.values(elements)) element.remove();
+    const seen = new Map(this.points.map((point) => [point.id, point.seen]));
+    this.points = points.map((point) => ({ ...point, seen: seen.get(point.id) || {}, elements: {} }));
+    this.lines = lines.map((line) => ({ ...line, elements: {} }));
     this.place();
   }
 
@@ -97,6 +100,14 @@ export class Labels {
         if (!at || taken.some((p) => Math.hypot(p[0] - at[0], p[1] - at[1]) < APART)) continue;
         taken.push(at);
         shown.add(this.show(this.element(elements, pane.side, "label", hole.id), at));
+      }
+      for (const { side, ends, elements } of this.lines) {
+        const places = rims && (!side || side === pane.side) && ends.map((end) => this.viewer.onPage(end, pane));
+        if (!places || places.includes(null)) continue;
+        const [[x0, y0], [x1, y1]] = places, element = this.show(this.element(elements, pane.side, "crease", ""), places[0]);
+        element.style.width = Math.hypot(x1 - x0, y1 - y0).toFixed(1) + "px";
+        element.style.transform = `rotate(${Math.atan2(y1 - y0, x1 - x0).toFixed(4)}rad)`;
+        shown.add(element);
       }
       for (const { id, at, seen, elements, chosen } of this.points) {
         const place = rims && seen[pane.side] && this.viewer.onPage(at, pane);
