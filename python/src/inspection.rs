@@ -33,12 +33,13 @@ impl Found {
         let read = Source::mesh(source.clone(), loaded.clone());
         let inspected = job::inspect(&read, &loaded, None, &Drawings::default())?;
         let document = json_of(&inspected.document())?;
+        let crease_ends = Arc::new(inspected.crease_ends);
         let found = Arc::new(inspected.found.into_owned());
         Ok(Self {
             loaded,
             source,
             found,
-            crease_ends: Arc::new(inspected.crease_ends),
+            crease_ends,
             document,
         })
     }
