@@ -8,7 +8,7 @@ use isomend::Selection;
 use isomend::io::Loaded;
 use isomend::job::{self, Inspected};
 use isomend::report::{
-    chain_lines, crease_end_line, crease_end_table, defect_lines, hole_table_with, length, point,
+    chain_lines, crease_end_line, crease_end_table, defect_lines, hole_table, length, point,
 };
 
 use super::console::{self, Console};
@@ -144,7 +144,7 @@ fn table(loaded: &Loaded, inspected: &Inspected) -> String {
     }
     if !found.holes.is_empty() {
         line(String::new());
-        let mut rows = hole_table_with(&found.holes, &inspected.crease_ends).into_iter();
+        let mut rows = hole_table(&found.holes, &inspected.crease_ends).into_iter();
         rows.next()
             .into_iter()
             .for_each(|head| line(console::heading(&head)));

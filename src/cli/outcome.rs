@@ -311,8 +311,11 @@ fn advice(rows: &[Row], work: &Work) -> Vec<String> {
             (Remark::LostCreases, [one]) => lost_creases(one.region)?,
             _ => remark.advice(&ids, work),
         };
+        let has_pair = own.iter().any(|row| row.region.crease_ends > 1);
         let more = match (remark, work) {
-            (Remark::LostCreases, Work::Fill(params)) if params.crease.is_empty() => BY_HAND,
+            (Remark::LostCreases, Work::Fill(params)) if has_pair && params.crease.is_empty() => {
+                BY_HAND
+            }
             _ => "",
         };
         Some(format!("{}: {text}{more}", holes(&ids)))

@@ -23,13 +23,8 @@ const CREASE_COLUMN: (&str, isize) = ("creases", 7);
 const END_COLUMNS: [(&str, isize); 4] =
     [("crease end", 10), ("hole", 5), ("angle", 6), ("at", -30)];
 
-/// A table of holes, one line each, with a heading.
-pub fn hole_table(holes: &[Hole]) -> Vec<String> {
-    hole_table_with(holes, &[])
-}
-
-/// The same with the number of crease ends at each rim, where there are any.
-pub(crate) fn hole_table_with(holes: &[Hole], ends: &[CreaseEnd]) -> Vec<String> {
+/// A table of holes, one line each, with a heading; with a column of the numbers of crease ends where there are any.
+pub(crate) fn hole_table(holes: &[Hole], ends: &[CreaseEnd]) -> Vec<String> {
     let mut columns = HOLE_COLUMNS.to_vec();
     let mut rows: Vec<Vec<String>> = holes.iter().map(|h| hole_cells(h).to_vec()).collect();
     if !ends.is_empty() {

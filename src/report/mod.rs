@@ -12,7 +12,6 @@ pub(crate) mod scripts;
 mod text;
 
 pub use check::verdict_lines;
-pub use holes::hole_table;
 pub use plan::plan_lines;
 pub use repair::repair_lines;
 pub use text::{region_lines, summary_lines, tally_line};
@@ -21,7 +20,7 @@ pub use text::{region_lines, summary_lines, tally_line};
 pub(crate) use {
     crate::mesh::{length, length_beside, point},
     check::verdict_rows,
-    holes::{crease_end_line, crease_end_table, hole_table_with},
+    holes::{crease_end_line, crease_end_table, hole_table},
     missed::missed_lines,
     plan::left_holes,
     text::{
