@@ -3,14 +3,15 @@
 #
 # DIR takes a Python environment with what the scripts name in their first lines, and the reports, plots and fields of the
 # experiments. An hour or two on two cores; leave the machine alone meanwhile, since many of the figures are times. For the
-# tables beside CGAL its headers are needed (Debian: libcgal-dev), for the picture of a report Chromium.
+# tables beside CGAL its headers are needed (Debian: libcgal-dev libeigen3-dev), for shapes with edges the libraries of gmsh
+# (libglu1-mesa libxcursor1 libxft2 libxinerama1), for the picture of a report Chromium.
 set -euo pipefail
 folder=${1:?usage: scripts/renew_docs.sh DIR}
 mkdir -p "$folder"
 folder=$(cd "$folder" && pwd)
 cd "$(dirname "$0")/.."
 
-scripts=(accuracy real_meshes compare_libigl bench_peers scaling readme_picture report_picture)
+scripts=(accuracy real_meshes compare_libigl shapes_with_edges bench_peers scaling edges_picture readme_picture report_picture)
 python=$folder/venv/bin/python
 [ -x "$python" ] || python3 -m venv "$folder/venv"
 needed() {
@@ -28,8 +29,9 @@ needed "${scripts[@]}" > "$folder/requirements.txt"
 
 cargo build --release
 scripts/study.sh "$folder"
-for name in accuracy real_meshes compare_libigl bench_peers scaling; do
+for name in accuracy real_meshes compare_libigl shapes_with_edges bench_peers scaling; do
     "$python" "scripts/$name.py" --docs
 done
+"$python" scripts/edges_picture.py
 "$python" scripts/readme_picture.py
 "$python" scripts/report_picture.py

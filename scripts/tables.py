@@ -10,6 +10,8 @@ PAGES = {
     "libigl": "docs/accuracy.md",
     "real": "docs/accuracy.md",
     "sigma": "docs/accuracy.md",
+    "edges": "docs/accuracy.md",
+    "edges-measures": "docs/accuracy.md",
     "peers": "docs/speed.md",
     "scaling": "docs/speed.md",
     "experiments": "docs/experiments.md",

@@ -7,14 +7,20 @@ use glam::DVec3;
 use super::rings::rings_of;
 use crate::mesh::{Mesh, Part, VertexFaces, area_vector};
 
-/// The collar is as many rings of faces wide as half the hole's diameter has edges, but at least and at most so many.
+/// For creases the collar is as many rings of faces wide as half the hole's diameter has edges, but at least and at most so many.
 const RINGS: [f64; 2] = [6.0, 14.0];
+const WIDTH: f64 = 0.5;
 /// Passes of the bilateral filter of normals,
 const SMOOTHINGS: usize = 10;
 /// and the width of its weight exp(−(1 − n·n′)/width): normals that differ by more than 30° have nearly no part in each other.
 const SMOOTHING_WIDTH: f64 = 0.12;
 /// The number of no face.
 const NONE: u32 = u32::MAX;
+
+/// Rings that are looked at for creases of a hole so many edges across.
+pub(super) fn rings(across: f64) -> u32 {
+    (WIDTH * across).clamp(RINGS[0], RINGS[1]) as u32
+}
 
 /// Some rings of faces round one rim. Positions are relative to the middle of the rim.
 pub(super) struct Collar {
@@ -51,8 +57,14 @@ pub(super) struct Collar {
 }
 
 impl Collar {
-    /// The collar of a rim of a mesh; none where an edge of the rim has no face, or no other.
-    pub(super) fn new(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> Option<Self> {
+    /// The collar of a rim of a mesh, as many rings wide as `rings` says for a hole so many edges across; none where an edge of the rim has no
+    /// face, or no other.
+    pub(super) fn new(
+        mesh: &Mesh,
+        around: &VertexFaces,
+        rim: &[u32],
+        rings: impl Fn(f64) -> u32,
+    ) -> Option<Self> {
         let count = rim.len();
         let at = |v: u32| mesh.positions[v as usize];
         let origin = rim.iter().map(|&v| at(v)).sum::<DVec3>() / count as f64;
@@ -60,8 +72,7 @@ impl Collar {
         let edges = (0..count).map(|i| rim_points[i].distance(rim_points[(i + 1) % count]));
         let rim_edge = edges.sum::<f64>() / count as f64;
         let diameter = diameter(&rim_points);
-        let rings = (0.5 * diameter / rim_edge).clamp(RINGS[0], RINGS[1]) as u32;
-        let (list, ring) = rings_of(mesh, around, rim, rings);
+        let (list, ring) = rings_of(mesh, around, rim, rings(diameter / rim_edge));
         let part = Part::new(mesh, &list, rim.iter().copied());
         let positions: Vec<DVec3> = part.mesh.positions.iter().map(|p| *p - origin).collect();
         let faces = part.mesh.faces.clone();
@@ -127,6 +138,28 @@ impl Collar {
     /// Corners of a face.
     pub(super) fn corners(&self, face: usize) -> [DVec3; 3] {
         self.faces[face].map(|v| self.positions[v as usize])
+    }
+
+    /// Middle of a face.
+    pub(super) fn middle(&self, face: usize) -> DVec3 {
+        self.corners(face).iter().sum::<DVec3>() / 3.0
+    }
+
+    /// At most so many vertices of the innermost rings, evenly chosen.
+    pub(super) fn samples(&self, most: usize, rings: u32) -> Vec<DVec3> {
+        let near = self
+            .faces
+            .iter()
+            .zip(&self.ring)
+            .filter(|(_, r)| **r < rings);
+        let mut near: Vec<u32> = near.flat_map(|(f, _)| *f).collect();
+        near.sort_unstable();
+        near.dedup();
+        let step = near.len().div_ceil(most.max(1)).max(1);
+        near.iter()
+            .step_by(step)
+            .map(|&v| self.positions[v as usize])
+            .collect()
     }
 
     /// The vertices of some faces, rising, and their unit normals by the areas of these faces.

@@ -8,6 +8,8 @@ mod parts;
 mod patch;
 mod rim_sides;
 mod rings;
+mod rounded;
+mod rounding;
 mod segment;
 mod sheet;
 #[cfg(test)]
@@ -20,6 +22,7 @@ use crate::mesh::{Mesh, VertexFaces};
 
 pub(crate) use rim_sides::{CreaseEnd, RimSides};
 pub(crate) use rings::without_rings;
+pub(crate) use rounded::Rounded;
 
 /// Why no creases are continued across a hole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
@@ -88,6 +91,8 @@ pub(crate) struct Continued {
     pub(crate) positions: Vec<DVec3>,
     pub(crate) faces: Vec<[u32; 3]>,
     pub(crate) creases: Vec<Crease>,
+    /// Whether it is one flat side.
+    pub(crate) is_flat: bool,
     /// The largest residual of the sheets of its parts, in edges.
     pub(crate) residual: f64,
 }

@@ -89,6 +89,7 @@ impl RimSides {
                 .map(|p| *p + self.collar.origin)
                 .collect(),
             faces,
+            is_flat: network.lines.is_empty() && self.sides.list[labels[0]].sheet.is_plane(),
             creases: network.lines.iter().map(of_line).collect(),
             residual: residuals.fold(0.0, f64::max),
         })

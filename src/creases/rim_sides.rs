@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use glam::DVec3;
 
 use super::Declined;
-use super::collar::{Collar, median};
+use super::collar::{Collar, median, rings};
 use super::labels::{LabelCosts, labels};
 use super::network::ends;
 use super::segment::Sides;
@@ -83,7 +83,7 @@ pub(crate) struct RimSides {
 impl RimSides {
     /// The sides round a rim of a mesh.
     pub(crate) fn new(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> Result<Self, Declined> {
-        let collar = Collar::new(mesh, around, rim).ok_or(Declined::Rim)?;
+        let collar = Collar::new(mesh, around, rim, rings).ok_or(Declined::Rim)?;
         let sides = Sides::new(&collar);
         let is_exact = sides.free() < MOST_FREE && sides.noise(collar.edge) < MOST_NOISE;
         let limits = if is_exact { CLEAN } else { SCAN };
@@ -212,7 +212,7 @@ impl RimSides {
                 along += p.distance(q);
             }
         }
-        match along >= ALONG * all {
+        match along >= ALONG * all || sheet.is_plane() {
             true => Ok(()),
             false => Err(Declined::OneSide),
         }

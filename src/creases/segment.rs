@@ -97,7 +97,7 @@ fn median_residual(list: &[Side]) -> f64 {
 
 impl Collar {
     /// For each face by how much smoothed normals within two rings differ from its own, in 1 − cos; large where there are few.
-    fn variation(&self) -> Vec<f64> {
+    pub(super) fn variation(&self) -> Vec<f64> {
         let of = |f: usize| {
             let mut near: Vec<usize> = self.across(f).collect();
             let further: Vec<usize> = near.iter().flat_map(|&g| self.across(g)).collect();

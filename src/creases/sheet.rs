@@ -123,6 +123,11 @@ impl Sheet {
         Some(sheet)
     }
 
+    /// Whether it is a plane.
+    pub(super) fn is_plane(&self) -> bool {
+        self.terms[..6].iter().all(|t| *t == 0.0)
+    }
+
     /// First-order signed distance `f/|∇f|` (Taubin 1991), in the points' unit.
     pub(super) fn distance(&self, point: DVec3) -> f64 {
         let x = (point - self.origin) / self.scale;

@@ -68,6 +68,27 @@ impl Local {
         (self.part.mesh.positions.len() as u32..self.joined.positions.len() as u32).collect()
     }
 
+    /// The patch's own vertices, each in the middle of its neighbours.
+    pub(super) fn evened(&self) -> Vec<(u32, DVec3)> {
+        let own = self.part.mesh.positions.len();
+        let mut sums = vec![(DVec3::ZERO, 0.0); self.joined.positions.len() - own];
+        for f in self.new_faces() {
+            for k in 0..3 {
+                if let Some(at) = (f[k] as usize).checked_sub(own) {
+                    sums[at].0 += self.at(f[(k + 1) % 3]) + self.at(f[(k + 2) % 3]);
+                    sums[at].1 += 2.0;
+                }
+            }
+        }
+        let all = (own as u32..).zip(sums);
+        all.map(|(v, (sum, count))| (v, sum / f64::max(count, 1.0)))
+            .collect()
+    }
+
+    fn at(&self, vertex: u32) -> DVec3 {
+        self.joined.positions[vertex as usize]
+    }
+
     fn new_faces(&self) -> &[[u32; 3]] {
         &self.joined.faces[self.part.mesh.faces.len()..]
     }

@@ -14,6 +14,7 @@ mod reference;
 mod region_patch;
 mod report;
 mod rim_triangles;
+mod rounded;
 mod seam;
 mod search;
 mod setters;

@@ -138,6 +138,9 @@ pub enum NotContinued {
     /// No ring of faces can be taken out to be predicted, and the sides are too far from their fitted surfaces to be continued unseen.
     #[error("the sides round the hole are too rough")]
     Rough,
+    /// No ring of faces can be taken out to be predicted, and the edges may be rounded ones.
+    #[error("the edges may be rounded")]
+    Rounded,
 }
 
 /// What closed a region.

@@ -86,6 +86,19 @@ impl RegionReport {
         }
     }
 
+    /// Takes how many sharp edges end at the rim, and why they were not continued: that stays where sides close the hole in another way only
+    /// if certain edges were asked for.
+    pub(super) fn set_creases_seen(
+        &mut self,
+        ends: usize,
+        why: Option<NotContinued>,
+        asked_for: bool,
+    ) {
+        let is_by_sides = self.closed_by == Some(ClosedBy::Sides);
+        self.crease_ends = ends;
+        self.not_continued = why.filter(|_| asked_for || !is_by_sides);
+    }
+
     /// Whether a surface was made for it, and not only triangles between vertices of rims.
     pub fn has_surface(&self) -> bool {
         let by = self.closed_by;

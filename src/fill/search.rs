@@ -11,7 +11,7 @@ use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar};
 use super::strategy::{Candidate, Ending, Step, next_step};
-use super::{faired, finish_step, level_set, planar, rim_triangles, seam, sharp};
+use super::{faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp};
 use crate::mesh::Hole;
 use crate::region::Start;
 use crate::tuning::tuning;
@@ -64,9 +64,11 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
         } = &so_far;
         let candidate = match next_step(problem.plan, first, &so_far.endings, prospects) {
             Step::Take(place) => {
-                let seen = (so_far.crease_ends, so_far.not_continued.clone());
+                let (ends, why) = (so_far.crease_ends, so_far.not_continued.clone());
                 let mut patch = taken(problem, so_far, place);
-                (patch.report.crease_ends, patch.report.not_continued) = seen;
+                patch
+                    .report
+                    .set_creases_seen(ends, why, !problem.joined.is_empty());
                 return patch;
             }
             Step::Make(candidate) => candidate,
@@ -127,6 +129,7 @@ fn make<'b>(
     let clock = Instant::now();
     let made = match candidate {
         Candidate::Sides => sharp::make(problem, so_far),
+        Candidate::Rounded => rounded::make(problem),
         Candidate::LevelSet(now) => {
             let made;
             (made, level) = level_set::make(problem, &now, so_far);
@@ -173,6 +176,7 @@ fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -
     };
     match candidate {
         Candidate::Sides => sharp::cost(problem),
+        Candidate::Rounded => rounded::cost(problem),
         Candidate::LevelSet(now) => level_set::cost(problem, &now),
         Candidate::Finished => finish_step::cost(joined()),
         Candidate::Faired | Candidate::EachFaired => faired::cost(problem),

@@ -12,7 +12,7 @@ use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::{CreaseReport, RegionReport};
 use super::so_far::{Made, SoFar};
-use crate::creases::{Continued, Declined, RimSides, continue_creases, without_rings};
+use crate::creases::{Continued, Declined, RimSides, Rounded, continue_creases, without_rings};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, find_holes};
 use crate::sdf::Sampler;
 use crate::spatial::closest_on_triangle;
@@ -22,13 +22,13 @@ use crate::tuning::tuning;
 /// Rims of more edges are not looked at: the triangulation of a part takes time with their number times its area.
 const MOST_EDGES: usize = 1000;
 /// Rings that are taken out to be predicted; fewer where that leaves no hole across which the sides can be continued.
-const RINGS: [u32; 2] = [2, 1];
+pub(super) const RINGS: [u32; 2] = [2, 1];
 /// The sides must predict them with less than this part of a smooth patch's error. On 73 holes of solids this refused 2 right patches, and
 /// took 1 that was worse than the smooth one.
-const CLEARLY_BETTER: f64 = 0.6;
+pub(super) const CLEARLY_BETTER: f64 = 0.6;
 /// Where nothing can be taken out, the sides are believed when their residuals are below this, in edges. On holes of scans those of wrong
 /// patches were at least 0.077, those of right ones at most 0.065 but for two.
-const SURE: f64 = 0.06;
+pub(super) const SURE: f64 = 0.06;
 /// A hole of the widened mesh is the one looked for when this part of its rim's vertices are those of the faces that were taken out.
 const SAME_RIM: f64 = 0.9;
 
@@ -125,11 +125,18 @@ impl RegionProblem<'_> {
             self.id,
             continued.residual
         );
+        let is_rounded = || {
+            let around = VertexFaces::new(&part.mesh);
+            Rounded::find(&part.mesh, &around, rim).is_some()
+        };
         match prediction {
+            // Of two that predict as well a flat side is the simpler one.
+            Some(p) if continued.is_flat && p.sides <= p.smooth => Ok(Some(p.sides)),
             Some(p) if p.sides < CLEARLY_BETTER * p.smooth => Ok(Some(p.sides)),
             Some(_) => Err(NotContinued::Predicted),
-            None if continued.residual < SURE => Ok(None),
-            None => Err(NotContinued::Rough),
+            None if continued.residual >= SURE => Err(NotContinued::Rough),
+            None if is_rounded() => Err(NotContinued::Rounded),
+            None => Ok(None),
         }
     }
 
@@ -177,28 +184,40 @@ impl RegionProblem<'_> {
     /// How well the sides, and a smooth patch, predict the innermost rings of faces when these are taken out; none where that leaves no single
     /// hole, or either patch cannot be made.
     fn prediction(&self, part: &Part, rim: &[u32], rings: u32) -> Option<Prediction> {
+        let widened = self.widened(part, rim, rings)?;
+        let continued = continue_creases(&widened.mesh, &widened.hole.rim).ok()?;
+        let sides = widened.distance(&continued.positions, &continued.faces)?;
+        let smooth = self.smooth_error(&widened)?;
+        Some(Prediction { sides, smooth })
+    }
+
+    /// A mesh without the innermost rings of faces round its hole; none where that leaves no single hole.
+    pub(super) fn widened(&self, part: &Part, rim: &[u32], rings: u32) -> Option<WidenedHole> {
         let widened = without_rings(&part.mesh, rim, rings)?;
         let rest = Part::new(&part.mesh, &widened.kept, std::iter::empty());
         let mut mesh = rest.mesh.clone();
         let topology = Topology::new(&mut mesh);
         let hole = self.widened_hole(&mesh, &rest, &widened.removed)?;
         let is_inner = |v: &&u32| !hole.rim.iter().any(|&r| rest.vertices()[r as usize] == **v);
-        let points: Vec<DVec3> = widened
-            .removed
-            .iter()
-            .filter(is_inner)
-            .map(|&v| part.mesh.positions[v as usize])
-            .collect();
-        let continued = continue_creases(&mesh, &hole.rim).ok()?;
-        let sides = distance(&mesh, &continued.positions, &continued.faces, &points)?;
+        let inner = widened.removed.iter().filter(is_inner);
+        Some(WidenedHole {
+            points: inner.map(|&v| part.mesh.positions[v as usize]).collect(),
+            mesh,
+            topology,
+            hole,
+        })
+    }
+
+    /// Root mean square distance of the vertices that were taken out from a smooth patch.
+    pub(super) fn smooth_error(&self, widened: &WidenedHole) -> Option<f64> {
         let params = FillParams {
             sharp: Sharp::Off,
             ..self.params.clone()
         };
-        let all = Sampler::new(&mesh, &topology);
+        let all = Sampler::new(&widened.mesh, &widened.topology);
         let problem = RegionProblem {
-            mesh: &mesh,
-            holes: &[&hole],
+            mesh: &widened.mesh,
+            holes: &[&widened.hole],
             plan: RegionPlan::Solve,
             known: &all,
             all: &all,
@@ -207,8 +226,7 @@ impl RegionProblem<'_> {
             ..*self
         };
         let smooth = problem.faired()?.patch;
-        let smooth = distance(&mesh, &smooth.positions, &smooth.faces, &points)?;
-        Some(Prediction { sides, smooth })
+        widened.distance(&smooth.positions, &smooth.faces)
     }
 
     /// The hole of a widened mesh whose rim has nearly only vertices of the faces that were taken out; none where there are several.
@@ -233,18 +251,30 @@ impl RegionProblem<'_> {
     }
 }
 
-/// Root mean square distance of some points from the faces of a patch; none without points.
-fn distance(mesh: &Mesh, new: &[DVec3], faces: &[[u32; 3]], points: &[DVec3]) -> Option<f64> {
-    let count = mesh.positions.len();
-    let at = |v: u32| match (v as usize).checked_sub(count) {
-        Some(i) => new[i],
-        None => mesh.positions[v as usize],
-    };
-    let corners: Vec<[DVec3; 3]> = faces.iter().map(|f| f.map(at)).collect();
-    let square = |p: &DVec3| {
-        let to = |&[a, b, c]: &[DVec3; 3]| closest_on_triangle(*p, a, b, c).0.distance_squared(*p);
-        corners.iter().map(to).fold(f64::INFINITY, f64::min)
-    };
-    let sum: f64 = points.iter().map(square).sum();
-    (!points.is_empty()).then(|| (sum / points.len() as f64).sqrt())
+/// A hole with the faces round it taken out.
+pub(super) struct WidenedHole {
+    pub(super) mesh: Mesh,
+    topology: Topology,
+    pub(super) hole: Hole,
+    /// The vertices that were taken out.
+    pub(super) points: Vec<DVec3>,
+}
+
+impl WidenedHole {
+    /// Root mean square distance of the vertices that were taken out from a patch; none where there are none.
+    fn distance(&self, new: &[DVec3], faces: &[[u32; 3]]) -> Option<f64> {
+        let count = self.mesh.positions.len();
+        let at = |v: u32| match (v as usize).checked_sub(count) {
+            Some(i) => new[i],
+            None => self.mesh.positions[v as usize],
+        };
+        let corners: Vec<[DVec3; 3]> = faces.iter().map(|f| f.map(at)).collect();
+        let square = |p: &DVec3| {
+            let to =
+                |&[a, b, c]: &[DVec3; 3]| closest_on_triangle(*p, a, b, c).0.distance_squared(*p);
+            corners.iter().map(to).fold(f64::INFINITY, f64::min)
+        };
+        let sum: f64 = self.points.iter().map(square).sum();
+        (!self.points.is_empty()).then(|| (sum / self.points.len() as f64).sqrt())
+    }
 }

@@ -14,6 +14,8 @@ use crate::tuning::tuning;
 pub(super) enum Candidate {
     /// The smooth sides round the only rim, continued until they meet in sharp edges.
     Sides,
+    /// Flat sides with rounded edges between them.
+    Rounded,
     /// The zero set of a level set, joined to the rims.
     LevelSet(Try),
     /// That of the flow that came nearest to rest, where none came to it.
@@ -99,16 +101,22 @@ pub(super) fn next_step(
             _ => best_of([Candidate::PlanarCap, Candidate::RimTriangles], made),
         },
         RegionPlan::Solve if region.may_be_sharp => match made {
+            // These are made only where they predict the faces round the hole much better than a smooth patch.
             [] => Step::Make(Candidate::Sides),
-            // Sides are made only where they predict the faces round the hole much better than a smooth patch.
-            [sides, ..] if sides.quality.is_some_and(|q| q.is_sound()) => Step::Take(0),
-            [_, others @ ..] => match next_surface(first, others, region) {
-                Step::Take(place) => Step::Take(place + 1),
+            [sides, ..] if is_sound(sides) => Step::Take(0),
+            [_] => Step::Make(Candidate::Rounded),
+            [_, rounded, ..] if is_sound(rounded) => Step::Take(1),
+            [_, _, others @ ..] => match next_surface(first, others, region) {
+                Step::Take(place) => Step::Take(place + 2),
                 make => make,
             },
         },
         RegionPlan::Solve => next_surface(first, made, region),
     }
+}
+
+fn is_sound(made: &Ending) -> bool {
+    made.quality.is_some_and(|q| q.is_sound())
 }
 
 /// Level sets until one has a patch that intersects nothing, or no other is worth its time; then the best of them finished, and a

@@ -383,7 +383,7 @@ pub fn tally_line(report: &FillReport) -> String {
     let sides: usize = by_sides.map(|r| r.holes.len()).sum();
     let ways = [
         (tally.filled.saturating_sub(sides), "by the level set"),
-        (sides, "by sharp edges"),
+        (sides, "by continued sides"),
         (tally.faired, "by smoothed triangles"),
         (tally.flat, "by flat caps"),
         (tally.triangulated, "by triangles between rim vertices"),

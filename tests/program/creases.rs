@@ -69,7 +69,7 @@ fn edges_that_are_not_continued_are_remarked_on() {
         "{said}"
     );
     assert!(
-        said.contains("(1 by the level set, 1 by sharp edges)"),
+        said.contains("(1 by the level set, 1 by continued sides)"),
         "{said}"
     );
     assert_code(&fill(&["--strict"]), 3);

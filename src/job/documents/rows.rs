@@ -157,6 +157,7 @@ impl NotContinuedRow {
             NotContinued::Intersects(_) => "intersects",
             NotContinued::Predicted => "predicted",
             NotContinued::Rough => "rough",
+            NotContinued::Rounded => "rounded",
         };
         Self {
             cause,
