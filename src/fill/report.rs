@@ -86,8 +86,8 @@ impl RegionReport {
         }
     }
 
-    /// Takes how many sharp edges end at the rim, and why they were not continued: that stays where sides close the hole in another way only
-    /// if certain edges were asked for.
+    /// Takes how many sharp edges end at the rim, and why they were not continued. Rounded edges that close the hole instead are what is there,
+    /// unless certain edges were asked for, or sharp ones were right but for what they intersect.
     pub(super) fn set_creases_seen(
         &mut self,
         ends: usize,
@@ -95,8 +95,9 @@ impl RegionReport {
         asked_for: bool,
     ) {
         let is_by_sides = self.closed_by == Some(ClosedBy::Sides);
+        let is_lost = |why: &NotContinued| matches!(why, NotContinued::Intersects(_));
         self.crease_ends = ends;
-        self.not_continued = why.filter(|_| asked_for || !is_by_sides);
+        self.not_continued = why.filter(|why| asked_for || !is_by_sides || is_lost(why));
     }
 
     /// Whether a surface was made for it, and not only triangles between vertices of rims.

@@ -53,7 +53,7 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
 fn sharp(r: &RegionReport) -> String {
     let total: f64 = r.creases.iter().map(|c| c.length).sum();
     match &r.creases[..] {
-        [] => "closed by the smooth side that its rim bounds".to_owned(),
+        [] => "closed by the smooth sides round its rim".to_owned(),
         [one] => format!(
             "closed by two sides that meet in a sharp edge of {:.0}°, {} long",
             one.angle,
