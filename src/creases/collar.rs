@@ -107,6 +107,16 @@ impl Collar {
         (collar.edge > 0.0 && rim_edge > 0.0).then_some(collar)
     }
 
+    /// Number of its vertices.
+    pub(super) fn vertex_count(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Position of a vertex.
+    pub(super) fn position(&self, vertex: u32) -> DVec3 {
+        self.positions[vertex as usize]
+    }
+
     /// Number of its faces.
     pub(super) fn len(&self) -> usize {
         self.faces.len()

@@ -34,6 +34,12 @@ const GOLDEN: usize = 16;
 /// Where a golden section cuts.
 const PART: f64 = 0.381_966;
 
+/// Planes of a model cover at least this part of the faces; on 135 holes of solids models that held had 0.35, on 361 of scans nearly all had
+/// less than 0.2.
+const COVERED: f64 = 0.18;
+/// After so many tries they cover at least this part, or no more are looked for.
+const PATIENCE: usize = 12;
+const EARLY: f64 = 0.08;
 /// Points of a plane count that are nearer than so many medians of their distances.
 const TRIM: f64 = 4.0;
 /// Cauchy's weight falls to a half at so many medians of the points' distances, at least at the second of these, in edges.
@@ -151,6 +157,10 @@ impl Data {
             count * (m.residual.powi(2) + 1e-8).ln() + 3.0 * m.planes.len() as f64 * count.ln()
         };
         let planes = planes(&self.collar);
+        let covered: usize = planes.iter().map(|p| p.faces).sum();
+        if (covered as f64) < COVERED * self.collar.len() as f64 {
+            return None;
+        }
         let mut chosen: Vec<Plane> = planes.first().copied().into_iter().collect();
         let mut best: Option<Rounded> = None;
         loop {
@@ -259,6 +269,7 @@ fn planes(collar: &Collar) -> Vec<Plane> {
     let mut is_taken = vec![false; collar.len()];
     let mut is_seed = vec![true; collar.len()];
     let mut planes: Vec<Plane> = Vec::new();
+    let mut tries = 0;
     for &first in &order {
         if variation[first] > CALM {
             break;
@@ -266,6 +277,12 @@ fn planes(collar: &Collar) -> Vec<Plane> {
         if is_taken[first] || !is_seed[first] {
             continue;
         }
+        // Where the calmest faces lie in no planes, there are none.
+        let taken = is_taken.iter().filter(|t| **t).count();
+        if tries >= PATIENCE && (taken as f64) < EARLY * collar.len() as f64 {
+            return Vec::new();
+        }
+        tries += 1;
         // What was no plane from one of its faces is none from the others.
         let (plane, faces) = grown(collar, first, &is_taken);
         faces.iter().for_each(|&f| is_seed[f] = false);

@@ -27,6 +27,8 @@ const FEWEST_OF_CORE: usize = 8;
 const CORE: f64 = 0.25;
 /// Two regions are one sheet where their joint residual is less than this times the larger of theirs.
 const JOINT: f64 = 1.6;
+/// So many points of a region tell whether it lies off the sheet of another.
+const SOME: usize = 48;
 /// The sheets of a mesh are exact when the median of their residuals is less than this, in edges.
 const EXACT: f64 = 0.02;
 /// Coplanar faces of an exact mesh that are too few for a region are a sheet when there are four, and their residual is less than this.
@@ -155,16 +157,18 @@ impl Growth<'_> {
         }
         (faces.list.len() >= FEWEST).then_some(())?;
         let mut sheet = collar.fit(&faces.sorted());
+        let mut off = Distances::new(collar);
         for _ in 0..ROUNDS {
+            off.forget();
             let mut grown = faces.clone();
             for _ in 0..2 {
                 for f in self.front(&grown) {
-                    if self.fits(f, &sheet) {
+                    if self.fits(f, &sheet, &mut off) {
                         grown.insert(f);
                     }
                 }
             }
-            grown.retain(|f| self.fits(f, &sheet));
+            grown.retain(|f| self.fits(f, &sheet, &mut off));
             if grown.list.len() < FEWEST || grown.is_in == faces.is_in {
                 break;
             }
@@ -198,11 +202,14 @@ impl Growth<'_> {
         Some(collar.fit(&stay))
     }
 
-    fn fits(&self, face: usize, sheet: &Sheet) -> bool {
-        let corners = self.collar.corners(face);
-        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        self.collar.off(face, sheet) < NEAR * self.collar.edge
-            && sheet.normal(middle).dot(self.collar.smoothed[face]) > TURNED.to_radians().cos()
+    fn fits(&self, face: usize, sheet: &Sheet, off: &mut Distances) -> bool {
+        let most = NEAR * self.collar.edge;
+        let is_near = |v: u32| off.of(v, || sheet.distance(self.collar.position(v)).abs()) < most;
+        self.collar.corners_of(face as u32).into_iter().all(is_near)
+            && sheet
+                .normal(self.collar.middle(face))
+                .dot(self.collar.smoothed[face])
+                > TURNED.to_radians().cos()
     }
 
     /// Faces across edges of a region that are in no region, rising.
@@ -286,8 +293,12 @@ impl Growth<'_> {
     fn joint(&self, a: &Sheet, b: &Sheet) -> Option<Sheet> {
         let collar = self.collar;
         let is_off = |sheet: &Sheet, of: &Sheet| {
+            let some = of
+                .points
+                .iter()
+                .step_by(of.points.len().div_ceil(SOME).max(1));
             let far = |p: &&DVec3| sheet.distance(**p).abs() > 0.5 * collar.edge;
-            2 * of.points.iter().filter(far).count() > of.points.len()
+            2 * some.clone().filter(far).count() > some.count()
         };
         if is_off(a, b) && is_off(b, a) {
             return None;
@@ -317,6 +328,39 @@ impl Growth<'_> {
     }
 }
 
+/// Distances of vertices from a sheet, each computed once.
+struct Distances {
+    /// NaN where it is not known yet.
+    of_vertex: Vec<f64>,
+    known: Vec<u32>,
+}
+
+impl Distances {
+    fn new(collar: &Collar) -> Self {
+        Self {
+            of_vertex: vec![f64::NAN; collar.vertex_count()],
+            known: Vec::new(),
+        }
+    }
+
+    /// That of a vertex; computed if it is not known.
+    fn of(&mut self, vertex: u32, distance: impl FnOnce() -> f64) -> f64 {
+        let known = &mut self.of_vertex[vertex as usize];
+        if known.is_nan() {
+            *known = distance();
+            self.known.push(vertex);
+        }
+        *known
+    }
+
+    /// Forgets all, for another sheet.
+    fn forget(&mut self) {
+        for v in self.known.drain(..) {
+            self.of_vertex[v as usize] = f64::NAN;
+        }
+    }
+}
+
 /// Some faces of the collar.
 #[derive(Clone)]
 struct Region {
@@ -340,7 +384,7 @@ impl Region {
         }
     }
 
-    fn retain(&mut self, keeps: impl Fn(usize) -> bool) {
+    fn retain(&mut self, mut keeps: impl FnMut(usize) -> bool) {
         let is_in = &mut self.is_in;
         self.list.retain(|&f| {
             is_in[f] = keeps(f);
