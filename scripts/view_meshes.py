@@ -34,12 +34,36 @@ def ball(rings, bumps, holes):
 def bumpy_ball(path, rings):
     """A ball with three holes as a binary PLY; how many faces it has."""
     vertices, faces = ball(rings, 3, (((0, -50, 5), 6), ((35, -30, 15), 4), ((0, 40, 30), 3)))
+    write_ply(path, vertices, faces)
+    return len(faces)
+
+
+def write_ply(path, vertices, faces):
+    """A binary PLY of coordinates as 32-bit floats."""
     rows = np.zeros(len(faces), [("n", "u1"), ("v", "<u4", 3)])
     rows["n"], rows["v"] = 3, faces
     header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {len(vertices)}\nproperty float x\nproperty float y\nproperty float z\n"
               f"element face {len(faces)}\nproperty list uchar uint vertex_indices\nend_header\n")
     path.write_bytes(header.encode() + vertices.astype("<f4").tobytes() + rows.tobytes())
-    return len(faces)
+
+
+def open_cube(path):
+    """A cube of 12 squares along each side as a binary PLY, with a hole across an edge and another over a corner."""
+    at, faces = {}, []
+    for side in range(6):
+        axes = [(side + k) % 3 for k in range(3)]
+        for u, v in np.ndindex(12, 12):
+            corners = []
+            for i, j in ((u, v), (u + 1, v), (u + 1, v + 1), (u, v + 1)):
+                place = [0, 0, 0]
+                place[axes[0]], place[axes[1]], place[axes[2]] = 12 * (side < 3), i, j
+                corners.append(at.setdefault(tuple(place), len(at)))
+            a, b, c, d = corners if side < 3 else corners[::-1]
+            faces += [[a, b, c], [a, c, d]]
+    vertices, faces = np.array(list(at), float), np.array(faces)
+    for centre, radius in (((6, 0, 12), 3.2), ((12, 12, 0), 2.8)):
+        faces = faces[np.linalg.norm(vertices[faces].mean(1) - centre, axis=1) > radius]
+    write_ply(path, vertices, faces)
 
 
 def png(pixels):

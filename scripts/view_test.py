@@ -29,6 +29,7 @@ import numpy as np
 from browser_test import NAMES, ROOT
 from left_out import left_out
 from view_choices import check_point, choices
+from view_creases import creases
 from view_meshes import bumpy_ball, textured_glb
 from view_page import Page, Server, check_refusals
 
@@ -447,7 +448,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     parser.add_argument("--keep", type=Path, help="a folder for screenshots")
-    parser.add_argument("--only", choices=["scan", "textured", "choices", "million"])
+    parser.add_argument("--only", choices=["scan", "textured", "choices", "creases", "million"])
     arguments = parser.parse_args()
     chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     if not chromium:
@@ -458,7 +459,7 @@ def main():
         arguments.keep.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
         base = Path(temporary)
-        for name in ("scan", "textured", "choices", "million"):
+        for name in ("scan", "textured", "choices", "creases", "million"):
             if arguments.only not in (None, name):
                 continue
             folder, profile = base / name / "files", base / name / "profile"
@@ -472,6 +473,8 @@ def main():
             try:
                 if name == "million":
                     large(page, program, folder)
+                elif name == "creases":
+                    creases(page, program, folder)
                 elif name == "choices":
                     choices(page, program, folder, Path(shutil.copy(ROOT / "data/scan.ply", folder / "scan.ply")))
                 else:

@@ -129,8 +129,8 @@ pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
     ClosedBy, CreaseReport, FailedReason, FillParams, Finish, FinishReport, HoleOutcome,
-    LeftReason, PatchStart, Quality, RegionPatch, RegionReport, Sharp, SurfaceKind, Tally,
-    TriangulatedReason, TryFailure,
+    LeftReason, NotContinued, PatchStart, Quality, RegionPatch, RegionReport, Sharp, SurfaceKind,
+    Tally, TriangulatedReason, TryFailure,
 };
 pub use finish::{
     Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,
@@ -138,10 +138,10 @@ pub use finish::{
 pub use flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
 pub use grid::Volume;
 pub use mend::{
-    Control, Event, FairError, FairExtent, FairParams, FairPlan, FairReport, Faired, FillError,
-    FillPlan, FillReport, Filled, HolePlan, HoleReport, Inspection, PlannedHole, PlannedRegion,
-    Progress, RegionTask, Regions, RestoreError, RestoreParams, RestorePlan, RestoreReport,
-    Restored, Step, fair, fill, inspect, restore,
+    Control, CreaseEnd, Event, FairError, FairExtent, FairParams, FairPlan, FairReport, Faired,
+    FillError, FillPlan, FillReport, Filled, HolePlan, HoleReport, Inspection, PlannedHole,
+    PlannedRegion, Progress, RegionTask, Regions, RestoreError, RestoreParams, RestorePlan,
+    RestoreReport, Restored, Step, fair, fill, inspect, restore,
 };
 pub use mesh::attributes::{
     Active, Attribute, Attributes, CornerAttribute, LabelKind, Labels, Material, PATCH_NAME, Role,

@@ -38,12 +38,13 @@ from isomend._functions import (
     solve_task,
 )
 from isomend._isomend import __version__
-from isomend._mesh import Hole, Inspection, Mended, Model, StrictError
+from isomend._mesh import CreaseEnd, Hole, Inspection, Mended, Model, StrictError
 from isomend._volume import Volume
 
 __all__ = [
     "Cancelled",
     "Comparison",
+    "CreaseEnd",
     "Defect",
     "EmptyMaskError",
     "FileError",

@@ -65,6 +65,7 @@ def fill(
     keep_open: Iterable[int] = (),
     bridge: Iterable[Iterable[int]] = (),
     flat: Iterable[int] = (),
+    crease: Iterable[tuple[int, int]] = (),
     surface: Literal["stitched", "whole"] = "stitched",
     repair: bool = False,
     voxel: Voxel = "auto",
@@ -91,6 +92,8 @@ def fill(
         keep_open: Numbers of holes to leave open.
         bridge: Groups of holes to fill in one region each, whatever their distance. By default near ones are joined.
         flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
+        crease: Pairs of crease ends between which a sharp edge is continued across their hole. By default those that predict
+            the faces round the hole.
         surface: What is returned or written: the mesh with its patches, or the level sets alone.
         repair: First mend what else is wrong, as ``isomend repair`` does; numbers of holes are those of the input.
         voxel: Voxel size in the mesh's units.
@@ -127,9 +130,9 @@ def fill(
     """
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.fill(
-        holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, surface=surface, repair=repair,
-        voxel=voxel, energy=energy, finish=finish, sharp=sharp, variant=variant, time_step=time_step, steps=steps,
-        edge_ratio=edge_ratio,
+        holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease, surface=surface,
+        repair=repair, voxel=voxel, energy=energy, finish=finish, sharp=sharp, variant=variant, time_step=time_step,
+        steps=steps, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 

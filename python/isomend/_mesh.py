@@ -59,6 +59,29 @@ class Hole:
     is_border: bool
 
 
+@dataclass(frozen=True)
+class CreaseEnd:
+    """A vertex of a hole's rim at which a sharp edge of the mesh ends.
+
+    Attributes:
+        id: Its number, from 1: what ``crease`` takes.
+        hole: The number of its hole.
+        vertex: The vertex of the rim, as an index into the mesh's vertices.
+        position: Where it is (x, y, z).
+        angle: Angle between the normals of the two smooth sides that meet in the sharp edge, in degrees.
+    """
+
+    id: int
+    hole: int
+    vertex: int
+    position: tuple[float, float, float]
+    angle: float
+
+
+def _crease_end(row: dict[str, Any]) -> CreaseEnd:
+    return CreaseEnd(**{**row, "position": tuple(row["position"])})
+
+
 def _hole(row: dict[str, Any], rim: NDArray[Any]) -> Hole:
     names = ("id", "edges", "length", "diameter", "width", "planarity", "height", "piece")
     own = {name: row[name] for name in names}
@@ -274,6 +297,8 @@ class Inspection(Drawn):
         rims = self._core.rims()
         #: The holes, the longest first.
         self.holes: tuple[Hole, ...] = tuple(map(_hole, self.report["holes"], rims))
+        #: Where sharp edges end at the rims of holes, in the order of their numbers.
+        self.crease_ends: tuple[CreaseEnd, ...] = tuple(map(_crease_end, self.report["crease_ends"]))
 
     def __reduce__(self) -> tuple[Any, ...]:
         """An inspection goes through pickle as its mesh, which is inspected again."""

@@ -29,6 +29,7 @@ class FillOptions(SolveOptions, total=False):
     keep_open: Iterable[int]
     bridge: Iterable[Iterable[int]]
     flat: Iterable[int]
+    crease: Iterable[tuple[int, int]]
     surface: Literal["stitched", "whole"]
     repair: bool
 

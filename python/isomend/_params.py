@@ -131,6 +131,16 @@ def wholes(name: str, values: Any) -> list[int]:
     return [whole(name, value) for value in values]
 
 
+def pair(name: str, ends: Any) -> list[int]:
+    """Two different whole numbers from 1."""
+    if isinstance(ends, (str, bytes)) or not isinstance(ends, Iterable):
+        raise ParameterError(f"{name} must be a list of pairs of numbers of crease ends, but has {ends!r}")
+    given = [count(f"each number of {name}", end) for end in ends]
+    if len(given) != 2 or given[0] == given[1]:
+        raise ParameterError(f"each pair of {name} must be two different numbers of crease ends, but one is {tuple(given)}")
+    return given
+
+
 def plain(row: Row, value: Any) -> Any:
     """A value of a parameter in the library's form."""
     name, kind = row["name"], row["kind"]
@@ -142,6 +152,8 @@ def plain(row: Row, value: Any) -> Any:
         return wholes(name, value)
     if kind == "groups":
         return [wholes(f"each group of {name}", group) for group in value]
+    if kind == "pairs":
+        return [pair(name, ends) for ends in value]
     if kind == "whole":
         return int(bounded(row, whole(name, value)))
     if kind == "voxel":

@@ -70,6 +70,7 @@ impl Inner {
             place: &self.source,
             loaded: &self.loaded,
             found: &Inspection::new(&self.loaded.mesh)?,
+            crease_ends: &[],
             verdict: Some(&self.verdict),
         })
     }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use isomend::io::Loaded;
 use isomend::job::{self, Drawings, Place, Source, Unchanged};
-use isomend::{Inspection, RegionPatch, RegionTask};
+use isomend::{CreaseEnd, Inspection, RegionPatch, RegionTask};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -23,6 +23,7 @@ pub struct Found {
     loaded: Arc<Loaded>,
     source: Place,
     found: Arc<Inspection<'static>>,
+    crease_ends: Arc<Vec<CreaseEnd>>,
     document: String,
 }
 
@@ -32,11 +33,13 @@ impl Found {
         let read = Source::mesh(source.clone(), loaded.clone());
         let inspected = job::inspect(&read, &loaded, None, &Drawings::default())?;
         let document = json_of(&inspected.document())?;
+        let crease_ends = Arc::new(inspected.crease_ends);
         let found = Arc::new(inspected.found.into_owned());
         Ok(Self {
             loaded,
             source,
             found,
+            crease_ends,
             document,
         })
     }
@@ -49,6 +52,7 @@ impl Found {
             place: &self.source,
             loaded: &self.loaded,
             found: &self.found,
+            crease_ends: &self.crease_ends,
             verdict: None,
         }
     }

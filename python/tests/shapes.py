@@ -49,3 +49,20 @@ def is_closed(faces):
     """Whether each edge is there once in each direction."""
     edges, count = edges_of(faces)
     return len(edges) == count and all((b, a) in edges for a, b in edges)
+
+
+def open_cube():
+    """A cube of 12 squares along each side, with a hole across an edge."""
+    at, faces = {}, []
+    for side in range(6):
+        for u, v in np.ndindex(12, 12):
+            corners = []
+            for i, j in ((u, v), (u + 1, v), (u + 1, v + 1), (u, v + 1)):
+                place = [0, 0, 0]
+                place[side % 3], place[(side + 1) % 3], place[(side + 2) % 3] = 12 * (side < 3), i, j
+                corners.append(at.setdefault(tuple(place), len(at)))
+            a, b, c, d = corners if side < 3 else corners[::-1]
+            faces += [(a, b, c), (a, c, d)]
+    vertices, faces = np.array(list(at), float), np.array(faces)
+    middles = vertices[faces].mean(axis=1)
+    return vertices, faces[np.linalg.norm(middles - (6, 0, 12), axis=1) > 3.2]

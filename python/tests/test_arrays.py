@@ -97,6 +97,20 @@ def test_a_bridge_joins_two_holes():
     assert isomend.fill(vertices, faces, bridge=[(1, 2)]).report["regions"][0]["bridge"]
 
 
+def test_an_edge_is_continued_between_two_ends():
+    vertices, faces = shapes.open_cube()
+    found = isomend.inspect(vertices, faces)
+    first, second = found.crease_ends
+    assert (first.id, second.id, first.hole, round(first.angle)) == (1, 2, 1, 90)
+    assert tuple(vertices[first.vertex]) == first.position
+    region = found.fill(crease=[(1, 2)]).report["regions"][0]
+    assert region["closed_by"] == "sides" and region["crease_ends"] == 2 and region["not_continued"] is None
+    with pytest.raises(isomend.ParameterError, match="crease"):
+        found.fill(crease=[(1, 2, 3)])
+    with pytest.raises(isomend.IsomendError, match="no crease end 3"):
+        found.fill(crease=[(1, 3)])
+
+
 def test_a_dent_is_restored():
     vertices, faces = shapes.closed_sphere()
     dented = vertices.copy()

@@ -47,12 +47,12 @@ pub fn format(text: &str) -> Result<Format, String> {
 
 /// Hole numbers with commas between them.
 pub fn ids(text: &str) -> Result<Vec<usize>, String> {
-    separated(text, ',')
+    separated(text, ',', "hole")
 }
 
 /// Two or more hole numbers with plus signs between them.
 pub fn bridge(text: &str) -> Result<Vec<usize>, String> {
-    let ids = separated(text, '+')?;
+    let ids = separated(text, '+', "hole")?;
     let mut distinct = ids.clone();
     distinct.sort_unstable();
     distinct.dedup();
@@ -62,13 +62,23 @@ pub fn bridge(text: &str) -> Result<Vec<usize>, String> {
     Ok(ids)
 }
 
-fn separated(text: &str, separator: char) -> Result<Vec<usize>, String> {
+/// The numbers of two crease ends with a plus sign between them.
+pub fn crease(text: &str) -> Result<Vec<usize>, String> {
+    let ends = separated(text, '+', "crease end")?;
+    match ends[..] {
+        [a, b] if a != b => Ok(ends),
+        _ => Err("two different crease ends are needed, such as 1+2".to_owned()),
+    }
+}
+
+fn separated(text: &str, separator: char, what: &str) -> Result<Vec<usize>, String> {
     text.split(separator)
         .map(|part| {
             count(part.trim()).map_err(|_| {
                 format!(
-                    "'{part}' is not the number of a hole; numbers count from 1, with '{separator}' between them \
-                     (`isomend inspect` lists them)"
+                    "'{part}' is not the number of a {what}; numbers count from 1, with '{separator}' between them \
+                     (`isomend inspect{}` lists them)",
+                    if what == "hole" { "" } else { " -v" }
                 )
             })
         })
@@ -88,6 +98,10 @@ mod tests {
             assert!(ids(wrong).is_err(), "{wrong}");
         }
         assert!(bridge("3").is_err() && bridge("3+3").is_err());
+        assert_eq!(crease("4+2"), Ok(vec![4, 2]));
+        for wrong in ["4", "4+4", "4+2+1", "4,2", "0+1"] {
+            assert!(crease(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -17,6 +17,7 @@ Examples:
   isomend fill scan.ply -o mended.ply --max-diameter 20 --keep-open 4
   isomend fill vase.obj -o vase.obj --bridge 1+2    rebuild the wall between two facing rims
   isomend fill bust.ply -o bust.ply --flat 1        close the cut neck by a flat cap
+  isomend fill part.stl -o part.stl --crease 1+2    continue a sharp edge between two ends that `isomend inspect -v` numbers
   isomend fill scan.stl -o mended.stl --json - -q   a report for a script
   isomend fill scan.ply --dry-run                   only say what would be filled
   isomend fill a.ply b.ply c.obj -o mended/         several, into a folder
@@ -36,7 +37,7 @@ pub struct FillArgs {
     parameters: ParameterArgs<Fill>,
 
     /// Exit with 3 unless every hole of more than four edges that was to be filled got a steady surface of the level set,
-    /// joined to its rim, that crosses no face.
+    /// joined to its rim, that crosses no face, and sharp edges that end at its rim were continued.
     #[arg(long)]
     strict: bool,
 

@@ -4,11 +4,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use isomend::Inspection;
 use isomend::Selection;
 use isomend::io::Loaded;
-use isomend::job;
-use isomend::report::{chain_lines, defect_lines, hole_table, length, point};
+use isomend::job::{self, Inspected};
+use isomend::report::{
+    chain_lines, crease_end_line, crease_end_table, defect_lines, hole_table, length, point,
+};
 
 use super::console::{self, Console};
 use super::input;
@@ -64,7 +65,8 @@ pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
         json.write(&inspected.document())?;
     }
     if !matches!(json, Some(Target::Stdout)) {
-        let mut text = table(&loaded, &inspected.found);
+        let mut text = table(&loaded, &inspected);
+        text += &creases(&inspected, console.is_verbose());
         if let Some((mask, marked)) = &inspected.marked {
             text += &mask_line(mask, &marked.missed);
         }
@@ -88,7 +90,24 @@ fn mask_line(mask: &Selection, missed: &[String]) -> String {
     )
 }
 
-fn table(loaded: &Loaded, found: &Inspection) -> String {
+/// Where sharp edges end at rims: how many, and with `-v` a line for each.
+fn creases(inspected: &Inspected, is_verbose: bool) -> String {
+    let ends = &inspected.crease_ends;
+    let Some(line) = crease_end_line(ends) else {
+        return String::new();
+    };
+    if !is_verbose {
+        return format!("\n{line} (-v lists them)\n");
+    }
+    let [low, high] = inspected.loaded.mesh.bounds();
+    let mut rows = crease_end_table(ends, low.distance(high)).into_iter();
+    let head = rows.next().map(|head| console::heading(&head));
+    let rows: Vec<String> = head.into_iter().chain(rows).collect();
+    format!("\n{line}:\n{}\n", rows.join("\n"))
+}
+
+fn table(loaded: &Loaded, inspected: &Inspected) -> String {
+    let found = &inspected.found;
     let pieces = found.topology.piece_faces.len();
     let [low, high] = loaded.mesh.bounds();
     let size = high - low;
@@ -125,7 +144,7 @@ fn table(loaded: &Loaded, found: &Inspection) -> String {
     }
     if !found.holes.is_empty() {
         line(String::new());
-        let mut rows = hole_table(&found.holes).into_iter();
+        let mut rows = hole_table(&found.holes, &inspected.crease_ends).into_iter();
         rows.next()
             .into_iter()
             .for_each(|head| line(console::heading(&head)));

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use isomend::job::Work;
-use isomend::report::{chain_lines, defect_lines, left_holes, ranges};
+use isomend::report::{chain_lines, defect_lines, left_holes, lost_creases, ranges};
 use isomend::{
     ClosedBy, FillReport, HoleId, HoleOutcome, HoleReport, LeftReason, RegionReport,
     TriangulatedReason,
@@ -24,19 +24,21 @@ enum Remark {
     Triangles,
     NoCap,
     NotConverged,
+    LostCreases,
     Bulges,
     Apart,
     OtherEnergy,
 }
 
 impl Remark {
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Open,
         Self::Intersects,
         Self::NoSurface,
         Self::Triangles,
         Self::NoCap,
         Self::NotConverged,
+        Self::LostCreases,
         Self::Bulges,
         Self::Apart,
         Self::OtherEnergy,
@@ -58,6 +60,7 @@ impl Remark {
             _ if by_level_set && !region.levels.is_empty() && !region.converged => {
                 Self::NotConverged
             }
+            _ if region.not_continued.is_some() => Self::LostCreases,
             _ if region.balloons() => Self::Bulges,
             _ if region.bridge && region.components > 1 => Self::Apart,
             _ if region.other_energy => Self::OtherEnergy,
@@ -74,6 +77,7 @@ impl Remark {
             Self::Triangles => "no new vertices",
             Self::NoCap => "no flat cap",
             Self::NotConverged => "not converged",
+            Self::LostCreases => "edge not continued",
             Self::Bulges => "bulges",
             Self::Apart => "separate caps",
             Self::OtherEnergy => "Willmore energy",
@@ -106,6 +110,9 @@ impl Remark {
             ),
             Self::NotConverged => {
                 "the surface still moved when the steps ended; try a finer --voxel".to_owned()
+            }
+            Self::LostCreases => {
+                "sharp edges end at their rims and were not continued (-v says why)".to_owned()
             }
             Self::Bulges => format!("continued far beyond the rim; check its shape{flat}"),
             Self::Apart => "the rims were closed by separate caps instead of one surface between them; their surroundings do not lead \
@@ -296,13 +303,29 @@ fn shown<'a, 'r>(rows: &'a [Row<'r>], verbose: bool) -> (Vec<&'a Row<'r>>, Vec<&
 /// What can be done, the holes with the same remark together.
 fn advice(rows: &[Row], work: &Work) -> Vec<String> {
     let line = |remark: &Remark| {
-        let own = rows.iter().filter(|row| row.remark == Some(*remark));
-        let ids: BTreeSet<HoleId> = own.flat_map(|row| row.region.holes.clone()).collect();
+        let own: Vec<&Row> = rows.iter().filter(|r| r.remark == Some(*remark)).collect();
+        let ids: BTreeSet<HoleId> = own.iter().flat_map(|r| r.region.holes.clone()).collect();
         let ids: Vec<HoleId> = ids.into_iter().collect();
-        (!ids.is_empty()).then(|| format!("{}: {}", holes(&ids), remark.advice(&ids, work)))
+        let text = match (remark, &own[..]) {
+            (_, []) => return None,
+            (Remark::LostCreases, [one]) => lost_creases(one.region)?,
+            _ => remark.advice(&ids, work),
+        };
+        let has_pair = own.iter().any(|row| row.region.crease_ends > 1);
+        let more = match (remark, work) {
+            (Remark::LostCreases, Work::Fill(params)) if has_pair && params.crease.is_empty() => {
+                BY_HAND
+            }
+            _ => "",
+        };
+        Some(format!("{}: {text}{more}", holes(&ids)))
     };
     Remark::ALL.iter().filter_map(line).collect()
 }
+
+/// How sharp edges can be continued nevertheless.
+const BY_HAND: &str =
+    "; --crease A+B continues one between two ends, which `isomend inspect -v` numbers";
 
 /// The holes that were left open, why, and the option that changes it.
 fn left(report: &FillReport, work: &Work) -> Vec<String> {

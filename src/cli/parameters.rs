@@ -114,7 +114,7 @@ fn given(parameter: &Parameter, matches: &ArgMatches) -> Option<Value> {
         Kind::Flag(value) => matches
             .get_flag(parameter.name)
             .then_some(Value::Bool(value)),
-        Kind::Groups => {
+        Kind::Groups | Kind::Pairs => {
             let groups = matches.get_many::<Value>(parameter.name)?;
             Some(groups.cloned().collect())
         }
@@ -149,7 +149,7 @@ fn argument(parameter: &'static Parameter, table: &Table) -> Arg {
         kind => argument
             .value_name(kind.placeholder())
             .action(match kind {
-                Kind::Groups => ArgAction::Append,
+                Kind::Groups | Kind::Pairs => ArgAction::Append,
                 _ => ArgAction::Set,
             })
             .value_parser(move |text: &str| parsed(parameter, text)),
@@ -192,6 +192,7 @@ fn parsed(parameter: &Parameter, text: &str) -> Result<Value, String> {
         Kind::Holes(true) if text == "all" => Ok(Value::Null),
         Kind::Holes(_) => arguments::ids(text).map(Value::from),
         Kind::Groups => arguments::bridge(text).map(Value::from),
+        Kind::Pairs => arguments::crease(text).map(Value::from),
         Kind::Number(bounds, _) => {
             let value = number().map(Value::from);
             value.ok_or_else(|| format!("{} is needed", bounds.text(false)))
@@ -213,7 +214,9 @@ pub fn typed(parameter: &Parameter, value: &Value) -> Vec<String> {
             Some(length) => vec![number(length)],
             None => Vec::new(),
         },
-        (Kind::Groups, Value::Array(groups)) => groups.iter().map(|ids| joined(ids, "+")).collect(),
+        (Kind::Groups | Kind::Pairs, Value::Array(groups)) => {
+            groups.iter().map(|ids| joined(ids, "+")).collect()
+        }
         (Kind::Holes(_), Value::Array(_)) => vec![joined(value, ",")],
         (_, Value::String(word)) => vec![word.clone()],
         (Kind::Whole(_), Value::Number(count)) => vec![count.to_string()],

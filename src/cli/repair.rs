@@ -33,7 +33,7 @@ pub struct RepairArgs {
     parameters: ParameterArgs<Repair>,
 
     /// Exit with 3 unless every hole of more than four edges that was to be filled got a steady surface of the level set,
-    /// joined to its rim, that crosses no face.
+    /// joined to its rim, that crosses no face, and sharp edges that end at its rim were continued.
     #[arg(long)]
     strict: bool,
 

@@ -1,6 +1,7 @@
 //! Sharp edges continued across a hole: the smooth sides round the rim, where their continuations meet, and the parts between.
 
 mod collar;
+mod joined;
 mod labels;
 mod network;
 mod parts;

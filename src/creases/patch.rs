@@ -9,7 +9,7 @@ use super::rim_sides::RimSides;
 use super::{Continued, Crease, Declined, parts};
 
 /// Where creases begin inside the hole, in edges from the rim: tried in turn.
-const LEADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
+pub(super) const LEADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
 /// Most combinations of shifted ends.
 const MOST_SHIFTS: usize = 60;
 
@@ -43,7 +43,12 @@ impl RimSides {
         Err(first.unwrap_or(Declined::NoSide))
     }
 
-    fn patch(&self, labels: &[usize], lead: f64, count: usize) -> Result<Continued, Declined> {
+    pub(super) fn patch(
+        &self,
+        labels: &[usize],
+        lead: f64,
+        count: usize,
+    ) -> Result<Continued, Declined> {
         self.check(labels)?;
         let network = Network::new(&self.collar, &self.sides, labels, lead)?;
         let rim = self.collar.rim.len();

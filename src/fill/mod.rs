@@ -25,7 +25,8 @@ mod strategy;
 
 pub use candidate::{FinishReport, PatchStart};
 pub use outcome::{
-    ClosedBy, FailedReason, HoleOutcome, LeftReason, Tally, TriangulatedReason, TryFailure,
+    ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally, TriangulatedReason,
+    TryFailure,
 };
 pub use params::{FillParams, Finish, Sharp, SurfaceKind};
 pub(crate) use problem::{RegionPlan, RegionProblem, first_region};
@@ -33,3 +34,4 @@ pub use quality::Quality;
 pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;
 pub use report::{CreaseReport, RegionReport};
+pub(crate) use sharp::may_have_crease_ends;

@@ -121,6 +121,28 @@ pub enum TryFailure {
     Crossing(usize),
 }
 
+/// Why sharp edges that end at a rim were not continued across its hole.
+#[derive(Clone, Debug, Error, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum NotContinued {
+    /// The smooth sides round the rim have no continuation that closes the hole: why.
+    #[error("{0}")]
+    Declined(String),
+    /// So many faces of the continued sides intersect others.
+    #[error("{0} faces of the continued sides intersected others")]
+    Intersects(usize),
+    /// A smooth patch predicts the rings of faces round the hole about as well as the continued sides.
+    #[error("a smooth patch predicts the faces round the hole as well")]
+    Predicted,
+    /// No ring of faces can be taken out to be predicted, and the sides are too far from their fitted surfaces to be continued unseen.
+    #[error("the sides round the hole are too rough")]
+    Rough,
+    /// No ring of faces can be taken out to be predicted, and the edges may be rounded ones.
+    #[error("the edges may be rounded")]
+    Rounded,
+}
+
 /// What closed a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

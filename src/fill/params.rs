@@ -64,6 +64,9 @@ pub struct FillParams {
     /// Numbers of the holes to close by nearly flat caps, surfaces of least area, instead of continuing the surface: necks, bases,
     /// mouths of vessels.
     pub flat: Vec<HoleId>,
+    /// Pairs of crease ends, by the numbers of [`Inspection::crease_ends`](crate::Inspection::crease_ends), between which sharp edges are
+    /// continued across their holes, whatever the faces round these say.
+    pub crease: Vec<[usize; 2]>,
     /// What to return.
     pub surface: SurfaceKind,
     /// How patches are finished. Those of the variation of curvature, of level sets by themselves and of flows in time are not.

@@ -45,6 +45,8 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) all: &'a Sampler<'a>,
     /// The parameters.
     pub(crate) params: &'a FillParams,
+    /// Pairs of vertices of its rim between which a sharp edge is to be continued.
+    pub(crate) joined: &'a [[u32; 2]],
     /// What its box may grow by: as far as its part of the mesh reaches.
     pub(crate) most_growth: f64,
     /// The surface whose shape is kept, if any.

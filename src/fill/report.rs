@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
-use super::outcome::{ClosedBy, TryFailure};
+use super::outcome::{ClosedBy, NotContinued, TryFailure};
 use super::quality::Quality;
 use crate::mesh::HoleId;
 use crate::region::LevelReport;
@@ -54,6 +54,11 @@ pub struct RegionReport {
     pub finish: Option<FinishReport>,
     /// Sharp edges that were continued.
     pub creases: Vec<CreaseReport>,
+    /// Number of sharp edges of the mesh that end at its rim; 0 where none are looked for: at several rims, at a flat cap, where patches
+    /// are not finished, and with [`Sharp::Off`](crate::Sharp::Off).
+    pub crease_ends: usize,
+    /// Why these were not continued, or those that were asked for; none where they were, or there are none.
+    pub not_continued: Option<NotContinued>,
     /// Why earlier tries failed.
     pub earlier_tries: Vec<TryFailure>,
     /// Whether the surface is that of the energy to fall back to because the one asked for found none.
@@ -81,6 +86,20 @@ impl RegionReport {
         }
     }
 
+    /// Takes how many sharp edges end at the rim, and why they were not continued. Rounded edges that close the hole instead are what is there,
+    /// unless certain edges were asked for, or sharp ones were right but for what they intersect.
+    pub(super) fn set_creases_seen(
+        &mut self,
+        ends: usize,
+        why: Option<NotContinued>,
+        asked_for: bool,
+    ) {
+        let is_by_sides = self.closed_by == Some(ClosedBy::Sides);
+        let is_lost = |why: &NotContinued| matches!(why, NotContinued::Intersects(_));
+        self.crease_ends = ends;
+        self.not_continued = why.filter(|why| asked_for || !is_by_sides || is_lost(why));
+    }
+
     /// Whether a surface was made for it, and not only triangles between vertices of rims.
     pub fn has_surface(&self) -> bool {
         let by = self.closed_by;
@@ -92,8 +111,9 @@ impl RegionReport {
     }
 
     /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the
-    /// mouth of a vessel.
+    /// mouth of a vessel. The corner of a solid, which rises as far, does not count.
     pub fn balloons(&self) -> bool {
-        self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
+        let is_corner = self.closed_by == Some(ClosedBy::Sides);
+        !is_corner && self.rise.is_some_and(|rise| rise > tuning().fill.balloon)
     }
 }

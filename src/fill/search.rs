@@ -63,7 +63,14 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
             first, prospects, ..
         } = &so_far;
         let candidate = match next_step(problem.plan, first, &so_far.endings, prospects) {
-            Step::Take(place) => return taken(problem, so_far, place),
+            Step::Take(place) => {
+                let (ends, why) = (so_far.crease_ends, so_far.not_continued.clone());
+                let mut patch = taken(problem, so_far, place);
+                patch
+                    .report
+                    .set_creases_seen(ends, why, !problem.joined.is_empty());
+                return patch;
+            }
             Step::Make(candidate) => candidate,
         };
         if candidate.growth() > problem.most_growth {
@@ -107,6 +114,8 @@ fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
         made: Vec::new(),
         nearest: None,
         last: RegionReport::default(),
+        crease_ends: 0,
+        not_continued: None,
     }
 }
 
@@ -119,7 +128,7 @@ fn make<'b>(
     let mut level = LevelEnd::default();
     let clock = Instant::now();
     let made = match candidate {
-        Candidate::Sides => sharp::make(problem),
+        Candidate::Sides => sharp::make(problem, so_far),
         Candidate::Rounded => rounded::make(problem),
         Candidate::LevelSet(now) => {
             let made;

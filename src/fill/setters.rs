@@ -42,6 +42,13 @@ setters! { FillParams:
     with_bridges(groups: impl IntoIterator<Item = impl IntoIterator<Item = impl Into<HoleId>>>) => bridge = groups.into_iter().map(ids).collect();
     /// Closes these holes by nearly flat caps; see [`FillParams::flat`].
     with_flat(holes: impl IntoIterator<Item = impl Into<HoleId>>) => flat = ids(holes);
+    /// Continues sharp edges between these pairs of crease ends; see [`FillParams::crease`].
+    ///
+    /// ```
+    /// let params = isomend::FillParams::new().with_creases([[1, 2]]);
+    /// assert_eq!(params.crease, [[1, 2]]);
+    /// ```
+    with_creases(pairs: impl IntoIterator<Item = [usize; 2]>) => crease = pairs.into_iter().collect();
     /// Sets [`FillParams::surface`].
     with_surface(surface: SurfaceKind) => surface = surface;
     /// Sets [`FillParams::finish`].

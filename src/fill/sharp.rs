@@ -6,17 +6,18 @@ use glam::DVec3;
 use super::candidate::FinishedPatch;
 use super::faired;
 use super::finish_step::Local;
-use super::outcome::{ClosedBy, HoleOutcome};
+use super::outcome::{ClosedBy, HoleOutcome, NotContinued};
 use super::params::{FillParams, Sharp};
 use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::{CreaseReport, RegionReport};
-use super::so_far::Made;
-use crate::creases::{Continued, Rounded, continue_creases, without_rings};
+use super::so_far::{Made, SoFar};
+use crate::creases::{Continued, Declined, RimSides, Rounded, continue_creases, without_rings};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, find_holes};
 use crate::sdf::Sampler;
 use crate::spatial::closest_on_triangle;
 use crate::stitch::Patch;
+use crate::tuning::tuning;
 
 /// Rims of more edges are not looked at: the triangulation of a part takes time with their number times its area.
 const MOST_EDGES: usize = 1000;
@@ -44,55 +45,108 @@ pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
     faired::cost(problem)
 }
 
-/// The region closed by its continued sides.
-pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
-    problem.sides().into()
+/// The region closed by its continued sides; nothing where there are no creases, or a smooth patch predicts the faces round the hole as
+/// well. Keeps how many creases end at the rim, and why they are not continued.
+pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made {
+    let [hole] = problem.holes else {
+        return Made::Nothing;
+    };
+    let part = problem.wide_part(&Patch::default());
+    let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
+    let sides = RimSides::new(&part.mesh, &VertexFaces::new(&part.mesh), &rim);
+    so_far.crease_ends = sides.as_ref().map_or(0, |sides| sides.ends().len());
+    let made = sides
+        .map_err(declined)
+        .and_then(|sides| problem.sides(part, &rim, &sides));
+    match made {
+        Ok(region) => Made::Region(region),
+        Err(why) => {
+            log::debug!("hole {}: no sharp edges: {why}", hole.id.get());
+            let is_lost = so_far.crease_ends > 0 || !problem.joined.is_empty();
+            so_far.not_continued = is_lost.then_some(why);
+            Made::Nothing
+        }
+    }
+}
+
+fn declined(why: Declined) -> NotContinued {
+    NotContinued::Declined(why.to_string())
+}
+
+/// Whether sharp edges that end at the rim of a hole are looked for: not at the longest rims, and not where few triangles close it.
+pub(crate) fn may_have_crease_ends(hole: &Hole) -> bool {
+    hole.edges > tuning().fill.few_edges && hole.edges <= MOST_EDGES
 }
 
 impl RegionProblem<'_> {
     /// Whether sharp edges are looked for: at a single rim, where patches are finished.
     pub(super) fn may_be_sharp(&self) -> bool {
-        let is_one = matches!(self.holes, [hole] if hole.edges <= MOST_EDGES);
+        let is_one = matches!(self.holes, [hole] if may_have_crease_ends(hole));
         is_one && self.params.sharp == Sharp::Auto && self.is_finished()
     }
 
-    /// The region closed by its continued sides; none where there are no creases, or a smooth patch predicts the faces round the hole as well.
-    fn sides(&self) -> Option<RegionPatch> {
-        let [hole] = self.holes else {
-            return None;
+    /// The region closed by its continued sides.
+    fn sides(
+        &self,
+        part: Part,
+        rim: &[u32],
+        sides: &RimSides,
+    ) -> Result<RegionPatch, NotContinued> {
+        let count = part.mesh.positions.len();
+        let joined = self.joined.iter().map(|pair| pair.map(|v| part.local(v)));
+        let joined: Vec<[u32; 2]> = joined.collect();
+        let (continued, error) = match joined.is_empty() {
+            true => {
+                let continued = sides.continued(count).map_err(declined)?;
+                let error = self.predicted(&part, rim, &continued)?;
+                (continued, error)
+            }
+            // The caller knows that these creases are there.
+            false => (
+                sides.continued_with(count, &joined).map_err(declined)?,
+                None,
+            ),
         };
-        let part = self.wide_part(&Patch::default());
-        let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
-        let around = VertexFaces::new(&part.mesh);
-        let continued = continue_creases(&part.mesh, &rim);
-        let continued = continued
-            .inspect_err(|why| log::debug!("hole {}: no sharp edges: {why}", hole.id.get()))
-            .ok()?;
-        let prediction = RINGS.iter().find_map(|&n| self.prediction(&part, &rim, n));
-        let is_better = match &prediction {
-            // Of two that predict as well a flat side is the simpler one.
-            Some(p) if continued.is_flat => p.sides <= p.smooth,
-            Some(p) => p.sides < CLEARLY_BETTER * p.smooth,
-            None => continued.residual < SURE && Rounded::find(&part.mesh, &around, &rim).is_none(),
-        };
-        let predicted = prediction.as_ref().map(|p| (p.sides, p.smooth));
-        log::debug!(
-            "hole {}: residual {:.3}, predicted {predicted:.4?}",
-            hole.id.get(),
-            continued.residual
-        );
-        is_better.then_some(())?;
-        let error = prediction.map(|p| p.sides);
         self.closed_by_sides(part, continued, error)
     }
 
-    /// A region closed by continued sides; none where they intersect anything.
+    /// The error with which the continued sides predict the faces round the hole, if that can be measured; refused where a smooth patch
+    /// predicts them about as well.
+    fn predicted(
+        &self,
+        part: &Part,
+        rim: &[u32],
+        continued: &Continued,
+    ) -> Result<Option<f64>, NotContinued> {
+        let prediction = RINGS.iter().find_map(|&n| self.prediction(part, rim, n));
+        let predicted = prediction.as_ref().map(|p| (p.sides, p.smooth));
+        log::debug!(
+            "region {}: residual {:.3}, predicted {predicted:.4?}",
+            self.id,
+            continued.residual
+        );
+        let is_rounded = || {
+            let around = VertexFaces::new(&part.mesh);
+            Rounded::find(&part.mesh, &around, rim).is_some()
+        };
+        match prediction {
+            // Of two that predict as well a flat side is the simpler one.
+            Some(p) if continued.is_flat && p.sides <= p.smooth => Ok(Some(p.sides)),
+            Some(p) if p.sides < CLEARLY_BETTER * p.smooth => Ok(Some(p.sides)),
+            Some(_) => Err(NotContinued::Predicted),
+            None if continued.residual >= SURE => Err(NotContinued::Rough),
+            None if is_rounded() => Err(NotContinued::Rounded),
+            None => Ok(None),
+        }
+    }
+
+    /// A region closed by continued sides; refused where they intersect anything.
     fn closed_by_sides(
         &self,
         part: Part,
         continued: Continued,
         error: Option<f64>,
-    ) -> Option<RegionPatch> {
+    ) -> Result<RegionPatch, NotContinued> {
         let count = self.mesh.positions.len();
         let shape = (&continued.positions[..], &continued.faces[..]);
         let local = Local::of_part(part, count, shape, self.cancel);
@@ -101,8 +155,10 @@ impl RegionProblem<'_> {
             faces: continued.faces,
             ..Patch::default()
         };
-        patch.report.intersecting_faces = local.crossing(&patch.positions);
-        (patch.report.intersecting_faces == 0).then_some(())?;
+        match local.crossing(&patch.positions) {
+            0 => {}
+            faces => return Err(NotContinued::Intersects(faces)),
+        }
         patch.report.components = 1;
         let mut patch = local.to_whole(patch);
         let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, count));
@@ -122,7 +178,7 @@ impl RegionProblem<'_> {
         };
         let mut finished = FinishedPatch::unfinished(patch);
         finished.sigma.fill(error);
-        Some(self.all_finished(finished, report, HoleOutcome::Filled))
+        Ok(self.all_finished(finished, report, HoleOutcome::Filled))
     }
 
     /// How well the sides, and a smooth patch, predict the innermost rings of faces when these are taken out; none where that leaves no single
@@ -166,6 +222,7 @@ impl RegionProblem<'_> {
             known: &all,
             all: &all,
             params: &params,
+            joined: &[],
             ..*self
         };
         let smooth = problem.faired()?.patch;

@@ -2,7 +2,7 @@
 
 use super::candidate::{FinishedPatch, quality};
 use super::grids::{Prospects, Try, failures};
-use super::outcome::TryFailure;
+use super::outcome::{NotContinued, TryFailure};
 use super::quality::Quality;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
@@ -23,6 +23,10 @@ pub(super) struct SoFar<'b> {
     pub(super) nearest: Option<Unconverged<'b>>,
     /// What the last level set without a patch found.
     pub(super) last: RegionReport,
+    /// Number of sharp edges that end at the rim.
+    pub(super) crease_ends: usize,
+    /// Why they were not continued.
+    pub(super) not_continued: Option<NotContinued>,
 }
 
 /// What a candidate came to.

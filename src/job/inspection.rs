@@ -3,12 +3,12 @@
 use glam::DVec3;
 use serde::Serialize;
 
-use super::documents::{HoleRow, VerdictRow};
+use super::documents::{CreaseEndRow, HoleRow, VerdictRow};
 use super::{Document, Drawings, FileInfo, JobError, Marked, MaskSpec, Place, Source, Unchanged};
 use crate::check::{CheckParams, Verdict};
 use crate::compare::{Comparison, compare as compare_meshes};
 use crate::io::Loaded;
-use crate::mend::{FillError, Inspection};
+use crate::mend::{Control, CreaseEnd, FillError, Inspection};
 use crate::mesh::mask::Selection;
 use crate::mesh::{Defects, OpenChain};
 
@@ -20,6 +20,8 @@ pub struct Inspected<'a> {
     pub loaded: &'a Loaded,
     /// What it holds.
     pub found: Inspection<'a>,
+    /// Where sharp edges of it end at the rims of its holes.
+    pub crease_ends: Vec<CreaseEnd>,
     /// What a mask marks of it, where one is given.
     pub marked: Option<(Selection, Marked)>,
 }
@@ -39,18 +41,21 @@ pub fn inspect<'a>(
         name: place.name(),
         error,
     })?;
+    let crease_ends = found.crease_ends(&Control::new())?;
     let marked = mask.map(|mask| mask.marked(loaded)).transpose()?;
     let marked = marked.map(|marked| (Selection::new(&loaded.mesh, &marked.faces), marked));
     drawings.write_unchanged(&Unchanged {
         place,
         loaded,
         found: &found,
+        crease_ends: &crease_ends,
         verdict: None,
     })?;
     Ok(Inspected {
         place,
         loaded,
         found,
+        crease_ends,
         marked,
     })
 }
@@ -68,6 +73,7 @@ struct InspectBody<'a> {
     defects: Defects,
     open_chains: &'a [OpenChain],
     holes: Vec<HoleRow>,
+    crease_ends: Vec<CreaseEndRow>,
     /// What the mask selects, where one is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     mask: Option<&'a Selection>,
@@ -88,6 +94,7 @@ impl Inspected<'_> {
             defects: found.topology.defects,
             open_chains: &found.open_chains,
             holes: found.holes.iter().map(HoleRow::new).collect(),
+            crease_ends: self.crease_ends.iter().map(CreaseEndRow::new).collect(),
             mask: self.marked.as_ref().map(|(selection, _)| selection),
         };
         Document::new("inspect", body)
@@ -127,6 +134,7 @@ pub fn check<'a>(
         place,
         loaded,
         found: &found,
+        crease_ends: &[],
         verdict: Some(&verdict),
     })?;
     Ok(Checked {

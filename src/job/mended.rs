@@ -212,6 +212,7 @@ impl<'s> Mended<'s> {
             place: &self.spec.source.place,
             loaded: &self.first,
             found: &found,
+            crease_ends: &[],
             verdict: None,
         })
     }

@@ -6,12 +6,12 @@ use super::{JobError, Place};
 use crate::check::{DefectKind, Verdict};
 use crate::fill::{HoleOutcome, LeftReason};
 use crate::io::Loaded;
-use crate::mend::{HoleReport, Inspection};
+use crate::mend::{CreaseEnd, HoleReport, Inspection};
 use crate::mesh::{Hole, Mesh, point};
 use crate::report::html::{Page, page};
 use crate::report::picture::{PictureError, picture_of_marked, picture_of_one};
 use crate::report::scene::{Change, Colour, Scene};
-use crate::report::{defect_lines, verdict_rows};
+use crate::report::{crease_end_line, defect_lines, verdict_rows};
 
 /// Most faces that are drawn.
 pub(super) const FACES: usize = 300_000;
@@ -25,6 +25,8 @@ pub struct Unchanged<'a> {
     pub loaded: &'a Loaded,
     /// What it holds.
     pub found: &'a Inspection<'a>,
+    /// Where sharp edges of it end at rims, which are marked.
+    pub crease_ends: &'a [CreaseEnd],
     /// What is wrong with it, where that is drawn.
     pub verdict: Option<&'a Verdict>,
 }
@@ -57,7 +59,8 @@ impl Unchanged<'_> {
             rims: rims(mesh, self.found.holes.iter()),
             errors: &[],
         };
-        Scene::new(&change, FACES)
+        let points = self.crease_ends.iter().map(|end| end.position);
+        Scene::new(&change, FACES).with_points(points)
     }
 
     pub(super) fn picture_of(&self, scene: &Scene) -> Result<Vec<u8>, PictureError> {
@@ -122,6 +125,9 @@ impl Unchanged<'_> {
             ("from", point(low, size)),
             ("to", point(high, size)),
         ];
+        if let Some(line) = crease_end_line(self.crease_ends) {
+            facts.push(("sharp edges", line));
+        }
         let defects = defect_lines(&topology.defects);
         if !defects.is_empty() {
             facts.push(("defects", defects.join("; ")));

@@ -58,6 +58,11 @@ impl<'a> Control<'a> {
         Self { cancel, ..self }
     }
 
+    /// Whether the run is to stop.
+    pub(super) fn is_cancelled(&self) -> bool {
+        self.cancel.is_some_and(Cancel::is_cancelled)
+    }
+
     /// Whether its parameters are within their bounds. Every run checks that first.
     ///
     /// # Errors

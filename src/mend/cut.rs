@@ -76,6 +76,7 @@ impl<'a> CutResult<'a> {
             max_diameter: None,
             keep_open: Vec::new(),
             bridge: self.bridges(),
+            crease: Vec::new(),
             surface: SurfaceKind::Stitched,
             ..fill.clone()
         }

@@ -23,6 +23,24 @@ pub enum FillError {
         /// Number of holes.
         count: usize,
     },
+    /// A crease end that does not exist.
+    #[error(
+        "there is no crease end {end}; {count} sharp edges end at the rims of the mesh's holes"
+    )]
+    NoSuchCreaseEnd {
+        /// The number asked for.
+        end: usize,
+        /// Number of crease ends.
+        count: usize,
+    },
+    /// Two crease ends between which no sharp edge can be continued.
+    #[error("no sharp edge can be continued from crease end {} to {}: {why}", ends[0], ends[1])]
+    Crease {
+        /// Their numbers.
+        ends: [usize; 2],
+        /// What is wrong, and what would be right.
+        why: String,
+    },
     /// Parameters do not go together.
     #[error("{what}")]
     Parameter {

@@ -4,10 +4,12 @@
 //! [`Inspection::fair`] may be called any number of times. [`fill`], [`restore`] and [`fair`] do both at once.
 
 mod control;
+mod crease_ends;
 mod cut;
 mod error;
 mod fair;
 mod inspection;
+mod joined;
 mod params;
 mod plan;
 mod reach;
@@ -25,6 +27,7 @@ use crate::mesh::Mesh;
 
 pub(crate) use control::Watch;
 pub use control::{Control, Event, Progress, Step};
+pub use crease_ends::CreaseEnd;
 pub use error::{FillError, RestoreError};
 pub use fair::{FairError, Faired};
 pub use inspection::Inspection;

@@ -25,6 +25,12 @@ impl FillParams {
                 what: "a hole that is bridged to others gets no flat cap",
             });
         }
+        if !self.crease.is_empty() && (self.sharp == Sharp::Off || !self.finishes()) {
+            return Err(FillError::Parameter {
+                what: "sharp edges are asked for by `crease`, but none are continued with `sharp` off, without a finish, with another \
+                       energy than willmore, with steps of one's own or in a level set by itself; leave one of them out",
+            });
+        }
         if self.surface == SurfaceKind::Whole && !self.flat.is_empty() {
             return Err(FillError::Parameter {
                 what: "flat caps come without a level set: they can only be stitched in",
@@ -52,6 +58,7 @@ impl Default for FillParams {
             keep_open: Vec::new(),
             bridge: Vec::new(),
             flat: Vec::new(),
+            crease: Vec::new(),
             surface: SurfaceKind::Stitched,
             finish: Finish::Auto,
             sharp: Sharp::Auto,
@@ -70,7 +77,7 @@ impl Default for FillParams {
 #[non_exhaustive]
 pub struct RestoreParams {
     /// The parameters of the fill. The mask decides which holes are filled and the result is always stitched, so the fields
-    /// on these do not matter.
+    /// on these do not matter; nor do pairs of crease ends, whose numbers are those before the cut.
     pub fill: FillParams,
     /// From 0 to 1: how much of the damaged shape is kept. Features narrower than about (1 − W) / W times the diameter of
     /// the region go; 0 keeps nothing, 1 all that the grid can hold.

@@ -24,6 +24,8 @@ pub(super) struct Looking<'a> {
     pub(super) holes: Vec<&'a Hole>,
     /// For each piece of the mesh whether the region knows it; none where it knows all.
     pub(super) known: Option<Vec<bool>>,
+    /// Pairs of vertices between which sharp edges are asked for.
+    pub(super) joined: &'a [[u32; 2]],
     /// What its box has grown by, at most.
     pub(super) growth: f64,
 }

@@ -7,6 +7,7 @@ use std::time::Instant;
 use rayon::prelude::*;
 
 use super::control::{Control, Watch};
+use super::joined::joined;
 use super::plan::{FillPlan, HolePlan, PlannedHole, PlannedRegion};
 use super::reach::{Looking, faces_of};
 use super::report::{FillReport, HoleReport};
@@ -53,6 +54,8 @@ pub struct Regions<'a> {
     groups: Vec<Vec<usize>>,
     /// What each region calls for.
     plans: Vec<RegionPlan>,
+    /// For each region the pairs of vertices between which sharp edges are asked for.
+    joined: Vec<Vec<[u32; 2]>>,
 }
 
 impl Inspection<'_> {
@@ -79,9 +82,11 @@ impl<'a> Regions<'a> {
             let holes: Vec<&Hole> = group.iter().map(|&h| &found.holes[h]).collect();
             RegionPlan::new(&found.mesh, &holes, &params)
         };
+        let plans: Vec<RegionPlan> = groups.iter().map(plan).collect();
         let new = Self {
             found,
-            plans: groups.iter().map(plan).collect(),
+            joined: joined(found, &params, &groups, &plans)?,
+            plans,
             params,
             own: None,
             reference,
@@ -143,6 +148,7 @@ impl<'a> Regions<'a> {
         let looking = |i: usize| Looking {
             holes: self.holes(&self.groups[i]),
             known: sources.known_pieces(i),
+            joined: &self.joined[i],
             growth,
         };
         let looking: Vec<Looking> = regions.clone().map(looking).collect();
@@ -235,6 +241,7 @@ impl<'a> Regions<'a> {
                 plan: self.plans[i],
                 known: &known,
                 all: &all,
+                joined: &self.joined[i],
                 most_growth: f64::INFINITY,
                 params: &self.params,
                 own: self.own,

@@ -62,7 +62,7 @@ impl FillReport {
     }
 
     /// Whether every hole of more than four edges that was to be filled got a steady surface, joined to its rim, that
-    /// crosses nothing, or was the side of a seam that closed.
+    /// crosses nothing, or was the side of a seam that closed, and every sharp edge that ends at its rim was continued.
     pub fn flawless(&self) -> bool {
         let flawless = |hole: &HoleReport| match &hole.outcome {
             HoleOutcome::Left(_) => true,
@@ -73,7 +73,8 @@ impl FillReport {
                     Some(ClosedBy::Flat | ClosedBy::Seam | ClosedBy::Sides) => true,
                     _ => false,
                 };
-                r.id == hole.region && whole && r.intersecting_faces == 0
+                let is_sound = whole && r.intersecting_faces == 0 && r.not_continued.is_none();
+                r.id == hole.region && is_sound
             }),
         };
         !self.incomplete() && self.holes.iter().all(flawless)

@@ -34,6 +34,8 @@ pub struct RegionTask {
     growth: f64,
     /// The holes, with the part's numbers of vertices.
     holes: Vec<Hole>,
+    /// Pairs of vertices between which sharp edges are asked for, with the part's numbers.
+    joined: Vec<[u32; 2]>,
     /// The parameters of the fill.
     params: FillParams,
 }
@@ -62,9 +64,12 @@ impl RegionTask {
         for v in holes.iter_mut().flat_map(|h| &mut h.rim) {
             *v = part.local(*v);
         }
+        let joined = looking.joined.iter();
+        let joined = joined.map(|pair| pair.map(|v| part.local(v))).collect();
         Self {
             id,
             part,
+            joined,
             known,
             count: found.mesh.positions.len(),
             centres,
@@ -124,6 +129,7 @@ impl RegionTask {
             plan: RegionPlan::new(mesh, &holes, &self.params),
             known: &known,
             all: &all,
+            joined: &self.joined,
             most_growth: self.growth,
             params: &self.params,
             own: None,
@@ -146,11 +152,14 @@ impl RegionTask {
         let mesh = &self.part.mesh;
         let in_range = |v: u32| (v as usize) < mesh.positions.len();
         let faces_fit = mesh.faces.iter().flatten().all(|&v| in_range(v));
-        let rims_fit = self.holes.iter().flat_map(|h| &h.rim).all(|&v| in_range(v));
+        let rims = || self.holes.iter().flat_map(|h| &h.rim);
+        let rims_fit = rims().all(|&v| in_range(v));
+        let mut joined = self.joined.iter().flatten();
+        let joined_fit = joined.all(|v| rims().any(|w| w == v));
         let known = self.known.as_ref().map(Vec::len);
         let lists_fit = known.is_none_or(|n| n == mesh.faces.len())
             && self.part.vertices().len() == mesh.positions.len();
-        if !(faces_fit && rims_fit && lists_fit) || self.holes.is_empty() {
+        if !(faces_fit && rims_fit && joined_fit && lists_fit) || self.holes.is_empty() {
             return Err(FillError::Task);
         }
         Ok(mesh.validate()?)

@@ -56,6 +56,8 @@ pub enum Kind {
     Holes(bool),
     /// Groups of holes.
     Groups,
+    /// Pairs of numbers of crease ends.
+    Pairs,
 }
 
 /// A word that can be chosen.

@@ -15,7 +15,7 @@ pub struct Row {
     pub option: String,
     /// Steps of the path of the value in the serialised parameters; none where the parameter chooses the work.
     pub path: Vec<&'static str>,
-    /// What values it has: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes` or `groups`.
+    /// What values it has: `number`, `whole`, `voxel`, `band`, `choice`, `flag`, `holes`, `groups` or `pairs`.
     pub kind: &'static str,
     /// What stands for the value in the help.
     pub placeholder: String,
@@ -123,6 +123,7 @@ impl Kind {
             Self::Flag(_) => "flag",
             Self::Holes(_) => "holes",
             Self::Groups => "groups",
+            Self::Pairs => "pairs",
         }
     }
 
@@ -141,6 +142,7 @@ impl Kind {
             Self::Holes(true) => "all|ID,…",
             Self::Holes(false) => "ID,…",
             Self::Groups => "ID+ID",
+            Self::Pairs => "A+B",
         };
         text.to_owned()
     }

@@ -50,6 +50,16 @@ pub const FILL: Table = Table {
             ..Parameter::PLAIN
         },
         Parameter {
+            name: "crease",
+            field: "crease",
+            kind: Kind::Pairs,
+            default: Usual::Words("those that predict the faces round the hole"),
+            sentence: "Pairs of crease ends between which a sharp edge is continued across their hole.",
+            details: "Numbers are those of `isomend inspect -v`, such as `1+2`; may be given several times. In a hole with such a pair \
+                      it is not asked whether sharp edges predict the faces round it.",
+            ..Parameter::PLAIN
+        },
+        Parameter {
             name: "surface",
             field: "surface",
             kind: Kind::Choice(&[

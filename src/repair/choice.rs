@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::edges;
 use crate::fill::FillParams;
-use crate::mend::{FillError, Inspection};
+use crate::mend::{Control, CreaseEnd, FillError, Inspection};
 use crate::mesh::HoleId;
 
 /// The holes of the input, where some are chosen by their numbers or width.
@@ -15,6 +15,8 @@ pub(super) struct Choice {
     hole_of: HashMap<(u32, u32), HoleId>,
     /// The welded vertex of each vertex of the input.
     weld: Vec<u32>,
+    /// Pairs of welded vertices of the input between which sharp edges are asked for.
+    joined: Vec<[u32; 2]>,
 }
 
 impl Choice {
@@ -24,7 +26,15 @@ impl Choice {
         // Refuses numbers of holes that there are not.
         drop(found.regions(params)?);
         let rims = found.holes.iter();
+        let ends = match params.crease.is_empty() {
+            true => Vec::new(),
+            false => found.crease_ends(&Control::new())?,
+        };
+        let pairs = params.crease.iter();
         Ok(Self {
+            joined: pairs
+                .map(|pair| pair.map(|id| ends[id - 1].vertex))
+                .collect(),
             hole_of: rims
                 .flat_map(|h| edges(&h.rim).map(|e| (e, h.id)))
                 .collect(),
@@ -44,7 +54,8 @@ impl Choice {
         let chooses = params.holes.is_some()
             || params.max_diameter.is_some()
             || !params.keep_open.is_empty()
-            || !params.bridge.is_empty();
+            || !params.bridge.is_empty()
+            || !params.crease.is_empty();
         if !chooses {
             return params.clone();
         }
@@ -77,12 +88,46 @@ impl Choice {
                 .extend(now.holes.iter().filter(wide).map(|h| h.id));
             new.max_diameter = None;
         }
+        new.crease = self.creases(now, origin);
+        if !new.crease.is_empty()
+            && let Err(why) = now.regions(&new)
+        {
+            log::warn!("after the other steps of the repair, {why}");
+            new.crease.clear();
+        }
         new
+    }
+
+    /// The numbers that the crease ends of the input now have; pairs of which one is no more are dropped.
+    fn creases(&self, now: &Inspection, origin: &[u32]) -> Vec<[usize; 2]> {
+        if self.joined.is_empty() {
+            return Vec::new();
+        }
+        let ends = now.crease_ends(&Control::new()).unwrap_or_default();
+        let number = |vertex: u32| {
+            let before = |end: &&CreaseEnd| self.before_vertex(end.vertex, origin) == Some(vertex);
+            ends.iter().find(before).map(|end| end.id)
+        };
+        let pair = |&[a, b]: &[u32; 2]| {
+            let pair = number(a).zip(number(b)).map(|(a, b)| [a, b]);
+            if pair.is_none() {
+                log::warn!(
+                    "a sharp edge that is to be continued ends no more where it did before the other steps of the repair"
+                );
+            }
+            pair
+        };
+        self.joined.iter().filter_map(pair).collect()
+    }
+
+    /// The welded vertex of the input that a vertex was.
+    fn before_vertex(&self, vertex: u32, origin: &[u32]) -> Option<u32> {
+        self.weld.get(origin[vertex as usize] as usize).copied()
     }
 
     /// The hole of the input with which a rim has most edges in common.
     fn before(&self, rim: &[u32], origin: &[u32]) -> Option<HoleId> {
-        let of = |v: u32| self.weld.get(origin[v as usize] as usize).copied();
+        let of = |v: u32| self.before_vertex(v, origin);
         let mut votes: HashMap<HoleId, usize> = HashMap::new();
         for (v, w) in edges(rim) {
             if let (Some(v), Some(w)) = (of(v), of(w))

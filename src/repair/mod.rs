@@ -325,6 +325,7 @@ impl Run<'_> {
                     max_diameter: None,
                     keep_open: Vec::new(),
                     bridge: Vec::new(),
+                    crease: Vec::new(),
                     ..self.params.fill.clone()
                 },
             };

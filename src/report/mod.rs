@@ -1,6 +1,7 @@
 //! What a run found and did, drawn: as lines of text, as a page, as a picture.
 
 mod check;
+mod holes;
 pub mod html;
 mod missed;
 pub mod picture;
@@ -13,13 +14,16 @@ mod text;
 pub use check::verdict_lines;
 pub use plan::plan_lines;
 pub use repair::repair_lines;
-pub use text::{hole_table, region_lines, summary_lines, tally_line};
+pub use text::{region_lines, summary_lines, tally_line};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
 pub(crate) use {
     crate::mesh::{length, length_beside, point},
     check::verdict_rows,
+    holes::{crease_end_line, crease_end_table, hole_table},
     missed::missed_lines,
     plan::left_holes,
-    text::{chain_lines, counted, defect_lines, level_lines, ranges, reason, reason_lines},
+    text::{
+        chain_lines, counted, defect_lines, level_lines, lost_creases, ranges, reason, reason_lines,
+    },
 };

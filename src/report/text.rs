@@ -8,7 +8,7 @@ use crate::fill::{
 use crate::finish::{FinishFound, FinishResult};
 use crate::flow::Energy;
 use crate::mend::FillReport;
-use crate::mesh::{Defects, Hole, HoleId, OpenChain, length, length_beside, point};
+use crate::mesh::{Defects, HoleId, OpenChain, length, point};
 
 /// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.
 const MOST_JOINED: usize = 12;
@@ -16,66 +16,6 @@ const MOST_RANGES: usize = 24;
 const MOST_CHAINS: usize = 12;
 /// Most different reasons why holes were not solved.
 const MOST_REASONS: usize = 50;
-
-/// Least widths of the columns of a table of holes; longer cells widen them. Negative: from the left.
-const HOLE_COLUMNS: [(&str, isize); 10] = [
-    ("hole", 5),
-    ("edges", 6),
-    ("length", 12),
-    ("diameter", 12),
-    ("height", 12),
-    ("planarity", 9),
-    ("centre", -30),
-    ("normal", -22),
-    ("piece", 5),
-    ("kind", -4),
-];
-
-/// A table of holes, one line each, with a heading.
-pub fn hole_table(holes: &[Hole]) -> Vec<String> {
-    let mut rows = vec![HOLE_COLUMNS.map(|(name, _)| name.to_owned())];
-    rows.extend(holes.iter().map(hole_cells));
-    let mut widths = HOLE_COLUMNS.map(|(_, width)| width.unsigned_abs());
-    for row in &rows {
-        for (width, cell) in widths.iter_mut().zip(row) {
-            *width = (*width).max(cell.chars().count());
-        }
-    }
-    rows.iter()
-        .map(|row| {
-            let mut line = String::new();
-            for ((cell, width), (_, side)) in row.iter().zip(widths).zip(HOLE_COLUMNS) {
-                line += &match side {
-                    ..0 => format!("  {cell:<width$}"),
-                    _ if line.is_empty() => format!("{cell:>width$}"),
-                    _ => format!(" {cell:>width$}"),
-                };
-            }
-            line.trim_end().to_owned()
-        })
-        .collect()
-}
-
-fn hole_cells(h: &Hole) -> [String; 10] {
-    let kind = if h.outer_border {
-        "outer border"
-    } else {
-        "hole"
-    };
-    let normal = h.normal.to_array().map(|x| format!("{x:.3}"));
-    [
-        h.id.to_string(),
-        h.edges.to_string(),
-        length(h.length),
-        length(h.diameter),
-        length_beside(h.height, h.diameter),
-        format!("{:.4}", h.planarity),
-        point(h.centre, h.diameter),
-        normal.join(", "),
-        h.piece.to_string(),
-        kind.to_owned(),
-    ]
-}
 
 /// What is wrong with a mesh, one line each.
 pub fn defect_lines(d: &Defects) -> Vec<String> {
@@ -113,7 +53,7 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
 fn sharp(r: &RegionReport) -> String {
     let total: f64 = r.creases.iter().map(|c| c.length).sum();
     match &r.creases[..] {
-        [] => "closed by the smooth side that its rim bounds".to_owned(),
+        [] => "closed by the smooth sides round its rim".to_owned(),
         [one] => format!(
             "closed by two sides that meet in a sharp edge of {:.0}°, {} long",
             one.angle,
@@ -158,6 +98,7 @@ pub fn region_lines(r: &RegionReport) -> String {
     if r.intersecting_faces > 0 {
         line += &format!("; {} faces intersect others", r.intersecting_faces);
     }
+    line += &lost_creases(r).map_or_else(String::new, |text| format!("; {text}"));
     if r.balloons() {
         let percent = 100.0 * r.rise.unwrap_or_default();
         line += &format!("; it rises {percent:.0} % of its diameter above the rim");
@@ -166,6 +107,16 @@ pub fn region_lines(r: &RegionReport) -> String {
         line += &format!("; the surface came out in {} separate caps", r.components);
     }
     line
+}
+
+/// The sharp edges that end at a rim and were not continued, with the reason; none where there are none.
+pub fn lost_creases(r: &RegionReport) -> Option<String> {
+    let why = r.not_continued.as_ref()?;
+    Some(match r.crease_ends {
+        0 => format!("the sharp edges asked for were not made: {why}"),
+        1 => format!("1 sharp edge ends at its rim and was not continued: {why}"),
+        n => format!("{n} sharp edges end at its rim and were not continued: {why}"),
+    })
 }
 
 /// How a patch was finished.
@@ -283,6 +234,7 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
         }
     }
     lines.push(patch);
+    lines.extend(lost_creases(r).map(|text| format!("  {text}")));
     lines
 }
 
@@ -424,8 +376,14 @@ pub fn tally_line(report: &FillReport) -> String {
         _ if closed == all => format!("all {all} holes are closed"),
         _ => format!("{closed} of {} closed", counted(all, "hole")),
     };
+    let by_sides = report
+        .regions
+        .iter()
+        .filter(|r| r.closed_by == Some(ClosedBy::Sides));
+    let sides: usize = by_sides.map(|r| r.holes.len()).sum();
     let ways = [
-        (tally.filled, "by the level set"),
+        (tally.filled.saturating_sub(sides), "by the level set"),
+        (sides, "by continued sides"),
         (tally.faired, "by smoothed triangles"),
         (tally.flat, "by flat caps"),
         (tally.triangulated, "by triangles between rim vertices"),

@@ -10,8 +10,9 @@ const HTML: &str = include_str!("page/page.html");
 const OWN_STYLE: &str = include_str!("page/page.css");
 const WORKER: &str = include_str!("page/worker.js");
 /// The page's own modules, in no order: `main.js` imports what it needs.
-const OWN: [Script; 12] = [
+const OWN: [Script; 13] = [
     ("choices.js", include_str!("page/choices.js")),
+    ("creases.js", include_str!("page/creases.js")),
     ("display.js", include_str!("page/display.js")),
     ("fields.js", include_str!("page/fields.js")),
     ("holes.js", include_str!("page/holes.js")),

@@ -1,4 +1,5 @@
-//! What is chosen on a mesh of the session: what to do with each hole, and which faces are marked.
+//! What is chosen on a mesh of the session: what to do with each hole, between which crease ends sharp edges are continued, and which
+//! faces are marked.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -70,6 +71,9 @@ pub struct Change {
     /// What is to be done with holes, by their numbers; the others stay as they are.
     #[serde(default)]
     pub holes: BTreeMap<HoleId, Doing>,
+    /// All pairs of crease ends, by their numbers, between which sharp edges are continued, where those are others now.
+    #[serde(default)]
+    pub creases: Option<Vec<[usize; 2]>>,
     /// The marked faces, where those are others now.
     #[serde(default)]
     pub mask: Option<Runs>,
@@ -81,6 +85,9 @@ pub struct Change {
 pub struct Choices {
     /// Rims and what is to be done with their holes, where that is not the usual. A rim is the numbers of its vertices in order.
     holes: Vec<(Vec<u32>, Doing)>,
+    /// Pairs of vertices of rims between which sharp edges are continued.
+    #[serde(default)]
+    creases: Vec<[u32; 2]>,
     /// The marked faces.
     mask: Runs,
 }
@@ -92,6 +99,16 @@ impl Choices {
         let holes = state.holes.iter();
         let chosen = holes.filter_map(|hole| Some((hole.id, *by_rim.get(&rim_key(&hole.rim))?)));
         chosen.collect()
+    }
+
+    /// Pairs of crease ends of a mesh, by their numbers, between which sharp edges are continued.
+    pub fn creases(&self, state: &State) -> Vec<[usize; 2]> {
+        let number = |v: u32| {
+            let mut ends = state.crease_ends.iter();
+            ends.find(|end| end.vertex == v).map(|end| end.id)
+        };
+        let pair = |&[a, b]: &[u32; 2]| number(a).zip(number(b)).map(|(a, b)| [a, b]);
+        self.creases.iter().filter_map(pair).collect()
     }
 
     /// The marked faces.
@@ -119,6 +136,9 @@ impl Choices {
                 ));
             }
             doings.insert(id, doing);
+        }
+        if let Some(pairs) = &change.creases {
+            self.creases = vertices_of(pairs, state).map_err(|error| (error, "creases"))?;
         }
         self.set(&doings, state);
         if let Some(mask) = &change.mask {
@@ -176,7 +196,18 @@ impl Choices {
                 *mark |= *origin == Origin::New;
             }
         }
-        let mut carried = Self::default();
+        let is_end = |v: &u32| new.crease_ends.iter().any(|end| end.vertex == *v);
+        let renumbered_end = |v: u32| {
+            let now = vertices.get(v as usize).copied().flatten();
+            now.filter(is_end)
+        };
+        let creases = self.creases.iter();
+        let mut carried = Self {
+            creases: creases
+                .filter_map(|&[a, b]| Some([renumbered_end(a)?, renumbered_end(b)?]))
+                .collect(),
+            ..Self::default()
+        };
         carried.set(&doings, new);
         carried.mask = Runs::of_marks(marks);
         carried
@@ -187,11 +218,25 @@ impl Choices {
     pub fn checked(mut self, state: &State) -> Self {
         let doings = self.doings(state);
         self.set(&doings, state);
+        let is_end = |v: &u32| state.crease_ends.iter().any(|end| end.vertex == *v);
+        self.creases.retain(|pair| pair.iter().all(is_end));
         if self.mask.check(state.loaded.mesh.faces.len()).is_err() {
             self.mask = Runs::default();
         }
         self
     }
+}
+
+/// The vertices of pairs of crease ends.
+fn vertices_of(pairs: &[[usize; 2]], state: &State) -> Result<Vec<[u32; 2]>, String> {
+    let count = state.crease_ends.len();
+    let vertex = |id: usize| {
+        let end = id.checked_sub(1).and_then(|at| state.crease_ends.get(at));
+        end.map(|end| end.vertex)
+            .ok_or_else(|| format!("there is no crease end {id}: the mesh has {count}"))
+    };
+    let pair = |&[a, b]: &[usize; 2]| Ok([vertex(a)?, vertex(b)?]);
+    pairs.iter().map(pair).collect()
 }
 
 #[cfg(test)]

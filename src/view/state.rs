@@ -14,7 +14,7 @@ use super::words::Command;
 use crate::check::CheckParams;
 use crate::io::Loaded;
 use crate::job::{Drawings, JobError, Mended, Place, Source, Work, inspect};
-use crate::mend::FillReport;
+use crate::mend::{CreaseEnd, FillReport};
 use crate::mesh::{Hole, Mesh};
 use crate::report::counted;
 
@@ -32,6 +32,8 @@ pub struct State {
     pub loaded: Arc<Loaded>,
     /// Its holes.
     pub holes: Vec<Hole>,
+    /// Where sharp edges end at their rims.
+    pub crease_ends: Vec<CreaseEnd>,
     /// The document of `isomend inspect`.
     pub inspected: Value,
     /// For each face from where it is.
@@ -86,13 +88,14 @@ impl State {
     /// When the mesh cannot be measured.
     pub fn first(source: &Source, loaded: Arc<Loaded>) -> Result<Self, JobError> {
         let faces = loaded.mesh.faces.len();
-        let (holes, inspected) = looked_at(source, &loaded)?;
+        let (holes, crease_ends, inspected) = looked_at(source, &loaded)?;
         Ok(Self {
             id: 0,
             parent: None,
             depth: 0,
             step: None,
             holes,
+            crease_ends,
             inspected,
             errors: Errors::read(&loaded),
             loaded,
@@ -115,7 +118,7 @@ impl State {
         source: &Source,
     ) -> Result<Self, JobError> {
         let loaded = source.read()?;
-        let (holes, inspected) = looked_at(source, &loaded)?;
+        let (holes, crease_ends, inspected) = looked_at(source, &loaded)?;
         let [_, first] = step.mended.kept_size();
         let kept = step.mended.kept();
         let whole = first == 0;
@@ -142,6 +145,7 @@ impl State {
             step: Some(step),
             loaded,
             holes,
+            crease_ends,
             inspected,
             origin,
             region,
@@ -220,11 +224,14 @@ fn is_in_order(mesh: &Mesh, mended: &Mended) -> bool {
     mended.face_corners(faces).is_none() && (0..faces as u32).all(is_same)
 }
 
-/// The holes of a mesh, and all that `isomend inspect` tells of it.
-fn looked_at(source: &Source, loaded: &Loaded) -> Result<(Vec<Hole>, Value), JobError> {
+/// The holes of a mesh, the crease ends at their rims, and all that `isomend inspect` tells of it.
+fn looked_at(
+    source: &Source,
+    loaded: &Loaded,
+) -> Result<(Vec<Hole>, Vec<CreaseEnd>, Value), JobError> {
     let inspected = inspect(source, loaded, None, &Drawings::default())?;
     let document = serde_json::to_value(inspected.document()).unwrap_or_default();
-    Ok((inspected.found.holes, document))
+    Ok((inspected.found.holes, inspected.crease_ends, document))
 }
 
 /// The place of a mesh after so many steps: in memory, with what it refers to beside the file that was opened.

@@ -350,3 +350,54 @@ pub fn joined(a: &Mesh, b: &Mesh) -> Mesh {
         .extend(b.faces.iter().map(|f| f.map(|v| v + count)));
     mesh
 }
+
+/// The surface of a cube from 0 to `n` along each axis: squares of size 1, each cut in two.
+pub fn cube(n: i32) -> Mesh {
+    let mut mesh = Mesh::default();
+    let mut number = HashMap::new();
+    for side in 0..6 {
+        let axes = [side % 3, (side + 1) % 3, (side + 2) % 3];
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let mut corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(u, v)| {
+                let mut p = [0; 3];
+                p[axes[0]] = if side < 3 { n } else { 0 };
+                (p[axes[1]], p[axes[2]]) = (u, v);
+                *number.entry(p).or_insert_with(|| {
+                    mesh.positions.push(DVec3::from_array(p.map(f64::from)));
+                    mesh.positions.len() as u32 - 1
+                })
+            });
+            if side >= 3 {
+                corners.reverse();
+            }
+            let [a, b, c, d] = corners;
+            mesh.faces.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    mesh
+}
+
+/// A cube with a hole across one of its edges, at which the edge ends twice, and a hole over the opposite corner, at which three end.
+pub fn open_cube() -> Mesh {
+    let holes = [
+        (DVec3::new(6.0, 0.0, 12.0), 3.2),
+        (DVec3::new(12.0, 12.0, 0.0), 2.8),
+    ];
+    cut(&cube(12), |p| {
+        holes.iter().any(|(c, r)| p.distance(*c) < *r)
+    })
+}
+
+/// The same with a small tetrahedron where the edge was: sides that are continued to it intersect that.
+pub fn blocked_cube() -> Mesh {
+    let corners =
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|p| DVec3::from_array(p.map(f64::from)));
+    let block = Mesh::new(
+        corners.to_vec(),
+        vec![[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]],
+    );
+    joined(
+        &open_cube(),
+        &moved(&block, 0.2, DVec3::new(5.93, -0.06, 11.94)),
+    )
+}

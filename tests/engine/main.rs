@@ -13,6 +13,7 @@ mod accuracy;
 mod attributes;
 mod check;
 mod convergence;
+mod creases;
 mod energies;
 mod examples;
 mod fair;

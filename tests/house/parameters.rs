@@ -87,6 +87,7 @@ fn every_field_is_in_a_table_and_every_default_is_that_of_the_table() {
         "keep_open",
         "bridge",
         "flat",
+        "crease",
         "surface",
         "max_diameter",
     ];
@@ -113,7 +114,7 @@ fn every_field_is_in_a_table_and_every_default_is_that_of_the_table() {
                 (_, Usual::Value("all" | "full")) => Value::Null,
                 (Kind::Number(..), Usual::Value(text)) => json!(text.parse::<f64>().unwrap()),
                 (_, Usual::Value(text)) => json!(text),
-                (Kind::Holes(_) | Kind::Groups, _) => json!([]),
+                (Kind::Holes(_) | Kind::Groups | Kind::Pairs, _) => json!([]),
                 _ => Value::Null,
             };
             assert_eq!(*value, expected, "{command}: the default of {name}");

@@ -99,6 +99,7 @@ fn annotation(parameter: &Parameter) -> String {
         Kind::Holes(true) => "Iterable[int] | None".to_owned(),
         Kind::Holes(false) => "Iterable[int]".to_owned(),
         Kind::Groups => "Iterable[Iterable[int]]".to_owned(),
+        Kind::Pairs => "Iterable[tuple[int, int]]".to_owned(),
     }
 }
 
@@ -144,7 +145,7 @@ from isomend._params import RunOptions, Voxel
 fn keyword_default(parameter: &Parameter) -> String {
     let text = match (parameter.kind, parameter.default) {
         (Kind::Flag(_), _) => "False",
-        (Kind::Holes(false) | Kind::Groups, _) => "()",
+        (Kind::Holes(false) | Kind::Groups | Kind::Pairs, _) => "()",
         (Kind::Number(..) | Kind::Whole(_), Usual::Value(text)) => text,
         (Kind::Voxel | Kind::Band | Kind::Choice(_), Usual::Value(text)) => {
             return format!("\"{text}\"");

@@ -5,7 +5,7 @@ use std::fs;
 
 use crate::desk::{self, Desk};
 use crate::served::{Served, in_ball};
-use crate::shapes::{cut, sphere};
+use crate::shapes::{cut, open_cube, sphere};
 use isomend::io::{Format, read_path};
 use serde_json::{Value, json};
 
@@ -377,6 +377,47 @@ fn choices_go_along_with_their_rims() {
     post("redo", json!({}));
     assert_eq!(chosen(&served), (json!({ "1": "open" }), 0));
     assert_eq!(served.state()["masked"], true);
+}
+
+#[test]
+fn sharp_edges_are_chosen_kept_and_filled() {
+    let desk = Desk::new();
+    desk.save("cube.ply", &open_cube(), Format::Ply);
+    let served = Served::new(&desk, &["cube.ply"]);
+    let state = served.state();
+    let ends = state["crease_ends"].as_array().unwrap().clone();
+    assert_eq!((ends.len(), &state["creases"]), (5, &json!([])));
+    let of = |ends: &[Value], count: usize| {
+        let own = |hole: u64| ends.iter().filter(move |end| end["hole"] == hole);
+        let hole = (1..=2).find(|&hole| own(hole).count() == count).unwrap();
+        let ids: Vec<Value> = own(hole).take(2).map(|end| end["id"].clone()).collect();
+        (hole as usize, json!(ids))
+    };
+    let (_, pair) = of(&ends, 2);
+    let (corner, other) = of(&ends, 3);
+    let choose = |pairs: Value| served.post("api/choices", &json!({ "id": 0, "creases": pairs }));
+    assert_eq!(choose(json!([pair, other])).status, 200);
+    assert_eq!(served.state()["creases"], json!([pair, other]));
+    assert_eq!(choose(json!([[1, 9]])).status, 422);
+    assert_eq!(choose(json!([[1]])).status, 400);
+    // One hole goes with its edge; the edge of the other one is still asked for, by its new numbers.
+    let params = json!({ "holes": [corner], "crease": [] });
+    served.step(&json!({ "kind": "fill", "params": params }));
+    let state = served.state();
+    assert_eq!(state["crease_ends"].as_array().unwrap().len(), 2);
+    assert_eq!(state["creases"], json!([[1, 2]]));
+    served.step(&json!({ "kind": "fill", "params": { "holes": [1], "crease": [[1, 2]] } }));
+    let state = served.state();
+    let last = state["states"].as_array().unwrap().last().unwrap().clone();
+    assert_eq!(last["report"]["regions"][0]["closed_by"], "sides");
+    let command = last["command"].to_string();
+    assert!(
+        command.contains("--crease") && command.contains("1+2"),
+        "{command}"
+    );
+    served.post("api/undo", &json!({}));
+    served.post("api/undo", &json!({}));
+    assert_eq!(served.state()["creases"], json!([pair, other]));
 }
 
 #[test]

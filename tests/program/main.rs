@@ -7,6 +7,7 @@ mod desk;
 mod shapes;
 
 mod cli;
+mod creases;
 mod manual;
 mod report;
 mod signals;

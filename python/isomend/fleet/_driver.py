@@ -70,7 +70,7 @@ def arguments_of(options: Mapping[str, Any]) -> list[str]:
             continue
         if value is True:
             arguments.append(flag)
-        elif name == "bridge":
+        elif name in ("bridge", "crease"):
             arguments += [word for group in value for word in (flag, listed(group, "+"))]
         elif isinstance(value, (list, tuple)):
             arguments += [flag, listed(value, ",")] if value else []

@@ -18,7 +18,7 @@ use repair::RepairRow;
 use rows::{OutcomeRow, RegionRow};
 
 pub(super) use check::VerdictRow;
-pub(super) use rows::HoleRow;
+pub(super) use rows::{CreaseEndRow, HoleRow};
 
 /// A document: which command of which version made it, and what it says.
 #[derive(Debug, Serialize)]

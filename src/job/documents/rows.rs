@@ -4,10 +4,10 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::fill::{
-    ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason, Quality,
-    RegionReport, TriangulatedReason, TryFailure,
+    ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason, NotContinued,
+    Quality, RegionReport, TriangulatedReason, TryFailure,
 };
-use crate::mend::HoleReport;
+use crate::mend::{CreaseEnd, HoleReport};
 use crate::mesh::{Hole, HoleId};
 use crate::region::LevelReport;
 use crate::report::reason;
@@ -42,6 +42,28 @@ impl HoleRow {
             normal: hole.normal,
             piece: hole.piece,
             outer_border: hole.outer_border,
+        }
+    }
+}
+
+/// A vertex of a rim at which a sharp edge of the mesh ends.
+#[derive(Debug, Serialize)]
+pub(in crate::job) struct CreaseEndRow {
+    id: usize,
+    hole: HoleId,
+    vertex: u32,
+    position: DVec3,
+    angle: f64,
+}
+
+impl CreaseEndRow {
+    pub(in crate::job) fn new(end: &CreaseEnd) -> Self {
+        Self {
+            id: end.id,
+            hole: end.hole,
+            vertex: end.vertex,
+            position: end.position,
+            angle: end.angle,
         }
     }
 }
@@ -119,6 +141,31 @@ pub(super) fn left(why: LeftReason) -> &'static str {
     }
 }
 
+/// Why sharp edges were not continued.
+#[derive(Serialize)]
+struct NotContinuedRow {
+    /// As a word for programs.
+    cause: &'static str,
+    /// In words for people.
+    reason: String,
+}
+
+impl NotContinuedRow {
+    fn new(why: &NotContinued) -> Self {
+        let cause = match why {
+            NotContinued::Declined(_) => "declined",
+            NotContinued::Intersects(_) => "intersects",
+            NotContinued::Predicted => "predicted",
+            NotContinued::Rough => "rough",
+            NotContinued::Rounded => "rounded",
+        };
+        Self {
+            cause,
+            reason: why.to_string(),
+        }
+    }
+}
+
 /// A region that was filled. `voxel` is 0 where no grid was needed.
 #[derive(Serialize)]
 pub(super) struct RegionRow<'a> {
@@ -144,6 +191,9 @@ pub(super) struct RegionRow<'a> {
     finish: Option<&'a FinishReport>,
     /// Sharp edges that were continued.
     creases: &'a [CreaseReport],
+    /// Sharp edges that end at the rim, and why they were not continued; null where they were.
+    crease_ends: usize,
+    not_continued: Option<NotContinuedRow>,
     earlier_tries: Vec<String>,
     other_energy: bool,
     seconds: f64,
@@ -171,6 +221,8 @@ impl<'a> RegionRow<'a> {
             quality: r.quality.as_ref(),
             finish: r.finish.as_ref(),
             creases: &r.creases,
+            crease_ends: r.crease_ends,
+            not_continued: r.not_continued.as_ref().map(NotContinuedRow::new),
             earlier_tries: r.earlier_tries.iter().map(ToString::to_string).collect(),
             other_energy: r.other_energy,
             seconds: r.seconds,

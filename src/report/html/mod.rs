@@ -72,7 +72,9 @@ pub fn page(page: &Page) -> String {
             open: is_open(&h.outcome),
         })
         .collect();
-    let data = serde_json::json!({ "scene": header, "holes": holes, "single": page.single });
+    let ends: Vec<[f32; 3]> = scene.points.iter().map(|p| p.to_array()).collect();
+    let data =
+        serde_json::json!({ "scene": header, "holes": holes, "ends": ends, "single": page.single });
     let words = tables::Words {
         single: page.single,
     };

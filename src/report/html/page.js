@@ -163,6 +163,7 @@ async function begin() {
   viewer.setSide("before", { mesh, ranges: [mesh.parts.kept, mesh.parts.gone], rims, kinds: open, colours: ["bad"] });
   viewer.setSide("after", { mesh, ranges: [mesh.parts.kept, mesh.parts.new], rims, kinds: open, strength: 0.55 });
   labels = new Labels(viewer, find("#labels"), data.holes, rims);
+  labels.setPoints(data.ends.map((at, i) => ({ id: i + 1, at })));
   point = new Point(data.scene, (at) => labels.pin(at));
   window.isomend = { viewer, choose, labels, point };
   for (const input of all(".tools input")) {

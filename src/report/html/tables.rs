@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::super::scene::Scene;
-use super::super::text::reason;
+use super::super::text::{lost_creases, reason};
 use super::{add, escaped, listed, number, number_beside};
 use crate::fill::{HoleOutcome, RegionReport};
 use crate::mend::HoleReport;
@@ -173,7 +173,7 @@ pub fn region_table(regions: &[RegionReport]) -> String {
     out
 }
 
-/// A region's row, and one more where it took several tries.
+/// A region's row, and one more each where sharp edges were not continued and where it took several tries.
 fn region_row(out: &mut String, r: &RegionReport) {
     let steps: usize = r.levels.iter().map(|l| l.flow.steps.len()).sum();
     let last = r.levels.last();
@@ -211,6 +211,13 @@ fn region_row(out: &mut String, r: &RegionReport) {
         r.intersecting_faces,
         r.seconds,
     );
+    if let Some(lost) = lost_creases(r) {
+        let (id, lost) = (r.id, escaped(&lost));
+        add!(
+            out,
+            "<tr class=\"more\"><td colspan=\"12\">region {id}: {lost}</td></tr>"
+        );
+    }
     if !r.earlier_tries.is_empty() {
         let tries: Vec<String> = r
             .earlier_tries

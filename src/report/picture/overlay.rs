@@ -1,4 +1,4 @@
-//! The rims of holes and their numbers over a panel.
+//! The rims of holes and their numbers over a panel, and marked points with theirs.
 
 use glam::{Vec2, Vec3};
 
@@ -9,6 +9,16 @@ use super::raster::{Camera, Seen};
 /// Colour of rims and numbers, and half the width of rims in pixels.
 const BLUE: [f32; 3] = [16.0, 74.0, 150.0];
 const HALF_WIDTH: f32 = 1.0;
+/// Colour of marked points and their numbers, and the radius of the points in pixels.
+const RED: [f32; 3] = [176.0, 24.0, 60.0];
+const RADIUS: f32 = 3.5;
+/// Where the number of a point may stand beside it, in pixels: the first place that is free.
+const BESIDE: [Vec2; 4] = [
+    Vec2::new(13.0, -11.0),
+    Vec2::new(-13.0, -11.0),
+    Vec2::new(13.0, 12.0),
+    Vec2::new(-13.0, 12.0),
+];
 /// Rims come before the surface that they lie on by this part of the panel's half height.
 const LIFT: f32 = 0.01;
 /// Most numbers on a panel: those of the longest holes.
@@ -29,7 +39,7 @@ struct Sheet<'a> {
     samples: usize,
 }
 
-/// Draws all rims, and the numbers of the longest holes whose rims are seen.
+/// Draws all rims, the numbers of the longest holes whose rims are seen, and the marked points that are seen.
 pub fn draw(
     out: &mut [u8],
     scene: &Scene,
@@ -56,19 +66,11 @@ pub fn draw(
     }
     let mut taken: Vec<[Vec2; 2]> = Vec::new();
     for (rim, number) in scene.rims.iter().zip(1..).take(NUMBERS) {
-        let Some(middle) = sheet.middle(rim) else {
-            continue;
-        };
-        let place = letters::place_of_number(number, middle);
-        let clear =
-            |other: &[Vec2; 2]| place[0].cmpgt(other[1]).any() || place[1].cmplt(other[0]).any();
-        let inside =
-            place[0].cmpge(Vec2::ZERO).all() && place[1].cmple(Vec2::splat(pixels as f32)).all();
-        if inside && taken.iter().all(clear) {
-            letters::number(out, pixels, number, middle, BLUE);
-            taken.push(place);
+        if let Some(middle) = sheet.middle(rim) {
+            sheet.number(out, number, middle, (BLUE, &mut taken));
         }
     }
+    sheet.points(out, &scene.points, &mut taken);
 }
 
 impl Sheet<'_> {
@@ -88,6 +90,61 @@ impl Sheet<'_> {
         let sample = |x: f32| (x * self.samples as f32) as usize;
         let surface = self.seen.depth(sample(p.x), sample(p.y));
         Some(p.z + lift >= surface)
+    }
+
+    /// Writes a number in the middle of a point, unless that place is taken or reaches beyond the panel; whether it is written.
+    fn number(
+        &self,
+        out: &mut [u8],
+        number: usize,
+        middle: Vec2,
+        (colour, taken): ([f32; 3], &mut Vec<[Vec2; 2]>),
+    ) -> bool {
+        let place = letters::place_of_number(number, middle);
+        let clear =
+            |other: &[Vec2; 2]| place[0].cmpgt(other[1]).any() || place[1].cmplt(other[0]).any();
+        let most = Vec2::splat(self.pixels as f32);
+        let inside = place[0].cmpge(Vec2::ZERO).all() && place[1].cmple(most).all();
+        let is_free = inside && taken.iter().all(clear);
+        if is_free {
+            letters::number(out, self.pixels, number, middle, colour);
+            taken.push(place);
+        }
+        is_free
+    }
+
+    /// Draws the marked points that are seen, with their numbers where there is room beside them.
+    fn points(&self, out: &mut [u8], points: &[Vec3], taken: &mut Vec<[Vec2; 2]>) {
+        let seen = points.iter().zip(1..).filter_map(|(p, number)| {
+            let place = self.place(*p);
+            (self.is_seen(place, LIFT) == Some(true)).then_some((place.truncate(), number))
+        });
+        let seen: Vec<(Vec2, usize)> = seen.collect();
+        for (middle, _) in &seen {
+            self.dot(out, *middle);
+            taken.push([*middle - RADIUS, *middle + RADIUS]);
+        }
+        for (middle, number) in seen.into_iter().take(NUMBERS) {
+            BESIDE
+                .into_iter()
+                .find(|off| self.number(out, number, middle + *off, (RED, &mut *taken)));
+        }
+    }
+
+    /// Draws a disc.
+    fn dot(&self, out: &mut [u8], middle: Vec2) {
+        let most = Vec2::splat(self.pixels as f32 - 1.0);
+        let low = (middle - RADIUS - 1.0).max(Vec2::ZERO);
+        let high = (middle + RADIUS + 1.0).min(most);
+        for y in low.y as usize..=high.y as usize {
+            for x in low.x as usize..=high.x as usize {
+                let away = middle.distance(Vec2::new(x as f32 + 0.5, y as f32 + 0.5));
+                let ink = (RADIUS + 0.5 - away).clamp(0.0, 1.0);
+                for (byte, colour) in out[3 * (y * self.pixels + x)..][..3].iter_mut().zip(RED) {
+                    *byte = (f32::from(*byte) * (1.0 - ink) + colour * ink) as u8;
+                }
+            }
+        }
     }
 
     /// Adds a line to the ink of the pixels where it is seen.

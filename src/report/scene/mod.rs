@@ -76,6 +76,8 @@ pub struct Scene {
     pub palette: Vec<Colour>,
     /// The closed rims of the holes, in the order of the holes' numbers, from 1.
     pub rims: Vec<Vec<Vec3>>,
+    /// Points that are marked, in the order of their numbers, from 1: the crease ends of a mesh that is only looked at.
+    pub points: Vec<Vec3>,
     /// Faces that the two meshes have between them.
     pub all_faces: usize,
 }
@@ -131,6 +133,13 @@ impl Scene {
     #[must_use]
     pub fn with_palette(mut self, palette: &[Colour]) -> Self {
         self.palette = palette.to_vec();
+        self
+    }
+
+    /// The scene with points that are marked, in the order of their numbers.
+    #[must_use]
+    pub fn with_points(mut self, points: impl Iterator<Item = DVec3>) -> Self {
+        self.points = points.map(|p| (p - self.origin).as_vec3()).collect();
         self
     }
 
@@ -267,6 +276,7 @@ impl Parts {
                 .collect(),
             palette: Vec::new(),
             rims: Vec::new(),
+            points: Vec::new(),
             all_faces,
         };
         let relative = |p: DVec3| (p - origin).as_vec3();

@@ -1,4 +1,4 @@
-// Numbers at the holes and the mark at a chosen point: elements over the canvas.
+// Numbers at the holes, numbered points at their rims, and the mark at a chosen point: elements over the canvas.
 
 import { dot } from "./camera.js";
 
@@ -16,13 +16,16 @@ export class Labels {
     this.viewer = viewer;
     this.layer = layer;
     this.pinned = null;
+    this.points = [];
+    this.lines = [];
     this.set(holes, rims);
     viewer.drawn = (part) => part || this.place();
   }
 
-  /** Takes other holes, with their rims. */
+  /** Takes other holes, with their rims; points are none then. */
   set(holes, rims) {
     this.layer.replaceChildren();
+    this.points = this.lines = [];
     if (this.pinned) this.pinned.elements = {};
     this.items = holes.slice(0, MOST_LABELS).map((hole, i) => {
       const all = rims[i] || new Float32Array(), n = all.length / 3, step = Math.max(1, Math.ceil(n / LOOKED_AT));
@@ -30,6 +33,15 @@ export class Labels {
       for (let k = 0; k < n; k += step) rim.push([...all.subarray(3 * k, 3 * k + 3)]);
       return { hole, rim, seen: {}, elements: {} };
     });
+  }
+
+  /** Takes other points: each with its number, place, and the side that it is on where that is one of two; and lines between places. */
+  setPoints(points, lines = []) {
+    for (const { elements } of [...this.points, ...this.lines]) for (const element of Object.values(elements)) element.remove();
+    const seen = new Map(this.points.map((point) => [point.id, point.seen]));
+    this.points = points.map((point) => ({ ...point, seen: seen.get(point.id) || {}, elements: {} }));
+    this.lines = lines.map((line) => ({ ...line, elements: {} }));
+    this.place();
   }
 
   /** An element of a pane, made when it is needed first. */
@@ -55,10 +67,17 @@ export class Labels {
   look() {
     for (const pane of this.viewer.panes()) {
       const depth = this.viewer.depths(pane);
+      for (const point of this.points) point.seen[pane.side] = (!point.side || point.side === pane.side) && this.isFree(point.at, 0.015 * this.viewer.camera.reach, depth);
       for (const item of this.items) item.seen[pane.side] = (!item.hole.side || item.hole.side === pane.side) && this.isSeen(item, depth);
     }
     this.arrange();
     this.settled = true;
+  }
+
+  /** Whether nothing lies before a point by more than a length, and the section has it. */
+  isFree(point, lift, depth) {
+    const p = this.viewer.place(point), [x, y, z, w] = this.viewer.section;
+    return dot([x, y, z], point) <= w && p.depth > 0 && p.depth - lift <= depth(p);
   }
 
   isSeen({ hole, rim }, depth) {
@@ -67,8 +86,7 @@ export class Labels {
       const p = viewer.place(point);
       return p.depth > 0 && p.depth - lift <= depth(p);
     };
-    const [x, y, z, w] = viewer.section;
-    if (!rim.length || dot([x, y, z], hole.centre) > w || !free(hole.centre, Math.max(slack, BULGE * hole.diameter))) return false;
+    if (!rim.length || !this.isFree(hole.centre, Math.max(slack, BULGE * hole.diameter), depth)) return false;
     return rim.filter((point) => free(point, slack)).length >= SEEN_PART * rim.length;
   }
 
@@ -82,6 +100,22 @@ export class Labels {
         if (!at || taken.some((p) => Math.hypot(p[0] - at[0], p[1] - at[1]) < APART)) continue;
         taken.push(at);
         shown.add(this.show(this.element(elements, pane.side, "label", hole.id), at));
+      }
+      for (const { side, ends, elements } of this.lines) {
+        const places = rims && (!side || side === pane.side) && ends.map((end) => this.viewer.onPage(end, pane));
+        if (!places || places.includes(null)) continue;
+        const [[x0, y0], [x1, y1]] = places, element = this.show(this.element(elements, pane.side, "crease", ""), places[0]);
+        element.style.width = Math.hypot(x1 - x0, y1 - y0).toFixed(1) + "px";
+        element.style.transform = `rotate(${Math.atan2(y1 - y0, x1 - x0).toFixed(4)}rad)`;
+        shown.add(element);
+      }
+      for (const { id, at, seen, elements, chosen } of this.points) {
+        const place = rims && seen[pane.side] && this.viewer.onPage(at, pane);
+        if (!place) continue;
+        const element = this.show(this.element(elements, pane.side, "end", ""), place);
+        element.dataset.end = id;
+        element.classList.toggle("chosen", Boolean(chosen));
+        shown.add(element);
       }
       const [x, y, z, w] = this.viewer.section, cut = this.pinned && dot([x, y, z], this.pinned.point) > w;
       const at = this.pinned && !cut && this.viewer.onPage(this.pinned.point, pane);

@@ -68,6 +68,8 @@ fn told(app: &App) -> Value {
         "session": { "path": app.store.path().display().to_string(), "error": app.store.error() },
         "holes": hole_rows(&current),
         "choices": choices.doings(&current),
+        "crease_ends": current.inspected["crease_ends"],
+        "creases": choices.creases(&current),
         "marked": choices.mask().count(),
         "masked": masked,
         "defects": current.inspected["defects"],

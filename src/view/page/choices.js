@@ -1,4 +1,4 @@
-// What is chosen on each mesh: what to do with its holes, and which faces are marked. The program keeps it with the mesh.
+// What is chosen on each mesh: what to do with its holes, which sharp edges are continued, and which faces are marked. The program keeps it with the mesh.
 
 import { askJson } from "./net.js";
 
@@ -21,6 +21,11 @@ export class Choices {
   holes(id, doings) {
     const waiting = this.wait(id);
     waiting.holes = { ...waiting.holes, ...doings };
+  }
+
+  /** Takes the pairs of crease ends of a mesh between which sharp edges are continued. */
+  creases(id, pairs) {
+    this.wait(id).creases = pairs;
   }
 
   /** Takes the marked faces of a mesh. */

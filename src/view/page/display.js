@@ -113,6 +113,7 @@ export class Display {
     for (const [name, side] of [["after", after], ["before", before]]) if (side) items.push(...rimHoles(side.mesh, name));
     items.sort((a, b) => b.diameter - a.diameter);
     this.app.labels.set(items, items.map((item) => item.rim));
+    this.app.creases.show();
   }
 
   /** Lets the worker prepare a mesh: painting, and fewer faces for a view that moves. */
@@ -229,12 +230,13 @@ export class Display {
     to.font = `bold ${13 * ratio}px system-ui, sans-serif`;
     to.textAlign = "center";
     to.textBaseline = "middle";
-    for (const label of all("#labels .label:not([hidden])")) {
-      const x = parseFloat(label.style.left) * ratio, y = parseFloat(label.style.top) * ratio, wide = to.measureText(label.textContent).width + 8 * ratio;
+    for (const label of all("#labels :is(.label, .end):not([hidden])")) {
+      const text = label.textContent || label.dataset.end, wide = to.measureText(text).width + 8 * ratio;
+      const x = parseFloat(label.style.left) * ratio, y = parseFloat(label.style.top) * ratio;
       to.fillStyle = style.getPropertyValue("--sky");
       to.fillRect(x - wide / 2, y - 9 * ratio, wide, 18 * ratio);
       to.fillStyle = style.getPropertyValue("--mark");
-      to.fillText(label.textContent, x, y);
+      to.fillText(text, x, y);
     }
     copy.toBlob((blob) => {
       const link = document.createElement("a");

@@ -5,7 +5,7 @@ import { numberIn } from "../../report/viewer/controls.js";
 export const KINDS = ["fill", "restore", "fair", "repair"];
 
 /** The parameters of a command that stand in its form: holes are chosen in their list. */
-const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups"].includes(row.kind);
+const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups", "pairs"].includes(row.kind);
 
 const valueAt = (params, path) => path.reduce((at, name) => at?.[name], params);
 

@@ -140,7 +140,7 @@ export class Holes {
 
   /** The parts of a fill's parameters that say which holes; an error where that makes no sense. */
   params(only) {
-    if (only) return { holes: [only], keep_open: [], flat: this.doings.get(only) === "flat" ? [only] : [], bridge: [] };
+    if (only) return { holes: [only], keep_open: [], flat: this.doings.get(only) === "flat" ? [only] : [], bridge: [], crease: this.app.creases.params(only) };
     const ids = (doing) => [...this.doings].filter(([, d]) => d === doing).map(([id]) => id), open = ids("open");
     const border = new Set(this.list.filter((h) => this.isBorder(h)).map((h) => h.id));
     const filled = [...this.doings].filter(([, d]) => d !== "open").map(([id]) => id);
@@ -150,7 +150,7 @@ export class Holes {
     if (!filled.length) throw new Error("every hole is to stay open: choose one to fill");
     // A border is filled only where it is named, and may be filled where it is not: every row is told.
     const named = filled.some((id) => border.has(id)) || filled.length <= open.length;
-    return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: [...this.bridges().values()] };
+    return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: [...this.bridges().values()], crease: this.app.creases.params() };
   }
 
   /** The same as options. */
@@ -162,8 +162,8 @@ export class Holes {
       return error.message;
     }
     const listed = (flag, ids) => ids.length ? ` ${flag} ${ids.join(",")}` : "";
-    const { holes, keep_open: open, flat, bridge } = params, bridges = bridge.map((group) => ` --bridge ${group.join("+")}`).join("");
-    return `--holes ${holes ? holes.join(",") : "all"}${listed("--keep-open", open)}${listed("--flat", flat)}${bridges}`;
+    const { holes, keep_open: open, flat, bridge, crease } = params, groups = (flag, all) => all.map((ids) => ` ${flag} ${ids.join("+")}`).join("");
+    return `--holes ${holes ? holes.join(",") : "all"}${listed("--keep-open", open)}${listed("--flat", flat)}${groups("--bridge", bridge)}${groups("--crease", crease)}`;
   }
 
   /** Chooses a hole and goes there. */

@@ -10,6 +10,7 @@ import { Model } from "./model.js";
 import { facesOf } from "./mask.js";
 import { Choices } from "./choices.js";
 import { Paint } from "./paint.js";
+import { Creases } from "./creases.js";
 import { Display } from "./display.js";
 import { Holes } from "./holes.js";
 import { Steps } from "./steps.js";
@@ -93,6 +94,7 @@ class App {
     find("#subtitle").textContent = `${counted(current.faces, "face")}, ${counted(state.holes.length, "hole")} · isomend ${state.program.version}${state.unsaved ? " · not saved" : ""}`;
     if (fresh) this.steps.against = false;
     if (fresh) await this.choices.load(state);
+    this.creases.update(state, fresh);
     this.holes.update(state, fresh);
     this.display.offer();
     this.steps.list();
@@ -157,6 +159,12 @@ class App {
     const met = this.viewer.pick(...at);
     if (met.point) this.point.choose(met.point, event.altKey || event.ctrlKey || event.metaKey);
     if (this.tab === "paint") return;
+    const end = this.creases.at(at);
+    if (end !== null) {
+      this.open("holes");
+      this.creases.choose(end);
+      return;
+    }
     const id = this.holes.at(met);
     if (id !== null) {
       this.open("holes");
@@ -301,6 +309,7 @@ async function begin() {
   const { viewer } = app;
   app.choices = new Choices();
   app.labels = new Labels(viewer, find("#labels"), [], []);
+  app.creases = new Creases(app);
   app.display = new Display(app);
   app.holes = new Holes(app);
   app.steps = new Steps(app);

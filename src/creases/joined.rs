@@ -1,0 +1,59 @@
+//! Creases between pairs of rim vertices that the caller names.
+
+use std::collections::HashMap;
+
+use super::patch::LEADS;
+use super::rim_sides::RimSides;
+use super::{Continued, Declined};
+
+impl RimSides {
+    /// Continues creases between given pairs of vertices of the rim, and no others. The mesh has `count` vertices.
+    ///
+    /// The pairs part the rim into stretches; those that no crease separates form one group, and get the side that most of their edges have.
+    pub(crate) fn continued_with(
+        &self,
+        count: usize,
+        joined: &[[u32; 2]],
+    ) -> Result<Continued, Declined> {
+        let place = |v: u32| self.collar.rim.iter().position(|w| *w == v);
+        let pairs = joined.iter().map(|&[a, b]| {
+            let (a, b) = place(a).zip(place(b))?;
+            (a != b).then_some([a.min(b), a.max(b)])
+        });
+        let pairs: Vec<[usize; 2]> = pairs.collect::<Option<_>>().ok_or(Declined::EndOffCrease)?;
+        let crosses = |[a, b]: [usize; 2], [c, d]: [usize; 2]| a < c && c < b && b < d;
+        if pairs.iter().any(|&p| pairs.iter().any(|&q| crosses(p, q))) {
+            return Err(Declined::Crosses);
+        }
+        let labels = self.labels_between(&pairs);
+        let mut last = Declined::NoSide;
+        for lead in LEADS {
+            match self.patch(&labels, lead, count) {
+                Ok(patch) => return Ok(patch),
+                Err(why) => last = why,
+            }
+        }
+        Err(last)
+    }
+
+    /// For each edge of the rim the side that most edges of its group have; groups are what pairs of places on the rim leave together.
+    fn labels_between(&self, pairs: &[[usize; 2]]) -> Vec<usize> {
+        // An edge is inside some pairs and outside the others: edges of one group agree on all of them.
+        let group =
+            |i: usize| -> Vec<bool> { pairs.iter().map(|&[a, b]| (a..b).contains(&i)).collect() };
+        let mut votes: HashMap<Vec<bool>, Vec<usize>> = HashMap::new();
+        for (i, label) in self.labels.iter().enumerate() {
+            votes.entry(group(i)).or_default().push(*label);
+        }
+        let most = |labels: &Vec<usize>| {
+            let count = |label: &usize| labels.iter().filter(|l| *l == label).count();
+            labels
+                .iter()
+                .copied()
+                .max_by_key(|l| (count(l), usize::MAX - l))
+        };
+        let of_group = |i: usize| votes.get(&group(i)).and_then(most);
+        let labels = self.labels.iter().enumerate();
+        labels.map(|(i, l)| of_group(i).unwrap_or(*l)).collect()
+    }
+}

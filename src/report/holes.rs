@@ -1,0 +1,145 @@
+//! Tables of holes, and of the crease ends at their rims.
+
+use super::text::counted;
+use crate::mend::CreaseEnd;
+use crate::mesh::{Hole, length, length_beside, point};
+
+/// Least widths of the columns of a table of holes; longer cells widen them. Negative: from the left.
+const HOLE_COLUMNS: [(&str, isize); 10] = [
+    ("hole", 5),
+    ("edges", 6),
+    ("length", 12),
+    ("diameter", 12),
+    ("height", 12),
+    ("planarity", 9),
+    ("centre", -30),
+    ("normal", -22),
+    ("piece", 5),
+    ("kind", -4),
+];
+/// The column of the numbers of crease ends, behind that of edges; only where a rim has any.
+const CREASE_COLUMN: (&str, isize) = ("creases", 7);
+/// The columns of a table of crease ends.
+const END_COLUMNS: [(&str, isize); 4] =
+    [("crease end", 10), ("hole", 5), ("angle", 6), ("at", -30)];
+
+/// A table of holes, one line each, with a heading; with a column of the numbers of crease ends where there are any.
+pub(crate) fn hole_table(holes: &[Hole], ends: &[CreaseEnd]) -> Vec<String> {
+    let mut columns = HOLE_COLUMNS.to_vec();
+    let mut rows: Vec<Vec<String>> = holes.iter().map(|h| hole_cells(h).to_vec()).collect();
+    if !ends.is_empty() {
+        columns.insert(2, CREASE_COLUMN);
+        for (row, hole) in rows.iter_mut().zip(holes) {
+            let own = ends.iter().filter(|end| end.hole == hole.id).count();
+            row.insert(2, own.to_string());
+        }
+    }
+    table(&columns, rows)
+}
+
+/// A table of crease ends, one line each, with a heading. Positions are rounded beside the size of the mesh.
+pub(crate) fn crease_end_table(ends: &[CreaseEnd], size: f64) -> Vec<String> {
+    let cells = |end: &CreaseEnd| {
+        vec![
+            end.id.to_string(),
+            end.hole.to_string(),
+            format!("{:.1}°", end.angle),
+            point(end.position, size),
+        ]
+    };
+    table(&END_COLUMNS, ends.iter().map(cells).collect())
+}
+
+/// How many sharp edges end at rims, in one line; none where there are none.
+pub(crate) fn crease_end_line(ends: &[CreaseEnd]) -> Option<String> {
+    let mut holes: Vec<_> = ends.iter().map(|end| end.hole).collect();
+    holes.dedup();
+    let at = match &holes[..] {
+        [] => return None,
+        [one] => format!("the rim of hole {one}"),
+        many => format!("the rims of {}", counted(many.len(), "hole")),
+    };
+    let end = if ends.len() == 1 { "ends" } else { "end" };
+    Some(format!(
+        "{} {end} at {at}",
+        counted(ends.len(), "sharp edge")
+    ))
+}
+
+/// Rows below the names of their columns, each column as wide as its widest cell.
+fn table(columns: &[(&str, isize)], rows: Vec<Vec<String>>) -> Vec<String> {
+    let names = columns.iter().map(|(name, _)| (*name).to_owned());
+    let mut all = vec![names.collect::<Vec<String>>()];
+    all.extend(rows);
+    let least = columns.iter().map(|(_, width)| width.unsigned_abs());
+    let mut widths: Vec<usize> = least.collect();
+    for row in &all {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = (*width).max(cell.chars().count());
+        }
+    }
+    let line = |row: &Vec<String>| {
+        let mut line = String::new();
+        for ((cell, width), (_, side)) in row.iter().zip(&widths).zip(columns) {
+            line += &match side {
+                ..0 => format!("  {cell:<width$}"),
+                _ if line.is_empty() => format!("{cell:>width$}"),
+                _ => format!(" {cell:>width$}"),
+            };
+        }
+        line.trim_end().to_owned()
+    };
+    all.iter().map(line).collect()
+}
+
+fn hole_cells(h: &Hole) -> [String; 10] {
+    let kind = if h.outer_border {
+        "outer border"
+    } else {
+        "hole"
+    };
+    let normal = h.normal.to_array().map(|x| format!("{x:.3}"));
+    [
+        h.id.to_string(),
+        h.edges.to_string(),
+        length(h.length),
+        length(h.diameter),
+        length_beside(h.height, h.diameter),
+        format!("{:.4}", h.planarity),
+        point(h.centre, h.diameter),
+        normal.join(", "),
+        h.piece.to_string(),
+        kind.to_owned(),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::mesh::HoleId;
+
+    #[test]
+    fn crease_ends_are_counted_in_words() {
+        let end = |id, hole| CreaseEnd {
+            id,
+            hole: HoleId(hole),
+            vertex: 0,
+            position: DVec3::ZERO,
+            angle: 90.0,
+        };
+        let line = |ends: &[CreaseEnd]| crease_end_line(ends).unwrap_or_default();
+        assert_eq!(line(&[]), "");
+        assert_eq!(line(&[end(1, 3)]), "1 sharp edge ends at the rim of hole 3");
+        let ends = [end(1, 2), end(2, 2), end(3, 5)];
+        assert_eq!(line(&ends[..2]), "2 sharp edges end at the rim of hole 2");
+        assert_eq!(line(&ends), "3 sharp edges end at the rims of 2 holes");
+        let rows = crease_end_table(&ends, 1.0);
+        assert_eq!(rows.len(), 4);
+        assert!(
+            rows[3].starts_with("         3     5  90.0°  0"),
+            "{rows:?}"
+        );
+    }
+}
