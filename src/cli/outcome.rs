@@ -180,7 +180,7 @@ impl Cells<'_> {
 fn closed_by(by: Option<ClosedBy>) -> &'static str {
     match by {
         Some(ClosedBy::LevelSet) => "level set",
-        Some(ClosedBy::Sides) => "sharp edges",
+        Some(ClosedBy::Sides) => "continued sides",
         Some(ClosedBy::Faired) => "smoothed triangles",
         Some(ClosedBy::Flat) => "flat cap",
         Some(ClosedBy::Seam) => "seam triangles",

@@ -81,10 +81,11 @@ impl Collar {
             .map(|f| area_vector(f.map(|v| positions[v as usize])));
         let vectors: Vec<DVec3> = vectors.collect();
         let (beside, beyond) = neighbours(&part, rim);
-        let mut lengths: Vec<f64> = faces
+        let length = |a: u32, b: u32| positions[a as usize].distance(positions[b as usize]);
+        let lengths = faces
             .iter()
-            .map(|f| positions[f[0] as usize].distance(positions[f[1] as usize]))
-            .collect();
+            .flat_map(|&[a, b, c]| [length(a, b), length(b, c), length(c, a)]);
+        let mut lengths: Vec<f64> = lengths.collect();
         let mut collar = Self {
             origin,
             areas: vectors.iter().map(|v| v.length()).collect(),

@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 
-use super::patch::LEADS;
 use super::rim_sides::RimSides;
 use super::{Continued, Declined};
 
@@ -25,15 +24,7 @@ impl RimSides {
         if pairs.iter().any(|&p| pairs.iter().any(|&q| crosses(p, q))) {
             return Err(Declined::Crosses);
         }
-        let labels = self.labels_between(&pairs);
-        let mut last = Declined::NoSide;
-        for lead in LEADS {
-            match self.patch(&labels, lead, count) {
-                Ok(patch) => return Ok(patch),
-                Err(why) => last = why,
-            }
-        }
-        Err(last)
+        self.first_valid(&self.labels_between(&pairs), count)
     }
 
     /// For each edge of the rim the side that most edges of its group have; groups are what pairs of places on the rim leave together.

@@ -9,7 +9,7 @@ use super::rim_sides::RimSides;
 use super::{Continued, Crease, Declined, parts};
 
 /// Where creases begin inside the hole, in edges from the rim: tried in turn.
-pub(super) const LEADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
+const LEADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
 /// Most combinations of shifted ends.
 const MOST_SHIFTS: usize = 60;
 
@@ -19,10 +19,19 @@ impl RimSides {
     /// The first valid patch, with ends of creases shifted along the rim as little as possible: on bevelled meshes the vertex at which a
     /// crease ends is not certain.
     pub(crate) fn continued(&self, count: usize) -> Result<Continued, Declined> {
-        let ends = ends(&self.labels);
+        self.first_valid(&self.labels, count)
+    }
+
+    /// The first valid patch for labels whose changes may be shifted.
+    pub(super) fn first_valid(
+        &self,
+        labels: &[usize],
+        count: usize,
+    ) -> Result<Continued, Declined> {
+        let ends = ends(labels);
         let mut first = None;
         for (at, shifts) in shifts(ends.len()).iter().enumerate() {
-            let Some(labels) = shifted(&self.labels, &ends, shifts) else {
+            let Some(labels) = shifted(labels, &ends, shifts) else {
                 continue;
             };
             for lead in LEADS {
@@ -43,12 +52,7 @@ impl RimSides {
         Err(first.unwrap_or(Declined::NoSide))
     }
 
-    pub(super) fn patch(
-        &self,
-        labels: &[usize],
-        lead: f64,
-        count: usize,
-    ) -> Result<Continued, Declined> {
+    fn patch(&self, labels: &[usize], lead: f64, count: usize) -> Result<Continued, Declined> {
         self.check(labels)?;
         let network = Network::new(&self.collar, &self.sides, labels, lead)?;
         let rim = self.collar.rim.len();

@@ -7,9 +7,11 @@ pub(super) const MOST_PLANES: usize = 6;
 /// Points farther off than this, in edges, are no part of the surface.
 pub(super) const OUTLIER: f64 = 0.3;
 /// A model holds when this part of the points lies nearer,
-const MOST: f64 = 0.97;
-/// and these have at most this residual, in edges.
+const MOST: f64 = 0.9;
+/// these have at most this residual, in edges,
 const RESIDUAL: f64 = 0.1;
+/// and this part of the points lies on edges or corners that are rounded.
+const FEWEST_ROUNDED: f64 = 0.04;
 /// Normals whose products have a smaller determinant than this depend on each other.
 const DEPENDENT: f64 = 1e-3;
 /// Steps that bring a point to the surface.
@@ -46,13 +48,21 @@ impl Plane {
 }
 
 impl Rounded {
-    /// The model, if nearly all of some points lie on it.
+    /// The model, if nearly all of some points lie on it, and some of them on what is rounded: else the radius is not determined.
     pub(super) fn holds(mut self, points: &[DVec3], edge: f64) -> Option<Self> {
-        let off = points.iter().map(|p| self.at(*p).distance.abs() / edge);
-        let near: Vec<f64> = off.filter(|d| *d < OUTLIER).collect();
-        self.residual = (near.iter().map(|d| d * d).sum::<f64>() / near.len().max(1) as f64).sqrt();
-        let is_on = near.len() as f64 >= MOST * points.len() as f64;
-        (is_on && self.residual < RESIDUAL).then_some(self)
+        let places = points.iter().map(|p| self.at(*p));
+        let near = places.filter(|place| place.distance.abs() < OUTLIER * edge);
+        let near: Vec<(f64, bool)> = near
+            .map(|place| (place.distance / edge, place.face.planes.len() > 1))
+            .collect();
+        let squares: f64 = near.iter().map(|(off, _)| off * off).sum();
+        let rounded = near.iter().filter(|(_, is_rounded)| *is_rounded).count();
+        let residual = (squares / near.len().max(1) as f64).sqrt();
+        let holds = near.len() as f64 >= MOST * points.len() as f64
+            && rounded as f64 >= FEWEST_ROUNDED * points.len() as f64
+            && residual < RESIDUAL;
+        self.residual = residual;
+        holds.then_some(self)
     }
 
     /// Signed distance of a point, and what it is the distance from.

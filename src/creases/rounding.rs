@@ -161,18 +161,19 @@ impl Data {
         if (covered as f64) < COVERED * self.collar.len() as f64 {
             return None;
         }
-        let mut chosen: Vec<Plane> = planes.first().copied().into_iter().collect();
+        let mut chosen = vec![0];
         let mut best: Option<Rounded> = None;
         loop {
-            let is_chosen = |p: &&Plane| chosen.iter().any(|c| c.offset == p.offset);
-            let with = planes.iter().filter(|p| !is_chosen(p)).filter_map(|p| {
-                let planes = [&chosen[..], &[*p]].concat();
+            let others = (0..planes.len()).filter(|i| !chosen.contains(i));
+            let with = others.filter_map(|i| {
+                let all = [&chosen[..], &[i]].concat();
+                let planes: Vec<Plane> = all.iter().map(|&i| planes[i]).collect();
                 let sign = bend(&planes)?;
-                Some(self.refined(self.fit(planes, sign), FIRST_STEPS))
+                Some((self.refined(self.fit(planes, sign), FIRST_STEPS), all))
             });
-            match with.min_by(|a, b| cost(a).total_cmp(&cost(b))) {
-                Some(next) if best.as_ref().is_none_or(|b| cost(&next) < cost(b)) => {
-                    chosen.clone_from(&next.planes);
+            match with.min_by(|a, b| cost(&a.0).total_cmp(&cost(&b.0))) {
+                Some((next, all)) if best.as_ref().is_none_or(|b| cost(&next) < cost(b)) => {
+                    chosen = all;
                     best = Some(next);
                 }
                 _ => return best,

@@ -122,12 +122,66 @@ fn a_hole_beside_an_edge_is_filled_in_its_own_side() {
     let patch = continue_creases(&mesh, &rim).unwrap();
     assert!(patch.creases.is_empty());
     assert!(patch.positions.iter().all(|p| (p.z - 12.0).abs() < 1e-12));
-    // Far from edges there is nothing to be continued.
+    // Far from edges it is the flat side that is continued.
     let (mesh, rim) = with_hole(&cube(), DVec3::new(6.0, 6.0, 12.0), 2.2);
-    assert_eq!(
-        continue_creases(&mesh, &rim).unwrap_err(),
-        Declined::OneSide
-    );
+    let patch = continue_creases(&mesh, &rim).unwrap();
+    assert!(patch.is_flat && patch.creases.is_empty());
+    assert!(patch.positions.iter().all(|p| (p.z - 12.0).abs() < 1e-12));
+}
+
+/// Size of a block whose edges are rounded.
+const BLOCK: DVec3 = DVec3::new(24.0, 12.0, 12.0);
+
+/// The block whose edges and corners are rounded, moved by noise.
+fn rounded_block(radius: f64, noise_part: f64) -> Mesh {
+    let mut mesh = cells(IVec3::new(48, 24, 24), |_| true);
+    for (i, p) in mesh.positions.iter_mut().enumerate() {
+        let at = 0.5 * *p;
+        let inner = at.clamp(DVec3::splat(radius), BLOCK - radius);
+        let noise = DVec3::new(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2)) - 0.5;
+        *p = inner + radius * (at - inner).normalize() + noise_part * noise;
+    }
+    mesh
+}
+
+/// Distance of a point from the surface of the rounded block.
+fn off_rounded_block(p: DVec3, radius: f64) -> f64 {
+    let inner = p.clamp(DVec3::splat(radius), BLOCK - radius);
+    (p.distance(inner) - radius).abs()
+}
+
+#[test]
+fn rounded_edges_and_corners_are_found_with_their_radius() {
+    for (centre, noise) in [
+        (DVec3::new(12.0, 0.0, 12.0), 0.0),
+        (DVec3::new(0.6, 0.6, 11.4), 0.0),
+        (DVec3::new(12.0, 0.0, 12.0), 0.02),
+        (DVec3::new(0.6, 0.6, 11.4), 0.02),
+    ] {
+        let (mesh, rim) = with_hole(&rounded_block(2.5, noise), centre, 2.4);
+        let model = Rounded::find(&mesh, &VertexFaces::new(&mesh), &rim).unwrap();
+        assert!(
+            (model.radius - 2.5).abs() < 1e-6 + noise,
+            "{}",
+            model.radius
+        );
+        let far = centre + 0.2 * (centre - 0.5 * BLOCK);
+        let on = [far, centre, centre + DVec3::X].map(|p| model.onto(p));
+        for p in on {
+            let off = off_rounded_block(p, 2.5);
+            assert!(off < 1e-5 + noise, "{centre} {noise} {off}");
+        }
+    }
+}
+
+#[test]
+fn sharp_and_smooth_shapes_have_no_rounded_edges() {
+    let smooth = rim_of_ball(&icosphere(4), DVec3::X, 0.5);
+    let sharp = with_hole(&cube(), DVec3::new(6.0, 0.0, 12.0), 3.2);
+    let flat = with_hole(&cube(), DVec3::new(6.0, 6.0, 12.0), 2.2);
+    for (mesh, rim) in [smooth, sharp, flat] {
+        assert!(Rounded::find(&mesh, &VertexFaces::new(&mesh), &rim).is_none());
+    }
 }
 
 #[test]
@@ -197,6 +251,29 @@ fn the_end_edge_of_a_cylinder_is_a_circle() {
 fn noise(i: usize) -> f64 {
     let x = (i as f64 * 12.9898).sin() * 43_758.545;
     x - x.floor()
+}
+
+/// An outline that touches itself is cut into loops.
+#[test]
+fn loops_of_an_outline_are_simple() {
+    let loops = super::network::simple_loops(&[0, 1, 2, 3, 4, 2, 5, 1]);
+    assert_eq!(loops, [vec![2, 3, 4], vec![1, 2, 5]]);
+    assert_eq!(super::network::simple_loops(&[4, 5, 6]), [vec![4, 5, 6]]);
+}
+
+/// A hole whose rim runs along the edge of the cube and then into both sides of it.
+#[test]
+fn a_crease_may_touch_the_rim() {
+    let is_out = |c: DVec3| {
+        let top = c.z > 11.9 && c.y < 3.0 && (3.0..9.0).contains(&c.x);
+        let front = c.y < 0.1 && c.z > 9.0 && (c.x > 3.0 && c.x < 5.0 || c.x > 7.0 && c.x < 9.0);
+        top || front
+    };
+    let (mesh, rim) = rim_of(punch(&cube(), is_out));
+    let patch = continue_creases(&mesh, &rim).unwrap();
+    let whole = joined(&mesh, &patch);
+    assert!((volume(&whole) - volume(&cube())).abs() < 1e-6);
+    assert!((area(&whole) - area(&cube())).abs() < 1e-6);
 }
 
 #[test]

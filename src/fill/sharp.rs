@@ -62,7 +62,8 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made 
         Ok(region) => Made::Region(region),
         Err(why) => {
             log::debug!("hole {}: no sharp edges: {why}", hole.id.get());
-            let is_lost = so_far.crease_ends > 0 || !problem.joined.is_empty();
+            // A single end is often no edge, but the deepest place of a smooth valley.
+            let is_lost = so_far.crease_ends > 1 || !problem.joined.is_empty();
             so_far.not_continued = is_lost.then_some(why);
             Made::Nothing
         }
