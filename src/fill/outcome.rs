@@ -152,7 +152,7 @@ pub enum ClosedBy {
     LevelSet,
     /// Triangulations of the rims, refined and faired.
     Faired,
-    /// The smooth sides round it, continued until they meet in sharp edges.
+    /// The smooth sides round it, continued until they meet in sharp or rounded edges.
     Sides,
     /// A nearly flat cap, the surface of least area, because the caller asked for it.
     Flat,

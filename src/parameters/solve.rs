@@ -86,8 +86,8 @@ pub const SHARP: Parameter = Parameter {
     ]),
     default: Usual::Value("auto"),
     sentence: "Whether sharp edges of man-made shapes that end at a hole are continued across it.",
-    details: "The smooth sides round the hole are continued as planes and quadrics, and meet in edges and corners. Patches that are not \
-              finished have none.",
+    details: "The smooth sides round the hole are continued as planes and quadrics, and meet in edges and corners, which between flat \
+              sides may be rounded. Patches that are not finished have none.",
     ..Parameter::PLAIN
 };
 
