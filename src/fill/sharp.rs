@@ -26,7 +26,8 @@ pub(super) const RINGS: [u32; 2] = [2, 1];
 /// The sides must predict them with less than this part of a smooth patch's error. On 73 holes of solids this refused 2 right patches, and
 /// took 1 that was worse than the smooth one.
 pub(super) const CLEARLY_BETTER: f64 = 0.6;
-/// With less than this part where no crease of the mesh is seen to end at the rim: on holes of scans wrong creases had 0.27 and more.
+/// With less than this part where no crease of the mesh is seen to end at the rim and the sides are rough: on holes of scans wrong creases
+/// had 0.27 and more.
 const FAR_BETTER: f64 = 0.25;
 /// Where nothing can be taken out, the sides are believed when their residuals are below this, in edges. On holes of scans those of wrong
 /// patches were at least 0.077, those of right ones at most 0.065 but for two.
@@ -115,7 +116,7 @@ impl RegionProblem<'_> {
     }
 
     /// The error with which the continued sides predict the faces round the hole, if that can be measured; refused where a smooth patch
-    /// predicts them about as well. Creases that are not seen to end at the rim must be far better.
+    /// predicts them about as well. Creases between rough sides that are not seen to end at the rim must be far better.
     fn predicted(
         &self,
         part: &Part,
@@ -134,7 +135,12 @@ impl RegionProblem<'_> {
             let around = VertexFaces::new(&part.mesh);
             Rounded::find(&part.mesh, &around, rim).is_some()
         };
-        let clearly_better = if is_seen { CLEARLY_BETTER } else { FAR_BETTER };
+        let is_likely = is_seen || continued.residual < SURE;
+        let clearly_better = if is_likely {
+            CLEARLY_BETTER
+        } else {
+            FAR_BETTER
+        };
         match prediction {
             // Of two that predict as well a flat side is the simpler one.
             Some(p) if continued.is_flat && p.sides <= p.smooth => Ok(Some(p.sides)),
