@@ -32,6 +32,8 @@ const FAR_BETTER: f64 = 0.25;
 /// Where nothing can be taken out, the sides are believed when their residuals are below this, in edges. On holes of scans those of wrong
 /// patches were at least 0.077, those of right ones at most 0.065 but for two.
 pub(super) const SURE: f64 = 0.06;
+/// Where moreover no crease is seen to end at the rim, they must be below this.
+const EXACT: f64 = 0.02;
 /// A hole of the widened mesh is the one looked for when this part of its rim's vertices are those of the faces that were taken out.
 const SAME_RIM: f64 = 0.9;
 
@@ -102,7 +104,7 @@ impl RegionProblem<'_> {
         let (continued, error) = match joined.is_empty() {
             true => {
                 let continued = sides.continued(count).map_err(declined)?;
-                let is_seen = continued.creases.is_empty() || !sides.ends().is_empty();
+                let is_seen = sides.ends().len() > 1;
                 let error = self.predicted(&part, rim, &continued, is_seen)?;
                 (continued, error)
             }
@@ -135,7 +137,7 @@ impl RegionProblem<'_> {
             let around = VertexFaces::new(&part.mesh);
             Rounded::find(&part.mesh, &around, rim).is_some()
         };
-        let is_likely = is_seen || continued.residual < SURE;
+        let is_likely = is_seen || continued.creases.is_empty() || continued.residual < SURE;
         let clearly_better = if is_likely {
             CLEARLY_BETTER
         } else {
@@ -146,7 +148,9 @@ impl RegionProblem<'_> {
             Some(p) if continued.is_flat && p.sides <= p.smooth => Ok(Some(p.sides)),
             Some(p) if p.sides < clearly_better * p.smooth => Ok(Some(p.sides)),
             Some(_) => Err(NotContinued::Predicted),
-            None if continued.residual >= SURE || !is_seen => Err(NotContinued::Rough),
+            None if continued.residual >= if is_seen { SURE } else { EXACT } => {
+                Err(NotContinued::Rough)
+            }
             None if is_rounded() => Err(NotContinued::Rounded),
             None => Ok(None),
         }
