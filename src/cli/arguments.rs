@@ -47,12 +47,12 @@ pub fn format(text: &str) -> Result<Format, String> {
 
 /// Hole numbers with commas between them.
 pub fn ids(text: &str) -> Result<Vec<usize>, String> {
-    separated(text, ',', "hole")
+    separated(text, ',', HOLES)
 }
 
 /// Two or more hole numbers with plus signs between them.
 pub fn bridge(text: &str) -> Result<Vec<usize>, String> {
-    let ids = separated(text, '+', "hole")?;
+    let ids = separated(text, '+', HOLES)?;
     let mut distinct = ids.clone();
     distinct.sort_unstable();
     distinct.dedup();
@@ -64,21 +64,25 @@ pub fn bridge(text: &str) -> Result<Vec<usize>, String> {
 
 /// The numbers of two crease ends with a plus sign between them.
 pub fn crease(text: &str) -> Result<Vec<usize>, String> {
-    let ends = separated(text, '+', "crease end")?;
+    let ends = separated(text, '+', CREASE_ENDS)?;
     match ends[..] {
         [a, b] if a != b => Ok(ends),
         _ => Err("two different crease ends are needed, such as 1+2".to_owned()),
     }
 }
 
-fn separated(text: &str, separator: char, what: &str) -> Result<Vec<usize>, String> {
+/// What numbers stand for, and the command that lists them.
+type Numbered = [&'static str; 2];
+const HOLES: Numbered = ["hole", "isomend inspect"];
+const CREASE_ENDS: Numbered = ["crease end", "isomend inspect -v"];
+
+fn separated(text: &str, separator: char, [what, list]: Numbered) -> Result<Vec<usize>, String> {
     text.split(separator)
         .map(|part| {
             count(part.trim()).map_err(|_| {
                 format!(
                     "'{part}' is not the number of a {what}; numbers count from 1, with '{separator}' between them \
-                     (`isomend inspect{}` lists them)",
-                    if what == "hole" { "" } else { " -v" }
+                     (`{list}` lists them)"
                 )
             })
         })

@@ -7,8 +7,9 @@ use glam::DVec3;
 use super::rings::rings_of;
 use crate::mesh::{Mesh, Part, VertexFaces, area_vector};
 
-/// For creases the collar is as many rings of faces wide as half the hole's diameter has edges, but at least and at most so many.
+/// Bounds of the width of the collar in which creases are looked for, in rings of faces,
 const RINGS: [f64; 2] = [6.0, 14.0];
+/// and the width between them, in diameters of the hole.
 const WIDTH: f64 = 0.5;
 /// Passes of the bilateral filter of normals,
 const SMOOTHINGS: usize = 10;
@@ -17,7 +18,7 @@ const SMOOTHING_WIDTH: f64 = 0.12;
 /// The number of no face.
 const NONE: u32 = u32::MAX;
 
-/// Rings that are looked at for creases of a hole so many edges across.
+/// Width in rings of the collar in which creases are looked for. `across` is the hole's diameter in edges.
 pub(super) fn rings(across: f64) -> u32 {
     (WIDTH * across).clamp(RINGS[0], RINGS[1]) as u32
 }
@@ -57,8 +58,8 @@ pub(super) struct Collar {
 }
 
 impl Collar {
-    /// The collar of a rim of a mesh, as many rings wide as `rings` says for a hole so many edges across; none where an edge of the rim has no
-    /// face, or no other.
+    /// The collar of a rim of a mesh; none where an edge of the rim has no face beyond it, or a length is zero. `rings` gives its width in rings
+    /// from the hole's diameter in edges.
     pub(super) fn new(
         mesh: &Mesh,
         around: &VertexFaces,
@@ -146,7 +147,7 @@ impl Collar {
         beside.filter(|g| *g != NONE).map(|g| g as usize)
     }
 
-    /// Corners of a face.
+    /// Positions of a face's corners.
     pub(super) fn corners(&self, face: usize) -> [DVec3; 3] {
         self.faces[face].map(|v| self.positions[v as usize])
     }
@@ -156,7 +157,7 @@ impl Collar {
         self.corners(face).iter().sum::<DVec3>() / 3.0
     }
 
-    /// At most so many vertices of the innermost rings, evenly chosen.
+    /// Positions of at most `most` vertices of the innermost `rings`, evenly chosen.
     pub(super) fn samples(&self, most: usize, rings: u32) -> Vec<DVec3> {
         let near = self
             .faces
@@ -200,7 +201,7 @@ impl Collar {
         self.around.of(vertex)
     }
 
-    /// Corners of a face.
+    /// Numbers of a face's corners within the collar.
     pub(super) fn corners_of(&self, face: u32) -> [u32; 3] {
         self.faces[face as usize]
     }

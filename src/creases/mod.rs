@@ -36,7 +36,7 @@ pub(crate) enum Declined {
     /// The rim lies off the sheets of its edges.
     #[error("the rim does not lie on smooth sides")]
     RimOff,
-    /// All of the rim is on one side, and runs along no crease.
+    /// All of the rim is on one side that is not flat, and runs along no crease.
     #[error("one side")]
     OneSide,
     /// Two sides meet at too small an angle for a crease.
@@ -45,7 +45,7 @@ pub(crate) enum Declined {
     /// Two sides face each other.
     #[error("sides fold back")]
     Folds,
-    /// More than three sides meet.
+    /// More than three sides meet, and no three of them in a row in a corner.
     #[error("{0} sides meet")]
     Arcs(usize),
     /// Three sheets meet nowhere near.

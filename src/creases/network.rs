@@ -16,7 +16,7 @@ const FARTHEST_END: f64 = 1.5;
 const MOST_DETOUR: f64 = 1.8;
 /// Points of a crease are nearer to both sheets than this, in edges; a corner than a tenth of it.
 const ON_BOTH: f64 = 1e-2;
-/// A corner lies within so many diameters of the middle of the rim,
+/// Upper bound of the distance of a corner from the middle of the rim, in diameters of the hole,
 const FARTHEST_CORNER: f64 = 0.9;
 /// A corner nearer to an end on the rim than this, in edges, is that vertex of the rim.
 const SAME_POINT: f64 = 0.3;
@@ -52,7 +52,7 @@ pub(super) struct Network<'a> {
     pub(super) lines: Vec<CreaseLine>,
 }
 
-/// A stretch of the rim, or of what of it and of creases is not yet given to a part, with one side.
+/// A run of points with one side: of the rim, or of the outline of what no part covers yet, which has creases too.
 struct Arc {
     side: usize,
     points: Vec<usize>,

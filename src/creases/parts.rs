@@ -6,13 +6,13 @@ use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, mitigate_un
 use super::Declined;
 use super::collar::Collar;
 use super::sheet::{Sheet, onto};
-use crate::linalg::{solve_spd, symmetric_eigen};
+use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 
 /// A part is unrolled when one of its normals has a smaller cosine than this to their mean.
 const TURNS: f64 = 0.5;
-/// Normals of what is unrolled have at most this component along the axis.
+/// Upper bound of the components along the axis of the unit normals of an unrolled part.
 const ALONG_AXIS: f64 = 0.5;
-/// Its radius is at most so many diameters of the hole.
+/// Upper bound of its radius, in diameters of the hole.
 const MOST_RADIUS: f64 = 5.0;
 /// Inner points are farther from the outline than this, in edges.
 const FROM_OUTLINE: f64 = 0.45;
@@ -111,11 +111,7 @@ fn unroll(
     outline: &[DVec3],
     normals: &[DVec3],
 ) -> Result<(Chart, Vec<DVec2>), Declined> {
-    let mut moments = [[0.0; 3]; 3];
-    for n in normals.iter().map(DVec3::to_array) {
-        (0..9).for_each(|k| moments[k / 3][k % 3] += n[k / 3] * n[k % 3]);
-    }
-    let axis = symmetric_eigen(&moments).1[0];
+    let axis = symmetric_eigen(&second_moments(normals.iter().copied())).1[0];
     let x = axis.cross(normals[0]).normalize_or_zero();
     let across = [x, axis.cross(x)];
     let flat_of = |p: DVec3| DVec2::new(p.dot(across[0]), p.dot(across[1]));

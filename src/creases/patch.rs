@@ -130,7 +130,8 @@ impl RimSides {
     }
 }
 
-/// The ways in which so many ends are shifted along the rim, by up to two vertices; fewer the more ends there are. The least shifts first.
+/// The combinations of shifts of `ends` crease ends along the rim, each by up to two vertices; fewer where there are more ends. The least
+/// shifts come first.
 fn shifts(ends: usize) -> Vec<Vec<i32>> {
     let most = match ends {
         0..=3 => 2,

@@ -13,8 +13,8 @@ use crate::mesh::{Mesh, VertexFaces};
 
 /// The thresholds for a kind of mesh.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Limits {
-    pub(super) labels: LabelCosts,
+struct Limits {
+    labels: LabelCosts,
     /// Whether a face may lie between two sides.
     is_bevelled: bool,
     /// Largest and median distance of rim vertices from the nearer sheet of their edges, in edges.
@@ -55,7 +55,7 @@ const FADING: [f64; 2] = [25.0, 6.0];
 const FOLD: f64 = 150.0;
 /// Where a crease ends the residuals of both sides are smaller than this, in edges,
 const MOST_NOISE_OF_END: f64 = 0.1;
-/// and the chain of vertices at which they meet leads at least so many edges away from the rim.
+/// and the chain of vertices at which they meet is longer than this, in edges.
 const LEAST_CHAIN: f64 = 2.5;
 /// A rim runs along a crease where this part of its length does.
 const ALONG: f64 = 0.1;
@@ -73,7 +73,7 @@ pub(crate) struct CreaseEnd {
 pub(crate) struct RimSides {
     pub(super) collar: Collar,
     pub(super) sides: Sides,
-    pub(super) limits: Limits,
+    limits: Limits,
     /// For each edge of the rim the side that continues it.
     pub(super) labels: Vec<usize>,
     /// Directed edges of the mesh between vertices of the rim.
@@ -199,7 +199,7 @@ impl RimSides {
         a.dot(b).clamp(-1.0, 1.0).acos().to_degrees()
     }
 
-    /// Whether a rim with one side runs along a crease.
+    /// Whether a rim with one side runs along a crease, or the side is flat.
     fn check_along(&self, side: usize) -> Result<(), Declined> {
         let (collar, count) = (&self.collar, self.collar.rim.len());
         let sheet = &self.sides.list[side].sheet;

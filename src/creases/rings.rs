@@ -25,7 +25,7 @@ pub(crate) fn without_rings(mesh: &Mesh, rim: &[u32], rings: u32) -> Option<Wide
     (!kept.is_empty()).then_some(Widened { kept, removed })
 }
 
-/// Faces up to so many rings from a rim, rising, and the ring of each.
+/// The faces of the innermost `rings` round a rim, rising, and the ring of each.
 pub(super) fn rings_of(
     mesh: &Mesh,
     around: &VertexFaces,

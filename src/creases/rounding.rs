@@ -5,12 +5,12 @@ use glam::DVec3;
 use super::collar::{self, Collar, median};
 use super::rounded::{Face, MOST_PLANES, OUTLIER, Place, Plane, Rounded};
 use super::sheet::Sheet;
-use crate::linalg::{solve_spd, symmetric_eigen};
+use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 use crate::mesh::{Mesh, VertexFaces};
 
 /// A plane starts from a face where smoothed normals within two rings differ by less than this, in 1 − cos,
 const CALM: f64 = 0.02;
-/// and a face joins it when its corners are nearer to it than this, in edges, and its smoothed normal is within so many degrees of the plane's.
+/// and a face joins it when its corners are nearer to it than this, in edges, and its smoothed normal is within this angle of the plane's, in degrees.
 const NEAR: f64 = 0.1;
 const TURNED: f64 = 6.0;
 /// Rounds in which it grows and is fitted again.
@@ -23,11 +23,11 @@ const EXACT_PLANE: f64 = 0.01;
 const NARROWEST: f64 = 0.8;
 /// Planes whose normals have a larger cosine than this are one.
 const SAME: f64 = 0.99;
-/// Planes are looked for in as many rings of faces as the hole's diameter has edges, but at least and at most so many.
+/// Planes are looked for in as many rings of faces as the hole's diameter has edges, between these bounds.
 const RINGS: [f64; 2] = [10.0, 24.0];
 /// Points of the collar by which a model is judged; more are not needed to determine one radius.
 const SAMPLES: usize = 300;
-/// The radius is looked for from the first of these, in edges, to the second, in diameters of the hole, at so many steps.
+/// The radii tried first: the smallest in edges, the largest in diameters of the hole, and their number.
 const RADII: (f64, f64, usize) = (0.5, 1.5, 12);
 /// Steps of the golden-section search between two of them.
 const GOLDEN: usize = 16;
@@ -37,18 +37,20 @@ const PART: f64 = 0.381_966;
 /// Planes of a model cover at least this part of the faces; on 135 holes of solids models that held had 0.35, on 361 of scans nearly all had
 /// less than 0.2.
 const COVERED: f64 = 0.18;
-/// After so many tries they cover at least this part, or no more are looked for.
+/// The search for planes ends after this number of seeds, unless the planes cover the second part of the faces.
 const PATIENCE: usize = 12;
 const EARLY: f64 = 0.08;
-/// Points of a plane count that are nearer than so many medians of their distances.
+/// Points of a plane count that are nearer than this multiple of their median distance.
 const TRIM: f64 = 4.0;
-/// Cauchy's weight falls to a half at so many medians of the points' distances, at least at the second of these, in edges.
+/// Cauchy's weight is a half at this multiple of the points' median distance, but at no less than the second of these, in edges.
 const SPREAD: f64 = 2.0;
 const EXACT: f64 = 0.002;
 /// What is added to the diagonal, in parts of it.
 const DAMPING: f64 = 1e-3;
-/// A plane turns by at most so much in a step.
+/// Upper bound of the turn of a plane in a step, in radians.
 const MOST_TILT: f64 = 0.2;
+/// Unknowns of the largest model: three of each plane, and the radius.
+const MOST_UNKNOWNS: usize = 3 * MOST_PLANES + 1;
 /// Steps of the refinement while planes are chosen, and at the end.
 const FIRST_STEPS: usize = 5;
 const STEPS: usize = 20;
@@ -63,17 +65,25 @@ struct Data {
 }
 
 impl Data {
-    /// Sum of squared distances of the points from a model, each at most so large.
-    fn sum(&self, model: &Rounded, outlier: f64) -> f64 {
+    /// Sum of squared distances of the near points from a model; outliers count as no farther than [`OUTLIER`].
+    fn sum(&self, model: &Rounded) -> f64 {
+        let outlier = OUTLIER * self.collar.edge;
         let square = |p: &DVec3| model.at(*p).distance.abs().min(outlier).powi(2);
         self.near.iter().map(square).sum()
     }
 
+    /// A model with its residual.
+    fn measured(&self, mut model: Rounded) -> Rounded {
+        let mean = self.sum(&model) / self.near.len().max(1) as f64;
+        model.residual = mean.sqrt() / self.collar.edge;
+        model
+    }
+
     /// The model with the radius between two at which the sum is least, by golden sections.
-    fn between(&self, mut model: Rounded, [mut low, mut high]: [f64; 2], outlier: f64) -> Rounded {
+    fn between(&self, mut model: Rounded, [mut low, mut high]: [f64; 2]) -> Rounded {
         let mut at = |radius: f64| {
             model.radius = radius;
-            self.sum(&model, outlier)
+            self.sum(&model)
         };
         for _ in 0..GOLDEN {
             let (a, b) = (low + PART * (high - low), high - PART * (high - low));
@@ -83,9 +93,8 @@ impl Data {
                 low = a;
             }
         }
-        let sum = at(0.5 * (low + high));
-        model.residual = (sum / self.near.len().max(1) as f64).sqrt() / self.collar.edge;
-        model
+        model.radius = 0.5 * (low + high);
+        self.measured(model)
     }
 
     /// The model of some planes with the best of all radii.
@@ -99,12 +108,11 @@ impl Data {
             radius: 0.0,
             residual: 0.0,
         };
-        let outlier = OUTLIER * collar.edge;
         let (least, most) = (RADII.0 * collar.edge, RADII.1 * collar.diameter);
         let step = |i: usize| least * (most / least).powf(i as f64 / (RADII.2 - 1) as f64);
         let mut at = |i: usize| {
             model.radius = step(i);
-            self.sum(&model, outlier)
+            self.sum(&model)
         };
         let sums: Vec<f64> = (0..RADII.2).map(&mut at).collect();
         let best = (0..RADII.2).min_by(|a, b| sums[*a].total_cmp(&sums[*b]));
@@ -113,10 +121,10 @@ impl Data {
             step(best.saturating_sub(1)),
             step((best + 1).min(RADII.2 - 1)),
         ];
-        self.between(model, range, outlier)
+        self.between(model, range)
     }
 
-    /// A model with planes and radius of least squares, by so many Gauss-Newton steps with Cauchy's weights.
+    /// A model with planes and radius of least squares, by Gauss-Newton steps with Cauchy's weights.
     fn refined(&self, mut model: Rounded, steps: usize) -> Rounded {
         let edge = self.collar.edge;
         for _ in 0..steps {
@@ -134,7 +142,12 @@ impl Data {
                 let place = model.at(*p);
                 let weight = 1.0 / (1.0 + (place.distance / width).powi(2));
                 let row = derivatives(&model, &place, &axes, self.collar.diameter);
-                add_row(&mut matrix, &mut step, &row, (weight, -place.distance));
+                add_row(
+                    &mut matrix,
+                    &mut step,
+                    &row[..unknowns],
+                    (weight, -place.distance),
+                );
             }
             (0..unknowns).for_each(|i| matrix[i * unknowns + i] *= 1.0 + DAMPING);
             (0..unknowns).for_each(|i| matrix[i * unknowns + i] += 1e-9);
@@ -143,10 +156,7 @@ impl Data {
             }
             model = moved(model, &step, &axes, self.collar.diameter);
         }
-        let outlier = OUTLIER * edge;
-        let sum = self.sum(&model, outlier);
-        model.residual = (sum / self.near.len().max(1) as f64).sqrt() / edge;
-        model
+        self.measured(model)
     }
 
     /// The best model: the plane that makes it better most is added, for as long as one does.
@@ -208,8 +218,13 @@ impl Plane {
 
 /// The derivatives of the distance of a point: by the tilts of each plane about its axes, whose unit turns it by 1 / `scale`, by its shift, and by
 /// the radius.
-fn derivatives(model: &Rounded, place: &Place<'_>, axes: &[[DVec3; 2]], scale: f64) -> Vec<f64> {
-    let mut row = vec![0.0; 3 * axes.len() + 1];
+fn derivatives(
+    model: &Rounded,
+    place: &Place<'_>,
+    axes: &[[DVec3; 2]],
+    scale: f64,
+) -> [f64; MOST_UNKNOWNS] {
+    let mut row = [0.0; MOST_UNKNOWNS];
     let mut sum = 0.0;
     for (&i, factor) in place.face.planes.iter().zip(place.factors.to_array()) {
         let [x, y] = axes[i];
@@ -270,7 +285,7 @@ fn planes(collar: &Collar) -> Vec<Plane> {
     let mut is_taken = vec![false; collar.len()];
     let mut is_seed = vec![true; collar.len()];
     let mut planes: Vec<Plane> = Vec::new();
-    let mut tries = 0;
+    let (mut tries, mut taken) = (0, 0);
     for &first in &order {
         if variation[first] > CALM {
             break;
@@ -279,7 +294,6 @@ fn planes(collar: &Collar) -> Vec<Plane> {
             continue;
         }
         // Where the calmest faces lie in no planes, there are none.
-        let taken = is_taken.iter().filter(|t| **t).count();
         if tries >= PATIENCE && (taken as f64) < EARLY * collar.len() as f64 {
             return Vec::new();
         }
@@ -291,6 +305,7 @@ fn planes(collar: &Collar) -> Vec<Plane> {
             continue;
         };
         faces.iter().for_each(|&f| is_taken[f] = true);
+        taken += faces.len();
         let is_same = |p: &Plane| {
             p.normal.dot(plane.normal) > SAME && p.distance(plane.middle).abs() < collar.edge
         };
@@ -354,12 +369,8 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
 fn width(points: &[DVec3]) -> f64 {
     let count = points.len().max(1) as f64;
     let middle = points.iter().sum::<DVec3>() / count;
-    let mut moments = [[0.0; 3]; 3];
-    for p in points {
-        let x = (*p - middle).to_array();
-        (0..9).for_each(|k| moments[k / 3][k % 3] += x[k / 3] * x[k % 3] / count);
-    }
-    symmetric_eigen(&moments).0[1].max(0.0).sqrt()
+    let moments = second_moments(points.iter().map(|p| *p - middle));
+    (symmetric_eigen(&moments).0[1].max(0.0) / count).sqrt()
 }
 
 /// Faces from neighbour to neighbour for which a condition holds; the first is among them in any case.

@@ -15,19 +15,19 @@ const SIMILAR: f64 = 0.93;
 const FEWEST: usize = 6;
 /// A face joins a region when its corners are nearer to the sheet than this, in edges,
 const NEAR: f64 = 0.15;
-/// and its normal is within so many degrees of the sheet's.
+/// and its normal is within this angle of the sheet's, in degrees.
 const TURNED: f64 = 20.0;
 /// Rounds in which a region grows by two rings and its sheet is fitted again.
 const ROUNDS: usize = 25;
-/// After the outermost ring, which may be a bevel, was taken off, those faces of it are taken back whose corners are within so many times 1.5
-/// medians of the distances of the rest.
+/// After the outermost ring, which may be a bevel, was taken off, those faces of it are taken back whose corners are nearer than this multiple
+/// of 1.5 medians of the distances of the rest.
 const TAKE_BACK: f64 = 3.5;
-/// At least so many faces, and this part of all, must remain for the outermost ring to be taken off.
+/// Lower bounds of the number and of the part of the faces that remain when the outermost ring is taken off.
 const FEWEST_OF_CORE: usize = 8;
 const CORE: f64 = 0.25;
 /// Two regions are one sheet where their joint residual is less than this times the larger of theirs.
 const JOINT: f64 = 1.6;
-/// So many points of a region tell whether it lies off the sheet of another.
+/// Number of a region's points by which it is decided whether it lies off the sheet of another.
 const SOME: usize = 48;
 /// The sheets of a mesh are exact when the median of their residuals is less than this, in edges.
 const EXACT: f64 = 0.02;

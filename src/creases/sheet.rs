@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::linalg::{solve_spd, symmetric_eigen};
+use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 
 /// Coefficients of a quadric: those of x², y², z², xy, yz, xz, x, y, z and 1.
 const TERMS: usize = 10;
@@ -55,15 +55,7 @@ impl Sheet {
     pub(super) fn plane(points: Vec<DVec3>, normals: Vec<DVec3>, scale: f64) -> Self {
         let count = points.len().max(1) as f64;
         let origin = points.iter().sum::<DVec3>() / count;
-        let mut moments = [[0.0; 3]; 3];
-        for p in &points {
-            let x = ((*p - origin) / scale).to_array();
-            for (i, row) in moments.iter_mut().enumerate() {
-                for (j, entry) in row.iter_mut().enumerate() {
-                    *entry += x[i] * x[j];
-                }
-            }
-        }
+        let moments = second_moments(points.iter().map(|p| (*p - origin) / scale));
         let (_, axes) = symmetric_eigen(&moments);
         let outside: DVec3 = normals.iter().sum();
         let normal = axes[0]

@@ -129,7 +129,7 @@ pub enum NotContinued {
     /// The smooth sides round the rim have no continuation that closes the hole: why.
     #[error("{0}")]
     Declined(String),
-    /// So many faces of the continued sides intersect others.
+    /// Number of faces of the continued sides that intersect others.
     #[error("{0} faces of the continued sides intersected others")]
     Intersects(usize),
     /// A smooth patch predicts the rings of faces round the hole about as well as the continued sides.

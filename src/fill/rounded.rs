@@ -1,13 +1,10 @@
 //! Candidate: flat sides round a rim with rounded edges between them, the rounding continued across the hole; made only where that predicts
 //! the faces round the hole much better than a smooth patch does.
 
-use super::candidate::FinishedPatch;
 use super::faired;
-use super::outcome::{ClosedBy, HoleOutcome};
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
-use super::report::RegionReport;
-use super::sharp::{CLEARLY_BETTER, RINGS, SURE, WidenedHole};
+use super::sharp::{CLEARLY_BETTER, RINGS, SURE};
 use super::so_far::Made;
 use crate::creases::Rounded;
 use crate::finish::biharmonic;
@@ -57,21 +54,8 @@ impl RegionProblem<'_> {
             }
             local.set_patch(&patch.positions, &patch.faces);
         }
-        patch.report.intersecting_faces = local.crossing(&patch.positions);
-        (patch.report.intersecting_faces == 0).then_some(())?;
-        patch.report.components = 1;
-        let count = self.mesh.positions.len();
-        let mut patch = local.to_whole(patch);
-        let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, count));
-        patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
-        let report = RegionReport {
-            diameter: self.diameter(),
-            closed_by: Some(ClosedBy::Sides),
-            ..RegionReport::default()
-        };
-        let mut finished = FinishedPatch::unfinished(patch);
-        finished.sigma.fill(error.map(|[own, _]| own));
-        Some(self.all_finished(finished, report, HoleOutcome::Filled))
+        let error = error.map(|[own, _]| own);
+        self.closed_by_sides(&local, patch, Vec::new(), error).ok()
     }
 
     /// The errors with which rounded edges and a smooth patch predict the rings of faces round the hole; none where no ring can be taken out.
@@ -80,17 +64,8 @@ impl RegionProblem<'_> {
             let widened = self.widened(part, rim, rings)?;
             let around = VertexFaces::new(&widened.mesh);
             let model = Rounded::find(&widened.mesh, &around, &widened.hole.rim)?;
-            Some([distance(&model, &widened)?, self.smooth_error(&widened)?])
+            let own = widened.root_mean_square(|p| model.onto(p).distance(p))?;
+            Some([own, self.smooth_error(&widened)?])
         })
     }
-}
-
-/// Root mean square distance of the vertices that were taken out from rounded edges; none where there are none.
-fn distance(model: &Rounded, widened: &WidenedHole) -> Option<f64> {
-    let squares = widened
-        .points
-        .iter()
-        .map(|p| model.onto(*p).distance_squared(*p));
-    let mean = squares.sum::<f64>() / widened.points.len() as f64;
-    (!widened.points.is_empty()).then(|| mean.sqrt())
 }

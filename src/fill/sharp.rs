@@ -15,7 +15,7 @@ use super::so_far::{Made, SoFar};
 use crate::creases::{Continued, Declined, RimSides, Rounded, continue_creases, without_rings};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, find_holes};
 use crate::sdf::Sampler;
-use crate::spatial::closest_on_triangle;
+use crate::spatial::Bvh;
 use crate::stitch::Patch;
 use crate::tuning::tuning;
 
@@ -37,7 +37,7 @@ const EXACT: f64 = 0.02;
 /// A hole of the widened mesh is the one looked for when this part of its rim's vertices are those of the faces that were taken out.
 const SAME_RIM: f64 = 0.9;
 
-/// What taking rings out tells of a patch with creases.
+/// How well a patch with creases, and a smooth one, predict the rings that were taken out.
 struct Prediction {
     /// Root mean square distance of the vertices that were taken out, in the mesh's units: from the continued sides,
     sides: f64,
@@ -59,10 +59,11 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made 
     let part = problem.wide_part(&Patch::default());
     let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
     let sides = RimSides::new(&part.mesh, &VertexFaces::new(&part.mesh), &rim);
-    so_far.crease_ends = sides.as_ref().map_or(0, |sides| sides.ends().len());
+    let ends = sides.as_ref().map_or(0, |sides| sides.ends().len());
+    so_far.crease_ends = ends;
     let made = sides
         .map_err(declined)
-        .and_then(|sides| problem.sides(part, &rim, &sides));
+        .and_then(|sides| problem.sides(part, &rim, &sides, ends));
     match made {
         Ok(region) => Made::Region(region),
         Err(why) => {
@@ -91,12 +92,13 @@ impl RegionProblem<'_> {
         is_one && self.params.sharp == Sharp::Auto && self.is_finished()
     }
 
-    /// The region closed by its continued sides.
+    /// The region closed by its continued sides; `ends` creases are seen to end at its rim.
     fn sides(
         &self,
         part: Part,
         rim: &[u32],
         sides: &RimSides,
+        ends: usize,
     ) -> Result<RegionPatch, NotContinued> {
         let count = part.mesh.positions.len();
         let joined = self.joined.iter().map(|pair| pair.map(|v| part.local(v)));
@@ -104,8 +106,7 @@ impl RegionProblem<'_> {
         let (continued, error) = match joined.is_empty() {
             true => {
                 let continued = sides.continued(count).map_err(declined)?;
-                let is_seen = sides.ends().len() > 1;
-                let error = self.predicted(&part, rim, &continued, is_seen)?;
+                let error = self.predicted(&part, rim, &continued, ends > 1)?;
                 (continued, error)
             }
             // The caller knows that these creases are there.
@@ -114,7 +115,19 @@ impl RegionProblem<'_> {
                 None,
             ),
         };
-        self.closed_by_sides(part, continued, error)
+        let shape = (&continued.positions[..], &continued.faces[..]);
+        let local = Local::of_part(part, self.mesh.positions.len(), shape, self.cancel);
+        let creases = continued.creases.iter().map(|c| CreaseReport {
+            length: c.length,
+            angle: c.angle,
+        });
+        let creases = creases.collect();
+        let patch = Patch {
+            positions: continued.positions,
+            faces: continued.faces,
+            ..Patch::default()
+        };
+        self.closed_by_sides(&local, patch, creases, error)
     }
 
     /// The error with which the continued sides predict the faces round the hole, if that can be measured; refused where a smooth patch
@@ -156,40 +169,27 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// A region closed by continued sides; refused where they intersect anything.
-    fn closed_by_sides(
+    /// A region closed by a patch on its continued sides, in the part's numbers, with the expected error of all its vertices; refused where it
+    /// intersects anything.
+    pub(super) fn closed_by_sides(
         &self,
-        part: Part,
-        continued: Continued,
+        local: &Local,
+        mut patch: Patch,
+        creases: Vec<CreaseReport>,
         error: Option<f64>,
     ) -> Result<RegionPatch, NotContinued> {
-        let count = self.mesh.positions.len();
-        let shape = (&continued.positions[..], &continued.faces[..]);
-        let local = Local::of_part(part, count, shape, self.cancel);
-        let mut patch = Patch {
-            positions: continued.positions.clone(),
-            faces: continued.faces,
-            ..Patch::default()
-        };
         match local.crossing(&patch.positions) {
-            0 => {}
+            0 => patch.report.intersecting_faces = 0,
             faces => return Err(NotContinued::Intersects(faces)),
         }
         patch.report.components = 1;
         let mut patch = local.to_whole(patch);
-        let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, count));
+        let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
         patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
         let report = RegionReport {
             diameter: self.diameter(),
             closed_by: Some(ClosedBy::Sides),
-            creases: continued
-                .creases
-                .iter()
-                .map(|c| CreaseReport {
-                    length: c.length,
-                    angle: c.angle,
-                })
-                .collect(),
+            creases,
             ..RegionReport::default()
         };
         let mut finished = FinishedPatch::unfinished(patch);
@@ -212,8 +212,9 @@ impl RegionProblem<'_> {
         let widened = without_rings(&part.mesh, rim, rings)?;
         let rest = Part::new(&part.mesh, &widened.kept, std::iter::empty());
         let mut mesh = rest.mesh.clone();
-        let topology = Topology::new(&mut mesh);
-        let hole = self.widened_hole(&mesh, &rest, &widened.removed)?;
+        let mut topology = Topology::new(&mut mesh);
+        let (holes, _) = find_holes(&mesh, &mut topology);
+        let hole = widened_hole(holes, &rest, &widened.removed)?;
         let is_inner = |v: &&u32| !hole.rim.iter().any(|&r| rest.vertices()[r as usize] == **v);
         let inner = widened.removed.iter().filter(is_inner);
         Some(WidenedHole {
@@ -244,26 +245,23 @@ impl RegionProblem<'_> {
         let smooth = problem.faired()?.patch;
         widened.distance(&smooth.positions, &smooth.faces)
     }
+}
 
-    /// The hole of a widened mesh whose rim has nearly only vertices of the faces that were taken out; none where there are several.
-    fn widened_hole(&self, mesh: &Mesh, rest: &Part, removed: &[u32]) -> Option<Hole> {
-        let mut mesh = mesh.clone();
-        let mut topology = Topology::new(&mut mesh);
-        let (holes, _) = find_holes(&mesh, &mut topology);
-        let is_removed = |v: &&u32| {
-            removed
-                .binary_search(&rest.vertices()[**v as usize])
-                .is_ok()
-        };
-        let is_it = |h: &Hole| {
-            let own = h.rim.iter().filter(is_removed).count();
-            own as f64 > SAME_RIM * h.rim.len() as f64
-        };
-        let mut own = holes.into_iter().filter(is_it);
-        match (own.next(), own.next()) {
-            (Some(hole), None) => Some(hole),
-            _ => None,
-        }
+/// The hole of a widened mesh whose rim has nearly only vertices of the faces that were taken out; none where there are several.
+fn widened_hole(holes: Vec<Hole>, rest: &Part, removed: &[u32]) -> Option<Hole> {
+    let is_removed = |v: &&u32| {
+        removed
+            .binary_search(&rest.vertices()[**v as usize])
+            .is_ok()
+    };
+    let is_it = |h: &Hole| {
+        let own = h.rim.iter().filter(is_removed).count();
+        own as f64 > SAME_RIM * h.rim.len() as f64
+    };
+    let mut own = holes.into_iter().filter(is_it);
+    match (own.next(), own.next()) {
+        (Some(hole), None) => Some(hole),
+        _ => None,
     }
 }
 
@@ -273,24 +271,23 @@ pub(super) struct WidenedHole {
     topology: Topology,
     pub(super) hole: Hole,
     /// The vertices that were taken out.
-    pub(super) points: Vec<DVec3>,
+    points: Vec<DVec3>,
 }
 
 impl WidenedHole {
     /// Root mean square distance of the vertices that were taken out from a patch; none where there are none.
     fn distance(&self, new: &[DVec3], faces: &[[u32; 3]]) -> Option<f64> {
-        let count = self.mesh.positions.len();
-        let at = |v: u32| match (v as usize).checked_sub(count) {
-            Some(i) => new[i],
-            None => self.mesh.positions[v as usize],
-        };
-        let corners: Vec<[DVec3; 3]> = faces.iter().map(|f| f.map(at)).collect();
-        let square = |p: &DVec3| {
-            let to =
-                |&[a, b, c]: &[DVec3; 3]| closest_on_triangle(*p, a, b, c).0.distance_squared(*p);
-            corners.iter().map(to).fold(f64::INFINITY, f64::min)
-        };
-        let sum: f64 = self.points.iter().map(square).sum();
+        let patch = Mesh::new([&self.mesh.positions, new].concat(), faces.to_vec());
+        let tree = Bvh::new(&patch, 0..faces.len() as u32);
+        self.root_mean_square(|p| {
+            tree.closest(p, f64::INFINITY)
+                .map_or(f64::INFINITY, |c| c.distance)
+        })
+    }
+
+    /// Root mean square of a distance of the vertices that were taken out; none where there are none.
+    pub(super) fn root_mean_square(&self, distance: impl Fn(DVec3) -> f64) -> Option<f64> {
+        let sum: f64 = self.points.iter().map(|p| distance(*p).powi(2)).sum();
         (!self.points.is_empty()).then(|| (sum / self.points.len() as f64).sqrt())
     }
 }

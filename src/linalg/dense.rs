@@ -69,6 +69,15 @@ fn substitute(matrix: &[f64], rhs: &mut [f64], n: usize) {
     }
 }
 
+/// The sum of the products of the components of some vectors, Σ x xᵀ.
+pub fn second_moments(vectors: impl Iterator<Item = DVec3>) -> [[f64; 3]; 3] {
+    let mut moments = [[0.0; 3]; 3];
+    for x in vectors.map(|v| v.to_array()) {
+        (0..9).for_each(|k| moments[k / 3][k % 3] += x[k / 3] * x[k % 3]);
+    }
+    moments
+}
+
 /// Most sweeps of Jacobi's method: it converges quadratically, within six.
 const SWEEPS: usize = 30;
 

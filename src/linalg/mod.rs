@@ -17,7 +17,7 @@ mod tridiagonal;
 pub use bicgstab::bicgstab;
 pub use cg::{CgOutcome, Jacobi, LinearOperator, Preconditioner, conjugate_gradient};
 pub use csr::{Accumulator, Csr, SparseMatrix};
-pub use dense::{Cholesky, solve_spd, symmetric_eigen};
+pub use dense::{Cholesky, second_moments, solve_spd, symmetric_eigen};
 pub use ldl::{Ldl, LdlPattern};
 pub use multigrid::{Multigrid, MultigridCycle};
 pub use real::Real;
