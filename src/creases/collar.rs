@@ -196,6 +196,18 @@ impl Collar {
         (points, normals)
     }
 
+    /// Positions of the vertices of some faces, those of the innermost rings first.
+    pub(super) fn from_rim(&self, faces: &[usize]) -> Vec<DVec3> {
+        let corners = faces
+            .iter()
+            .flat_map(|&f| self.faces[f].map(|v| (v, self.ring[f])));
+        let mut corners: Vec<(u32, u32)> = corners.collect();
+        corners.sort_unstable();
+        corners.dedup_by_key(|c| c.0);
+        corners.sort_by_key(|c| c.1);
+        corners.iter().map(|c| self.position(c.0)).collect()
+    }
+
     /// Faces that use a vertex.
     pub(super) fn around(&self, vertex: u32) -> &[u32] {
         self.around.of(vertex)

@@ -6,6 +6,7 @@ mod labels;
 mod network;
 mod parts;
 mod patch;
+mod residuals;
 mod rim_sides;
 mod rings;
 mod rounded;
@@ -106,6 +107,7 @@ pub(crate) struct Crease {
     pub(crate) angle: f64,
 }
 
+#[cfg(test)]
 /// Continues the creases that end at a rim, or keeps to the one side of a rim that runs along creases.
 pub(crate) fn continue_creases(mesh: &Mesh, rim: &[u32]) -> Result<Continued, Declined> {
     RimSides::new(mesh, &VertexFaces::new(mesh), rim)?.continued(mesh.positions.len())

@@ -1,6 +1,6 @@
 //! The smooth sides round a rim: which of them continues each of its edges, and where creases end at it.
 
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 
 use glam::DVec3;
 
@@ -95,6 +95,17 @@ impl RimSides {
             labels,
             taken: edges_between(mesh, around, rim),
         })
+    }
+
+    /// Adds to the sheets of exact sides at the rim what is left of their vertices beside them; says whether there was any. On scans vertices at
+    /// bevelled edges and noise would be taken for shape: errors of 67 holes were three times as large.
+    pub(crate) fn refine(&mut self) -> bool {
+        if self.limits.is_bevelled {
+            return false;
+        }
+        let at_rim: BTreeSet<usize> = self.labels.iter().copied().collect();
+        let refined = at_rim.iter().map(|&side| self.sides.refine(side, &self.collar));
+        refined.fold(false, |any, is_refined| any || is_refined)
     }
 
     /// Where creases end at the rim; none where the rim does not lie on the sides.

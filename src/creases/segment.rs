@@ -77,6 +77,13 @@ impl Sides {
         growth.finish()
     }
 
+    /// Adds to the sheet of a side what is left of its vertices beside it; says whether there is anything.
+    pub(super) fn refine(&mut self, side: usize, collar: &Collar) -> bool {
+        let side = &mut self.list[side];
+        let points = collar.from_rim(&side.faces);
+        side.sheet.refine(&points, collar.diameter, collar.edge)
+    }
+
     /// Median residual of the sheets, in edges.
     pub(super) fn noise(&self, edge: f64) -> f64 {
         match self.list.is_empty() {

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::residuals::Residuals;
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
 
 /// Coefficients of a quadric: those of x², y², z², xy, yz, xz, x, y, z and 1.
@@ -29,6 +30,8 @@ pub(crate) struct Sheet {
     pub(super) normals: Vec<DVec3>,
     /// Root mean square distance of the points.
     pub(super) residual: f64,
+    /// What is added to the plane or quadric.
+    residuals: Option<Residuals>,
 }
 
 impl Sheet {
@@ -75,6 +78,7 @@ impl Sheet {
             points,
             normals,
             residual,
+            residuals: None,
         }
     }
 
@@ -120,11 +124,19 @@ impl Sheet {
         self.terms[..6].iter().all(|t| *t == 0.0)
     }
 
+    /// Adds what is left of some points beside the sheet, the nearest to the hole first; says whether there is anything.
+    pub(super) fn refine(&mut self, points: &[DVec3], diameter: f64, edge: f64) -> bool {
+        let distances: Vec<f64> = points.iter().map(|p| self.distance(*p)).collect();
+        self.residuals = Residuals::fit(points, &distances, diameter, edge);
+        self.residuals.is_some()
+    }
+
     /// First-order signed distance `f/|∇f|` (Taubin 1991), in the points' unit.
     pub(super) fn distance(&self, point: DVec3) -> f64 {
         let x = (point - self.origin) / self.scale;
         let value = dot(&monomials(x), &self.terms);
-        value * self.scale / self.gradient(point).length().max(1e-3)
+        let distance = value * self.scale / self.gradient(point).length().max(1e-3);
+        distance - self.residuals.as_ref().map_or(0.0, |r| r.at(point))
     }
 
     /// Gradient of f, in the sheet's scale.
@@ -135,7 +147,11 @@ impl Sheet {
 
     /// Unit normal of the level set of f through a point.
     pub(super) fn normal(&self, point: DVec3) -> DVec3 {
-        self.gradient(point).normalize_or_zero()
+        let normal = self.gradient(point).normalize_or_zero();
+        match &self.residuals {
+            Some(residuals) => (normal - residuals.gradient(point)).normalize_or_zero(),
+            None => normal,
+        }
     }
 }
 

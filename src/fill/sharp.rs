@@ -12,7 +12,7 @@ use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::{CreaseReport, RegionReport};
 use super::so_far::{Made, SoFar};
-use crate::creases::{Continued, Declined, RimSides, Rounded, continue_creases, without_rings};
+use crate::creases::{Continued, Declined, RimSides, Rounded, without_rings};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, find_holes};
 use crate::sdf::Sampler;
 use crate::spatial::Bvh;
@@ -41,6 +41,8 @@ const SAME_RIM: f64 = 0.9;
 struct Prediction {
     /// Root mean square distance of the vertices that were taken out, in the mesh's units: from the continued sides,
     sides: f64,
+    /// whether these are refined by what is left beside their sheets,
+    is_refined: bool,
     /// and from a smooth patch.
     smooth: f64,
 }
@@ -63,7 +65,7 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made 
     so_far.crease_ends = ends;
     let made = sides
         .map_err(declined)
-        .and_then(|sides| problem.sides(part, &rim, &sides, ends));
+        .and_then(|mut sides| problem.sides(part, &rim, &mut sides, ends));
     match made {
         Ok(region) => Made::Region(region),
         Err(why) => {
@@ -97,7 +99,7 @@ impl RegionProblem<'_> {
         &self,
         part: Part,
         rim: &[u32],
-        sides: &RimSides,
+        sides: &mut RimSides,
         ends: usize,
     ) -> Result<RegionPatch, NotContinued> {
         let count = part.mesh.positions.len();
@@ -106,8 +108,9 @@ impl RegionProblem<'_> {
         let (continued, error) = match joined.is_empty() {
             true => {
                 let continued = sides.continued(count).map_err(declined)?;
-                let error = self.predicted(&part, rim, &continued, ends > 1)?;
-                (continued, error)
+                let (error, is_refined) = self.predicted(&part, rim, &continued, ends > 1)?;
+                let refined = (is_refined && sides.refine()).then(|| sides.continued(count).ok());
+                (refined.flatten().unwrap_or(continued), error)
             }
             // The caller knows that these creases are there.
             false => (
@@ -130,17 +133,17 @@ impl RegionProblem<'_> {
         self.closed_by_sides(&local, patch, creases, error)
     }
 
-    /// The error with which the continued sides predict the faces round the hole, if that can be measured; refused where a smooth patch
-    /// predicts them about as well. Creases between rough sides that are not seen to end at the rim must be far better.
+    /// The error with which the continued sides predict the faces round the hole, if that can be measured, and whether their sheets are to be
+    /// refined; refused where a smooth patch predicts them about as well. Creases between rough sides that are not seen to end at the rim must be far better.
     fn predicted(
         &self,
         part: &Part,
         rim: &[u32],
         continued: &Continued,
         is_seen: bool,
-    ) -> Result<Option<f64>, NotContinued> {
+    ) -> Result<(Option<f64>, bool), NotContinued> {
         let prediction = RINGS.iter().find_map(|&n| self.prediction(part, rim, n));
-        let predicted = prediction.as_ref().map(|p| (p.sides, p.smooth));
+        let predicted = prediction.as_ref().map(|p| (p.sides, p.is_refined, p.smooth));
         log::debug!(
             "region {}: residual {:.3}, predicted {predicted:.4?}",
             self.id,
@@ -156,7 +159,8 @@ impl RegionProblem<'_> {
         } else {
             FAR_BETTER
         };
-        match prediction {
+        let is_refined = prediction.as_ref().is_none_or(|p| p.is_refined);
+        let error = match prediction {
             // Of two that predict as well a flat side is the simpler one.
             Some(p) if continued.is_flat && p.sides <= p.smooth => Ok(Some(p.sides)),
             Some(p) if p.sides < clearly_better * p.smooth => Ok(Some(p.sides)),
@@ -166,7 +170,8 @@ impl RegionProblem<'_> {
             }
             None if is_rounded() => Err(NotContinued::Rounded),
             None => Ok(None),
-        }
+        };
+        Ok((error?, is_refined))
     }
 
     /// A region closed by a patch on its continued sides, in the part's numbers, with the expected error of all its vertices; refused where it
@@ -201,10 +206,20 @@ impl RegionProblem<'_> {
     /// hole, or either patch cannot be made.
     fn prediction(&self, part: &Part, rim: &[u32], rings: u32) -> Option<Prediction> {
         let widened = self.widened(part, rim, rings)?;
-        let continued = continue_creases(&widened.mesh, &widened.hole.rim).ok()?;
-        let sides = widened.distance(&continued.positions, &continued.faces)?;
-        let smooth = self.smooth_error(&widened)?;
-        Some(Prediction { sides, smooth })
+        let around = VertexFaces::new(&widened.mesh);
+        let mut sides = RimSides::new(&widened.mesh, &around, &widened.hole.rim).ok()?;
+        let error = |sides: &RimSides| {
+            let continued = sides.continued(widened.mesh.positions.len()).ok()?;
+            widened.distance(&continued.positions, &continued.faces)
+        };
+        let plain = error(&sides)?;
+        let refined = sides.refine().then(|| error(&sides)).flatten();
+        let is_refined = refined.is_some_and(|r| r < plain);
+        Some(Prediction {
+            sides: refined.filter(|_| is_refined).unwrap_or(plain),
+            is_refined,
+            smooth: self.smooth_error(&widened)?,
+        })
     }
 
     /// A mesh without the innermost rings of faces round its hole; none where that leaves no single hole.

@@ -19,6 +19,12 @@ impl Cholesky {
     pub fn solve(&self, x: &mut [f64]) {
         substitute(&self.factor, x, self.n);
     }
+
+    /// Natural logarithm of the matrix's determinant.
+    pub fn log_determinant(&self) -> f64 {
+        let diagonal = self.factor.iter().step_by(self.n + 1);
+        2.0 * diagonal.map(|d| d.ln()).sum::<f64>()
+    }
 }
 
 /// Solves a symmetric positive definite system in place by Cholesky factorisation; `matrix` is row-major `n × n`, of which
