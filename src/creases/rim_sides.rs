@@ -184,14 +184,23 @@ impl RimSides {
         }
         let angles = ends.iter().map(|&i| self.angle_at(i, labels));
         let angles: Vec<f64> = angles.collect();
-        let least = angles.iter().copied().fold(f64::INFINITY, f64::min);
-        let largest = angles.iter().copied().fold(0.0, f64::max);
-        let may_fade = ends.len() == 2;
-        let fewest = if may_fade { FADING[1] } else { CREASE };
-        if largest > FOLD {
+        if angles.iter().any(|angle| *angle > FOLD) {
             return Err(Declined::Folds);
         }
-        match least >= fewest && largest >= FADING[0] {
+        // The stretch of the rim from each end to the next: where the sides before and after it are one, a crease joins its ends and may fade.
+        let count = ends.len();
+        let side = |j: usize| labels[ends[j % count]];
+        let mut is_sharp: Vec<bool> = angles.iter().map(|angle| *angle >= CREASE).collect();
+        for j in 0..count {
+            let pair = [angles[j], angles[(j + 1) % count]];
+            let [least, largest] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+            let is_joined = side(j + count - 1) == side(j + 1);
+            if is_joined && largest >= FADING[0] && least >= FADING[1] {
+                is_sharp[j] = true;
+                is_sharp[(j + 1) % count] = true;
+            }
+        }
+        match is_sharp.iter().all(|is| *is) {
             true => Ok(()),
             false => Err(Declined::Smooth),
         }
