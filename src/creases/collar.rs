@@ -46,6 +46,7 @@ pub(super) struct Collar {
     rim_points: Vec<DVec3>,
     /// Their numbers within `positions`.
     rim_local: Vec<u32>,
+    is_on_rim: Vec<bool>,
     around: VertexFaces,
     /// For each edge of the rim, `rim[i] → rim[i + 1]`, the face beyond it.
     pub(super) beyond: Vec<u32>,
@@ -77,6 +78,7 @@ impl Collar {
         let part = Part::new(mesh, &list, rim.iter().copied());
         let positions: Vec<DVec3> = part.mesh.positions.iter().map(|p| *p - origin).collect();
         let faces = part.mesh.faces.clone();
+        let rim_local: Vec<u32> = rim.iter().map(|&v| part.local(v)).collect();
         let vectors = faces
             .iter()
             .map(|f| area_vector(f.map(|v| positions[v as usize])));
@@ -95,7 +97,8 @@ impl Collar {
             beside,
             rim: rim.to_vec(),
             rim_points,
-            rim_local: rim.iter().map(|&v| part.local(v)).collect(),
+            is_on_rim: on_rim(positions.len(), &rim_local),
+            rim_local,
             around: VertexFaces::new(&part.mesh),
             beyond: beyond?,
             diameter,
@@ -237,6 +240,12 @@ impl Collar {
         far
     }
 
+    /// Positions of the vertices that are not on the rim.
+    pub(super) fn inner_points(&self) -> impl Iterator<Item = DVec3> {
+        let all = self.positions.iter().zip(&self.is_on_rim);
+        all.filter(|(_, on_rim)| !**on_rim).map(|(p, _)| *p)
+    }
+
     /// Position of a vertex of the rim.
     pub(super) fn rim_point(&self, at: usize) -> DVec3 {
         self.rim_points[at % self.rim.len()]
@@ -260,6 +269,13 @@ fn neighbours(part: &Part, rim: &[u32]) -> (Vec<[u32; 3]>, Option<Vec<u32>>) {
     let next = |i: usize| rim[(i + 1) % rim.len()];
     let beyond = (0..rim.len()).map(|i| sides.get(&(next(i), rim[i])).copied());
     (beside.collect(), beyond.collect())
+}
+
+/// For each of `count` vertices whether it is among those of the rim.
+fn on_rim(count: usize, rim: &[u32]) -> Vec<bool> {
+    let mut is_on_rim = vec![false; count];
+    rim.iter().for_each(|&v| is_on_rim[v as usize] = true);
+    is_on_rim
 }
 
 fn diameter(points: &[DVec3]) -> f64 {

@@ -1,6 +1,7 @@
 //! Sharp edges continued across a hole: the smooth sides round the rim, where their continuations meet, and the parts between.
 
 mod collar;
+mod curve;
 mod joined;
 mod labels;
 mod network;
@@ -18,8 +19,6 @@ mod tests;
 
 use glam::DVec3;
 use thiserror::Error;
-
-use crate::mesh::{Mesh, VertexFaces};
 
 pub(crate) use rim_sides::{CreaseEnd, RimSides};
 pub(crate) use rings::without_rings;
@@ -105,10 +104,4 @@ pub(crate) struct Crease {
     pub(crate) length: f64,
     /// Mean angle between the normals of both sides along it, in degrees.
     pub(crate) angle: f64,
-}
-
-#[cfg(test)]
-/// Continues the creases that end at a rim, or keeps to the one side of a rim that runs along creases.
-pub(crate) fn continue_creases(mesh: &Mesh, rim: &[u32]) -> Result<Continued, Declined> {
-    RimSides::new(mesh, &VertexFaces::new(mesh), rim)?.continued(mesh.positions.len())
 }

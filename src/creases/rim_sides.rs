@@ -104,7 +104,9 @@ impl RimSides {
             return false;
         }
         let at_rim: BTreeSet<usize> = self.labels.iter().copied().collect();
-        let refined = at_rim.iter().map(|&side| self.sides.refine(side, &self.collar));
+        let refined = at_rim
+            .iter()
+            .map(|&side| self.sides.refine(side, &self.collar));
         refined.fold(false, |any, is_refined| any || is_refined)
     }
 

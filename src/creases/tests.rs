@@ -7,7 +7,12 @@ use glam::{DQuat, DVec3, IVec3};
 
 use super::*;
 use crate::mesh::shapes::{grid, icosphere, punch};
-use crate::mesh::{Topology, area_vector, find_holes};
+use crate::mesh::{Mesh, Topology, VertexFaces, area_vector, find_holes};
+
+/// Continues the creases that end at a rim, or keeps to the one side of a rim that runs along creases.
+fn continue_creases(mesh: &Mesh, rim: &[u32]) -> Result<Continued, Declined> {
+    RimSides::new(mesh, &VertexFaces::new(mesh), rim)?.continued(mesh.positions.len())
+}
 
 /// The boundary of those unit cells of a box whose lowest corners `is_in` holds for.
 fn cells(size: IVec3, is_in: impl Fn(IVec3) -> bool) -> Mesh {
@@ -205,7 +210,10 @@ fn smooth_surfaces_have_no_creases() {
 
 /// The hole that a ball leaves, among those of an open mesh.
 fn rim_of_ball(mesh: &Mesh, centre: DVec3, radius: f64) -> (Mesh, Vec<u32>) {
-    let mut mesh = punch(mesh, |c| c.distance(centre) < radius);
+    nearest_rim(punch(mesh, |c| c.distance(centre) < radius), centre)
+}
+
+fn nearest_rim(mut mesh: Mesh, centre: DVec3) -> (Mesh, Vec<u32>) {
     let mut topology = Topology::new(&mut mesh);
     let (holes, _) = find_holes(&mesh, &mut topology);
     let nearest = holes.iter().min_by(|a, b| {
@@ -245,6 +253,54 @@ fn the_end_edge_of_a_cylinder_is_a_circle() {
         };
         assert!(off.abs() < 3e-3, "{p} {off}");
     }
+}
+
+/// Distance of the points of a patch from a surface z(x, y) along z, at most.
+fn off_graph(patch: &Continued, z: impl Fn(f64, f64) -> f64) -> f64 {
+    let off = patch.positions.iter().map(|p| (p.z - z(p.x, p.y)).abs());
+    off.fold(0.0, f64::max)
+}
+
+#[test]
+fn sides_that_are_no_quadrics_are_continued_by_what_their_vertices_say() {
+    // A ridge along x = 0 with a wavy side.
+    let z = |x: f64, y: f64| match x > 0.0 {
+        true => -0.8 * x + 0.015 * (2.0 * y).sin() * x,
+        false => x,
+    };
+    let mesh = grid(40, 40, [false, false], |u, v| {
+        let (x, y) = (4.0 * u - 2.0, 4.0 * v - 2.0);
+        DVec3::new(x, y, z(x, y))
+    });
+    let (mesh, rim) = rim_of_ball(&mesh, DVec3::ZERO, 0.7);
+    let mut sides = RimSides::new(&mesh, &VertexFaces::new(&mesh), &rim).unwrap();
+    let count = mesh.positions.len();
+    let plain = off_graph(&sides.continued(count).unwrap(), z);
+    assert!(sides.refine());
+    let refined = off_graph(&sides.continued(count).unwrap(), z);
+    assert!(refined < 0.5 * plain, "{plain} {refined}");
+    // Flat sides have nothing that could be refined.
+    let (mesh, rim) = with_hole(&cube(), DVec3::new(6.0, 0.0, 12.0), 3.2);
+    let mut flat = RimSides::new(&mesh, &VertexFaces::new(&mesh), &rim).unwrap();
+    assert!(!flat.refine());
+}
+
+#[test]
+fn a_crease_that_turns_back_is_followed_round() {
+    // A bowl z = 0.35 (r² − 1) in the plane z = 0, and a hole over most of its circular edge.
+    let z = |x: f64, y: f64| f64::min(0.0, 0.35 * (x * x + y * y - 1.0));
+    let mesh = grid(80, 40, [true, false], |u, v| {
+        let (angle, r) = (TAU * u, 0.05 + 1.9 * v);
+        let (x, y) = (r * angle.cos(), r * angle.sin());
+        DVec3::new(x, y, z(x, y))
+    });
+    let is_out = |c: DVec3| (0.65..1.35).contains(&c.truncate().length()) && c.y.abs() > 0.7 * c.x;
+    let (mesh, rim) = nearest_rim(punch(&mesh, is_out), DVec3::NEG_X);
+    let patch = continue_creases(&mesh, &rim).unwrap();
+    assert_eq!(patch.creases.len(), 1, "{:?}", patch.creases);
+    assert!(patch.creases[0].length > 3.5, "{:?}", patch.creases);
+    let off = off_graph(&patch, z);
+    assert!(off < 0.03, "{off}");
 }
 
 /// A number from 0 to 1 for each of some integers.

@@ -143,7 +143,9 @@ impl RegionProblem<'_> {
         is_seen: bool,
     ) -> Result<(Option<f64>, bool), NotContinued> {
         let prediction = RINGS.iter().find_map(|&n| self.prediction(part, rim, n));
-        let predicted = prediction.as_ref().map(|p| (p.sides, p.is_refined, p.smooth));
+        let predicted = prediction
+            .as_ref()
+            .map(|p| (p.sides, p.is_refined, p.smooth));
         log::debug!(
             "region {}: residual {:.3}, predicted {predicted:.4?}",
             self.id,

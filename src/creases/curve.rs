@@ -1,0 +1,143 @@
+//! The curve in which two sheets meet, from one end of a crease to the other.
+
+use glam::DVec3;
+
+use super::Declined;
+use super::network::{FARTHEST_CORNER, LONGEST_STEP, Network, ON_BOTH};
+use super::sheet::{Sheet, onto};
+
+/// A crease is at most this times its chord long, and two edges,
+const MOST_DETOUR: f64 = 1.8;
+/// but where it is followed step by step, this in diameters of the hole.
+const MOST_FOLLOWED: f64 = 4.0;
+/// Points of a crease nearer than this to a vertex of the mesh that is not on the rim, in edges, are on the mesh; at most this part of them is.
+const ON_MESH: f64 = 0.6;
+const MOST_KNOWN: f64 = 0.5;
+/// A crease is not followed where the sine of the angle between its sides is less than this.
+const GRAZING: f64 = 0.05;
+
+impl Network<'_> {
+    /// The points of a crease from one point to another, as far from each other as those of the rim: from points of the chord, or where these lead
+    /// to no short curve, by following the crease.
+    pub(super) fn curve(
+        &self,
+        from: DVec3,
+        to: DVec3,
+        sides: [usize; 2],
+    ) -> Result<Vec<DVec3>, Declined> {
+        let longest = LONGEST_STEP * self.collar.diameter;
+        let sheets = sides.map(|s| self.sheet(s));
+        let chord = from.distance(to);
+        let on_chord = (0..9).map(|i| from.lerp(to, f64::from(i) / 8.0));
+        let points = on_chord.map(|p| onto(&sheets, p, 20, longest)).collect();
+        let most = MOST_DETOUR * chord + 2.0 * self.collar.rim_edge;
+        self.evened(points, sheets, most).or_else(|why| {
+            let followed = self.followed(from, to, sheets).ok_or(why)?;
+            self.evened(followed, sheets, MOST_FOLLOWED * self.collar.diameter)
+        })
+    }
+
+    /// Points of a crease at equal distances; refused where they are off a sheet, or the crease is longer than `most`.
+    fn evened(
+        &self,
+        mut points: Vec<DVec3>,
+        sheets: [&Sheet; 2],
+        most: f64,
+    ) -> Result<Vec<DVec3>, Declined> {
+        let (edge, longest) = (self.collar.rim_edge, LONGEST_STEP * self.collar.diameter);
+        for _ in 0..2 {
+            let again = resampled(&points, edge).into_iter();
+            points = again.map(|p| onto(&sheets, p, 8, longest)).collect();
+        }
+        let length: f64 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
+        let off = |s: &Sheet| {
+            points
+                .iter()
+                .map(|p| s.distance(*p).abs())
+                .fold(0.0, f64::max)
+        };
+        let is_on_both = off(sheets[0]) + off(sheets[1]) <= ON_BOTH * edge;
+        match points.iter().all(|p| p.is_finite()) && is_on_both {
+            true if length > most => Err(Declined::LongCrease),
+            true if self.known(&points) > MOST_KNOWN => Err(Declined::NoCrease),
+            true => Ok(points),
+            false => Err(Declined::NoCrease),
+        }
+    }
+
+    /// Share of the points of a crease that lie on the mesh: next to vertices that are not on the rim.
+    fn known(&self, points: &[DVec3]) -> f64 {
+        let near = ON_MESH * self.collar.rim_edge;
+        let is_on = |p: &&DVec3| {
+            let mut inner = self.collar.inner_points();
+            inner.any(|q| q.distance_squared(**p) < near * near)
+        };
+        points.iter().filter(is_on).count() as f64 / points.len().max(1) as f64
+    }
+
+    /// The crease followed from one point to another, such as the end of a groove that runs out; of two ways the one that is less on the mesh.
+    /// None where no way leads there.
+    fn followed(&self, from: DVec3, to: DVec3, sheets: [&Sheet; 2]) -> Option<Vec<DVec3>> {
+        let ways = [1.0, -1.0].map(|sign| self.way(from, to, sheets, sign));
+        let ways = ways.into_iter().flatten();
+        ways.min_by(|a, b| self.known(a).total_cmp(&self.known(b)))
+    }
+
+    /// Steps along the crease (predictor: the cross product of both normals; corrector: Gauss-Newton), in one of its directions.
+    fn way(&self, from: DVec3, to: DVec3, sheets: [&Sheet; 2], sign: f64) -> Option<Vec<DVec3>> {
+        let step = self.collar.rim_edge;
+        let most = (MOST_FOLLOWED * self.collar.diameter / step) as usize;
+        let mut points = vec![from];
+        let mut at = from;
+        let mut direction = DVec3::ZERO;
+        for _ in 0..most {
+            let [a, b] = sheets.map(|s| s.normal(at));
+            let along = a.cross(b);
+            if along.length() < GRAZING {
+                return None;
+            }
+            let along = along.normalize();
+            let forward = if direction == DVec3::ZERO {
+                sign
+            } else {
+                along.dot(direction).signum()
+            };
+            direction = along * forward;
+            at = onto(&sheets, at + step * direction, 8, step);
+            if at.length() > FARTHEST_CORNER * self.collar.diameter {
+                return None;
+            }
+            if at.distance(to) < step {
+                points.push(to);
+                return Some(points);
+            }
+            points.push(at);
+        }
+        None
+    }
+}
+
+/// Points at equal distances along a polyline, about `edge` apart; at least two stretches.
+fn resampled(points: &[DVec3], edge: f64) -> Vec<DVec3> {
+    let mut along = vec![0.0];
+    for w in points.windows(2) {
+        along.push(along[along.len() - 1] + w[0].distance(w[1]));
+    }
+    let length = along[along.len() - 1];
+    let stretches = (length / edge).round_ties_even().clamp(2.0, 1e4) as usize;
+    let mut at = 0;
+    let point = |i: usize| {
+        let t = length * i as f64 / stretches as f64;
+        while at + 2 < along.len() && along[at + 1] < t {
+            at += 1;
+        }
+        let stretch = along[at + 1] - along[at];
+        let part = if stretch > 0.0 {
+            (t - along[at]) / stretch
+        } else {
+            0.0
+        };
+        points[at].lerp(points[at + 1], part.clamp(0.0, 1.0))
+    };
+    (0..=stretches).map(point).collect()
+}

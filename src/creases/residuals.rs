@@ -1,0 +1,119 @@
+//! What is left of a smooth side beside its plane or quadric, predicted from the side's vertices by simple kriging.
+//!
+//! Signed distances of the vertices from the sheet are a random field with a Matérn covariance of order 5/2 (M. L. Stein, "Interpolation of
+//! Spatial Data", 1999, section 2.7) and white noise. Range and noise are those of the largest likelihood, and the field counts only where it is
+//! clearly likelier than noise alone. Far from the vertices it is zero, and the sheet remains as it is.
+
+use glam::DVec3;
+
+use crate::linalg::Cholesky;
+
+/// Most vertices from which the field is predicted: the cost of each likelihood grows with their cube.
+const MOST: usize = 150;
+/// Fewest vertices.
+const FEWEST: usize = 20;
+/// Residuals below this part of an edge are rounding.
+const ROUNDING: f64 = 1e-4;
+/// Ranges of the covariance, in diameters of the hole.
+const RANGES: [f64; 3] = [0.4, 0.8, 1.6];
+/// Variance of the noise, in parts of that of the field.
+const NOISES: [f64; 4] = [1e-6, 1e-3, 3e-2, 0.3];
+/// The logarithm of the likelihood exceeds that of noise alone by at least this.
+const GAIN: f64 = 10.0;
+
+/// A field of signed distances.
+#[derive(Clone, Debug)]
+pub(super) struct Residuals {
+    points: Vec<DVec3>,
+    weights: Vec<f64>,
+    range: f64,
+}
+
+impl Residuals {
+    /// The field of the distances of some points, the nearest to the hole first; none where they are noise. Lengths are in the mesh's units.
+    pub(super) fn fit(
+        points: &[DVec3],
+        distances: &[f64],
+        diameter: f64,
+        edge: f64,
+    ) -> Option<Self> {
+        let count = points.len();
+        let square = distances.iter().map(|d| d * d).sum::<f64>() / count.max(1) as f64;
+        if count < FEWEST || square.sqrt() < ROUNDING * edge {
+            return None;
+        }
+        let near = count.min(MOST / 2);
+        let step = (count - near).div_ceil(MOST - near).max(1);
+        let chosen = (0..near).chain((near..count).step_by(step));
+        let chosen: Vec<usize> = chosen.collect();
+        let points: Vec<DVec3> = chosen.iter().map(|&i| points[i]).collect();
+        let values: Vec<f64> = chosen.iter().map(|&i| distances[i]).collect();
+        let n = points.len() as f64;
+        let square = values.iter().map(|d| d * d).sum::<f64>() / n;
+        let alone = -0.5 * n * square.ln();
+        let mut best: Option<(f64, Self)> = None;
+        for range in RANGES.map(|r| r * diameter) {
+            for noise in NOISES {
+                let Some((likelihood, weights)) = solve(&points, &values, range, noise) else {
+                    continue;
+                };
+                if best.as_ref().is_none_or(|b| likelihood > b.0) {
+                    let field = Self {
+                        points: points.clone(),
+                        weights,
+                        range,
+                    };
+                    best = Some((likelihood, field));
+                }
+            }
+        }
+        let (likelihood, field) = best?;
+        (likelihood - alone > GAIN).then_some(field)
+    }
+
+    /// The predicted signed distance of the side from its sheet at a point.
+    pub(super) fn at(&self, point: DVec3) -> f64 {
+        let of = |(p, w): (&DVec3, &f64)| w * covariance(p.distance(point) / self.range);
+        self.points.iter().zip(&self.weights).map(of).sum()
+    }
+
+    /// Its gradient.
+    pub(super) fn gradient(&self, point: DVec3) -> DVec3 {
+        let of = |(p, w): (&DVec3, &f64)| {
+            let apart = point - *p;
+            *w * slope(apart.length() / self.range) / (self.range * self.range) * apart
+        };
+        self.points.iter().zip(&self.weights).map(of).sum()
+    }
+}
+
+/// Logarithm of the likelihood, but for a constant, of values of a field with a range and relative noise, its variance being the likeliest one;
+/// and the weights of simple kriging.
+fn solve(points: &[DVec3], values: &[f64], range: f64, noise: f64) -> Option<(f64, Vec<f64>)> {
+    let n = points.len();
+    let mut matrix = vec![0.0; n * n];
+    for i in 0..n {
+        for j in 0..i {
+            matrix[i * n + j] = covariance(points[i].distance(points[j]) / range);
+        }
+        matrix[i * n + i] = 1.0 + noise;
+    }
+    let factor = Cholesky::new(&matrix, n)?;
+    let mut weights = values.to_vec();
+    factor.solve(&mut weights);
+    let square = weights.iter().zip(values).map(|(w, v)| w * v).sum::<f64>() / n as f64;
+    let likelihood = -0.5 * n as f64 * square.ln() - 0.5 * factor.log_determinant();
+    likelihood.is_finite().then_some((likelihood, weights))
+}
+
+/// Matérn's covariance of order 5/2 at a distance in ranges.
+fn covariance(distance: f64) -> f64 {
+    let d = 5f64.sqrt() * distance;
+    (1.0 + d + d * d / 3.0) * (-d).exp()
+}
+
+/// Its derivative by the distance, divided by the distance.
+fn slope(distance: f64) -> f64 {
+    let d = 5f64.sqrt() * distance;
+    -5.0 / 3.0 * (1.0 + d) * (-d).exp()
+}
