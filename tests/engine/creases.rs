@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 use isomend::{
-    Cancel, Carried, ClosedBy, Control, FillError, FillParams, Finish, Inspection, Mesh,
-    NotContinued, RepairParams, Sharp, fill, repair,
+    Attributes, Cancel, Carried, ClosedBy, Control, FillError, FillParams, Finish, Inspection,
+    Mask, Mesh, NotContinued, RepairParams, RestoreParams, Selector, Sharp, fill, repair, restore,
 };
 
 use crate::shapes::{blocked_cube, cube, cut, open_cube, sphere, topology, turned};
@@ -166,4 +166,58 @@ fn a_flat_side_has_no_edges_that_end() {
     let filled = fill(&mesh, &FillParams::default()).unwrap();
     let region = &filled.report.regions[0];
     assert_eq!((region.crease_ends, &region.not_continued), (0, &None));
+}
+
+/// Volume enclosed by a closed mesh.
+fn volume(mesh: &Mesh) -> f64 {
+    let corners = mesh
+        .faces
+        .iter()
+        .map(|f| f.map(|v| mesh.positions[v as usize]));
+    corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+}
+
+/// The cube with a dent in the middle of an edge.
+fn dented_cube(centre: DVec3) -> Mesh {
+    let mut mesh = cube(12);
+    for p in &mut mesh.positions {
+        let reach = 1.0 - p.distance(centre) / 2.5;
+        if reach > 0.0 {
+            *p += reach * DVec3::new(0.2, 1.0, -1.0);
+        }
+    }
+    mesh
+}
+
+#[test]
+fn restoring_damage_gives_the_edge_back() {
+    let (centre, radius) = (DVec3::new(6.0, 0.0, 12.0), 3.2);
+    let mesh = dented_cube(centre);
+    let mask = Mask {
+        selectors: vec![Selector::Ball { centre, radius }],
+        ..Mask::default()
+    };
+    let marked = mask.faces(&mesh, &Attributes::default()).unwrap();
+    let restored = restore(&mesh, &marked, &RestoreParams::default()).unwrap();
+    assert!((volume(&mesh) - 1728.0).abs() > 1.0);
+    assert!((volume(&restored.mesh) - 1728.0).abs() < 1e-6);
+    assert_eq!(restored.report.fill.regions[0].creases.len(), 1);
+}
+
+#[test]
+fn repairs_continue_edges_beside_what_they_cut_out() {
+    let mut mesh = open_cube();
+    // Duplicate faces, one of them turned over.
+    let [a, b, c] = mesh.faces[40];
+    mesh.faces.extend([[a, b, c], [b, a, c]]);
+    let whole = repair(
+        &mesh,
+        &RepairParams::new(),
+        &Carried::default(),
+        &Control::new(),
+    )
+    .unwrap();
+    assert_eq!(whole.report.duplicate_faces, 2);
+    assert!((volume(&whole.mesh) - 1728.0).abs() < 1e-6);
+    assert_eq!(topology(&whole.mesh), (0, 2));
 }
