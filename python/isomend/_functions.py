@@ -66,6 +66,8 @@ def fill(
     bridge: Iterable[Iterable[int]] = (),
     flat: Iterable[int] = (),
     crease: Iterable[tuple[int, int]] = (),
+    flat_base: bool = False,
+    base_offset: float | None = None,
     surface: Literal["stitched", "whole"] = "stitched",
     repair: bool = False,
     voxel: Voxel = "auto",
@@ -94,6 +96,9 @@ def fill(
         flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
         crease: Pairs of crease ends between which a sharp edge is continued across their hole. By default those that predict
             the faces round the hole.
+        flat_base: Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.
+        base_offset: How far below the lowest vertex of its sheet the base of ``flat_base`` lies, in the mesh's units. By
+            default the mean edge of the border.
         surface: What is returned or written: the mesh with its patches, or the level sets alone.
         repair: First mend what else is wrong, as ``isomend repair`` does; numbers of holes are those of the input.
         voxel: Voxel size in the mesh's units.
@@ -130,9 +135,9 @@ def fill(
     """
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.fill(
-        holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease, surface=surface,
-        repair=repair, voxel=voxel, energy=energy, finish=finish, sharp=sharp, variant=variant, time_step=time_step,
-        steps=steps, edge_ratio=edge_ratio,
+        holes=holes, max_diameter=max_diameter, keep_open=keep_open, bridge=bridge, flat=flat, crease=crease,
+        flat_base=flat_base, base_offset=base_offset, surface=surface, repair=repair, voxel=voxel, energy=energy, finish=finish,
+        sharp=sharp, variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
@@ -143,6 +148,8 @@ def repair(
     *,
     weld: float | None = None,
     debris: float | None = None,
+    flat_base: bool = False,
+    base_offset: float | None = None,
     drop_inside: bool = False,
     keep_duplicates: bool = False,
     keep_orientation: bool = False,
@@ -179,6 +186,9 @@ def repair(
         weld: Merge vertices of the border that are no farther apart than this, in the mesh's units; those at exactly the same
             position are merged anyway.
         debris: Take out components with less than this part, from 0 to 1, of the area of the largest one. By default they stay.
+        flat_base: Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.
+        base_offset: How far below the lowest vertex of its sheet the base of ``flat_base`` lies, in the mesh's units. By
+            default the mean edge of the border.
         drop_inside: Take out components that lie wholly inside another one.
         keep_duplicates: Leave coinciding vertices, and degenerate and duplicate faces.
         keep_orientation: Turn no faces over.
@@ -204,10 +214,11 @@ def repair(
     """
     model = Model(vertices, faces, point_data=point_data, cell_data=cell_data)
     return model.repair(
-        weld=weld, debris=debris, drop_inside=drop_inside, keep_duplicates=keep_duplicates, keep_orientation=keep_orientation,
-        keep_non_manifold=keep_non_manifold, keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes,
-        close_borders=close_borders, max_diameter=max_diameter, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
-        variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside,
+        keep_duplicates=keep_duplicates, keep_orientation=keep_orientation, keep_non_manifold=keep_non_manifold,
+        keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders,
+        max_diameter=max_diameter, voxel=voxel, energy=energy, finish=finish, sharp=sharp, variant=variant, time_step=time_step,
+        steps=steps, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 

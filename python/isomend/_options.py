@@ -30,6 +30,8 @@ class FillOptions(SolveOptions, total=False):
     bridge: Iterable[Iterable[int]]
     flat: Iterable[int]
     crease: Iterable[tuple[int, int]]
+    flat_base: bool
+    base_offset: float | None
     surface: Literal["stitched", "whole"]
     repair: bool
 
@@ -39,6 +41,8 @@ class RepairOptions(SolveOptions, total=False):
 
     weld: float | None
     debris: float | None
+    flat_base: bool
+    base_offset: float | None
     drop_inside: bool
     keep_duplicates: bool
     keep_orientation: bool

@@ -183,6 +183,7 @@ fn closed_by(by: Option<ClosedBy>) -> &'static str {
         Some(ClosedBy::Sides) => "continued sides",
         Some(ClosedBy::Faired) => "smoothed triangles",
         Some(ClosedBy::Flat) => "flat cap",
+        Some(ClosedBy::Base) => "flat base",
         Some(ClosedBy::Seam) => "seam triangles",
         Some(ClosedBy::RimTriangles) => "rim triangles",
         Some(ClosedBy::Lining) => "offset shell",

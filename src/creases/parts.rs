@@ -1,12 +1,12 @@
 //! A part of a patch between creases, triangulated in the plane: projected along its mean normal, or unrolled about its axis where it turns far.
 
 use glam::{DVec2, DVec3};
-use spade::{ConstrainedDelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
 use super::Declined;
 use super::collar::Collar;
 use super::sheet::{Sheet, onto};
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
+use crate::mesh::triangulate::constrained_delaunay;
 
 /// A part is unrolled when one of its normals has a smaller cosine than this to their mean.
 const TURNS: f64 = 0.5;
@@ -20,9 +20,6 @@ const FROM_OUTLINE: f64 = 0.45;
 const STEPS: usize = 12;
 /// Most inner points of a part.
 const MOST_POINTS: f64 = 200_000.0;
-
-/// A triangulation of the plane in which the edges of an outline stay.
-type Triangles2 = ConstrainedDelaunayTriangulation<Point2<f64>>;
 
 /// A triangulated part: positions of its inner points, and triangles whose corners are numbers within the outline, then inner points.
 pub(super) struct Triangles {
@@ -66,7 +63,7 @@ pub(super) fn triangulate(
         return Err(Declined::Reversed);
     }
     let inner = inner_points(&flat, collar.rim_edge)?;
-    let faces = delaunay(&flat, &inner)?;
+    let faces = constrained_delaunay(&flat, &inner).ok_or(Declined::Crosses)?;
     let longest = 0.3 * collar.diameter;
     let back = |p: &DVec2| onto(&[sheet], chart.back(*p), STEPS, longest);
     Ok(Triangles {
@@ -234,51 +231,4 @@ fn distance(outline: &[DVec2], p: DVec2) -> f64 {
         p.distance_squared(a.lerp(b, t.clamp(0.0, 1.0)))
     });
     squares.fold(f64::INFINITY, f64::min).sqrt()
-}
-
-/// The constrained Delaunay triangulation of the inside of an outline with inner points; all triangles turn to the left.
-fn delaunay(outline: &[DVec2], inner: &[DVec2]) -> Result<Vec<[usize; 3]>, Declined> {
-    let mut whole = Triangles2::new();
-    let mut number = Vec::new();
-    for (i, p) in outline.iter().chain(inner).enumerate() {
-        // Coordinates that are nearly zero, as those of symmetric parts, are refused.
-        let at = mitigate_underflow(Point2::new(p.x, p.y));
-        let handle = whole.insert(at).map_err(|_| Declined::Crosses)?;
-        if handle.index() != i {
-            return Err(Declined::Crosses);
-        }
-        number.push(handle);
-        // All of the outline's edges are there before the inner points come.
-        if i + 1 == outline.len() {
-            for i in 0..outline.len() {
-                let (a, b) = (number[i], next(&number[..outline.len()], i));
-                if !whole.can_add_constraint(a, b) {
-                    return Err(Declined::Crosses);
-                }
-                whole.add_constraint(a, b);
-            }
-        }
-    }
-    let is_out = outside(&whole);
-    let inner = whole.inner_faces().filter(|f| !is_out[f.index()]);
-    Ok(inner
-        .map(|f| f.vertices().map(|v| v.fix().index()))
-        .collect())
-}
-
-/// For each face of a triangulation whether a way leads from outside to it that crosses no constraint.
-fn outside(whole: &Triangles2) -> Vec<bool> {
-    let mut is_out = vec![false; whole.num_all_faces()];
-    let mut front: Vec<_> = whole.convex_hull().map(|edge| edge.rev()).collect();
-    front.retain(|edge| !edge.is_constraint_edge());
-    while let Some(edge) = front.pop() {
-        let face = edge.face();
-        if face.is_outer() || std::mem::replace(&mut is_out[face.index()], true) {
-            continue;
-        }
-        let sides = [edge.next(), edge.prev()];
-        let open = sides.into_iter().filter(|side| !side.is_constraint_edge());
-        front.extend(open.map(|side| side.rev()));
-    }
-    is_out
 }

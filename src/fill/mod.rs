@@ -1,5 +1,6 @@
 //! One region closed: from its data to the patch that is taken.
 
+mod base;
 mod candidate;
 mod faired;
 mod finish_step;
@@ -23,6 +24,7 @@ mod so_far;
 mod stitching;
 mod strategy;
 
+pub(crate) use base::BasePlane;
 pub use candidate::{FinishReport, PatchStart};
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally, TriangulatedReason,

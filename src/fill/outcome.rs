@@ -17,6 +17,8 @@ pub enum HoleOutcome {
     Faired(TryFailure),
     /// Closed by a nearly flat cap, as was asked.
     Flat,
+    /// The outer border of a sheet, closed by a flat base with walls, as was asked.
+    Base,
     /// Triangulated on its own, without new vertices.
     Triangulated(TriangulatedReason),
     /// Left as it was because it was not asked for.
@@ -88,6 +90,9 @@ pub enum FailedReason {
         /// What stands in the way.
         error: TriangulationError,
     },
+    /// It was to stand on a flat base: why it cannot.
+    #[error("{0}")]
+    NoBase(String),
     /// In a repair: every patch crossed other faces; that of the last try with so many.
     #[error("whatever would close it crosses other faces: {0} of a patch did")]
     Crossing(usize),
@@ -156,6 +161,8 @@ pub enum ClosedBy {
     Sides,
     /// A nearly flat cap, the surface of least area, because the caller asked for it.
     Flat,
+    /// A flat base under a sheet, with walls down from its border, because the caller asked for it.
+    Base,
     /// Thin triangles between two rims that lie on each other.
     Seam,
     /// Triangles between the vertices of each rim.
@@ -177,6 +184,8 @@ pub struct Tally {
     pub faired: usize,
     /// Closed by flat caps, as was asked.
     pub flat: usize,
+    /// Outer borders of sheets closed by flat bases with walls, as was asked.
+    pub bases: usize,
     /// Closed by triangles between the vertices of their rims.
     pub triangulated: usize,
     /// Left as they were because they were not asked for.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::flow::{Energy, Variant};
-use crate::mesh::HoleId;
+use crate::mesh::{Hole, HoleId};
 use crate::region::VoxelSize;
 use crate::tuning::tuning;
 
@@ -67,6 +67,11 @@ pub struct FillParams {
     /// Pairs of crease ends, by the numbers of [`Inspection::crease_ends`](crate::Inspection::crease_ends), between which sharp edges are
     /// continued across their holes, whatever the faces round these say.
     pub crease: Vec<[usize; 2]>,
+    /// Whether open sheets get a flat base with straight walls down from their outer borders, so that a terrain can be printed; else these
+    /// borders stay open.
+    pub flat_base: bool,
+    /// How far the base lies below the lowest vertex of its sheet, in the mesh's units; none for the mean edge of the border.
+    pub base_offset: Option<f64>,
     /// What to return.
     pub surface: SurfaceKind,
     /// How patches are finished. Those of the variation of curvature, of level sets by themselves and of flows in time are not.
@@ -102,6 +107,11 @@ impl FillParams {
     /// Whether a hole is to get a flat cap.
     pub(crate) fn is_flat(&self, hole: HoleId) -> bool {
         self.flat.contains(&hole)
+    }
+
+    /// Whether a hole is the outer border of a sheet that gets a base.
+    pub(crate) fn is_on_base(&self, hole: &Hole) -> bool {
+        self.flat_base && hole.outer_border && !self.is_flat(hole.id)
     }
 
     /// Whether one of these holes is to be put together with others.

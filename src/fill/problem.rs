@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::base::BasePlane;
 use super::grids::Try;
 use super::params::{FillParams, SurfaceKind};
 use super::reference::ReferenceSurface;
@@ -20,6 +21,8 @@ pub(crate) enum RegionPlan {
     Trivial,
     /// A nearly flat cap, because the caller asked for it.
     Planar,
+    /// A flat base with walls under the outer border of a sheet, because the caller asked for it.
+    Base,
     /// Two rims that lie on each other.
     Seam,
     /// A surface.
@@ -47,6 +50,8 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) params: &'a FillParams,
     /// Pairs of vertices of its rim between which a sharp edge is to be continued.
     pub(crate) joined: &'a [[u32; 2]],
+    /// The plane of its base, if it gets one.
+    pub(crate) base: Option<BasePlane>,
     /// What its box may grow by: as far as its part of the mesh reaches.
     pub(crate) most_growth: f64,
     /// The surface whose shape is kept, if any.
@@ -64,6 +69,7 @@ impl RegionPlan {
     pub(crate) fn new(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Self {
         let is_stitched = params.surface == SurfaceKind::Stitched;
         match holes {
+            [hole] if params.is_on_base(hole) => Self::Base,
             [hole] if is_stitched && hole.edges <= tuning().fill.few_edges => Self::Trivial,
             _ if holes.iter().all(|h| params.is_flat(h.id)) => Self::Planar,
             [a, b] if is_stitched && close_seam(mesh, &a.rim, &b.rim).is_some() => Self::Seam,

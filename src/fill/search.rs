@@ -11,7 +11,7 @@ use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar};
 use super::strategy::{Candidate, Ending, Step, next_step};
-use super::{faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp};
+use super::{base, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp};
 use crate::mesh::Hole;
 use crate::region::Start;
 use crate::tuning::tuning;
@@ -140,6 +140,7 @@ fn make<'b>(
         Candidate::Faired => faired::make(problem),
         Candidate::EachFaired => faired::make_each(problem, so_far),
         Candidate::PlanarCap => planar::make(problem),
+        Candidate::Base => base::make(problem),
         Candidate::Seam => seam::make(problem),
         Candidate::RimTriangles => rim_triangles::make(problem, so_far),
     };
@@ -181,6 +182,7 @@ fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -
         Candidate::Finished => finish_step::cost(joined()),
         Candidate::Faired | Candidate::EachFaired => faired::cost(problem),
         Candidate::PlanarCap => planar::cost(problem),
+        Candidate::Base => base::cost(problem),
         // Triangles between vertices that are there.
         Candidate::NearlySteady | Candidate::Seam | Candidate::RimTriangles => 0.0,
     }

@@ -49,6 +49,10 @@ setters! { FillParams:
     /// assert_eq!(params.crease, [[1, 2]]);
     /// ```
     with_creases(pairs: impl IntoIterator<Item = [usize; 2]>) => crease = pairs.into_iter().collect();
+    /// Sets [`FillParams::flat_base`].
+    with_flat_base(base: bool) => flat_base = base;
+    /// Sets [`FillParams::base_offset`], in the mesh's units.
+    with_base_offset(length: f64) => base_offset = Some(length);
     /// Sets [`FillParams::surface`].
     with_surface(surface: SurfaceKind) => surface = surface;
     /// Sets [`FillParams::finish`].

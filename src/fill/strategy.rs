@@ -28,6 +28,8 @@ pub(super) enum Candidate {
     EachFaired,
     /// The surface of least area over a refined triangulation of the only rim.
     PlanarCap,
+    /// A flat base with walls under the only rim.
+    Base,
     /// Triangles between two rims that lie on each other.
     Seam,
     /// Triangles between the vertices of each rim.
@@ -95,6 +97,7 @@ pub(super) fn next_step(
 ) -> Step {
     match plan {
         RegionPlan::Trivial => only(Candidate::RimTriangles, made),
+        RegionPlan::Base => only(Candidate::Base, made),
         RegionPlan::Seam => only(Candidate::Seam, made),
         RegionPlan::Planar => match quality(Candidate::PlanarCap, made) {
             Some(Some(cap)) if cap.is_sound() => Step::Take(0),

@@ -77,6 +77,8 @@ impl<'a> CutResult<'a> {
             keep_open: Vec::new(),
             bridge: self.bridges(),
             crease: Vec::new(),
+            flat_base: false,
+            base_offset: None,
             surface: SurfaceKind::Stitched,
             ..fill.clone()
         }

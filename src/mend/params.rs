@@ -31,9 +31,14 @@ impl FillParams {
                        energy than willmore, with steps of one's own or in a level set by itself; leave one of them out",
             });
         }
-        if self.surface == SurfaceKind::Whole && !self.flat.is_empty() {
+        if self.base_offset.is_some() && !self.flat_base {
             return Err(FillError::Parameter {
-                what: "flat caps come without a level set: they can only be stitched in",
+                what: "`base_offset` says how far below a sheet its base lies: give `flat_base` too",
+            });
+        }
+        if self.surface == SurfaceKind::Whole && (self.flat_base || !self.flat.is_empty()) {
+            return Err(FillError::Parameter {
+                what: "flat caps and bases come without a level set: they can only be stitched in",
             });
         }
         Ok(())
@@ -44,6 +49,7 @@ impl FillParams {
         solve::VOXEL.check(self.voxel.length())?;
         solve::EDGE_RATIO.check(self.edge_ratio())?;
         solve::MAX_DIAMETER.check(self.max_diameter)?;
+        tables::BASE_OFFSET.check(self.base_offset)?;
         solve::STEPS.check(self.steps.map(|n| n as f64))?;
         solve::TIME_STEP.check(self.time_step)
     }
@@ -59,6 +65,8 @@ impl Default for FillParams {
             bridge: Vec::new(),
             flat: Vec::new(),
             crease: Vec::new(),
+            flat_base: false,
+            base_offset: None,
             surface: SurfaceKind::Stitched,
             finish: Finish::Auto,
             sharp: Sharp::Auto,

@@ -47,6 +47,8 @@ pub enum HolePlan {
     Fill,
     /// It would get a flat cap, as was asked.
     Flat,
+    /// The outer border of a sheet that would stand on a flat base.
+    Base,
     /// It would be closed by triangles between its own vertices.
     Triangulate(TriangulatedReason),
     /// It would stay as it is.

@@ -7,6 +7,7 @@ use glam::{DVec3, IVec3, UVec3};
 
 use super::Inspection;
 use super::sources::{PATCH_MARGIN, grown_box};
+use crate::fill::BasePlane;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, Mesh, bounds};
 use crate::region::VoxelSize;
@@ -26,6 +27,8 @@ pub(super) struct Looking<'a> {
     pub(super) known: Option<Vec<bool>>,
     /// Pairs of vertices between which sharp edges are asked for.
     pub(super) joined: &'a [[u32; 2]],
+    /// The plane of its base, if it gets one.
+    pub(super) base: Option<BasePlane>,
     /// What its box has grown by, at most.
     pub(super) growth: f64,
 }

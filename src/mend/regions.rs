@@ -15,8 +15,8 @@ use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
-    FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch, RegionPlan,
-    RegionProblem, SurfaceKind, TriangulatedReason, first_region,
+    BasePlane, FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch,
+    RegionPlan, RegionProblem, SurfaceKind, TriangulatedReason, first_region,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
@@ -149,6 +149,7 @@ impl<'a> Regions<'a> {
             holes: self.holes(&self.groups[i]),
             known: sources.known_pieces(i),
             joined: &self.joined[i],
+            base: self.base(i),
             growth,
         };
         let looking: Vec<Looking> = regions.clone().map(looking).collect();
@@ -183,6 +184,7 @@ impl<'a> Regions<'a> {
                     RegionPlan::Trivial => HolePlan::Triangulate(TriangulatedReason::FewEdges),
                     RegionPlan::Seam => HolePlan::Triangulate(TriangulatedReason::Seam),
                     RegionPlan::Planar => HolePlan::Flat,
+                    RegionPlan::Base => HolePlan::Base,
                     RegionPlan::Solve => HolePlan::Fill,
                 };
             }
@@ -207,6 +209,19 @@ impl<'a> Regions<'a> {
         let mut filled = self.assemble(patches)?;
         filled.report.seconds = clock.elapsed().as_secs_f64();
         Ok(filled)
+    }
+
+    /// The plane of the base of a region, if it gets one.
+    fn base(&self, region: usize) -> Option<BasePlane> {
+        let ([hole], RegionPlan::Base) = (&self.groups[region][..], self.plans[region]) else {
+            return None;
+        };
+        let (mesh, topology) = (&self.found.mesh, &self.found.topology);
+        let hole = &self.found.holes[*hole];
+        let own = mesh.faces.iter().zip(&topology.piece);
+        let own = own.filter(|(_, piece)| **piece == hole.piece);
+        let vertices = own.flat_map(|(f, _)| f.map(|v| mesh.positions[v as usize]));
+        Some(BasePlane::new(hole, vertices, self.params.base_offset))
     }
 
     /// About how much work each region is: the squares of voxels across its first grid.
@@ -242,6 +257,7 @@ impl<'a> Regions<'a> {
                 known: &known,
                 all: &all,
                 joined: &self.joined[i],
+                base: self.base(i),
                 most_growth: f64::INFINITY,
                 params: &self.params,
                 own: self.own,
@@ -408,7 +424,7 @@ fn choose(
             Some(LeftReason::NotChosen)
         } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
             Some(LeftReason::TooWide)
-        } else if hole.outer_border && !small() && !facing[i] {
+        } else if hole.outer_border && !params.flat_base && !small() && !facing[i] {
             Some(LeftReason::OuterBorder)
         } else {
             None
@@ -436,7 +452,9 @@ fn groups(
     let is_small = |h: usize| found.bounds_small_component(h);
     let is_alone = |h: usize| {
         let hole = &found.holes[h];
-        hole.edges <= tuning().fill.few_edges && !is_small(h) || params.is_flat(hole.id)
+        hole.edges <= tuning().fill.few_edges && !is_small(h)
+            || params.is_flat(hole.id)
+            || params.is_on_base(hole) && !is_small(h)
     };
     let (alone, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_alone(h));
     let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges, &is_small);

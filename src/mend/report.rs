@@ -70,7 +70,9 @@ impl FillReport {
             _ => self.regions.iter().any(|r| {
                 let whole = match r.closed_by {
                     Some(ClosedBy::LevelSet) => r.converged,
-                    Some(ClosedBy::Flat | ClosedBy::Seam | ClosedBy::Sides) => true,
+                    Some(ClosedBy::Flat | ClosedBy::Base | ClosedBy::Seam | ClosedBy::Sides) => {
+                        true
+                    }
                     _ => false,
                 };
                 let is_sound = whole && r.intersecting_faces == 0 && r.not_continued.is_none();
@@ -91,6 +93,7 @@ impl FillReport {
                 HoleOutcome::Filled => &mut tally.filled,
                 HoleOutcome::Faired(_) => &mut tally.faired,
                 HoleOutcome::Flat => &mut tally.flat,
+                HoleOutcome::Base => &mut tally.bases,
                 HoleOutcome::Triangulated(_) => &mut tally.triangulated,
                 HoleOutcome::Left(_) => &mut tally.left,
                 HoleOutcome::Failed(_) => &mut tally.failed,

@@ -9,7 +9,7 @@ use super::control::{Control, Watch};
 use super::reach::Looking;
 use super::sources::places;
 use super::{FillError, Inspection};
-use crate::fill::{FillParams, RegionPatch, RegionPlan, RegionProblem};
+use crate::fill::{BasePlane, FillParams, RegionPatch, RegionPlan, RegionProblem};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, HoleId, Mesh, Part, Topology};
 use crate::sdf::Sampler;
@@ -36,6 +36,9 @@ pub struct RegionTask {
     holes: Vec<Hole>,
     /// Pairs of vertices between which sharp edges are asked for, with the part's numbers.
     joined: Vec<[u32; 2]>,
+    /// The plane of its base, if it gets one.
+    #[serde(default)]
+    base: Option<BasePlane>,
     /// The parameters of the fill.
     params: FillParams,
 }
@@ -73,6 +76,7 @@ impl RegionTask {
             known,
             count: found.mesh.positions.len(),
             centres,
+            base: looking.base,
             growth: looking.growth,
             holes,
             params: params.clone(),
@@ -130,6 +134,7 @@ impl RegionTask {
             known: &known,
             all: &all,
             joined: &self.joined,
+            base: self.base,
             most_growth: self.growth,
             params: &self.params,
             own: None,

@@ -134,6 +134,12 @@ impl Bounds {
         high: f64::INFINITY,
         open: true,
     };
+    /// 0 or any greater number.
+    pub const NOT_NEGATIVE: Self = Self {
+        low: 0.0,
+        high: f64::INFINITY,
+        open: false,
+    };
     /// A part of a whole.
     pub const PART: Self = Self {
         low: 0.0,

@@ -7,6 +7,27 @@ use super::{Bounds, Choice, Kind, Parameter, Table, Usual};
 /// Most samples of a surface, so that they fit into memory.
 pub const MOST_SAMPLES: usize = 100_000_000;
 
+/// Whether open sheets stand on a flat base.
+const FLAT_BASE: Parameter = Parameter {
+    name: "flat_base",
+    field: "flat_base",
+    sentence: "Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.",
+    details: "The base is perpendicular to the axis along which the border is seen widest, on the side away from the surface. Holes inside \
+              the sheet are filled as usual.",
+    ..Parameter::PLAIN
+};
+
+/// How far below a sheet its base lies.
+pub(crate) const BASE_OFFSET: Parameter = Parameter {
+    name: "base_offset",
+    field: "base_offset",
+    kind: Kind::Number(Bounds::NOT_NEGATIVE, "LENGTH"),
+    unit: MESH_UNIT,
+    default: Usual::Words("the mean edge of the border"),
+    sentence: "How far below the lowest vertex of its sheet the base of `flat_base` lies, in the mesh's units.",
+    ..Parameter::PLAIN
+};
+
 /// `isomend fill`.
 pub const FILL: Table = Table {
     command: "fill",
@@ -59,6 +80,8 @@ pub const FILL: Table = Table {
                       it is not asked whether sharp edges predict the faces round it.",
             ..Parameter::PLAIN
         },
+        FLAT_BASE,
+        BASE_OFFSET,
         Parameter {
             name: "surface",
             field: "surface",
@@ -192,6 +215,14 @@ pub const REPAIR: Table = Table {
     own: &[
         WELD,
         DEBRIS,
+        Parameter {
+            field: "fill.flat_base",
+            ..FLAT_BASE
+        },
+        Parameter {
+            field: "fill.base_offset",
+            ..BASE_OFFSET
+        },
         Parameter {
             name: "drop_inside",
             field: "drop_inside",

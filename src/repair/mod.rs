@@ -302,7 +302,7 @@ impl Run<'_> {
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
         let (mesh, sigma, report) = {
             let mut found = self.draft.take_inspection()?;
-            if self.params.borders {
+            if self.params.borders && !self.params.fill.flat_base {
                 found.holes.iter_mut().for_each(|h| h.outer_border = false);
             }
             let mut made: Vec<HoleId> = Vec::new();

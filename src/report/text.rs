@@ -79,6 +79,7 @@ pub fn region_lines(r: &RegionReport) -> String {
         Some(ClosedBy::Sides) => sharp(r),
         Some(ClosedBy::Faired) => "closed by a faired triangulation of its rim".to_owned(),
         Some(ClosedBy::Flat) => "closed by a nearly flat cap".to_owned(),
+        Some(ClosedBy::Base) => "closed by a flat base with walls".to_owned(),
         Some(ClosedBy::Seam) => "closed with thin triangles between the sides of a seam".to_owned(),
         Some(ClosedBy::RimTriangles) => "closed by triangles between its rim's vertices".to_owned(),
         Some(ClosedBy::Lining) => "closed by lining the surface round its rim".to_owned(),
@@ -361,7 +362,7 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
         HoleOutcome::Faired(why) => Some(why.to_string()),
         HoleOutcome::Left(why) => Some(why.to_string()),
         HoleOutcome::Failed(why) => Some(why.to_string()),
-        HoleOutcome::Filled | HoleOutcome::Flat => None,
+        HoleOutcome::Filled | HoleOutcome::Flat | HoleOutcome::Base => None,
     }
 }
 
@@ -369,7 +370,7 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
 pub fn tally_line(report: &FillReport) -> String {
     let tally = report.tally();
     let all = report.holes.len();
-    let closed = tally.filled + tally.faired + tally.flat + tally.triangulated;
+    let closed = tally.filled + tally.faired + tally.flat + tally.bases + tally.triangulated;
     let mut line = match all {
         0 => "no holes".to_owned(),
         1 if closed == 1 => "the hole is closed".to_owned(),
@@ -386,6 +387,7 @@ pub fn tally_line(report: &FillReport) -> String {
         (sides, "by continued sides"),
         (tally.faired, "by smoothed triangles"),
         (tally.flat, "by flat caps"),
+        (tally.bases, "by flat bases"),
         (tally.triangulated, "by triangles between rim vertices"),
     ];
     let ways = ways.iter().filter(|(count, _)| *count > 0);

@@ -11,6 +11,7 @@ mod shapes;
 
 mod accuracy;
 mod attributes;
+mod base;
 mod check;
 mod convergence;
 mod creases;

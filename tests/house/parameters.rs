@@ -88,6 +88,8 @@ fn every_field_is_in_a_table_and_every_default_is_that_of_the_table() {
         "bridge",
         "flat",
         "crease",
+        "flat_base",
+        "base_offset",
         "surface",
         "max_diameter",
     ];

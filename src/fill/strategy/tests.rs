@@ -66,7 +66,9 @@ fn a_sound_level_set_is_finished_and_taken() {
     for (plan, only) in [
         (RegionPlan::Trivial, Candidate::RimTriangles),
         (RegionPlan::Seam, Candidate::Seam),
+        (RegionPlan::Base, Candidate::Base),
         (RegionPlan::Planar, Candidate::PlanarCap),
+        (RegionPlan::Base, Candidate::Base),
     ] {
         assert_eq!(searched(plan, &region(), all_sound), (only, 1));
     }

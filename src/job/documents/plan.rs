@@ -107,6 +107,7 @@ impl PlannedHoleRow {
         let (outcome, cause, reason) = match &planned.plan {
             HolePlan::Fill => ("would_be_filled", None, None),
             HolePlan::Flat => ("would_be_flat", None, None),
+            HolePlan::Base => ("would_get_base", None, None),
             HolePlan::Triangulate(why) => {
                 let cause = Some(triangulated(why));
                 ("would_be_triangulated", cause, Some(why.to_string()))

@@ -88,6 +88,8 @@ impl OutcomeRow<'_> {
         let (outcome, cause) = match &report.outcome {
             HoleOutcome::Filled => ("filled", None),
             HoleOutcome::Flat => ("flat", None),
+            HoleOutcome::Base => ("base", None),
+            HoleOutcome::Failed(FailedReason::NoBase(_)) => ("failed", Some("no_base")),
             HoleOutcome::Faired(why) => ("faired", Some(failure(why))),
             HoleOutcome::Triangulated(why) => ("triangulated", Some(triangulated(why))),
             HoleOutcome::Left(why) => ("left", Some(left(*why))),

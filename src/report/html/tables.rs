@@ -114,7 +114,7 @@ fn class_of(outcome: &HoleOutcome) -> &'static str {
     match outcome {
         HoleOutcome::Filled => "filled",
         HoleOutcome::Faired(_) => "faired",
-        HoleOutcome::Flat => "flat",
+        HoleOutcome::Flat | HoleOutcome::Base => "flat",
         HoleOutcome::Triangulated(_) => "triangulated",
         HoleOutcome::Left(_) => "left",
         HoleOutcome::Failed(_) => "failed",
