@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use super::rounding::Rounding;
 use crate::check::crossing;
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::cut::settled;
@@ -28,6 +29,8 @@ pub(super) struct Draft {
     scrap: HashSet<u32>,
     known: Arc<Known>,
     inspected: Inspected,
+    /// How positions are rounded when they are written.
+    pub(super) rounding: Rounding,
 }
 
 /// The last inspection of a draft. It holds a copy of the mesh that was inspected, so that it is known when it is out of date.
@@ -100,6 +103,7 @@ impl Draft {
             scrap: HashSet::new(),
             known: Arc::default(),
             inspected: Inspected::default(),
+            rounding: Rounding::default(),
             origins: Origins::of(mesh),
             sigma: vec![None; mesh.positions.len()],
             region: vec![NONE; mesh.faces.len()],
@@ -308,6 +312,26 @@ impl Draft {
             self.region.resize(ends.min(faces), (first + region) as u32);
         }
         self.region.resize(faces, NONE);
+    }
+
+    /// Rounds the positions from the vertex `first` on as they will be written, and takes new faces out two of whose corners become
+    /// one by that.
+    pub(super) fn round_from(&mut self, first: usize) {
+        if !self.rounding.is_single() {
+            return;
+        }
+        for p in &mut self.mesh.positions[first..] {
+            *p = self.rounding.of(*p);
+        }
+        let collapsed = |(face, region): (&[u32; 3], &u32)| {
+            let [a, b, c] = face.map(|v| self.mesh.positions[v as usize]);
+            *region != NONE && (a == b || b == c || c == a)
+        };
+        let faces = self.mesh.faces.iter().zip(&self.region);
+        let removed: Vec<bool> = faces.map(collapsed).collect();
+        if removed.contains(&true) {
+            self.remove(&removed);
+        }
     }
 
     /// Puts what comes from the input first, and drops vertices that are used no more, of those that the input used; of the others

@@ -14,6 +14,7 @@ mod orient;
 mod params;
 mod pockets;
 mod report;
+mod rounding;
 mod scraps;
 mod setters;
 mod sheets;
@@ -21,6 +22,8 @@ mod widen;
 
 use std::collections::HashSet;
 use std::time::Instant;
+
+use glam::DMat4;
 
 use super::{FillError, FillReport, Inspection};
 use crate::check::{CheckParams, DefectKind, components};
@@ -32,6 +35,7 @@ use crate::tuning::tuning;
 use choice::Choice;
 use clean::Alike;
 use draft::{Draft, Faults, KeepVertices};
+use rounding::Rounding;
 
 pub use params::{CrossingPass, RepairParams, RepairReport};
 
@@ -57,6 +61,10 @@ pub struct Carried<'a> {
     /// Keeps all vertices, so that those of the input keep their numbers, and puts faces that were changed behind those that were
     /// not.
     pub in_place: bool,
+    /// The transform to the coordinates of the mesh from those that the output holds as 32-bit floats, the identity for most formats;
+    /// none where it holds 64-bit floats. All positions are rounded so, those of the input too unless they stay `in_place`, before
+    /// self-intersections are looked for: what is found free of them is still so once it is written.
+    pub stored: Option<DMat4>,
 }
 
 impl Default for Carried<'_> {
@@ -64,6 +72,7 @@ impl Default for Carried<'_> {
         Self {
             alike: &|_, _| true,
             in_place: false,
+            stored: None,
         }
     }
 }
@@ -92,7 +101,8 @@ pub fn repair(
             lost: 0,
             border: HashSet::new(),
         };
-        run.prepare(carried.alike)?;
+        run.draft.rounding = Rounding::new(carried.stored);
+        run.prepare(carried)?;
         run.fill_and_cut()?;
         let mut done = run.finish(carried);
         done.report.fill.seconds = clock.elapsed().as_secs_f64();
@@ -121,17 +131,22 @@ impl Run<'_> {
     }
 
     /// All that comes before crossings and holes.
-    fn prepare(&mut self, alike: &Alike) -> Result<(), FillError> {
+    fn prepare(&mut self, carried: &Carried) -> Result<(), FillError> {
         let params = self.params;
         let found = Inspection::new(self.input)?;
         self.report.before = Some(found.check(&CheckParams::default()));
         self.choice = Choice::new(&found, &params.fill)?;
         self.report.fill = FillReport::of(&found);
+        let rounding = self.draft.rounding;
         self.draft = Draft::new(self.input, found.topology.piece.clone());
-        self.border = border(&found);
+        self.draft.rounding = rounding;
         drop(found);
+        if !carried.in_place {
+            self.draft.round_from(0);
+        }
+        self.border = border(&*self.draft.inspect()?);
         self.go_on()?;
-        clean::clean(&mut self.draft, params, alike, &mut self.report)?;
+        clean::clean(&mut self.draft, params, carried.alike, &mut self.report)?;
         self.go_on()?;
         if params.orient {
             self.report.turned_faces = orient::orient(&mut self.draft)?;
@@ -340,7 +355,9 @@ impl Run<'_> {
         } else {
             self.report.fill.holes.len()
         };
+        let known = self.draft.mesh.positions.len();
         self.draft.take(mesh, sigma, &report, regions);
+        self.draft.round_from(known);
         self.tell(report, regions, holes, first);
         Ok(())
     }

@@ -76,6 +76,9 @@ thresholds! {
         dangling: f64 = 0.01,
         /// Rounds of cuts: each changes which sheets touch.
         sheet_rounds: usize = 8,
+        /// Units in the last place of 32-bit floats. Components that measure no more are points in an output of these: a body needs
+        /// several units along each axis.
+        point: f64 = 4.0,
         /// Shortest edges. Separated vertices are moved apart by this,
         apart: f64 = 1e-3,
         /// and by at least this many units in the last place of 32-bit floats.
