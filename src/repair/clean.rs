@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::draft::Draft;
-use super::{RepairParams, RepairReport};
+use super::{RepairParams, RepairReport, seams};
 use crate::check::{duplicates, is_flat};
 use crate::mend::FillError;
 use crate::mesh::topology::{NONE, end, start};
@@ -26,9 +26,11 @@ pub(super) fn clean(
         report.merged_vertices = merge_coinciding(draft, alike);
         report.degenerate_faces = drop_points(draft)?;
     }
-    if let Some(length) = params.weld.filter(|l| *l > 0.0) {
-        report.welded_vertices = weld_border(draft, length)?;
-    }
+    report.welded_vertices = match params.weld {
+        Some(length) if length > 0.0 => weld_border(draft, length)?,
+        None if params.clean => seams::weld(draft)?,
+        _ => 0,
+    };
     if !params.clean {
         return Ok(());
     }
@@ -51,7 +53,7 @@ pub(super) fn clean(
             flipped => report.flipped_edges += flipped,
         }
     }
-    Ok(())
+    seams::stitch(draft, report)
 }
 
 /// Turns the edges of new faces without area where they have a new neighbour.

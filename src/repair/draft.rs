@@ -86,6 +86,15 @@ pub(super) struct Faults {
     open: usize,
 }
 
+impl Faults {
+    /// Whether no more is wrong, but for how many holes there are.
+    pub(super) fn is_no_worse_but_for_holes(&self, than: &Self) -> bool {
+        self.lost_components <= than.lost_components
+            && self.crossing <= than.crossing
+            && self.non_manifold <= than.non_manifold
+    }
+}
+
 /// What is left of a draft at the end.
 pub(super) struct Finished {
     pub(super) mesh: Mesh,

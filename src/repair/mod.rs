@@ -16,11 +16,12 @@ mod pockets;
 mod report;
 mod rounding;
 mod scraps;
+mod seams;
 mod setters;
 mod sheets;
 mod widen;
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::time::Instant;
 
 use glam::DMat4;
@@ -100,6 +101,7 @@ pub fn repair(
             choice: Choice::default(),
             lost: 0,
             border: HashSet::new(),
+            components: Vec::new(),
         };
         run.draft.rounding = Rounding::new(carried.stored);
         run.prepare(carried)?;
@@ -122,6 +124,8 @@ struct Run<'a> {
     lost: usize,
     /// The border of the input.
     border: HashSet<Edge>,
+    /// For each face of the input its component; `u32::MAX` for degenerate faces.
+    components: Vec<u32>,
 }
 
 impl Run<'_> {
@@ -138,7 +142,8 @@ impl Run<'_> {
         self.choice = Choice::new(&found, &params.fill)?;
         self.report.fill = FillReport::of(&found);
         let rounding = self.draft.rounding;
-        self.draft = Draft::new(self.input, found.topology.piece.clone());
+        self.components.clone_from(&found.topology.piece);
+        self.draft = Draft::new(self.input, self.components.clone());
         self.draft.rounding = rounding;
         drop(found);
         if !carried.in_place {
@@ -340,20 +345,25 @@ impl Run<'_> {
                     max_diameter: None,
                     keep_open: Vec::new(),
                     bridge: Vec::new(),
+                    flat: Vec::new(),
                     crease: Vec::new(),
                     ..self.params.fill.clone()
                 },
             };
             let regions = found.regions(&params)?;
             let watch = Watch::new(*self.control, regions.expected_work());
-            let filled = regions.fill(&watch)?;
+            let mut filled = regions.fill(&watch)?;
+            if first {
+                let numbers = self.choice.numbers(&found, &self.draft.origins.vertices);
+                renumber(&mut filled.report, &numbers);
+            }
             (filled.mesh, filled.sigma, filled.report)
         };
         let regions = self.report.fill.regions.len();
         let holes = if first {
             0
         } else {
-            self.report.fill.holes.len()
+            last_number(&self.report.fill)
         };
         let known = self.draft.mesh.positions.len();
         self.draft.take(mesh, sigma, &report, regions);
@@ -401,6 +411,7 @@ impl Run<'_> {
         let mut report = self.report;
         let living = done.origins.living(self.input.faces.len());
         report.lost_faces = living.iter().filter(|l| !**l).count();
+        report.gone_components = gone_components(&self.components, &living);
         let known: HashSet<u32> = done.origins.vertices.iter().copied().collect();
         report.lost_vertices = self.input.positions.len() - known.len();
         // Rims by the numbers of the result; those that are there no more are not drawn.
@@ -423,6 +434,38 @@ impl Run<'_> {
 
 /// A draft, what was told of it, and how many faces went for patches that crossed others; and how far from sound it is.
 type State = ((Draft, RepairReport, usize), Faults);
+
+/// How many components of the input have no living face, and the fewest and the most faces of one.
+fn gone_components(component: &[u32], living: &[bool]) -> [usize; 3] {
+    let mut faces: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
+    for (component, lives) in component.iter().zip(living).filter(|(c, _)| **c != NONE) {
+        let (count, any) = faces.entry(*component).or_default();
+        *count += 1;
+        *any |= lives;
+    }
+    let gone = faces.values().filter(|(_, any)| !any);
+    let sizes: Vec<usize> = gone.map(|(count, _)| *count).collect();
+    let least = sizes.iter().min().copied().unwrap_or(0);
+    let most = sizes.iter().max().copied().unwrap_or(0);
+    [sizes.len(), least, most]
+}
+
+/// Gives the holes of a report other numbers.
+fn renumber(report: &mut FillReport, numbers: &HashMap<HoleId, HoleId>) {
+    let number = |id: &mut HoleId| *id = numbers.get(id).copied().unwrap_or(*id);
+    for hole in &mut report.holes {
+        number(&mut hole.hole.id);
+    }
+    for region in &mut report.regions {
+        region.holes.iter_mut().for_each(number);
+    }
+}
+
+/// The largest number of a hole in a report.
+fn last_number(report: &FillReport) -> usize {
+    let numbers = report.holes.iter().map(|h| h.hole.id.get());
+    numbers.max().unwrap_or(0)
+}
 
 /// An edge between vertices of the welded draft, the smaller number first.
 type Edge = (u32, u32);

@@ -76,6 +76,8 @@ thresholds! {
         dangling: f64 = 0.01,
         /// Rounds of cuts: each changes which sheets touch.
         sheet_rounds: usize = 8,
+        /// Rounds of splits at T-junctions, at most: each splits one edge of a face.
+        stitch_rounds: usize = 12,
         /// Units in the last place of 32-bit floats. Components that measure no more are points in an output of these: a body needs
         /// several units along each axis.
         point: f64 = 4.0,

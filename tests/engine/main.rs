@@ -27,6 +27,7 @@ mod outcomes;
 mod regions;
 mod repair;
 mod repair_bytes;
+mod repair_seams;
 mod repair_worst;
 mod restore;
 mod study;
