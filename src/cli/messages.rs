@@ -1,5 +1,6 @@
 //! What is said of a job: before it, while it lasts, after it.
 
+use isomend::io::{Format, Precision};
 use isomend::job::{Extent, JobPlan, JobResult, WorkPlan};
 use isomend::report::{
     counted, length, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines,
@@ -71,8 +72,13 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
         _ => {}
     }
     let report = &done.report;
+    // Holes with higher numbers were made by the repair and cannot be named on the command line.
+    let chosen = match &done.extent {
+        Extent::Repaired(report) => report.before.as_ref().map_or(0, |v| v.holes),
+        _ => usize::MAX,
+    };
     let is_verbose = console.is_verbose();
-    for line in outcome::lines(report, &done.spec.work, is_verbose) {
+    for line in outcome::lines(report, &done.spec.work, chosen, is_verbose) {
         console.say(&line);
     }
     if is_verbose {
@@ -98,10 +104,22 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             repaired(report, &file, console);
         }
         Extent::Holes if report.holes.is_empty() && report.open_chains.is_empty() => {
-            console.say(&(file + "no holes: vertices and faces are copied unchanged"));
+            let what = match is_rounded(done) {
+                true => "no holes: only the positions are rounded",
+                false => "no holes: vertices and faces are copied unchanged",
+            };
+            console.say(&(file + what));
         }
         _ => console.say(&(file + &verdict)),
     }
+}
+
+/// Whether the positions were rounded to what the format of the output holds.
+fn is_rounded(done: &JobResult) -> bool {
+    let single = |f: Format| matches!(f, Format::Stl | Format::Gltf | Format::Glb);
+    let output = done.spec.output.as_ref();
+    output.is_some_and(|o| single(o.format) && !(o.ascii && o.format == Format::Stl))
+        && Precision::of(&done.mesh) == Precision::F64
 }
 
 /// The name of the file that was written, before a verdict.
@@ -118,20 +136,35 @@ fn repaired(report: &RepairReport, file: &str, console: &Console) {
         console.say(&line);
     }
     console.say(&format!(
-        "{} faces of the input are gone",
-        report.lost_faces
+        "{} of the input {} gone{}",
+        counted(report.lost_faces, "face"),
+        if report.lost_faces == 1 { "is" } else { "are" },
+        gone_components(report.gone_components)
     ));
     if let Some(after) = &report.after {
-        match after.is_sound() {
-            true => console.say(&format!("{file}{}", after.line())),
-            false => console.warn(&format!("{file}{}", after.line())),
-        }
         for defect in &after.defects {
             let places = defect.places.iter().take(MOST_PLACES);
             let places: Vec<String> = places.map(|p| point(*p, p.abs().max_element())).collect();
             let kind = defect.kind.text(defect.count);
             console.detail(&format!("{kind}: {}", places.join("; ")));
         }
+        match after.is_sound() {
+            true => console.say(&format!("{file}{}", after.line())),
+            false => console.warn(&format!("{file}{}", after.line())),
+        }
+    }
+}
+
+/// The components of the input that are gone, by their sizes.
+fn gone_components([count, least, most]: [usize; 3]) -> String {
+    match count {
+        0 => String::new(),
+        _ if least == most => format!(
+            ", among them {} of {}",
+            counted(count, "component"),
+            counted(most, "face")
+        ),
+        _ => format!(", among them {count} components of {least} to {most} faces"),
     }
 }
 
