@@ -58,7 +58,15 @@ pub(super) struct Closing {
 }
 
 impl<'a> Border<'a> {
-    pub(crate) fn new(mesh: &'a Mesh, topology: &Topology) -> Self {
+    /// The border of a mesh whose vertices are one but for rounding within the mesh's own precision.
+    pub(super) fn new(mesh: &'a Mesh, topology: &Topology) -> Self {
+        let is_open = topology.boundary.contains(&true);
+        let unit = if is_open { weld_length(mesh) } else { 0.0 };
+        Self::with_unit(mesh, topology, unit)
+    }
+
+    /// The same with the length, in the mesh's units, within which vertices are one but for rounding.
+    pub(crate) fn with_unit(mesh: &'a Mesh, topology: &Topology, unit: f64) -> Self {
         let half_edges = 0..topology.boundary.len() as u32;
         let half_edges: Vec<u32> = half_edges
             .filter(|h| topology.boundary[*h as usize])
@@ -76,11 +84,7 @@ impl<'a> Border<'a> {
             e.iter().for_each(|v| at.entry(*v).or_default().push(i));
         }
         Self {
-            unit: if ends.is_empty() {
-                0.0
-            } else {
-                weld_length(mesh)
-            },
+            unit,
             tree: BoxTree::new(&boxes),
             mesh,
             half_edges,

@@ -26,6 +26,7 @@ pub(crate) use border::{Border, Match};
 pub use components::Component;
 pub(crate) use components::components;
 pub(crate) use defects::{crossing, duplicates, is_flat};
+pub(crate) use resolution::weld_length;
 pub(crate) use thin::meets;
 
 /// What is looked for, beyond what always is.

@@ -6,11 +6,15 @@ use isomend::report::{
     counted, length, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines,
     tally_line,
 };
-use isomend::{FairPlan, FairReport, HoleOutcome, RegionReport, RepairReport, RestorePlan};
+use isomend::{
+    FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan,
+};
 
 use super::console::Console;
 use super::outcome;
 
+/// Most holes that are still open in lines of their own.
+const MOST_OPEN: usize = 30;
 /// Most places of a kind of defect in a line.
 const MOST_PLACES: usize = 20;
 
@@ -91,11 +95,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             }
         }
     }
-    for hole in &report.holes {
-        if let HoleOutcome::Failed(why) = &hole.outcome {
-            console.warn(&format!("{name}hole {} is still open: {why}", hole.hole.id));
-        }
-    }
+    still_open(report, name, console);
     let file = written(done);
     let verdict = tally_line(report);
     match &done.extent {
@@ -111,6 +111,27 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             console.say(&(file + what));
         }
         _ => console.say(&(file + &verdict)),
+    }
+}
+
+/// Names the holes that could not be closed, the first of them where there are many.
+fn still_open(report: &FillReport, name: &str, console: &Console) {
+    let failed = report.holes.iter().filter_map(|hole| match &hole.outcome {
+        HoleOutcome::Failed(why) => Some((hole.hole.id, why)),
+        _ => None,
+    });
+    let most = if console.is_verbose() {
+        usize::MAX
+    } else {
+        MOST_OPEN
+    };
+    for (id, why) in failed.clone().take(most) {
+        console.warn(&format!("{name}hole {id} is still open: {why}"));
+    }
+    let more = failed.count().saturating_sub(most);
+    if more > 0 {
+        let holes = counted(more, "more hole");
+        console.warn(&format!("{name}{holes} still open (-v lists them)"));
     }
 }
 

@@ -31,6 +31,8 @@ pub(super) struct Draft {
     inspected: Inspected,
     /// How positions are rounded when they are written.
     pub(super) rounding: Rounding,
+    /// The length, in the mesh's units, within which vertices of the border are one but for rounding.
+    pub(super) unit: f64,
 }
 
 /// The last inspection of a draft. It holds a copy of the mesh that was inspected, so that it is known when it is out of date.
@@ -113,6 +115,7 @@ impl Draft {
             known: Arc::default(),
             inspected: Inspected::default(),
             rounding: Rounding::default(),
+            unit: 0.0,
             origins: Origins::of(mesh),
             sigma: vec![None; mesh.positions.len()],
             region: vec![NONE; mesh.faces.len()],

@@ -27,7 +27,7 @@ use std::time::Instant;
 use glam::DMat4;
 
 use super::{FillError, FillReport, Inspection};
-use crate::check::{CheckParams, DefectKind, components};
+use crate::check::{CheckParams, DefectKind, components, weld_length};
 use crate::fill::FillParams;
 use crate::mend::{Control, Watch};
 use crate::mesh::topology::NONE;
@@ -145,11 +145,17 @@ impl Run<'_> {
         self.components.clone_from(&found.topology.piece);
         self.draft = Draft::new(self.input, self.components.clone());
         self.draft.rounding = rounding;
+        // Rounding hides how many digits the coordinates had.
+        self.draft.unit = weld_length(&found.mesh);
         drop(found);
         if !carried.in_place {
             self.draft.round_from(0);
         }
-        self.border = border(&*self.draft.inspect()?);
+        {
+            let found = self.draft.inspect()?;
+            self.border = border(&found);
+            self.draft.unit = weld_length(&found.mesh).max(self.draft.unit);
+        }
         self.go_on()?;
         clean::clean(&mut self.draft, params, carried.alike, &mut self.report)?;
         self.go_on()?;

@@ -15,7 +15,7 @@ use crate::tuning::tuning;
 pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
     let (to, merged) = {
         let found = draft.inspect()?;
-        let border = Border::new(&found.mesh, &found.topology);
+        let border = Border::with_unit(&found.mesh, &found.topology, draft.unit);
         let matches = border.matches(border.unit, tuning().check.weld_edge);
         let to = merges(&found, &border, &matches);
         let merged = (0..).zip(&to).filter(|(v, w)| v != *w).count();
@@ -82,7 +82,7 @@ pub(super) fn stitch(draft: &mut Draft, report: &mut RepairReport) -> Result<(),
     let mut split = 0;
     for _ in 0..tuning().repair.stitch_rounds {
         let current = new.as_ref().unwrap_or(draft);
-        let splits = splits(&*current.inspect()?);
+        let splits = splits(&*current.inspect()?, draft.unit);
         if splits.is_empty() {
             break;
         }
@@ -127,9 +127,9 @@ struct Split {
 }
 
 /// The edges to split, one of each face.
-fn splits(found: &Inspection) -> Vec<Split> {
+fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let border = Border::new(mesh, topology);
+    let border = Border::with_unit(mesh, topology, unit);
     let mut seen: HashSet<u32> = HashSet::new();
     let mut all = Vec::new();
     for junctions in border.junctions() {

@@ -136,6 +136,29 @@ fn patches_of_32_bit_meshes_are_judged_as_they_are_written() {
 }
 
 #[test]
+fn digits_of_text_count_also_where_the_output_is_rounded() {
+    let round = |x: f64| (x * 1e6).round() / 1e6;
+    let good = moved(&ball(4), 2.5, DVec3::ZERO);
+    let mut soup = Mesh::default();
+    for (f, face) in good.faces.iter().enumerate() {
+        let first = soup.positions.len() as u32;
+        // Corners that are one differ by a unit of the last digit, in each face another way.
+        let last = [1, 2, 4].map(|bit| if f & bit == 0 { 0.0 } else { 1e-6 });
+        for v in face {
+            let p = good.positions[*v as usize].to_array().map(round);
+            soup.positions
+                .push(DVec3::from_array(p) + DVec3::from_array(last));
+        }
+        soup.faces.push([first, first + 1, first + 2]);
+    }
+    for p in &mut soup.positions {
+        *p = DVec3::from_array(p.to_array().map(round));
+    }
+    assert_sound_in("digits", &source(&soup), &SINGLE);
+    assert_sound_in("digits", &source(&soup), &DOUBLE);
+}
+
+#[test]
 fn input_positions_that_32_bit_floats_hold_stay_and_others_are_noted() {
     let good = ball(4);
     let spec = |mesh: &Mesh| {
