@@ -11,6 +11,9 @@ use crate::mesh::{Hole, Mesh, VertexFaces};
 use crate::spatial::{Bounds, BoxTree};
 use crate::tuning::tuning;
 
+/// Pieces of an edge along which border vertices are looked for.
+const PIECES: u32 = 8;
+
 /// The border of a welded mesh: its edges in one face only.
 pub(crate) struct Border<'a> {
     mesh: &'a Mesh,
@@ -18,7 +21,9 @@ pub(crate) struct Border<'a> {
     pub(crate) half_edges: Vec<u32>,
     /// For each of them its vertices, in its direction.
     pub(crate) ends: Vec<[u32; 2]>,
-    boxes: Vec<Bounds>,
+    /// Its vertices in rising order, their positions as boxes, and a tree over these.
+    vertices: Vec<u32>,
+    points: Vec<Bounds>,
     tree: BoxTree,
     /// For each vertex the places of its border edges.
     at: HashMap<u32, Vec<u32>>,
@@ -73,25 +78,31 @@ impl<'a> Border<'a> {
             .collect();
         let ends = half_edges.iter().map(|&h| [start(mesh, h), end(mesh, h)]);
         let ends: Vec<[u32; 2]> = ends.collect();
-        let corners = |[a, b]: &[u32; 2]| [*a, *b].map(|v| mesh.positions[v as usize]);
-        let of_edge = |e: &[u32; 2]| {
-            let [a, b] = corners(e);
-            Bounds::of([a, b, b])
-        };
-        let boxes: Vec<Bounds> = ends.iter().map(of_edge).collect();
         let mut at: HashMap<u32, Vec<u32>> = HashMap::new();
         for (e, i) in ends.iter().zip(0..) {
             e.iter().for_each(|v| at.entry(*v).or_default().push(i));
         }
+        let mut vertices: Vec<u32> = at.keys().copied().collect();
+        vertices.sort_unstable();
+        let point = |v: &u32| Bounds::of_ball(mesh.positions[*v as usize], 0.0);
+        let points: Vec<Bounds> = vertices.iter().map(point).collect();
         Self {
             unit,
-            tree: BoxTree::new(&boxes),
+            tree: BoxTree::new(&points),
             mesh,
             half_edges,
             ends,
-            boxes,
+            vertices,
+            points,
             at,
         }
+    }
+
+    /// Calls a function with the vertices of the border in a box.
+    fn near(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
+        self.tree.for_each(&self.points, query, |i| {
+            visit(self.vertices[i as usize]);
+        });
     }
 
     fn position(&self, v: u32) -> DVec3 {
@@ -120,9 +131,13 @@ impl<'a> Border<'a> {
         let tolerance = self.tolerance(segment[0].distance(segment[1]));
         let face = self.mesh.faces[self.half_edges[edge as usize] as usize / 3];
         let mut near: BTreeSet<u32> = BTreeSet::new();
-        let query = self.boxes[edge as usize].widened(tolerance);
-        self.tree
-            .for_each(&self.boxes, &query, |i| near.extend(self.ends[i as usize]));
+        // Pieces of a long edge have small boxes, however the edge lies.
+        let step = (segment[1] - segment[0]) / f64::from(PIECES);
+        for i in 0..PIECES {
+            let from = segment[0] + step * f64::from(i);
+            let piece = Bounds::of([from, from + step, from]).widened(tolerance);
+            self.near(&piece, |v| _ = near.insert(v));
+        }
         let place = |v: &u32| Some((along(self.position(*v), segment, tolerance)?, *v));
         let inner = near.iter().filter(|v| !face.contains(v));
         let mut on: Vec<(f64, u32)> = inner.filter_map(place).collect();
@@ -186,21 +201,15 @@ impl<'a> Border<'a> {
             let own = length([a, b]);
             let reach = most.min(part * own);
             let mut best: Option<Match> = None;
-            let query = self.boxes[i as usize].widened(reach);
-            self.tree.for_each(&self.boxes, &query, |j| {
-                let [c, d] = self.ends[j as usize];
-                let reach = reach.min(part * length([c, d]));
-                // Against the edge first: so do the edges of surfaces that agree.
-                for ends in [[d, c], [c, d]] {
+            let around_start = Bounds::of_ball(self.position(a), reach);
+            self.near(&around_start, |v| {
+                for &j in self.at[&v].iter().filter(|j| **j != i) {
+                    let [c, d] = self.ends[j as usize];
+                    let ends = if c == v { [c, d] } else { [d, c] };
                     let distance = length([a, ends[0]]).max(length([b, ends[1]]));
                     let nearer = best.is_none_or(|m| distance < m.distance);
-                    let is_one = i != j && ends != [a, b] && ends != [b, a];
-                    if distance <= reach
-                        && nearer
-                        && is_one
-                        && !adjacent(a, ends[0])
-                        && !adjacent(b, ends[1])
-                    {
+                    let is_near = distance <= reach.min(part * length([c, d]));
+                    if is_near && nearer && !adjacent(a, ends[0]) && !adjacent(b, ends[1]) {
                         best = Some(Match { distance, ends });
                     }
                 }

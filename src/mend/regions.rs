@@ -1,5 +1,6 @@
 //! The regions of a fill: which holes are filled, together with which others, and what is made of their patches.
 
+use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -207,6 +208,13 @@ impl<'a> Regions<'a> {
         let mut filled = self.assemble(patches)?;
         filled.report.seconds = clock.elapsed().as_secs_f64();
         Ok(filled)
+    }
+
+    /// The holes that are filled each in a region of its own.
+    pub(crate) fn alone(&self) -> HashSet<HoleId> {
+        let single = self.groups.iter().filter(|group| group.len() == 1);
+        let holes = single.flatten().map(|h| self.found.holes[*h].id);
+        holes.collect()
     }
 
     /// About how much work each region is: the squares of voxels across its first grid.

@@ -328,9 +328,10 @@ impl Run<'_> {
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
         let (mesh, sigma, report) = {
             let mut found = self.draft.take_inspection()?;
-            if self.params.borders {
-                found.holes.iter_mut().for_each(|h| h.outer_border = false);
-            }
+            let sheets = match self.params.borders {
+                true => choice::take_borders(&mut found),
+                false => Vec::new(),
+            };
             let mut made: Vec<HoleId> = Vec::new();
             for hole in &mut found.holes {
                 if edges(&hole.rim).any(|e| !old.contains(&e)) {
@@ -339,7 +340,7 @@ impl Run<'_> {
                     made.push(hole.id);
                 }
             }
-            let params = match first && self.params.holes {
+            let mut params = match first && self.params.holes {
                 true => self.choice.params(
                     &found,
                     &self.draft.origins.vertices,
@@ -356,6 +357,11 @@ impl Run<'_> {
                     ..self.params.fill.clone()
                 },
             };
+            if first && !sheets.is_empty() {
+                let alone = found.regions(&params)?.alone();
+                let flat = sheets.iter().filter(|id| alone.contains(id));
+                params.flat.extend(flat);
+            }
             let regions = found.regions(&params)?;
             let watch = Watch::new(*self.control, regions.expected_work());
             let mut filled = regions.fill(&watch)?;

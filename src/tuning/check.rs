@@ -20,8 +20,9 @@ thresholds! {
         weld_most: f64 = 1e-5,
         /// Part of the shorter one of two border edges within which their ends are merged by default.
         weld_edge: f64 = 0.1,
-        /// Part of the shorter one of two border edges within which they count as nearly coinciding, for advice.
-        weld_part: f64 = 0.25,
+        /// Part of the shorter one of two border edges within which they count as nearly coinciding, for advice. Of 20 000 triangles
+        /// at random places 0.25 took ten times as long.
+        weld_part: f64 = 0.1,
         /// Part of the border's edges that a length has to close to be advised.
         weld_least: f64 = 0.05,
         /// Digits of coordinates that are looked for in text files, at least and

@@ -29,6 +29,9 @@ thresholds! {
         diagonal: f64 = 0.1,
         /// Faces. Components of this many have no inside.
         small_faces: usize = 2,
+        /// Faces of an open sheet whose outer border is closed by a flat cap, at most: of 300 sheets of 32 faces no border got a level
+        /// set, which took 106 of 114 seconds, and the results were the same.
+        small_sheet: usize = 256,
         /// Faces of a component that are tested to say whether it lies inside another.
         samples: usize = 64,
         /// Winding number of the other component above which a point before a face lies inside it; half of the points decide.

@@ -49,8 +49,8 @@ fn with_t_junctions() -> Mesh {
 #[test]
 fn vertices_that_differ_by_rounding_are_welded_by_default() {
     let good = turned(sphere(4));
-    let tiny = |f: usize| DVec3::splat(if f % 2 == 0 { 0.0 } else { 3e-16 });
-    let last_place = |f: usize| DVec3::splat(if f % 2 == 0 { 0.0 } else { 1e-7 });
+    let tiny = |f: usize| DVec3::splat(if f.is_multiple_of(2) { 0.0 } else { 3e-16 });
+    let last_place = |f: usize| DVec3::splat(if f.is_multiple_of(2) { 0.0 } else { 1e-7 });
     let text = |m: Mesh| {
         let mut m = m;
         for p in &mut m.positions {
@@ -58,7 +58,7 @@ fn vertices_that_differ_by_rounding_are_welded_by_default() {
         }
         m
     };
-    let last_digit = |f: usize| DVec3::splat(if f % 2 == 0 { 0.0 } else { 1e-5 });
+    let last_digit = |f: usize| DVec3::splat(if f.is_multiple_of(2) { 0.0 } else { 1e-5 });
     let all = [
         torn(&good, tiny),
         single(torn(&single(good.clone()), last_place)),
