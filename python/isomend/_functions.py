@@ -159,6 +159,7 @@ def repair(
     keep_holes: bool = False,
     close_borders: bool = False,
     max_diameter: float | None = None,
+    flat: Iterable[int] = (),
     voxel: Voxel = "auto",
     energy: Literal["willmore", "curvature-variation"] = "willmore",
     finish: Literal["auto", "willmore", "none"] = "auto",
@@ -183,8 +184,8 @@ def repair(
     Args:
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0.
-        weld: Merge vertices of the border that are no farther apart than this, in the mesh's units; those at exactly the same
-            position are merged anyway.
+        weld: Merge vertices of the border that are no farther apart than this, in the mesh's units. Those at exactly the same
+            position are merged anyway, and by default those of edges that coincide but for the precision of the coordinates.
         debris: Take out components with less than this part, from 0 to 1, of the area of the largest one. By default they stay.
         flat_base: Put open sheets such as terrains on a flat base, with straight walls down from their outer borders.
         base_offset: How far below the lowest vertex of its sheet the base of ``flat_base`` lies, in the mesh's units. By
@@ -198,6 +199,7 @@ def repair(
         keep_holes: Leave the holes of the mesh open; those that the repair makes are filled. Not with ``close_borders``.
         close_borders: Close the outer borders of open sheets too, which are left open otherwise. Not with ``keep_holes``.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
+        flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
         voxel, energy, finish, sharp, variant, time_step, steps, edge_ratio: How holes are filled, as for :func:`fill`.
         threads, point_data, cell_data, progress: As for :func:`fill`.
         strict: Raise :class:`isomend.StrictError` unless the result is sound and every patch is a steady surface.
@@ -217,8 +219,8 @@ def repair(
         weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside,
         keep_duplicates=keep_duplicates, keep_orientation=keep_orientation, keep_non_manifold=keep_non_manifold,
         keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders,
-        max_diameter=max_diameter, voxel=voxel, energy=energy, finish=finish, sharp=sharp, variant=variant, time_step=time_step,
-        steps=steps, edge_ratio=edge_ratio,
+        max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp, variant=variant,
+        time_step=time_step, steps=steps, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 

@@ -52,6 +52,7 @@ class RepairOptions(SolveOptions, total=False):
     keep_holes: bool
     close_borders: bool
     max_diameter: float | None
+    flat: Iterable[int]
 
 
 class RestoreOptions(SolveOptions, total=False):

@@ -8,8 +8,10 @@
 //! other than a shared vertex or edge); but the latter is decided exactly here, so that faces that merely touch, and neighbours that are folded
 //! onto each other, count too.
 
+mod border;
 mod components;
 mod defects;
+mod resolution;
 mod thin;
 
 use std::collections::BTreeMap;
@@ -20,9 +22,11 @@ use serde::{Deserialize, Serialize};
 use crate::mesh::{Hole, Mesh, OpenChain, Topology};
 use crate::parameters::{OutOfBounds, tables};
 
+pub(crate) use border::{Border, Match};
 pub use components::Component;
 pub(crate) use components::components;
 pub(crate) use defects::{crossing, duplicates, is_flat};
+pub(crate) use resolution::weld_length;
 pub(crate) use thin::meets;
 
 /// What is looked for, beyond what always is.
@@ -157,6 +161,19 @@ pub struct Verdict {
     pub holes: usize,
     /// Chains of border edges that do not close.
     pub open_chains: usize,
+    /// T-junctions: border vertices that lie on a border edge. A repair splits these edges.
+    #[serde(default)]
+    pub t_junctions: usize,
+    /// Holes that are closed once the edges at T-junctions are split.
+    #[serde(default)]
+    pub t_junction_holes: usize,
+    /// The length, in the mesh's units, within which vertices of the border are to be merged so that most of its edges close which
+    /// nearly coincide, and how many of its edges close so; none where few do.
+    #[serde(default)]
+    pub weld: Option<(f64, usize)>,
+    /// Whether a repair merges within that length by itself.
+    #[serde(default)]
+    pub weld_by_default: bool,
     /// The components, in the order of their first faces.
     pub components: Vec<Component>,
     /// The kinds of defects that there are.
@@ -193,6 +210,7 @@ pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
         defects.push(thin::thin(subject, length));
     }
     defects.retain(|d| d.count > 0);
+    let closing = Border::new(subject.mesh, subject.topology).closing(subject.holes);
     let mut used = vec![false; subject.input.positions.len()];
     let corners = subject.input.faces.iter().flatten();
     corners.for_each(|&v| used[v as usize] = true);
@@ -203,6 +221,10 @@ pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
         duplicate_vertices: subject.topology.defects.duplicate_vertices,
         holes: subject.holes.len(),
         open_chains: subject.open_chains.len(),
+        t_junctions: closing.junctions,
+        t_junction_holes: closing.junction_holes,
+        weld: closing.weld,
+        weld_by_default: closing.by_default,
         components,
         defects,
         params: params.clone(),
@@ -243,12 +265,30 @@ impl Verdict {
 
     /// What is wrong with it, in words; nothing where it is sound.
     pub fn reasons(&self) -> Vec<String> {
-        let text = |d: &Defect| match d.kind {
-            DefectKind::Border if self.holes == 1 => "1 hole is open".to_owned(),
-            DefectKind::Border if self.holes > 1 => format!("{} holes are open", self.holes),
-            kind => kind.text(d.count),
-        };
-        self.defects.iter().map(text).collect()
+        let mut reasons = Vec::new();
+        for defect in &self.defects {
+            match defect.kind {
+                DefectKind::Border => self.open_reasons(defect.count, &mut reasons),
+                kind => reasons.push(kind.text(defect.count)),
+            }
+        }
+        reasons
+    }
+
+    /// Why so many edges of the border are open: holes, but for those that T-junctions leave.
+    fn open_reasons(&self, edges: usize, reasons: &mut Vec<String>) {
+        let holes = self.holes - self.t_junction_holes.min(self.holes);
+        match self.t_junctions {
+            0 => {}
+            1 => reasons.push("1 vertex lies on an edge (T-junction)".to_owned()),
+            n => reasons.push(format!("{n} vertices lie on edges (T-junctions)")),
+        }
+        match holes {
+            0 if self.holes > 0 => {}
+            0 => reasons.push(DefectKind::Border.text(edges)),
+            1 => reasons.push("1 hole is open".to_owned()),
+            n => reasons.push(format!("{n} holes are open")),
+        }
     }
 
     /// The verdict in a line.

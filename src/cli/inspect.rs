@@ -12,10 +12,9 @@ use isomend::report::{
 };
 
 use super::console::{self, Console};
-use super::input;
-use super::json::Target;
 use super::mask::MaskArgs;
 use super::report::ReportArgs;
+use super::several::{Found, Looking};
 use super::{CommonArgs, End};
 
 const EXAMPLES: &str = "\
@@ -23,6 +22,7 @@ Examples:
   isomend inspect scan.ply                  a table of the holes, with their numbers
   isomend inspect scan.ply --json - | jq '.holes[].diameter'
   isomend inspect scan.ply --report scan.html           the holes in a 3D view, with their numbers
+  isomend inspect scans/*.ply               a row for each
   isomend inspect scan.ply --ball 10,4,2,3.5 --grow 1   what a mask marks";
 
 /// List the pieces, holes and defects of a mesh.
@@ -33,9 +33,9 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct InspectArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input.
-    #[arg(value_name = "IN")]
-    input: PathBuf,
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input. Of several a table is printed.
+    #[arg(value_name = "IN", required = true)]
+    inputs: Vec<PathBuf>,
 
     #[command(flatten)]
     report: ReportArgs,
@@ -49,30 +49,64 @@ pub struct InspectArgs {
 
 /// Reads and lists.
 pub fn run(args: &InspectArgs, console: &Console) -> anyhow::Result<End> {
-    let json = args.common.json.as_ref();
-    let place = input::place(&args.input);
-    if let Some(json) = json {
-        json.check(std::slice::from_ref(&place), &[])?;
-    }
-    let drawings = args.report.drawings(json)?;
-    drawings.check(&place, None).map_err(super::told)?;
     let mask = args.mask.mask()?;
-    let source = input::source(&args.input, args.common.from)?;
-    let loaded = input::read(&source, console)?;
-    let inspected =
-        job::inspect(&source, &loaded, mask.as_ref(), &drawings).map_err(super::told)?;
-    if let Some(json) = json {
-        json.write(&inspected.document())?;
-    }
-    if !matches!(json, Some(Target::Stdout)) {
-        let mut text = table(&loaded, &inspected);
+    let looking = Looking {
+        command: "inspect",
+        inputs: &args.inputs,
+        report: &args.report,
+        common: &args.common,
+        headings: &[
+            "format",
+            "vertices",
+            "faces",
+            "pieces",
+            "holes",
+            "widest hole",
+            "defects",
+        ],
+        prints: true,
+    };
+    looking.each(console, &mut |source, loaded, drawings| {
+        let inspected =
+            job::inspect(source, loaded, mask.as_ref(), drawings).map_err(super::told)?;
+        let mut text = table(loaded, &inspected);
         text += &creases(&inspected, console.is_verbose());
         if let Some((mask, marked)) = &inspected.marked {
             text += &mask_line(mask, &marked.missed);
         }
-        console::print_out(&text)?;
-    }
-    Ok(End::Done)
+        Ok(Found {
+            text,
+            cells: cells(loaded, &inspected),
+            document: Found::document(&inspected.document())?,
+            is_good: true,
+        })
+    })
+}
+
+/// The row of a file in the table of several.
+fn cells(loaded: &Loaded, inspected: &Inspected) -> Vec<String> {
+    let found = &inspected.found;
+    let widest = found.holes.iter().map(|h| h.diameter).fold(0.0, f64::max);
+    let defects = [
+        defect_lines(&found.topology.defects),
+        chain_lines(&found.open_chains),
+    ]
+    .concat();
+    vec![
+        loaded.format.to_string(),
+        loaded.mesh.positions.len().to_string(),
+        loaded.mesh.faces.len().to_string(),
+        found.topology.piece_faces.len().to_string(),
+        found.holes.len().to_string(),
+        match found.holes.is_empty() {
+            true => "-".to_owned(),
+            false => length(widest),
+        },
+        match defects.is_empty() {
+            true => "none".to_owned(),
+            false => defects.join("; "),
+        },
+    ]
 }
 
 fn mask_line(mask: &Selection, missed: &[String]) -> String {

@@ -62,10 +62,14 @@ impl Target {
     /// Writes a document.
     pub fn write(&self, document: &impl Serialize) -> anyhow::Result<()> {
         let text = serde_json::to_string_pretty(document).context("cannot make the JSON report")?;
-        let text = text + "\n";
+        self.write_text(&(text + "\n"))
+    }
+
+    /// Writes the text of a document.
+    pub fn write_text(&self, text: &str) -> anyhow::Result<()> {
         match self {
-            Target::Stdout => print(&text),
-            Target::File(path) => Ok(write_text(path, &text)?),
+            Target::Stdout => print(text),
+            Target::File(path) => Ok(write_text(path, text)?),
         }
     }
 }

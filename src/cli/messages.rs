@@ -1,15 +1,20 @@
 //! What is said of a job: before it, while it lasts, after it.
 
+use isomend::io::{Format, Precision};
 use isomend::job::{Extent, JobPlan, JobResult, WorkPlan};
 use isomend::report::{
     counted, length, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines,
     tally_line,
 };
-use isomend::{FairPlan, FairReport, HoleOutcome, RegionReport, RepairReport, RestorePlan};
+use isomend::{
+    FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan,
+};
 
 use super::console::Console;
 use super::outcome;
 
+/// Most holes that are still open in lines of their own.
+const MOST_OPEN: usize = 30;
 /// Most places of a kind of defect in a line.
 const MOST_PLACES: usize = 20;
 
@@ -71,8 +76,13 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
         _ => {}
     }
     let report = &done.report;
+    // Holes with higher numbers were made by the repair and cannot be named on the command line.
+    let chosen = match &done.extent {
+        Extent::Repaired(report) => report.before.as_ref().map_or(0, |v| v.holes),
+        _ => usize::MAX,
+    };
     let is_verbose = console.is_verbose();
-    for line in outcome::lines(report, &done.spec.work, is_verbose) {
+    for line in outcome::lines(report, &done.spec.work, chosen, is_verbose) {
         console.say(&line);
     }
     if is_verbose {
@@ -85,11 +95,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             }
         }
     }
-    for hole in &report.holes {
-        if let HoleOutcome::Failed(why) = &hole.outcome {
-            console.warn(&format!("{name}hole {} is still open: {why}", hole.hole.id));
-        }
-    }
+    still_open(report, name, console);
     let file = written(done);
     let verdict = tally_line(report);
     match &done.extent {
@@ -98,10 +104,43 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             repaired(report, &file, console);
         }
         Extent::Holes if report.holes.is_empty() && report.open_chains.is_empty() => {
-            console.say(&(file + "no holes: vertices and faces are copied unchanged"));
+            let what = match is_rounded(done) {
+                true => "no holes: only the positions are rounded",
+                false => "no holes: vertices and faces are copied unchanged",
+            };
+            console.say(&(file + what));
         }
         _ => console.say(&(file + &verdict)),
     }
+}
+
+/// Names the holes that could not be closed, the first of them where there are many.
+fn still_open(report: &FillReport, name: &str, console: &Console) {
+    let failed = report.holes.iter().filter_map(|hole| match &hole.outcome {
+        HoleOutcome::Failed(why) => Some((hole.hole.id, why)),
+        _ => None,
+    });
+    let most = if console.is_verbose() {
+        usize::MAX
+    } else {
+        MOST_OPEN
+    };
+    for (id, why) in failed.clone().take(most) {
+        console.warn(&format!("{name}hole {id} is still open: {why}"));
+    }
+    let more = failed.count().saturating_sub(most);
+    if more > 0 {
+        let holes = counted(more, "more hole");
+        console.warn(&format!("{name}{holes} still open (-v lists them)"));
+    }
+}
+
+/// Whether the positions were rounded to what the format of the output holds.
+fn is_rounded(done: &JobResult) -> bool {
+    let single = |f: Format| matches!(f, Format::Stl | Format::Gltf | Format::Glb);
+    let output = done.spec.output.as_ref();
+    output.is_some_and(|o| single(o.format) && !(o.ascii && o.format == Format::Stl))
+        && Precision::of(&done.mesh) == Precision::F64
 }
 
 /// The name of the file that was written, before a verdict.
@@ -118,20 +157,35 @@ fn repaired(report: &RepairReport, file: &str, console: &Console) {
         console.say(&line);
     }
     console.say(&format!(
-        "{} faces of the input are gone",
-        report.lost_faces
+        "{} of the input {} gone{}",
+        counted(report.lost_faces, "face"),
+        if report.lost_faces == 1 { "is" } else { "are" },
+        gone_components(report.gone_components)
     ));
     if let Some(after) = &report.after {
-        match after.is_sound() {
-            true => console.say(&format!("{file}{}", after.line())),
-            false => console.warn(&format!("{file}{}", after.line())),
-        }
         for defect in &after.defects {
             let places = defect.places.iter().take(MOST_PLACES);
             let places: Vec<String> = places.map(|p| point(*p, p.abs().max_element())).collect();
             let kind = defect.kind.text(defect.count);
             console.detail(&format!("{kind}: {}", places.join("; ")));
         }
+        match after.is_sound() {
+            true => console.say(&format!("{file}{}", after.line())),
+            false => console.warn(&format!("{file}{}", after.line())),
+        }
+    }
+}
+
+/// The components of the input that are gone, by their sizes.
+fn gone_components([count, least, most]: [usize; 3]) -> String {
+    match count {
+        0 => String::new(),
+        _ if least == most => format!(
+            ", among them {} of {}",
+            counted(count, "component"),
+            counted(most, "face")
+        ),
+        _ => format!(", among them {count} components of {least} to {most} faces"),
     }
 }
 

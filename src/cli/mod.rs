@@ -23,6 +23,7 @@ mod repair;
 mod report;
 mod restore;
 mod sdf;
+mod several;
 mod solve;
 mod study;
 mod surface;

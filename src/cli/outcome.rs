@@ -84,11 +84,13 @@ impl Remark {
         }
     }
 
-    /// What it means and what can be done about it, after `hole 3` or `holes 3, 5`.
-    fn advice(self, ids: &[HoleId], work: &Work) -> String {
-        let flat = match (work, ids) {
-            (Work::Fill(_), [one]) => format!("; for a flat cap: --flat {one}"),
-            (Work::Fill(_), _) => "; for flat caps: --flat with their numbers".to_owned(),
+    /// What it means and what can be done about it, after `hole 3` or `holes 3, 5`. Holes up to `last` have numbers that options take.
+    fn advice(self, ids: &[HoleId], work: &Work, last: usize) -> String {
+        let can_name = matches!(work, Work::Fill(_) | Work::Repair(_))
+            && ids.iter().all(|id| id.get() <= last);
+        let flat = match (can_name, ids) {
+            (true, [one]) => format!("; for a flat cap: --flat {one}"),
+            (true, _) => "; for flat caps: --flat with their numbers".to_owned(),
             _ => String::new(),
         };
         match self {
@@ -224,8 +226,8 @@ fn holes(ids: &[HoleId]) -> String {
     format!("{noun} {}", ranges(ids))
 }
 
-/// All that is said of a fill but its verdict.
-pub fn lines(report: &FillReport, work: &Work, verbose: bool) -> Vec<String> {
+/// All that is said of a fill but its verdict. Holes up to `last` have numbers that options take.
+pub fn lines(report: &FillReport, work: &Work, last: usize, verbose: bool) -> Vec<String> {
     let mut lines = defect_lines(&report.defects);
     lines.extend(chain_lines(&report.open_chains));
     let rows = rows(report);
@@ -256,7 +258,7 @@ pub fn lines(report: &FillReport, work: &Work, verbose: bool) -> Vec<String> {
             faces - of_rows
         ));
     }
-    lines.extend(advice(&rows, work));
+    lines.extend(advice(&rows, work, last));
     lines.extend(left(report, work));
     lines
 }
@@ -302,7 +304,7 @@ fn shown<'a, 'r>(rows: &'a [Row<'r>], verbose: bool) -> (Vec<&'a Row<'r>>, Vec<&
 }
 
 /// What can be done, the holes with the same remark together.
-fn advice(rows: &[Row], work: &Work) -> Vec<String> {
+fn advice(rows: &[Row], work: &Work, last: usize) -> Vec<String> {
     let line = |remark: &Remark| {
         let own: Vec<&Row> = rows.iter().filter(|r| r.remark == Some(*remark)).collect();
         let ids: BTreeSet<HoleId> = own.iter().flat_map(|r| r.region.holes.clone()).collect();
@@ -310,7 +312,7 @@ fn advice(rows: &[Row], work: &Work) -> Vec<String> {
         let text = match (remark, &own[..]) {
             (_, []) => return None,
             (Remark::LostCreases, [one]) => lost_creases(one.region)?,
-            _ => remark.advice(&ids, work),
+            _ => remark.advice(&ids, work, last),
         };
         let has_pair = own.iter().any(|row| row.region.crease_ends > 1);
         let more = match (remark, work) {

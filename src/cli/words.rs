@@ -99,7 +99,7 @@ fn command<P: Serialize + Default>(table: &'static Table, params: &P) -> Command
 fn repair(params: &RepairParams) -> Command {
     let fills = &params.fill;
     let chosen = fills.holes.is_some() || !fills.bridge.is_empty() || !fills.crease.is_empty();
-    if chosen || !fills.keep_open.is_empty() || !fills.flat.is_empty() {
+    if chosen || !fills.keep_open.is_empty() {
         let mut command = command(Table::FILL, fills);
         command.flag("repair");
         return command;

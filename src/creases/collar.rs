@@ -200,7 +200,7 @@ impl Collar {
     }
 
     /// Positions of the vertices of some faces, those of the innermost rings first.
-    pub(super) fn from_rim(&self, faces: &[usize]) -> Vec<DVec3> {
+    pub(super) fn points_from_rim(&self, faces: &[usize]) -> Vec<DVec3> {
         let corners = faces
             .iter()
             .flat_map(|&f| self.faces[f].map(|v| (v, self.ring[f])));

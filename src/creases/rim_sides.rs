@@ -107,7 +107,8 @@ impl RimSides {
         let refined = at_rim
             .iter()
             .map(|&side| self.sides.refine(side, &self.collar));
-        refined.fold(false, |any, is_refined| any || is_refined)
+        // All of them, not only until the first one.
+        refined.filter(|is_refined| *is_refined).count() > 0
     }
 
     /// Where creases end at the rim; none where the rim does not lie on the sides.

@@ -80,7 +80,7 @@ impl Sides {
     /// Adds to the sheet of a side what is left of its vertices beside it; says whether there is anything.
     pub(super) fn refine(&mut self, side: usize, collar: &Collar) -> bool {
         let side = &mut self.list[side];
-        let points = collar.from_rim(&side.faces);
+        let points = collar.points_from_rim(&side.faces);
         side.sheet.refine(&points, collar.diameter, collar.edge)
     }
 

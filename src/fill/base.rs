@@ -53,7 +53,11 @@ impl BasePlane {
     /// The point of the plane below a point.
     fn below(&self, p: DVec3) -> DVec3 {
         // Exactly in the plane, with the other coordinates bit for bit.
-        DVec3::select(self.down.abs().cmpgt(DVec3::ZERO), self.level * self.down, p)
+        DVec3::select(
+            self.down.abs().cmpgt(DVec3::ZERO),
+            self.level * self.down,
+            p,
+        )
     }
 
     /// Coordinates within the plane, seen such that a base that faces down turns to the left.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
-use super::output::Saved;
+use super::output::Saving;
 use super::result::{Extent, Kept};
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
@@ -63,7 +63,7 @@ impl<'s> Mended<'s> {
     /// # Errors
     /// When the mesh cannot be measured.
     pub fn judged(mut self) -> Result<Self, JobError> {
-        self.extent.judge(&self.made)?;
+        self.extent.judge(&self.made, None)?;
         Ok(self)
     }
 
@@ -250,10 +250,15 @@ impl<'s> Mended<'s> {
             _ => {
                 // Only where another has the mesh too, as the page's step has, is it copied.
                 let own = Arc::unwrap_or_clone(own);
-                let (first, whole) = (&self.first, self.whole);
-                let Saved { mesh, notes, bytes } =
-                    output.write_mended(own, first, whole, &self.sigma, regions)?;
-                (Some(mesh), notes, bytes)
+                let saving = Saving {
+                    input: &self.first,
+                    whole: self.whole,
+                    sigma: &self.sigma,
+                    judges: matches!(self.extent, Extent::Repaired(_)),
+                };
+                let saved = output.write_mended(own, &saving, regions)?;
+                self.extent.judge(&saved.mesh, saved.verdict)?;
+                (Some(saved.mesh), saved.notes, saved.bytes)
             }
         };
         let notes_read = self.first.notes.len();
@@ -262,10 +267,7 @@ impl<'s> Mended<'s> {
         match &mesh {
             None if !drawings.is_wanted() => {}
             None => self.unchanged(|drawn| drawings.write_unchanged(drawn))?,
-            Some(mesh) => {
-                self.extent.judge(mesh)?;
-                drawings.write(&self.drawing(mesh, &output.place, &notes))?;
-            }
+            Some(mesh) => drawings.write(&self.drawing(mesh, &output.place, &notes))?,
         }
         Ok(JobResult {
             spec: self.spec,

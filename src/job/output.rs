@@ -3,16 +3,18 @@
 use std::fs;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DMat4, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{JobError, Place};
 use crate::attributes::transfer;
+use crate::check::{CheckParams, Verdict};
 use crate::fill::RegionReport;
 use crate::io::{
-    Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, model_to_bytes,
-    replace_file,
+    Contents, Document, Format, IoError, Loaded, Precision, WriteOptions, Written, model_to_bytes,
+    no_side_files, read_bytes, replace_file,
 };
+use crate::mend::Inspection;
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh};
 use crate::stitch::count_crossing;
@@ -45,6 +47,21 @@ pub(super) struct Saved {
     pub(super) notes: Vec<String>,
     /// The bytes, where they are the caller's.
     pub(super) bytes: Vec<u8>,
+    /// The verdict on the bytes, where it was asked for and they can be read without other files.
+    pub(super) verdict: Option<Verdict>,
+}
+
+/// What is written, and how.
+#[derive(Clone, Copy)]
+pub(super) struct Saving<'a> {
+    /// What was read, as far as it is kept.
+    pub(super) input: &'a Loaded,
+    /// Whether nothing of the input is kept.
+    pub(super) whole: bool,
+    /// For each vertex of a patch its expected error.
+    pub(super) sigma: &'a [Option<f64>],
+    /// Whether the bytes are to be read again and judged.
+    pub(super) judges: bool,
 }
 
 impl Output {
@@ -103,6 +120,19 @@ impl Output {
         matches!(self.format, Format::Gltf | Format::Glb)
     }
 
+    /// The transform to the coordinates of the mesh from those that the file holds as 32-bit floats, if that is what it holds.
+    pub(super) fn stored(&self, input: &Loaded) -> Option<DMat4> {
+        match self.format {
+            Format::Gltf | Format::Glb => Some(match &input.document {
+                Some(document) => document.largest_transform(),
+                None => DMat4::IDENTITY,
+            }),
+            Format::Stl if !self.ascii => Some(DMat4::IDENTITY),
+            Format::Obj => None,
+            _ => input.f32_exact.then_some(DMat4::IDENTITY),
+        }
+    }
+
     /// Gives the patches of a mended mesh their attributes and writes it.
     ///
     /// Where the input's coordinates are all 32-bit floats the output's are too: only new vertices are rounded. The faces of
@@ -110,11 +140,10 @@ impl Output {
     pub(super) fn write_mended(
         &self,
         mut mesh: Mesh,
-        input: &Loaded,
-        whole: bool,
-        sigma: &[Option<f64>],
+        saving: &Saving,
         regions: &mut [RegionReport],
     ) -> Result<Saved, JobError> {
+        let Saving { input, whole, .. } = *saving;
         let kept = if whole { 0 } else { input.mesh.positions.len() };
         let rounds = matches!(self.format, Format::Gltf | Format::Glb | Format::Stl);
         let rounded = |p: &DVec3| p.as_vec3().as_dvec3();
@@ -129,16 +158,16 @@ impl Output {
             count_crossing_again(&written, input, whole, regions);
         }
         if whole {
-            return self.write_whole(mesh, input);
+            return self.write_whole(mesh, saving);
         }
         let mut done = transfer(&input.mesh, &input.attributes, mesh);
         if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
-            done.tell_errors(kept, sigma);
+            done.tell_errors(kept, saving.sigma);
         }
         let in_file = self.format == Format::Obj && self.place.folder().is_some();
         let material = in_file && refer_to_material(&mut done.attributes);
         let document = input.document.as_ref();
-        let mut saved = self.write_model(done.mesh, &done.attributes, document, input)?;
+        let mut saved = self.write_model(done.mesh, &done.attributes, document, saving)?;
         saved.notes = [done.notes, saved.notes].concat();
         if material {
             self.write_material()?;
@@ -160,9 +189,9 @@ impl Output {
     }
 
     /// Writes level sets by themselves.
-    fn write_whole(&self, mesh: Mesh, input: &Loaded) -> Result<Saved, JobError> {
-        let mut saved = self.write_model(mesh, &Attributes::default(), None, input)?;
-        let listed = input.attributes.listed();
+    fn write_whole(&self, mesh: Mesh, saving: &Saving) -> Result<Saved, JobError> {
+        let mut saved = self.write_model(mesh, &Attributes::default(), None, saving)?;
+        let listed = saving.input.attributes.listed();
         if !listed.is_empty() {
             let what = format!("left out, because a whole level set has none: {listed}");
             saved.notes.push(what);
@@ -184,15 +213,31 @@ impl Output {
         mesh: Mesh,
         attributes: &Attributes,
         document: Option<&Document>,
-        input: &Loaded,
+        saving: &Saving,
     ) -> Result<Saved, JobError> {
         let model = Contents {
             mesh: &mesh,
             attributes,
             document,
         };
-        let (notes, bytes) = self.write(&model, precision_of(input))?;
-        Ok(Saved { mesh, notes, bytes })
+        let Written { bytes, mut notes } = self.encode(&model, precision_of(saving.input))?;
+        let verdict = match saving.judges.then(|| judged(&bytes, self.format)) {
+            None => None,
+            Some(Ok(verdict)) => Some(verdict),
+            Some(Err(error)) => {
+                notes.push(format!(
+                    "the verdict is of the mesh in memory, since the bytes cannot be read alone: {error}"
+                ));
+                None
+            }
+        };
+        let bytes = self.store(bytes)?;
+        Ok(Saved {
+            mesh,
+            notes,
+            bytes,
+            verdict,
+        })
     }
 
     /// Writes a mesh and what it carries as it is: remarks, and the bytes where they are the caller's.
@@ -204,20 +249,30 @@ impl Output {
         model: &Contents<'_>,
         precision: Precision,
     ) -> Result<(Vec<String>, Vec<u8>), JobError> {
+        let written = self.encode(model, precision)?;
+        Ok((written.notes, self.store(written.bytes)?))
+    }
+
+    /// A mesh and what it carries as the bytes of a file.
+    fn encode(&self, model: &Contents<'_>, precision: Precision) -> Result<Written, JobError> {
         let options = WriteOptions {
             precision,
             ascii: self.ascii,
         };
         let written = model_to_bytes(model, self.format, &options);
-        let written = written.map_err(|error| match &self.place {
+        written.map_err(|error| match &self.place {
             Place::File(path) => JobError::Io(error.in_file(path)),
             Place::Memory { name, .. } => JobError::Bytes {
                 name: name.clone(),
                 error,
             },
-        })?;
+        })
+    }
+
+    /// Writes bytes to the file, or returns them where they are the caller's.
+    fn store(&self, bytes: Vec<u8>) -> Result<Vec<u8>, JobError> {
         let Place::File(path) = &self.place else {
-            return Ok((written.notes, written.bytes));
+            return Ok(bytes);
         };
         if let Some(folder) = path.parent().filter(|_| self.make_folder) {
             fs::create_dir_all(folder).map_err(|cause| JobError::Unwritable {
@@ -225,8 +280,8 @@ impl Output {
                 what: format!("the folder cannot be made: {cause}"),
             })?;
         }
-        write_bytes(path, &written.bytes)?;
-        Ok((written.notes, Vec::new()))
+        write_bytes(path, &bytes)?;
+        Ok(Vec::new())
     }
 
     /// A remark on material and texture files that the output refers to and that are not beside it.
@@ -254,6 +309,16 @@ impl Output {
         let listed = gone.join(", ");
         (!gone.is_empty()).then(|| format!("put beside it, since it refers to them: {listed}"))
     }
+}
+
+/// The verdict on the bytes of a file.
+fn judged(bytes: &[u8], format: Format) -> Result<Verdict, JobError> {
+    let bad = |error: IoError| JobError::Bytes {
+        name: "what was written".to_owned(),
+        error,
+    };
+    let loaded = read_bytes(bytes, format, &no_side_files).map_err(bad)?;
+    Ok(Inspection::new(&loaded.mesh)?.check(&CheckParams::default()))
 }
 
 /// The floats that hold the coordinates of what was read.

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
+use glam::DMat4;
 use serde::{Deserialize, Serialize};
 
 use super::JobError;
-use crate::check::CheckParams;
+use crate::check::{CheckParams, Verdict};
 use crate::io::Loaded;
 use crate::mend::{
     Control, FairReport, Faired, FillReport, Filled, Inspection, RestoreReport, Restored,
@@ -41,10 +42,13 @@ pub enum Extent {
 }
 
 impl Extent {
-    /// After a repair adds the verdict on the result.
-    pub(super) fn judge(&mut self, after: &Mesh) -> Result<(), JobError> {
+    /// After a repair adds the verdict on the result: that on the bytes which were written, where it is known.
+    pub(super) fn judge(&mut self, after: &Mesh, known: Option<Verdict>) -> Result<(), JobError> {
         if let Self::Repaired(report) = self {
-            report.after = Some(Inspection::new(after)?.check(&CheckParams::default()));
+            report.after = Some(match known {
+                Some(verdict) => verdict,
+                None => Inspection::new(after)?.check(&CheckParams::default()),
+            });
         }
         Ok(())
     }
@@ -185,10 +189,10 @@ impl First {
     }
 }
 
-/// A mesh repaired. `in_place` keeps the numbers of its vertices.
+/// A mesh repaired. `in_place` keeps the numbers of its vertices, `stored` is as in [`Carried::stored`].
 pub(super) fn repaired(
     loaded: &Loaded,
-    in_place: bool,
+    (in_place, stored): (bool, Option<DMat4>),
     params: &RepairParams,
     control: &Control,
 ) -> Result<Made, JobError> {
@@ -196,6 +200,7 @@ pub(super) fn repaired(
     let carried = Carried {
         alike: &alike,
         in_place,
+        stored,
     };
     let mut done = repair(&loaded.mesh, params, &carried, control)?;
     let (vertices, faces) = (done.origins.vertices.len(), done.origins.faces.len());

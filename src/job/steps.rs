@@ -3,6 +3,8 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use glam::{DMat4, DVec3};
+
 use super::draw::Before;
 use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
@@ -66,6 +68,29 @@ impl JobSpec {
         let to_gltf = self.output.as_ref().is_none_or(|o| o.is_gltf());
         to_gltf && loaded.document.is_some()
     }
+
+    /// A remark on how far a repair for an output of 32-bit floats rounded the positions of the input.
+    fn rounding_note(&self, loaded: &Loaded) -> Option<String> {
+        let is_repair = matches!(self.work, Work::Repair(_)) && !loaded.f32_exact;
+        if !is_repair || self.carried(loaded) != (false, Some(DMat4::IDENTITY)) {
+            return None;
+        }
+        let shift = |p: &DVec3| (p.as_vec3().as_dvec3() - p).abs().max_element();
+        let largest = loaded.mesh.positions.iter().map(shift).fold(0.0, f64::max);
+        let note = format!(
+            "positions were rounded to 32-bit floats before the repair, by up to {largest:.1e}"
+        );
+        Some(note)
+    }
+
+    /// What a repair has to know of the output: whether vertices keep their numbers, and in which coordinates it holds 32-bit floats.
+    fn carried(&self, loaded: &Loaded) -> (bool, Option<DMat4>) {
+        let stored = match &self.output {
+            Some(output) => output.stored(loaded),
+            None => loaded.f32_exact.then_some(DMat4::IDENTITY),
+        };
+        (self.keeps_vertices(loaded), stored)
+    }
 }
 
 impl<'s> Read<'s> {
@@ -90,10 +115,12 @@ impl<'s> Read<'s> {
     /// When the mask or the parameters do not fit the mesh, or the run is stopped.
     pub fn mend(self, control: &Control) -> Result<Mended<'s>, JobError> {
         let made = match &self.spec.work {
-            Work::Repair(params) => {
-                let in_place = self.spec.keeps_vertices(&self.loaded);
-                repaired(&self.loaded, in_place, params, control)?
-            }
+            Work::Repair(params) => repaired(
+                &self.loaded,
+                self.spec.carried(&self.loaded),
+                params,
+                control,
+            )?,
             Work::Copy => Made::copy(&self.loaded.mesh),
             work => self.make(&work.inspect(&self.loaded.mesh)?, control)?,
         };
@@ -125,7 +152,7 @@ impl<'s> Read<'s> {
                 params.keep_vertices |= keep_vertices;
                 found.restore(&marked, &params, control)?.into()
             }
-            Work::Repair(params) => repaired(loaded, keep_vertices, params, control)?,
+            Work::Repair(params) => repaired(loaded, spec.carried(loaded), params, control)?,
             Work::Copy => Made::copy(&loaded.mesh),
             Work::Fair(mask, params) => {
                 let marked = mask.as_ref().map(|mask| marks(mask, loaded)).transpose()?;
@@ -151,7 +178,11 @@ impl<'s> Read<'s> {
             gone,
         });
         let face_origins = made.first.face_origins(size[1]);
-        let (first, kept) = made.first.of(loaded);
+        let note = spec.rounding_note(&loaded);
+        let (mut first, kept) = made.first.of(loaded);
+        if let Some(note) = note {
+            Arc::make_mut(&mut first).notes.push(note);
+        }
         Mended {
             spec,
             first,

@@ -3,6 +3,8 @@
 //! [`Inspection::new`] looks at a mesh once; then [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and
 //! [`Inspection::fair`] may be called any number of times. [`fill`], [`restore`] and [`fair`] do both at once.
 
+mod base;
+mod choose;
 mod control;
 mod crease_ends;
 mod cut;

@@ -1,11 +1,14 @@
 //! The regions of a fill: which holes are filled, together with which others, and what is made of their patches.
 
+use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
 
+use super::base::base_plane;
+use super::choose::{bridges, choose, groups};
 use super::control::{Control, Watch};
 use super::joined::joined;
 use super::plan::{FillPlan, HolePlan, PlannedHole, PlannedRegion};
@@ -15,12 +18,12 @@ use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
-    BasePlane, FailedReason, FillParams, HoleOutcome, LeftReason, ReferenceSurface, RegionPatch,
-    RegionPlan, RegionProblem, SurfaceKind, TriangulatedReason, first_region,
+    FillParams, HoleOutcome, ReferenceSurface, RegionPatch, RegionPlan, RegionProblem, SurfaceKind,
+    TriangulatedReason, first_region,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
-use crate::region::{Region, VoxelSize, group_holes};
+use crate::region::{Region, VoxelSize};
 use crate::tuning::tuning;
 
 /// Number of regions whose faces are found in one walk over the mesh.
@@ -149,7 +152,12 @@ impl<'a> Regions<'a> {
             holes: self.holes(&self.groups[i]),
             known: sources.known_pieces(i),
             joined: &self.joined[i],
-            base: self.base(i),
+            base: base_plane(
+                self.found,
+                &self.holes(&self.groups[i]),
+                self.plans[i],
+                &self.params,
+            ),
             growth,
         };
         let looking: Vec<Looking> = regions.clone().map(looking).collect();
@@ -211,17 +219,11 @@ impl<'a> Regions<'a> {
         Ok(filled)
     }
 
-    /// The plane of the base of a region, if it gets one.
-    fn base(&self, region: usize) -> Option<BasePlane> {
-        let ([hole], RegionPlan::Base) = (&self.groups[region][..], self.plans[region]) else {
-            return None;
-        };
-        let (mesh, topology) = (&self.found.mesh, &self.found.topology);
-        let hole = &self.found.holes[*hole];
-        let own = mesh.faces.iter().zip(&topology.piece);
-        let own = own.filter(|(_, piece)| **piece == hole.piece);
-        let vertices = own.flat_map(|(f, _)| f.map(|v| mesh.positions[v as usize]));
-        Some(BasePlane::new(hole, vertices, self.params.base_offset))
+    /// The holes that are filled each in a region of its own.
+    pub(crate) fn alone(&self) -> HashSet<HoleId> {
+        let single = self.groups.iter().filter(|group| group.len() == 1);
+        let holes = single.flatten().map(|h| self.found.holes[*h].id);
+        holes.collect()
     }
 
     /// About how much work each region is: the squares of voxels across its first grid.
@@ -257,7 +259,12 @@ impl<'a> Regions<'a> {
                 known: &known,
                 all: &all,
                 joined: &self.joined[i],
-                base: self.base(i),
+                base: base_plane(
+                    self.found,
+                    &self.holes(&self.groups[i]),
+                    self.plans[i],
+                    &self.params,
+                ),
                 most_growth: f64::INFINITY,
                 params: &self.params,
                 own: self.own,
@@ -386,104 +393,6 @@ impl<'a> Regions<'a> {
             holes: ids,
         }
     }
-}
-
-fn lookup(found: &Inspection, ids: &[HoleId]) -> Result<Vec<usize>, FillError> {
-    let count = found.holes.len();
-    let index = |&id: &HoleId| match id.get() {
-        number @ 1.. if number <= count => Ok(number - 1),
-        _ => Err(FillError::NoSuchHole { id, count }),
-    };
-    ids.iter().map(index).collect()
-}
-
-fn bridges(found: &Inspection, params: &FillParams) -> Result<Vec<Vec<usize>>, FillError> {
-    params.bridge.iter().map(|ids| lookup(found, ids)).collect()
-}
-
-/// What becomes of each hole, and which are to be filled.
-fn choose(
-    found: &Inspection,
-    params: &FillParams,
-    bridges: &[Vec<usize>],
-) -> Result<(Vec<HoleOutcome>, Vec<usize>), FillError> {
-    let asked = params.holes.as_deref();
-    let asked = asked.map(|ids| lookup(found, ids)).transpose()?;
-    let kept = lookup(found, &params.keep_open)?;
-    let named = [bridges.concat(), lookup(found, &params.flat)?].concat();
-    let facing = facing_borders(found);
-    let (mut outcomes, mut chosen) = (Vec::new(), Vec::new());
-    for (i, hole) in found.holes.iter().enumerate() {
-        let wanted = asked.as_ref().is_some_and(|a| a.contains(&i)) || named.contains(&i);
-        let small = || found.bounds_small_component(i);
-        let reason = if kept.contains(&i) {
-            Some(LeftReason::KeptOpen)
-        } else if wanted {
-            None
-        } else if asked.is_some() {
-            Some(LeftReason::NotChosen)
-        } else if params.max_diameter.is_some_and(|d| hole.diameter > d) {
-            Some(LeftReason::TooWide)
-        } else if hole.outer_border && !params.flat_base && !small() && !facing[i] {
-            Some(LeftReason::OuterBorder)
-        } else {
-            None
-        };
-        outcomes.push(match reason {
-            Some(reason) => HoleOutcome::Left(reason),
-            None => {
-                chosen.push(i);
-                HoleOutcome::Failed(FailedReason::NotReached)
-            }
-        });
-    }
-    Ok((outcomes, chosen))
-}
-
-/// Groups of holes for the regions. Trivial holes and those that get flat caps stand alone; rims of small components go with the hole they lie in, or are
-/// left.
-fn groups(
-    found: &Inspection,
-    params: &FillParams,
-    chosen: &[usize],
-    outcomes: &mut [HoleOutcome],
-    bridges: &[Vec<usize>],
-) -> Vec<Vec<usize>> {
-    let is_small = |h: usize| found.bounds_small_component(h);
-    let is_alone = |h: usize| {
-        let hole = &found.holes[h];
-        hole.edges <= tuning().fill.few_edges && !is_small(h)
-            || params.is_flat(hole.id)
-            || params.is_on_base(hole) && !is_small(h)
-    };
-    let (alone, others): (Vec<usize>, Vec<usize>) = chosen.iter().partition(|&&h| is_alone(h));
-    let mut groups = group_holes(&found.mesh, &found.holes, &others, bridges, &is_small);
-    groups.retain(|group| {
-        let only_small = group.iter().all(|&h| is_small(h));
-        if only_small {
-            for &h in group {
-                outcomes[h] = HoleOutcome::Left(LeftReason::SmallComponent);
-            }
-        }
-        !only_small
-    });
-    groups.extend(alone.into_iter().map(|h| vec![h]));
-    groups
-}
-
-/// Outer borders that face another rim: islands in holes, sides of a gap.
-fn facing_borders(found: &Inspection) -> Vec<bool> {
-    let mut facing = vec![false; found.holes.len()];
-    if !found.holes.iter().any(|h| h.outer_border) {
-        return facing;
-    }
-    let all: Vec<usize> = (0..found.holes.len()).collect();
-    let is_small = |h: usize| found.bounds_small_component(h);
-    let groups = group_holes(&found.mesh, &found.holes, &all, &[], &is_small);
-    for group in groups.iter().filter(|group| group.len() > 1) {
-        group.iter().for_each(|&h| facing[h] = true);
-    }
-    facing
 }
 
 fn append(out: &mut Mesh, original: usize, patch: &Mesh, kind: SurfaceKind) {

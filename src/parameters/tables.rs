@@ -61,15 +61,7 @@ pub const FILL: Table = Table {
             details: "On the command line such as `3+7` or `3+7+9`; may be given several times.",
             ..Parameter::PLAIN
         },
-        Parameter {
-            name: "flat",
-            field: "flat",
-            kind: Kind::Holes(false),
-            sentence: "Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of \
-                       vessels.",
-            details: "The caps are the surfaces of least area with their rims. Their vertices are as dense as those round the hole.",
-            ..Parameter::PLAIN
-        },
+        FLAT,
         Parameter {
             name: "crease",
             field: "crease",
@@ -194,8 +186,19 @@ pub(crate) const WELD: Parameter = Parameter {
     field: "weld",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
-    sentence: "Merge vertices of the border that are no farther apart than this, in the mesh's units; those at exactly the same \
-               position are merged anyway.",
+    sentence: "Merge vertices of the border that are no farther apart than this, in the mesh's units. Those at exactly the same \
+               position are merged anyway, and by default those of edges that coincide but for the precision of the coordinates.",
+    ..Parameter::PLAIN
+};
+
+/// Holes that get flat caps.
+pub(crate) const FLAT: Parameter = Parameter {
+    name: "flat",
+    field: "flat",
+    kind: Kind::Holes(false),
+    sentence: "Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of \
+               vessels.",
+    details: "The caps are the surfaces of least area with their rims. Their vertices are as dense as those round the hole.",
     ..Parameter::PLAIN
 };
 
@@ -281,6 +284,10 @@ pub const REPAIR: Table = Table {
         Parameter {
             field: "fill.max_diameter",
             ..MAX_DIAMETER
+        },
+        Parameter {
+            field: "fill.flat",
+            ..FLAT
         },
     ],
     solve: Some("fill"),

@@ -7,6 +7,21 @@ use super::edges;
 use crate::fill::FillParams;
 use crate::mend::{Control, CreaseEnd, FillError, Inspection};
 use crate::mesh::HoleId;
+use crate::tuning::tuning;
+
+/// Lets outer borders of open sheets be holes as others; returns those of small sheets, which no level set closes: their surface goes on
+/// away from the border's middle.
+pub(super) fn take_borders(found: &mut Inspection) -> Vec<HoleId> {
+    let mut sheets = Vec::new();
+    for hole in found.holes.iter_mut().filter(|h| h.outer_border) {
+        hole.outer_border = false;
+        let faces = found.topology.piece_faces[hole.piece as usize];
+        if (tuning().repair.small_faces + 1..=tuning().repair.small_sheet).contains(&faces) {
+            sheets.push(hole.id);
+        }
+    }
+    sheets
+}
 
 /// The holes of the input, where some are chosen by their numbers or width.
 #[derive(Default)]
@@ -54,6 +69,7 @@ impl Choice {
         let chooses = params.holes.is_some()
             || params.max_diameter.is_some()
             || !params.keep_open.is_empty()
+            || !params.flat.is_empty()
             || !params.bridge.is_empty()
             || !params.crease.is_empty();
         if !chooses {
@@ -74,6 +90,8 @@ impl Choice {
         let mut new = params.clone();
         new.keep_open = renumbered(&params.keep_open);
         new.keep_open.retain(|id| !made.contains(id));
+        new.flat = renumbered(&params.flat);
+        new.flat.retain(|id| !made.contains(id));
         new.bridge = params.bridge.iter().map(|ids| renumbered(ids)).collect();
         new.bridge.retain(|ids| ids.len() > 1);
         if let Some(ids) = &params.holes {
@@ -96,6 +114,24 @@ impl Choice {
             new.crease.clear();
         }
         new
+    }
+
+    /// The numbers in the input of the holes there are now; those that the input did not have, or of which it had one, are numbered
+    /// after the input's.
+    pub(super) fn numbers(&self, now: &Inspection, origin: &[u32]) -> HashMap<HoleId, HoleId> {
+        let mut next = self.hole_of.values().map(|id| id.get()).max().unwrap_or(0);
+        let mut taken: HashSet<HoleId> = HashSet::new();
+        let number = |hole: &crate::mesh::Hole| {
+            let before = self
+                .before(&hole.rim, origin)
+                .filter(|id| taken.insert(*id));
+            let own = before.unwrap_or_else(|| {
+                next += 1;
+                HoleId(next)
+            });
+            (hole.id, own)
+        };
+        now.holes.iter().map(number).collect()
     }
 
     /// The numbers that the crease ends of the input now have; pairs of which one is no more are dropped.

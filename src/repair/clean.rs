@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::draft::Draft;
-use super::{RepairParams, RepairReport};
+use super::{RepairParams, RepairReport, seams};
 use crate::check::{duplicates, is_flat};
 use crate::mend::FillError;
 use crate::mesh::topology::{NONE, end, start};
@@ -24,10 +24,13 @@ pub(super) fn clean(
 ) -> Result<(), FillError> {
     if params.clean {
         report.merged_vertices = merge_coinciding(draft, alike);
+        report.degenerate_faces = drop_points(draft)?;
     }
-    if let Some(length) = params.weld.filter(|l| *l > 0.0) {
-        report.welded_vertices = weld_border(draft, length)?;
-    }
+    report.welded_vertices = match params.weld {
+        Some(length) if length > 0.0 => weld_border(draft, length)?,
+        None if params.clean => seams::weld(draft)?,
+        _ => 0,
+    };
     if !params.clean {
         return Ok(());
     }
@@ -43,14 +46,14 @@ pub(super) fn clean(
     if removed.iter().all(|r| *r) {
         return Err(MeshError::Empty.into());
     }
-    report.degenerate_faces = draft.remove(&removed) - report.duplicate_faces;
+    report.degenerate_faces += draft.remove(&removed) - report.duplicate_faces;
     for _ in 0..tuning().repair.clean_rounds {
         match flip_flat(draft, false)? {
             0 => break,
             flipped => report.flipped_edges += flipped,
         }
     }
-    Ok(())
+    seams::stitch(draft, report)
 }
 
 /// Turns the edges of new faces without area where they have a new neighbour.
@@ -88,6 +91,37 @@ fn merge_coinciding(draft: &mut Draft, alike: &Alike) -> usize {
         *corner = to[*corner as usize];
     }
     merged
+}
+
+/// Takes components out that are points in the precision of the output, unless nothing would be left: no body of them can be told from
+/// any other. Returns how many faces went.
+fn drop_points(draft: &mut Draft) -> Result<usize, FillError> {
+    if !draft.rounding.is_single() {
+        return Ok(0);
+    }
+    let removed: Vec<bool> = {
+        let found = draft.inspect()?;
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        let mut boxes = vec![empty; topology.piece_faces.len()];
+        for f in topology.faces() {
+            let [low, high] = &mut boxes[topology.piece[f as usize] as usize];
+            for p in mesh.corners(f) {
+                (*low, *high) = (low.min(p), high.max(p));
+            }
+        }
+        let is_point = |[low, high]: &[DVec3; 2]| {
+            let unit = f64::from(f32::EPSILON) * low.abs().max(high.abs()).max_element();
+            (*high - *low).max_element() <= tuning().repair.point * unit
+        };
+        let point: Vec<bool> = boxes.iter().map(is_point).collect();
+        let pieces = topology.piece.iter();
+        pieces.map(|p| *p != NONE && point[*p as usize]).collect()
+    };
+    if removed.iter().all(|r| *r) || !removed.contains(&true) {
+        return Ok(0);
+    }
+    Ok(draft.remove(&removed))
 }
 
 /// Merges vertices of the border into the first one within `length`, unless a face has both.

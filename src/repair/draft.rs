@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use super::rounding::Rounding;
 use crate::check::crossing;
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::cut::settled;
@@ -28,6 +29,10 @@ pub(super) struct Draft {
     scrap: HashSet<u32>,
     known: Arc<Known>,
     inspected: Inspected,
+    /// How positions are rounded when they are written.
+    pub(super) rounding: Rounding,
+    /// The length, in the mesh's units, within which vertices of the border are one but for rounding.
+    pub(super) unit: f64,
 }
 
 /// The last inspection of a draft. It holds a copy of the mesh that was inspected, so that it is known when it is out of date.
@@ -83,6 +88,15 @@ pub(super) struct Faults {
     open: usize,
 }
 
+impl Faults {
+    /// Whether no more is wrong, but for how many holes there are.
+    pub(super) fn is_no_worse_but_for_holes(&self, than: &Self) -> bool {
+        self.lost_components <= than.lost_components
+            && self.crossing <= than.crossing
+            && self.non_manifold <= than.non_manifold
+    }
+}
+
 /// What is left of a draft at the end.
 pub(super) struct Finished {
     pub(super) mesh: Mesh,
@@ -100,6 +114,8 @@ impl Draft {
             scrap: HashSet::new(),
             known: Arc::default(),
             inspected: Inspected::default(),
+            rounding: Rounding::default(),
+            unit: 0.0,
             origins: Origins::of(mesh),
             sigma: vec![None; mesh.positions.len()],
             region: vec![NONE; mesh.faces.len()],
@@ -308,6 +324,26 @@ impl Draft {
             self.region.resize(ends.min(faces), (first + region) as u32);
         }
         self.region.resize(faces, NONE);
+    }
+
+    /// Rounds the positions from the vertex `first` on as they will be written, and takes new faces out two of whose corners become
+    /// one by that.
+    pub(super) fn round_from(&mut self, first: usize) {
+        if !self.rounding.is_single() {
+            return;
+        }
+        for p in &mut self.mesh.positions[first..] {
+            *p = self.rounding.of(*p);
+        }
+        let collapsed = |(face, region): (&[u32; 3], &u32)| {
+            let [a, b, c] = face.map(|v| self.mesh.positions[v as usize]);
+            *region != NONE && (a == b || b == c || c == a)
+        };
+        let faces = self.mesh.faces.iter().zip(&self.region);
+        let removed: Vec<bool> = faces.map(collapsed).collect();
+        if removed.contains(&true) {
+            self.remove(&removed);
+        }
     }
 
     /// Puts what comes from the input first, and drops vertices that are used no more, of those that the input used; of the others

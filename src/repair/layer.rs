@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use glam::DVec3;
 
 use super::clear::{Ground, crossing_or_flat};
-use super::sheets::moved;
+use super::rounding::Rounding;
 use super::{Edge, edges};
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
@@ -24,6 +24,7 @@ pub(super) struct Layer {
     pub(super) loops: Vec<Vec<u32>>,
     /// The number of the first new vertex.
     first: u32,
+    rounding: Rounding,
 }
 
 /// A vertex under the surface.
@@ -43,6 +44,7 @@ pub(super) struct Lined<'a> {
     pub(super) faces: &'a [u32],
     /// Edges of the rims on which the layer hangs.
     pub(super) rims: &'a HashSet<Edge>,
+    pub(super) rounding: Rounding,
 }
 
 /// The corners of the lined faces, those together that are one vertex of the layer.
@@ -62,6 +64,7 @@ impl Layer {
             under: Vec::new(),
             loops: Vec::new(),
             first,
+            rounding: lined.rounding,
         };
         let corners = layer.corners(lined)?;
         let mut middles: HashMap<Edge, u32> = HashMap::new();
@@ -150,7 +153,7 @@ impl Layer {
             Some(*middles.entry(edge).or_insert_with(|| {
                 let from = 0.5 * (mesh.positions[a as usize] + mesh.positions[b as usize]);
                 self.vertices
-                    .push(under(mesh, from, &[f, opposite / 3], [a, b]));
+                    .push(under(lined, from, &[f, opposite / 3], [a, b]));
                 self.first + self.vertices.len() as u32 - 1
             }))
         });
@@ -159,7 +162,7 @@ impl Layer {
         let mut new: Vec<[u32; 3]> = match count {
             0 if all_old => {
                 let centre = mesh.corners(f).iter().sum::<DVec3>() / 3.0;
-                let m = self.add(under(mesh, centre, &[f], [v[0], v[1]]));
+                let m = self.add(under(lined, centre, &[f], [v[0], v[1]]));
                 vec![[v[0], v[1], m], [v[1], v[2], m], [v[2], v[0], m]]
             }
             _ => divided(v, middle),
@@ -177,7 +180,7 @@ impl Layer {
         let mut local = LayerPart::new(self, ground, &ground.near_all(&surface, depth));
         let mut asked: Vec<usize> = (0..self.faces.len()).collect();
         for round in 0.. {
-            local.place(&self.vertices);
+            local.place(&self.vertices, self.rounding);
             let wrong = local.wrong(asked);
             if wrong.is_empty() {
                 break;
@@ -240,11 +243,11 @@ impl LayerPart {
     }
 
     /// Lets new vertices lie where they are at their depths.
-    fn place(&mut self, vertices: &[Below]) {
+    fn place(&mut self, vertices: &[Below], rounding: Rounding) {
         self.positions.truncate(self.first);
         let at = vertices.iter();
         self.positions
-            .extend(at.map(|v| moved(v.from, v.depth * v.way)));
+            .extend(at.map(|v| rounding.moved(v.from, v.depth * v.way)));
     }
 
     fn new_positions(&self) -> &[DVec3] {
@@ -297,20 +300,23 @@ fn below(lined: &Lined, v: u32) -> Below {
     let from = mesh.positions[v as usize];
     let corners = faces.iter().flat_map(|f| mesh.corners(*f));
     let edges = corners.map(|q| q.distance(from)).filter(|d| *d > 0.0);
-    Below::new(mesh, from, &faces, edges.fold(f64::INFINITY, f64::min))
+    let length = edges.fold(f64::INFINITY, f64::min);
+    Below::new(mesh, from, &faces, length, lined.rounding)
 }
 
 /// A vertex under a point of some faces, which lies on an edge or beside one.
-fn under(mesh: &Mesh, from: DVec3, faces: &[u32], [a, b]: [u32; 2]) -> Below {
+fn under(lined: &Lined, from: DVec3, faces: &[u32], [a, b]: [u32; 2]) -> Below {
+    let mesh = &lined.found.mesh;
     let length = mesh.positions[a as usize].distance(mesh.positions[b as usize]);
-    Below::new(mesh, from, faces, length)
+    Below::new(mesh, from, faces, length, lined.rounding)
 }
 
 impl Below {
-    fn new(mesh: &Mesh, from: DVec3, faces: &[u32], length: f64) -> Self {
+    fn new(mesh: &Mesh, from: DVec3, faces: &[u32], length: f64, rounding: Rounding) -> Self {
         let normals: Vec<DVec3> = faces.iter().map(|f| face_normal(mesh, *f)).collect();
         let corners = faces.iter().flat_map(|f| mesh.corners(*f));
-        let single = corners.chain([from]).all(|p| p.as_vec3().as_dvec3() == p);
+        let mut points = corners.chain([from]);
+        let single = rounding.is_single() || points.all(|p| p.as_vec3().as_dvec3() == p);
         let epsilon = match single {
             true => f64::from(f32::EPSILON),
             false => f64::EPSILON,

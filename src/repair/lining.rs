@@ -10,6 +10,7 @@ use super::clear::Ground;
 use super::draft::{Draft, sorted};
 use super::flat::{closed_after, push};
 use super::layer::{Layer, Lined, edges_of};
+use super::rounding::Rounding;
 use super::{Edge, edges};
 use crate::fill::{ClosedBy, RegionReport};
 use crate::mend::{FillError, FillReport, HoleReport, Inspection};
@@ -175,6 +176,7 @@ fn linings(
         budget,
         blocked: Vec::new(),
         in_vain: HashMap::new(),
+        rounding: draft.rounding,
     };
     let mut groups: Vec<Group> = Vec::new();
     let mut left: BTreeMap<u32, Vec<(usize, &Hole)>> = BTreeMap::new();
@@ -210,6 +212,7 @@ struct Search<'a> {
     /// Faces that keep an offset shell of a whole component from being placed, by component, where that was found for one hole. What
     /// failed for want of budget is not here: with a larger one it may not.
     in_vain: HashMap<u32, Vec<u32>>,
+    rounding: Rounding,
 }
 
 impl Search<'_> {
@@ -326,6 +329,7 @@ impl Search<'_> {
             around: &self.around,
             faces,
             rims,
+            rounding: self.rounding,
         };
         let ground = &mut self.ground;
         let before = ground.mark();

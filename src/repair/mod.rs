@@ -14,16 +14,20 @@ mod orient;
 mod params;
 mod pockets;
 mod report;
+mod rounding;
 mod scraps;
+mod seams;
 mod setters;
 mod sheets;
 mod widen;
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::time::Instant;
 
+use glam::DMat4;
+
 use super::{FillError, FillReport, Inspection};
-use crate::check::{CheckParams, DefectKind, components};
+use crate::check::{CheckParams, DefectKind, components, weld_length};
 use crate::fill::FillParams;
 use crate::mend::{Control, Watch};
 use crate::mesh::topology::NONE;
@@ -32,6 +36,7 @@ use crate::tuning::tuning;
 use choice::Choice;
 use clean::Alike;
 use draft::{Draft, Faults, KeepVertices};
+use rounding::Rounding;
 
 pub use params::{CrossingPass, RepairParams, RepairReport};
 
@@ -57,6 +62,10 @@ pub struct Carried<'a> {
     /// Keeps all vertices, so that those of the input keep their numbers, and puts faces that were changed behind those that were
     /// not.
     pub in_place: bool,
+    /// The transform to the coordinates of the mesh from those that the output holds as 32-bit floats, the identity for most formats;
+    /// none where it holds 64-bit floats. All positions are rounded so, those of the input too unless they stay `in_place`, before
+    /// self-intersections are looked for: what is found free of them is still so once it is written.
+    pub stored: Option<DMat4>,
 }
 
 impl Default for Carried<'_> {
@@ -64,6 +73,7 @@ impl Default for Carried<'_> {
         Self {
             alike: &|_, _| true,
             in_place: false,
+            stored: None,
         }
     }
 }
@@ -91,8 +101,10 @@ pub fn repair(
             choice: Choice::default(),
             lost: 0,
             border: HashSet::new(),
+            components: Vec::new(),
         };
-        run.prepare(carried.alike)?;
+        run.draft.rounding = Rounding::new(carried.stored);
+        run.prepare(carried)?;
         run.fill_and_cut()?;
         let mut done = run.finish(carried);
         done.report.fill.seconds = clock.elapsed().as_secs_f64();
@@ -112,6 +124,8 @@ struct Run<'a> {
     lost: usize,
     /// The border of the input.
     border: HashSet<Edge>,
+    /// For each face of the input its component; `u32::MAX` for degenerate faces.
+    components: Vec<u32>,
 }
 
 impl Run<'_> {
@@ -121,17 +135,29 @@ impl Run<'_> {
     }
 
     /// All that comes before crossings and holes.
-    fn prepare(&mut self, alike: &Alike) -> Result<(), FillError> {
+    fn prepare(&mut self, carried: &Carried) -> Result<(), FillError> {
         let params = self.params;
         let found = Inspection::new(self.input)?;
         self.report.before = Some(found.check(&CheckParams::default()));
         self.choice = Choice::new(&found, &params.fill)?;
         self.report.fill = FillReport::of(&found);
-        self.draft = Draft::new(self.input, found.topology.piece.clone());
-        self.border = border(&found);
+        let rounding = self.draft.rounding;
+        self.components.clone_from(&found.topology.piece);
+        self.draft = Draft::new(self.input, self.components.clone());
+        self.draft.rounding = rounding;
+        // Rounding hides how many digits the coordinates had.
+        self.draft.unit = weld_length(&found.mesh);
         drop(found);
+        if !carried.in_place {
+            self.draft.round_from(0);
+        }
+        {
+            let found = self.draft.inspect()?;
+            self.border = border(&found);
+            self.draft.unit = weld_length(&found.mesh).max(self.draft.unit);
+        }
         self.go_on()?;
-        clean::clean(&mut self.draft, params, alike, &mut self.report)?;
+        clean::clean(&mut self.draft, params, carried.alike, &mut self.report)?;
         self.go_on()?;
         if params.orient {
             self.report.turned_faces = orient::orient(&mut self.draft)?;
@@ -302,9 +328,10 @@ impl Run<'_> {
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
         let (mesh, sigma, report) = {
             let mut found = self.draft.take_inspection()?;
-            if self.params.borders && !self.params.fill.flat_base {
-                found.holes.iter_mut().for_each(|h| h.outer_border = false);
-            }
+            let sheets = match self.params.borders && !self.params.fill.flat_base {
+                true => choice::take_borders(&mut found),
+                false => Vec::new(),
+            };
             let mut made: Vec<HoleId> = Vec::new();
             for hole in &mut found.holes {
                 if edges(&hole.rim).any(|e| !old.contains(&e)) {
@@ -313,7 +340,7 @@ impl Run<'_> {
                     made.push(hole.id);
                 }
             }
-            let params = match first && self.params.holes {
+            let mut params = match first && self.params.holes {
                 true => self.choice.params(
                     &found,
                     &self.draft.origins.vertices,
@@ -325,22 +352,34 @@ impl Run<'_> {
                     max_diameter: None,
                     keep_open: Vec::new(),
                     bridge: Vec::new(),
+                    flat: Vec::new(),
                     crease: Vec::new(),
                     ..self.params.fill.clone()
                 },
             };
+            if first && !sheets.is_empty() {
+                let alone = found.regions(&params)?.alone();
+                let flat = sheets.iter().filter(|id| alone.contains(id));
+                params.flat.extend(flat);
+            }
             let regions = found.regions(&params)?;
             let watch = Watch::new(*self.control, regions.expected_work());
-            let filled = regions.fill(&watch)?;
+            let mut filled = regions.fill(&watch)?;
+            if first {
+                let numbers = self.choice.numbers(&found, &self.draft.origins.vertices);
+                renumber(&mut filled.report, &numbers);
+            }
             (filled.mesh, filled.sigma, filled.report)
         };
         let regions = self.report.fill.regions.len();
         let holes = if first {
             0
         } else {
-            self.report.fill.holes.len()
+            last_number(&self.report.fill)
         };
+        let known = self.draft.mesh.positions.len();
         self.draft.take(mesh, sigma, &report, regions);
+        self.draft.round_from(known);
         self.tell(report, regions, holes, first);
         Ok(())
     }
@@ -384,6 +423,7 @@ impl Run<'_> {
         let mut report = self.report;
         let living = done.origins.living(self.input.faces.len());
         report.lost_faces = living.iter().filter(|l| !**l).count();
+        report.gone_components = gone_components(&self.components, &living);
         let known: HashSet<u32> = done.origins.vertices.iter().copied().collect();
         report.lost_vertices = self.input.positions.len() - known.len();
         // Rims by the numbers of the result; those that are there no more are not drawn.
@@ -406,6 +446,38 @@ impl Run<'_> {
 
 /// A draft, what was told of it, and how many faces went for patches that crossed others; and how far from sound it is.
 type State = ((Draft, RepairReport, usize), Faults);
+
+/// How many components of the input have no living face, and the fewest and the most faces of one.
+fn gone_components(component: &[u32], living: &[bool]) -> [usize; 3] {
+    let mut faces: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
+    for (component, lives) in component.iter().zip(living).filter(|(c, _)| **c != NONE) {
+        let (count, any) = faces.entry(*component).or_default();
+        *count += 1;
+        *any |= lives;
+    }
+    let gone = faces.values().filter(|(_, any)| !any);
+    let sizes: Vec<usize> = gone.map(|(count, _)| *count).collect();
+    let least = sizes.iter().min().copied().unwrap_or(0);
+    let most = sizes.iter().max().copied().unwrap_or(0);
+    [sizes.len(), least, most]
+}
+
+/// Gives the holes of a report other numbers.
+fn renumber(report: &mut FillReport, numbers: &HashMap<HoleId, HoleId>) {
+    let number = |id: &mut HoleId| *id = numbers.get(id).copied().unwrap_or(*id);
+    for hole in &mut report.holes {
+        number(&mut hole.hole.id);
+    }
+    for region in &mut report.regions {
+        region.holes.iter_mut().for_each(number);
+    }
+}
+
+/// The largest number of a hole in a report.
+fn last_number(report: &FillReport) -> usize {
+    let numbers = report.holes.iter().map(|h| h.hole.id.get());
+    numbers.max().unwrap_or(0)
+}
 
 /// An edge between vertices of the welded draft, the smaller number first.
 type Edge = (u32, u32);

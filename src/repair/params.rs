@@ -14,7 +14,9 @@ use crate::parameters::tables;
 pub struct RepairParams {
     /// Merges coinciding vertices that carry the same, and takes out degenerate and duplicate faces.
     pub clean: bool,
-    /// Merges vertices of the border that are no farther from each other than this, in the mesh's units, into the first of them.
+    /// Merges vertices of the border that are no farther from each other than this, in the mesh's units, into the first of them. By
+    /// default, with [`Self::clean`], those of edges that coincide but for the precision of the coordinates, where that closes edges
+    /// and leaves nothing worse.
     pub weld: Option<f64>,
     /// Drops vertices that no face of the input uses.
     pub drop_unused: bool,
@@ -80,6 +82,9 @@ pub struct RepairReport {
     pub merged_vertices: usize,
     /// Vertices of the border that were merged into one nearby.
     pub welded_vertices: usize,
+    /// Border vertices at which an edge on which they lay was split (T-junctions).
+    #[serde(default)]
+    pub stitched_junctions: usize,
     /// Degenerate faces that were taken out.
     pub degenerate_faces: usize,
     /// Faces without area that were taken into a neighbour by turning the edge between the two.
@@ -96,6 +101,10 @@ pub struct RepairReport {
     pub debris: [usize; 2],
     /// Components that were taken out because they lay inside another, and their faces.
     pub inside: [usize; 2],
+    /// Components of the input none of whose faces are in the result, for whatever reason: how many, and the fewest and the most faces
+    /// of one.
+    #[serde(default)]
+    pub gone_components: [usize; 3],
     /// The passes in which crossing faces were cut out.
     pub passes: Vec<CrossingPass>,
     /// Faces of the input that came to lie under another layer where the two crossed, and were taken out.

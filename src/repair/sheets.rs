@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use super::RepairReport;
 use super::draft::Draft;
+use super::rounding::Rounding;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, Topology, end, start};
 use crate::mesh::{Mesh, Part, VertexFaces, fans, vertex_normal};
@@ -25,11 +26,11 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
                     found.topology.opposite[b as usize] = a;
                 }
                 let wishes = touching(&found, |f| draft.region[f as usize] == NONE);
-                (Vec::new(), placed(&found, wishes))
+                (Vec::new(), placed(&found, wishes, draft.rounding))
             } else {
                 let mut cuts = cuts(&found, &unclear);
                 let wishes = detached(&found, &unclear, &mut cuts);
-                (cuts, placed(&found, wishes))
+                (cuts, placed(&found, wishes, draft.rounding))
             }
         };
         if cuts.is_empty() && copies.is_empty() {
@@ -276,7 +277,7 @@ fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<Wish> {
 }
 
 /// The copies that make no more faces cross others than did before; what cannot be had so stays together.
-fn placed(found: &Inspection, wishes: Vec<Wish>) -> Vec<Copy> {
+fn placed(found: &Inspection, wishes: Vec<Wish>, rounding: Rounding) -> Vec<Copy> {
     if wishes.is_empty() {
         return Vec::new();
     }
@@ -307,7 +308,7 @@ fn placed(found: &Inspection, wishes: Vec<Wish>) -> Vec<Copy> {
         }
         positions.push(p);
         let fits = |way: &&DVec3| {
-            positions[copy as usize] = moved(p, **way);
+            positions[copy as usize] = rounding.moved(p, **way);
             positions[copy as usize] != p && intersecting(&positions, &all, count).len() <= before
         };
         let way = wish.ways.iter().find(fits)?;
@@ -317,15 +318,6 @@ fn placed(found: &Inspection, wishes: Vec<Wish>) -> Vec<Copy> {
         })
     };
     wishes.into_iter().filter_map(place).collect()
-}
-
-/// A vertex that moves; one in single precision stays so.
-pub(super) fn moved(p: DVec3, shift: DVec3) -> DVec3 {
-    let is_single = p.as_vec3().as_dvec3() == p;
-    match is_single {
-        true => (p + shift).as_vec3().as_dvec3(),
-        false => p + shift,
-    }
 }
 
 /// Whether a fan goes all the way round its vertex.
@@ -363,7 +355,8 @@ impl Copy {
             let copy = match made.iter().find(|(of, _)| *of == old) {
                 Some((_, copy)) => *copy,
                 None => {
-                    let moved = moved(draft.mesh.positions[old as usize], self.shift);
+                    let old_position = draft.mesh.positions[old as usize];
+                    let moved = draft.rounding.moved(old_position, self.shift);
                     let copy = draft.copy_vertex(old, moved);
                     made.push((old, copy));
                     copy

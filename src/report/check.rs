@@ -44,6 +44,24 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
             (None, _) => Some((name, "none".to_owned())),
         }
     }));
+    if verdict.t_junctions > 0 {
+        let what = format!(
+            "{} border vertices on border edges; `isomend repair` splits these edges",
+            verdict.t_junctions
+        );
+        rows.push(("T-junctions", what));
+    }
+    if let Some((length, edges)) = verdict.weld {
+        let by_itself = match verdict.weld_by_default {
+            true => "; `isomend repair` merges them by itself",
+            false => "",
+        };
+        let what = format!(
+            "{edges} of {} border edges close where vertices within {length:e} are merged{by_itself}",
+            verdict.count(DefectKind::Border)
+        );
+        rows.push(("nearly closed", what));
+    }
     let others = [
         ("debris", verdict.debris(), "components"),
         ("inside others", verdict.inside(), "components"),

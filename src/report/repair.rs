@@ -12,6 +12,10 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
             r.welded_vertices,
             "vertices of the border merged into one nearby".to_owned(),
         ),
+        (
+            r.stitched_junctions,
+            "T-junctions stitched: the edges there were split".to_owned(),
+        ),
         (r.degenerate_faces, "degenerate faces taken out".to_owned()),
         (
             r.flipped_edges,

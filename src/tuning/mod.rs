@@ -38,6 +38,7 @@ macro_rules! thresholds {
     };
 }
 
+mod check;
 mod fill;
 mod finish;
 mod flow;
@@ -47,6 +48,7 @@ mod region;
 mod repair;
 mod stitch;
 
+pub use check::CheckTuning;
 pub use fill::FillTuning;
 pub use finish::FinishTuning;
 pub use flow::FlowTuning;
@@ -57,6 +59,8 @@ pub use stitch::StitchTuning;
 /// All thresholds.
 #[derive(Clone, Debug)]
 pub struct Tuning {
+    /// Thresholds of what nearly closes a border (`check`).
+    pub check: CheckTuning,
     /// Thresholds of the search for a closure of a region (`fill`).
     pub fill: FillTuning,
     /// Thresholds of the finish of a patch on its own triangles (`finish`).
@@ -74,6 +78,7 @@ pub struct Tuning {
 impl Tuning {
     /// The values that were chosen.
     pub(crate) const CHOSEN: Self = Self {
+        check: CheckTuning::CHOSEN,
         fill: FillTuning::CHOSEN,
         finish: FinishTuning::CHOSEN,
         flow: FlowTuning::CHOSEN,
@@ -86,6 +91,7 @@ impl Tuning {
     #[cfg(isomend_tuning)]
     fn set(&mut self, name: &str, value: f64) -> bool {
         match name.split_once('.') {
+            Some(("check", name)) => self.check.set(name, value),
             Some(("fill", name)) => self.fill.set(name, value),
             Some(("finish", name)) => self.finish.set(name, value),
             Some(("flow", name)) => self.flow.set(name, value),

@@ -29,6 +29,9 @@ thresholds! {
         diagonal: f64 = 0.1,
         /// Faces. Components of this many have no inside.
         small_faces: usize = 2,
+        /// Faces of an open sheet whose outer border is closed by a flat cap, at most: of 300 sheets of 32 faces no border got a level
+        /// set, which took 106 of 114 seconds, and the results were the same.
+        small_sheet: usize = 256,
         /// Faces of a component that are tested to say whether it lies inside another.
         samples: usize = 64,
         /// Winding number of the other component above which a point before a face lies inside it; half of the points decide.
@@ -76,6 +79,11 @@ thresholds! {
         dangling: f64 = 0.01,
         /// Rounds of cuts: each changes which sheets touch.
         sheet_rounds: usize = 8,
+        /// Rounds of splits at T-junctions, at most: each splits one edge of a face.
+        stitch_rounds: usize = 12,
+        /// Units in the last place of 32-bit floats. Components that measure no more are points in an output of these: a body needs
+        /// several units along each axis.
+        point: f64 = 4.0,
         /// Shortest edges. Separated vertices are moved apart by this,
         apart: f64 = 1e-3,
         /// and by at least this many units in the last place of 32-bit floats.

@@ -27,6 +27,8 @@ mod masks;
 mod outcomes;
 mod regions;
 mod repair;
+mod repair_bytes;
+mod repair_seams;
 mod repair_worst;
 mod restore;
 mod study;

@@ -293,6 +293,38 @@ impl Noise {
 }
 
 #[test]
+fn borders_of_small_sheets_are_closed_without_level_sets() {
+    let mut all = Mesh::default();
+    for i in 0..6 {
+        let by = DVec3::new(3.0 * f64::from(i), 0.7 * f64::from(i), 0.0);
+        all = joined(&all, &moved(&wavy(), 1.0, by));
+    }
+    let mut params = RepairParams::default();
+    params.borders = true;
+    let done = repaired(&all, &params);
+    let after = verdict(&done.mesh);
+    assert!(after.is_sound(), "{}", after.line());
+    assert_eq!(done.report.lost_faces, 0);
+    let regions = &done.report.fill.regions;
+    assert!(regions.len() >= 6 && regions.iter().all(|r| r.levels.is_empty()));
+}
+
+/// A square of 32 faces with waves.
+fn wavy() -> Mesh {
+    let mut mesh = Mesh::default();
+    for i in 0..25 {
+        let (x, y) = (0.5 * f64::from(i / 5) - 1.0, 0.5 * f64::from(i % 5) - 1.0);
+        let z = 0.2 * (2.0 * x).sin() * (3.0 * y).cos();
+        mesh.positions.push(DVec3::new(x, y, z));
+    }
+    for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+        let a = 5 * i + j;
+        mesh.faces.extend([[a, a + 5, a + 6], [a, a + 6, a + 1]]);
+    }
+    mesh
+}
+
+#[test]
 fn heaps_of_shells_balls_and_triangles_never_get_worse() {
     for seed in 1..5 {
         let mut noise = Noise(seed * 7919);

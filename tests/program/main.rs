@@ -10,6 +10,7 @@ mod cli;
 mod creases;
 mod manual;
 mod report;
+mod several;
 mod signals;
 mod streams;
 mod usage;

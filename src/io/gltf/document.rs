@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use glam::DMat4;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -78,6 +79,12 @@ impl Document {
         let vertices = self.blocks.last().map_or(0, |b| b.start + b.count);
         let faces = self.parts.last().map_or(0, |p| p.faces.0 + p.faces.1);
         (vertices as usize, faces)
+    }
+
+    /// The transform to the scene from the coordinates of the node with the most vertices, in which the file holds 32-bit floats.
+    pub(crate) fn largest_transform(&self) -> DMat4 {
+        let largest = self.blocks.iter().max_by_key(|b| b.count);
+        largest.map_or(DMat4::IDENTITY, |b| b.transform)
     }
 
     /// How many of the faces are kept.

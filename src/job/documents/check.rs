@@ -21,6 +21,10 @@ pub(in crate::job) struct VerdictRow<'a> {
     oriented: bool,
     holes: usize,
     open_chains: usize,
+    /// Border vertices on border edges, and the holes that splitting these edges closes.
+    t_junctions: usize,
+    t_junction_holes: usize,
+    weld: Option<WeldRow>,
     unused_vertices: usize,
     duplicate_vertices: usize,
     defects: Vec<DefectRow<'a>>,
@@ -29,6 +33,15 @@ pub(in crate::job) struct VerdictRow<'a> {
     inside: usize,
     largest_components: Vec<&'a Component>,
     thin: Option<f64>,
+}
+
+/// The length within which border vertices are to be merged, and how many border edges close so.
+#[derive(Serialize)]
+struct WeldRow {
+    length: f64,
+    edges: usize,
+    /// Whether a repair does so by itself.
+    by_default: bool,
 }
 
 #[derive(Serialize)]
@@ -61,6 +74,13 @@ impl<'a> VerdictRow<'a> {
             oriented: verdict.is_oriented(),
             holes: verdict.holes,
             open_chains: verdict.open_chains,
+            t_junctions: verdict.t_junctions,
+            t_junction_holes: verdict.t_junction_holes,
+            weld: verdict.weld.map(|(length, edges)| WeldRow {
+                length,
+                edges,
+                by_default: verdict.weld_by_default,
+            }),
             unused_vertices: verdict.unused_vertices,
             duplicate_vertices: verdict.duplicate_vertices,
             defects: verdict.defects.iter().map(row).collect(),

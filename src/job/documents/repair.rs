@@ -11,16 +11,26 @@ pub(super) struct RepairRow<'a> {
     steps: Steps<'a>,
     lost_faces: usize,
     lost_vertices: usize,
+    gone_components: Gone,
     /// The verdict on the input.
     before: Option<VerdictRow<'a>>,
     /// The verdict on what was written.
     after: Option<VerdictRow<'a>>,
 }
 
+/// Components of the input none of whose faces are in the result.
+#[derive(Serialize)]
+struct Gone {
+    count: usize,
+    fewest_faces: usize,
+    most_faces: usize,
+}
+
 #[derive(Serialize)]
 struct Steps<'a> {
     merged_vertices: usize,
     welded_vertices: usize,
+    stitched_junctions: usize,
     degenerate_faces: usize,
     flipped_edges: usize,
     duplicate_faces: usize,
@@ -42,6 +52,7 @@ impl<'a> RepairRow<'a> {
             steps: Steps {
                 merged_vertices: r.merged_vertices,
                 welded_vertices: r.welded_vertices,
+                stitched_junctions: r.stitched_junctions,
                 degenerate_faces: r.degenerate_faces,
                 flipped_edges: r.flipped_edges,
                 duplicate_faces: r.duplicate_faces,
@@ -58,6 +69,14 @@ impl<'a> RepairRow<'a> {
             },
             lost_faces: r.lost_faces,
             lost_vertices: r.lost_vertices,
+            gone_components: {
+                let [count, fewest_faces, most_faces] = r.gone_components;
+                Gone {
+                    count,
+                    fewest_faces,
+                    most_faces,
+                }
+            },
             before: r.before.as_ref().map(VerdictRow::new),
             after: r.after.as_ref().map(VerdictRow::new),
         }

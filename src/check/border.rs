@@ -1,0 +1,306 @@
+//! What nearly closes a border: T-junctions, which are border vertices that lie on border edges, and border edges that nearly coincide.
+
+use std::collections::{BTreeSet, HashMap};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::resolution::weld_length;
+use crate::mesh::topology::{Topology, end, start};
+use crate::mesh::{Hole, Mesh, VertexFaces};
+use crate::spatial::{Bounds, BoxTree};
+use crate::tuning::tuning;
+
+/// Pieces of an edge along which border vertices are looked for.
+const PIECES: u32 = 8;
+
+/// The border of a welded mesh: its edges in one face only.
+pub(crate) struct Border<'a> {
+    mesh: &'a Mesh,
+    /// The half-edges, in rising order.
+    pub(crate) half_edges: Vec<u32>,
+    /// For each of them its vertices, in its direction.
+    pub(crate) ends: Vec<[u32; 2]>,
+    /// Its vertices in rising order, their positions as boxes, and a tree over these.
+    vertices: Vec<u32>,
+    points: Vec<Bounds>,
+    tree: BoxTree,
+    /// For each vertex the places of its border edges.
+    at: HashMap<u32, Vec<u32>>,
+    /// Vertices no farther apart than this, in the mesh's units, are one but for rounding.
+    pub(crate) unit: f64,
+}
+
+/// A border edge with border vertices on it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Junctions {
+    /// The place of the edge in the border.
+    pub(crate) edge: u32,
+    /// The vertices, from the edge's start to its end.
+    pub(crate) vertices: Vec<u32>,
+}
+
+/// The border edge that nearly coincides with another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Match {
+    /// The larger of the two distances between ends, in the mesh's units.
+    pub(crate) distance: f64,
+    /// The vertices that would become one with the start and the end of the edge.
+    pub(crate) ends: [u32; 2],
+}
+
+/// What would close a border.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Closing {
+    /// Border vertices that lie on border edges.
+    pub(super) junctions: usize,
+    /// Holes that splitting these edges closes.
+    pub(super) junction_holes: usize,
+    /// The length within which vertices are to be merged, where that closes edges, and how many edges.
+    pub(super) weld: Option<(f64, usize)>,
+    /// Whether that length is one within which a repair merges by itself.
+    pub(super) by_default: bool,
+}
+
+impl<'a> Border<'a> {
+    /// The border of a mesh whose vertices are one but for rounding within the mesh's own precision.
+    pub(super) fn new(mesh: &'a Mesh, topology: &Topology) -> Self {
+        let is_open = topology.boundary.contains(&true);
+        let unit = if is_open { weld_length(mesh) } else { 0.0 };
+        Self::with_unit(mesh, topology, unit)
+    }
+
+    /// The same with the length, in the mesh's units, within which vertices are one but for rounding.
+    pub(crate) fn with_unit(mesh: &'a Mesh, topology: &Topology, unit: f64) -> Self {
+        let half_edges = 0..topology.boundary.len() as u32;
+        let half_edges: Vec<u32> = half_edges
+            .filter(|h| topology.boundary[*h as usize])
+            .collect();
+        let ends = half_edges.iter().map(|&h| [start(mesh, h), end(mesh, h)]);
+        let ends: Vec<[u32; 2]> = ends.collect();
+        let mut at: HashMap<u32, Vec<u32>> = HashMap::new();
+        for (e, i) in ends.iter().zip(0..) {
+            e.iter().for_each(|v| at.entry(*v).or_default().push(i));
+        }
+        let mut vertices: Vec<u32> = at.keys().copied().collect();
+        vertices.sort_unstable();
+        let point = |v: &u32| Bounds::of_ball(mesh.positions[*v as usize], 0.0);
+        let points: Vec<Bounds> = vertices.iter().map(point).collect();
+        Self {
+            unit,
+            tree: BoxTree::new(&points),
+            mesh,
+            half_edges,
+            ends,
+            vertices,
+            points,
+            at,
+        }
+    }
+
+    /// Calls a function with the vertices of the border in a box.
+    fn near(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
+        self.tree.for_each(&self.points, query, |i| {
+            visit(self.vertices[i as usize]);
+        });
+    }
+
+    fn position(&self, v: u32) -> DVec3 {
+        self.mesh.positions[v as usize]
+    }
+
+    /// The border edges on which border vertices lie that go on along them, so that splitting the edges there may close them.
+    pub(crate) fn junctions(&self) -> Vec<Junctions> {
+        let edges = 0..self.ends.len() as u32;
+        let own = edges.into_par_iter().filter_map(|edge| {
+            let vertices = self.on_edge(edge);
+            (!vertices.is_empty()).then_some(Junctions { edge, vertices })
+        });
+        own.collect()
+    }
+
+    /// The tolerance of an edge in the mesh's units.
+    fn tolerance(&self, length: f64) -> f64 {
+        let part = (tuning().check.junction * length).max(self.unit);
+        part.min(tuning().check.junction_most * length)
+    }
+
+    fn on_edge(&self, edge: u32) -> Vec<u32> {
+        let [a, b] = self.ends[edge as usize];
+        let segment = [a, b].map(|v| self.position(v));
+        let tolerance = self.tolerance(segment[0].distance(segment[1]));
+        let face = self.mesh.faces[self.half_edges[edge as usize] as usize / 3];
+        let mut near: BTreeSet<u32> = BTreeSet::new();
+        // Pieces of a long edge have small boxes, however the edge lies.
+        let step = (segment[1] - segment[0]) / f64::from(PIECES);
+        for i in 0..PIECES {
+            let from = segment[0] + step * f64::from(i);
+            let piece = Bounds::of([from, from + step, from]).widened(tolerance);
+            self.near(&piece, |v| _ = near.insert(v));
+        }
+        let place = |v: &u32| Some((along(self.position(*v), segment, tolerance)?, *v));
+        let inner = near.iter().filter(|v| !face.contains(v));
+        let mut on: Vec<(f64, u32)> = inner.filter_map(place).collect();
+        on.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        // Of vertices that are one but for rounding the first is taken.
+        on.dedup_by(|later, first| later.0 - first.0 <= tolerance);
+        let known: Vec<u32> = on.iter().map(|(_, v)| *v).chain([a, b]).collect();
+        on.retain(|(_, v)| self.goes_on(*v, &known, segment, tolerance));
+        on.into_iter().map(|(_, v)| v).collect()
+    }
+
+    /// Whether a border edge of a vertex lies along an edge: it leads to one of the `known` vertices there, or over an end of it.
+    fn goes_on(&self, v: u32, known: &[u32], segment: [DVec3; 2], tolerance: f64) -> bool {
+        self.at[&v].iter().any(|i| {
+            let [c, d] = self.ends[*i as usize];
+            let other = if c == v { d } else { c };
+            let own = [self.position(v), self.position(other)];
+            let over = |end: DVec3| along(end, own, tolerance).is_some();
+            known.contains(&other) || segment.into_iter().any(over)
+        })
+    }
+
+    /// For each border edge whether it is in two faces once the edges are split.
+    fn closed_by(&self, junctions: &[Junctions]) -> Vec<bool> {
+        let mut split: Vec<&[u32]> = vec![&[]; self.ends.len()];
+        junctions
+            .iter()
+            .for_each(|j| split[j.edge as usize] = &j.vertices);
+        let parts = |i: usize| {
+            let [a, b] = self.ends[i];
+            let inner = split[i].iter().copied();
+            let all: Vec<u32> = [a].into_iter().chain(inner).chain([b]).collect();
+            let pairs = all.windows(2).map(|p| (p[0].min(p[1]), p[0].max(p[1])));
+            pairs.collect::<Vec<_>>()
+        };
+        let mut count: HashMap<(u32, u32), usize> = HashMap::new();
+        for i in 0..self.ends.len() {
+            for part in parts(i) {
+                *count.entry(part).or_insert(0) += 1;
+            }
+        }
+        let is_closed = |i| parts(i).iter().all(|part| count[part] == 2);
+        (0..self.ends.len()).map(is_closed).collect()
+    }
+
+    /// For each border edge the one that coincides with it but for at most `most`, in the mesh's units, and `part` of the length of
+    /// the shorter one, the nearest first.
+    pub(crate) fn matches(&self, most: f64, part: f64) -> Vec<Option<Match>> {
+        if self.ends.is_empty() {
+            return Vec::new();
+        }
+        let around = VertexFaces::new(self.mesh);
+        let adjacent = |v: u32, w: u32| {
+            let faces = around.of(v).iter();
+            let mut faces = faces.map(|f| self.mesh.faces[*f as usize]);
+            v != w && faces.any(|f| f.contains(&w))
+        };
+        let nearest = |i: u32| {
+            let [a, b] = self.ends[i as usize];
+            let length = |[a, b]: [u32; 2]| self.position(a).distance(self.position(b));
+            let own = length([a, b]);
+            let reach = most.min(part * own);
+            let mut best: Option<Match> = None;
+            let around_start = Bounds::of_ball(self.position(a), reach);
+            self.near(&around_start, |v| {
+                for &j in self.at[&v].iter().filter(|j| **j != i) {
+                    let [c, d] = self.ends[j as usize];
+                    let ends = if c == v { [c, d] } else { [d, c] };
+                    let distance = length([a, ends[0]]).max(length([b, ends[1]]));
+                    let nearer = best.is_none_or(|m| distance < m.distance);
+                    let is_near = distance <= reach.min(part * length([c, d]));
+                    if is_near && nearer && !adjacent(a, ends[0]) && !adjacent(b, ends[1]) {
+                        best = Some(Match { distance, ends });
+                    }
+                }
+            });
+            best
+        };
+        let edges = 0..self.ends.len() as u32;
+        edges.into_par_iter().map(nearest).collect()
+    }
+
+    /// What would close the border, of which these are the holes.
+    pub(super) fn closing(&self, holes: &[Hole]) -> Closing {
+        let junctions = self.junctions();
+        let closed = self.closed_by(&junctions);
+        let mut is_closed: HashMap<(u32, u32), bool> = HashMap::new();
+        for ([a, b], closed) in self.ends.iter().zip(closed) {
+            is_closed.insert((*a.min(b), *a.max(b)), closed);
+        }
+        let closes = |hole: &&Hole| {
+            let next = hole.rim.iter().cycle().skip(1);
+            let mut edges = hole.rim.iter().zip(next);
+            edges.all(|(a, b)| is_closed.get(&(*a.min(b), *a.max(b))) == Some(&true))
+        };
+        let vertices: BTreeSet<u32> = junctions
+            .iter()
+            .flat_map(|j| &j.vertices)
+            .copied()
+            .collect();
+        let matches = self.matches(f64::INFINITY, tuning().check.weld_part);
+        let distances = matches.into_iter().flatten().map(|m| m.distance);
+        let weld = weld_advice(distances.collect(), self.ends.len());
+        Closing {
+            junctions: vertices.len(),
+            junction_holes: holes.iter().filter(closes).count(),
+            by_default: weld.is_some_and(|(length, _)| length <= self.unit),
+            weld,
+        }
+    }
+}
+
+/// The place along a segment at which a point lies inside of it but for the tolerance, in the mesh's units.
+fn along(p: DVec3, [a, b]: [DVec3; 2], tolerance: f64) -> Option<f64> {
+    let length = a.distance(b);
+    let way = (b - a) / length;
+    let place = (p - a).dot(way);
+    let beside = (p - a - place * way).length();
+    let margin = tuning().check.junction_ends * tolerance;
+    (beside <= tolerance && place > margin && place < length - margin).then_some(place)
+}
+
+/// The length within which vertices are to be merged so that most edges close which can by that, and how many do; none where few of
+/// the `edges` of the border would. `distances` are those at which edges close.
+///
+/// The distances are sorted into decades. From the smallest on they are taken until at least half are, and an empty decade follows:
+/// cracks in one file have one cause and one size, while narrow slits that are meant measure a good part of an edge.
+fn weld_advice(mut distances: Vec<f64>, edges: usize) -> Option<(f64, usize)> {
+    distances.sort_by(f64::total_cmp);
+    let few = (tuning().check.weld_least * edges as f64).max(2.0);
+    if (distances.len() as f64) < few {
+        return None;
+    }
+    let gap = |pair: &[f64]| pair[1] > 10.0 * pair[0];
+    let half = distances.len().div_ceil(2);
+    let cut = (half..distances.len()).find(|i| gap(&distances[i - 1..=*i]));
+    let count = cut.unwrap_or(distances.len());
+    let longest = *distances.get(count.checked_sub(1)?)?;
+    (longest > 0.0).then(|| (rounded_up(longest), count))
+}
+
+/// The next number of two digits that is larger.
+fn rounded_up(length: f64) -> f64 {
+    let step = 10f64.powf(length.log10().floor() - 1.0);
+    let digits = (length / step).floor() + 1.0;
+    // As it is written with two digits.
+    format!("{:.1e}", digits * step)
+        .parse()
+        .unwrap_or(digits * step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_advice_leaves_slits_of_the_size_of_edges_out() {
+        let cracks = (1..=60).map(|i| 1e-6 * f64::from(i) / 60.0);
+        let slits = (0..30).map(|i| 0.1 + 0.001 * f64::from(i));
+        let all: Vec<f64> = cracks.chain(slits).collect();
+        assert_eq!(weld_advice(all, 100), Some((1.1e-6, 60)));
+        assert_eq!(weld_advice(vec![1e-6; 3], 1000), None);
+        assert_eq!(weld_advice(Vec::new(), 10), None);
+        assert_eq!(weld_advice(vec![0.0379; 5], 10), Some((0.038, 5)));
+    }
+}

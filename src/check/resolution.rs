@@ -1,0 +1,76 @@
+//! The precision of a file's coordinates, as the coordinates themselves show it.
+
+use glam::DVec3;
+
+use crate::mesh::Mesh;
+use crate::tuning::tuning;
+
+/// The length within which vertices of a border are one but for rounding, in the mesh's units: a part of the diagonal of the bounding
+/// box, or some units in the last place of the largest coordinate, in 32-bit floats or in decimal digits, where these are larger.
+pub(crate) fn weld_length(mesh: &Mesh) -> f64 {
+    let mut used = vec![false; mesh.positions.len()];
+    let corners = mesh.faces.iter().flatten();
+    corners.for_each(|&v| used[v as usize] = true);
+    let points = mesh.positions.iter().zip(used).filter(|(_, used)| *used);
+    let points: Vec<DVec3> = points.map(|(p, _)| *p).collect();
+    let (low, high) = crate::mesh::bounds(points.iter().copied());
+    let diagonal = low.distance(high);
+    let unit = tuning().check.weld_units * unit(&points);
+    let most = tuning().check.weld_most * diagonal;
+    (tuning().check.weld * diagonal).max(unit.min(most))
+}
+
+/// The unit in the last place of the largest coordinate.
+fn unit(points: &[DVec3]) -> f64 {
+    let largest = points.iter().map(|p| p.abs().max_element());
+    let largest = largest.fold(0.0, f64::max);
+    if largest == 0.0 {
+        return 0.0;
+    }
+    let is_single = |p: &DVec3| {
+        let apart = (p.as_vec3().as_dvec3() - *p).abs();
+        apart.cmple(tuning().check.single * p.abs()).all()
+    };
+    if points.iter().all(is_single) {
+        return f64::from(f32::EPSILON) * largest;
+    }
+    let is_of = |digits: i32| {
+        let step = step(largest, digits);
+        points.iter().flat_map(|p| p.to_array()).all(|x| {
+            let steps = x / step;
+            (steps - steps.round()).abs() * step <= 2.0 * f64::EPSILON * largest
+        })
+    };
+    let digits = (tuning().check.least_digits..=tuning().check.most_digits).find(|d| is_of(*d));
+    digits.map_or(f64::EPSILON * largest, |digits| step(largest, digits))
+}
+
+/// The unit in the last of so many decimal digits of a number.
+fn step(largest: f64, digits: i32) -> f64 {
+    10f64.powi(largest.log10().floor() as i32 + 1 - digits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes::icosphere;
+
+    #[test]
+    fn floats_and_digits_are_told_from_the_coordinates() {
+        let ball = icosphere(2);
+        let mapped = |f: &dyn Fn(f64) -> f64| {
+            let mut mesh = ball.clone();
+            for p in &mut mesh.positions {
+                *p = DVec3::from_array((*p * 37.0).to_array().map(f));
+            }
+            let largest = mesh.positions.iter().map(|p| p.abs().max_element());
+            (unit(&mesh.positions), largest.fold(0.0, f64::max))
+        };
+        let (single, largest) = mapped(&|x| f64::from(x as f32));
+        assert_eq!(single, f64::from(f32::EPSILON) * largest);
+        let (decimals, _) = mapped(&|x| (x * 1e4).round() / 1e4);
+        assert!((decimals / 1e-4 - 1.0).abs() < 1e-9, "{decimals}");
+        let (exact, largest) = mapped(&|x| x / 3.0);
+        assert!(exact <= 2.0 * f64::EPSILON * largest, "{exact}");
+    }
+}

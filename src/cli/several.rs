@@ -1,0 +1,203 @@
+//! Commands that only look at meshes, for one file or several: of several a table, a list of documents, and one exit code.
+
+use std::path::PathBuf;
+
+use anyhow::Context;
+use isomend::io::Loaded;
+use isomend::job::{Document, Drawings, JobError, Source};
+use serde::Serialize;
+
+use super::console::{self, Console};
+use super::json::Target;
+use super::report::ReportArgs;
+use super::{CommonArgs, End, Usage, input};
+
+/// What was found in a file.
+pub struct Found {
+    /// What is printed of a single file.
+    pub text: String,
+    /// The cells of its row, without its name.
+    pub cells: Vec<String>,
+    /// Its JSON document.
+    pub document: String,
+    /// Whether it is what was hoped for.
+    pub is_good: bool,
+}
+
+impl Found {
+    /// The text of a document.
+    pub fn document(document: &impl Serialize) -> anyhow::Result<String> {
+        serde_json::to_string_pretty(document).context("cannot make the JSON report")
+    }
+}
+
+/// A command that looks at meshes.
+pub struct Looking<'a> {
+    /// Its name.
+    pub command: &'static str,
+    pub inputs: &'a [PathBuf],
+    pub report: &'a ReportArgs,
+    pub common: &'a CommonArgs,
+    /// The headings of the table after that of the names.
+    pub headings: &'a [&'a str],
+    /// Whether anything is printed.
+    pub prints: bool,
+}
+
+impl Looking<'_> {
+    /// Looks at each file, one after another, and prints what was found. Of several one that fails does not stop the others.
+    ///
+    /// # Errors
+    /// When the files cannot be used so, and what looking at a single one fails with.
+    pub fn each(
+        &self,
+        console: &Console,
+        look: &mut dyn FnMut(&Source, &Loaded, &Drawings) -> anyhow::Result<Found>,
+    ) -> anyhow::Result<End> {
+        let drawings = self.checked()?;
+        let mut one = |path: &PathBuf| {
+            let source = input::source(path, self.common.from)?;
+            let loaded = input::read(&source, console)?;
+            look(&source, &loaded, &drawings)
+        };
+        if let [path] = self.inputs {
+            let found = one(path)?;
+            self.write(&found.document)?;
+            if self.prints() {
+                console::print_out(&found.text)?;
+            }
+            return Ok(if found.is_good {
+                End::Done
+            } else {
+                End::InPart
+            });
+        }
+        let (mut rows, mut documents, mut end) = (Vec::new(), Vec::new(), End::Done);
+        for path in self.inputs {
+            let name = path.display().to_string();
+            match one(path) {
+                Ok(found) => {
+                    if !found.is_good && end == End::Done {
+                        end = End::InPart;
+                    }
+                    rows.push([vec![name], found.cells].concat());
+                    documents.push(found.document);
+                }
+                Err(error) => {
+                    let words = format!("{error:#}");
+                    documents.push(failed(self.command, &name, &words)?);
+                    console.failed(&match words.contains(&name) {
+                        true => words,
+                        false => format!("{name}: {words}"),
+                    });
+                    rows.push(vec![name, "failed".to_owned()]);
+                    end = End::Failed;
+                }
+            }
+        }
+        // No line of a JSON document ends inside a string.
+        let all = documents.join(",\n").replace('\n', "\n  ");
+        self.write(&format!("[\n  {all}\n]"))?;
+        if self.prints() {
+            let headings: Vec<String> = [&["file"], self.headings]
+                .concat()
+                .iter()
+                .map(ToString::to_string)
+                .collect();
+            console::print_out(&table(&headings, &rows))?;
+        }
+        Ok(end)
+    }
+
+    /// What is drawn; an error where the files cannot be used so.
+    fn checked(&self) -> anyhow::Result<Drawings> {
+        let places: Vec<_> = self.inputs.iter().map(|path| input::place(path)).collect();
+        let several = places.len() > 1;
+        if let Some(stream) = places.iter().find(|p| several && p.path().is_none()) {
+            let what = format!("{} cannot be one of several inputs", stream.name());
+            return Err(Usage(what).into());
+        }
+        let json = self.common.json.as_ref();
+        if let Some(json) = json {
+            json.check(&places, &[])?;
+        }
+        let drawings = self.report.drawings(json)?;
+        if several && drawings.is_wanted() {
+            return Err(super::told(JobError::SeveralDrawn));
+        }
+        if let [place] = &places[..] {
+            drawings.check(place, None).map_err(super::told)?;
+        }
+        Ok(drawings)
+    }
+
+    fn prints(&self) -> bool {
+        self.prints && !matches!(self.common.json, Some(Target::Stdout))
+    }
+
+    /// Writes the JSON document where one is wanted.
+    fn write(&self, document: &str) -> anyhow::Result<()> {
+        match &self.common.json {
+            Some(json) => json.write_text(&format!("{document}\n")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// What stands for the document of a file that failed.
+fn failed(command: &'static str, name: &str, error: &str) -> anyhow::Result<String> {
+    #[derive(Serialize)]
+    struct Body<'a> {
+        input: File<'a>,
+        error: &'a str,
+    }
+    #[derive(Serialize)]
+    struct File<'a> {
+        path: &'a str,
+    }
+    let input = File { path: name };
+    Found::document(&Document::new(command, Body { input, error }))
+}
+
+/// Rows under headings, each column as wide as its widest cell. All but the first column and the last are aligned to the right.
+fn table(headings: &[String], rows: &[Vec<String>]) -> String {
+    let last = headings.len() - 1;
+    let cells = |column: usize| {
+        let own = rows.iter().filter_map(move |row| row.get(column));
+        own.chain(headings.get(column))
+    };
+    let width = |column: usize| cells(column).map(|c| c.chars().count()).max().unwrap_or(0);
+    let widths: Vec<usize> = (0..last).map(width).collect();
+    let line = |row: &[String]| {
+        let mut line = String::new();
+        for (column, cell) in row.iter().enumerate() {
+            match column {
+                0 => line += &format!("{cell:<width$}", width = widths[0]),
+                c if c == last || row.len() < headings.len() => line += &format!("  {cell}"),
+                c => line += &format!("  {cell:>width$}", width = widths[c]),
+            }
+        }
+        line.trim_end().to_owned()
+    };
+    let mut text = console::heading(&line(headings)) + "\n";
+    for row in rows {
+        text += &(line(row) + "\n");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_as_wide_as_their_cells() {
+        let row = |cells: &[&str]| cells.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let rows = [row(&["a.ply", "12", "yes"]), row(&["longer.stl", "failed"])];
+        let text = table(&row(&["file", "faces", "verdict"]), &rows);
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[0].contains("file        faces  verdict"));
+        assert_eq!(lines[1], "a.ply          12  yes");
+        assert_eq!(lines[2], "longer.stl  failed");
+    }
+}

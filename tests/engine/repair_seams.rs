@@ -1,0 +1,191 @@
+//! Borders that coincide but for rounding are welded, T-junctions are stitched, and `check` says what would close a border.
+
+use crate::shapes::{cube, cut, joined, moved, sphere, turned};
+use glam::DVec3;
+use isomend::check::{CheckParams, Verdict};
+use isomend::{Carried, Control, Mesh, RepairParams, Repaired, inspect, repair};
+
+fn repaired(mesh: &Mesh) -> Repaired {
+    let params = RepairParams::default();
+    repair(mesh, &params, &Carried::default(), &Control::new()).unwrap()
+}
+
+fn verdict(mesh: &Mesh) -> Verdict {
+    inspect(mesh).unwrap().check(&CheckParams::default())
+}
+
+fn single(mut mesh: Mesh) -> Mesh {
+    for p in &mut mesh.positions {
+        *p = p.as_vec3().as_dvec3();
+    }
+    mesh
+}
+
+/// Each face on vertices of its own, those of the second half of the faces moved by `by`.
+fn torn(mesh: &Mesh, by: impl Fn(usize) -> DVec3) -> Mesh {
+    let mut soup = Mesh::default();
+    for (f, face) in mesh.faces.iter().enumerate() {
+        let first = soup.positions.len() as u32;
+        let corners = face.map(|v| mesh.positions[v as usize] + by(f));
+        soup.positions.extend(corners);
+        soup.faces.push([first, first + 1, first + 2]);
+    }
+    soup
+}
+
+/// A cube one side of which is cut twice as fine as the others.
+fn with_t_junctions() -> Mesh {
+    let coarse = cube(4);
+    let top = |p: DVec3| p.x > 3.999;
+    let is_top = |m: &Mesh, f: &[u32; 3]| f.iter().all(|v| top(m.positions[*v as usize]));
+    let fine = moved(&cube(8), 0.5, DVec3::ZERO);
+    let side = |m: &Mesh, wanted: bool| {
+        let faces = m.faces.iter().filter(|f| is_top(m, f) == wanted);
+        Mesh::new(m.positions.clone(), faces.copied().collect())
+    };
+    joined(&side(&coarse, false), &side(&fine, true))
+}
+
+#[test]
+fn vertices_that_differ_by_rounding_are_welded_by_default() {
+    let good = turned(sphere(4));
+    let tiny = |f: usize| DVec3::splat(if f.is_multiple_of(2) { 0.0 } else { 3e-16 });
+    let last_place = |f: usize| DVec3::splat(if f.is_multiple_of(2) { 0.0 } else { 1e-7 });
+    let text = |m: Mesh| {
+        let mut m = m;
+        for p in &mut m.positions {
+            *p = DVec3::from_array((*p * 1e5).to_array().map(|x| x.round() / 1e5));
+        }
+        m
+    };
+    let last_digit = |f: usize| DVec3::splat(if f.is_multiple_of(2) { 0.0 } else { 1e-5 });
+    let all = [
+        torn(&good, tiny),
+        single(torn(&single(good.clone()), last_place)),
+        text(torn(&text(good.clone()), last_digit)),
+    ];
+    for bad in all {
+        let before = verdict(&bad);
+        assert!(
+            before.holes > 0 && before.weld_by_default,
+            "{}",
+            before.line()
+        );
+        let done = repaired(&bad);
+        let after = verdict(&done.mesh);
+        assert!(after.is_sound(), "{}", after.line());
+        assert_eq!(after.components.len(), 1);
+        assert_eq!(done.report.lost_faces, 0);
+        assert!(done.report.welded_vertices > 0);
+        assert_eq!(done.mesh.faces.len(), bad.faces.len());
+    }
+}
+
+#[test]
+fn what_is_apart_on_purpose_is_not_welded() {
+    let bowl = cut(&turned(sphere(4)), |p| p.z > 0.1);
+    let pair = joined(&bowl, &moved(&bowl, 1.0, DVec3::Z * 1e-3));
+    // Squares of few digits, whose distances are units of their coordinates.
+    let squares = moved(&cut(&cube(3), |p| p.x > 2.5), 1e-4, DVec3::ONE);
+    for mesh in [pair, squares] {
+        let done = repaired(&mesh);
+        assert_eq!(done.report.welded_vertices, 0);
+        assert_eq!(done.report.stitched_junctions, 0);
+    }
+}
+
+#[test]
+fn the_check_names_the_length_that_closes_most_edges() {
+    let ball = turned(sphere(6));
+    let upper = cut(&ball, |p| p.z < 0.0);
+    let lower = cut(&ball, |p| p.z > 0.0);
+    // What neither has is the band between; so both halves of the same cut are taken.
+    assert!(upper.faces.len() + lower.faces.len() <= ball.faces.len());
+    let rest = {
+        let centre = |f: &[u32; 3]| f.map(|v| ball.positions[v as usize].z).iter().sum::<f64>();
+        let faces = |above: bool| {
+            let own = ball.faces.iter().filter(|f| (centre(f) > 0.0) == above);
+            Mesh::new(ball.positions.clone(), own.copied().collect())
+        };
+        joined(&faces(true), &moved(&faces(false), 1.0, DVec3::X * 2e-4))
+    };
+    let told = verdict(&rest);
+    let (length, edges) = told.weld.unwrap();
+    assert!((2e-4..2.2e-4).contains(&length), "{length}");
+    assert!(!told.weld_by_default && edges > 10);
+    let mut params = RepairParams::default();
+    params.weld = Some(length);
+    let done = repair(&rest, &params, &Carried::default(), &Control::new()).unwrap();
+    let after = verdict(&done.mesh);
+    assert!(after.is_sound(), "{}", after.line());
+    assert_eq!(done.report.lost_faces, 0);
+    assert_eq!(after.components.len(), 1);
+    // A mesh with plain holes gets no advice.
+    assert_eq!(verdict(&upper).weld, None);
+}
+
+#[test]
+fn t_junctions_are_counted_and_stitched_and_no_face_is_lost() {
+    let exact = with_t_junctions();
+    let oblique = moved(
+        &turned(exact.clone()),
+        1.0 / 3.0,
+        DVec3::new(0.1, 7.3, -2.9),
+    );
+    let flipped = {
+        let mut mesh = oblique.clone();
+        mesh.faces.iter_mut().step_by(3).for_each(|f| f.swap(1, 2));
+        mesh
+    };
+    for bad in [exact, oblique.clone(), single(oblique), flipped] {
+        let before = verdict(&bad);
+        assert_eq!(before.t_junctions, 16);
+        let line = before.line();
+        assert!(
+            line.contains("16 vertices lie on edges") && !line.contains("holes"),
+            "{line}"
+        );
+        let done = repaired(&bad);
+        let after = verdict(&done.mesh);
+        assert!(after.is_sound(), "{}", after.line());
+        let r = &done.report;
+        assert_eq!((r.lost_faces, r.stitched_junctions), (0, 16));
+        // Sixteen edges are split, and nothing else is new.
+        assert_eq!(done.mesh.faces.len(), bad.faces.len() + 16);
+        let left = bad.positions.len() - r.merged_vertices;
+        assert_eq!(done.mesh.positions.len(), left);
+        assert!(r.fill.regions.is_empty());
+    }
+}
+
+#[test]
+fn edges_that_overlap_in_part_and_several_vertices_on_one_edge_are_stitched() {
+    // A strip between two others whose vertices are shifted along the common lines, one of them three times as fine.
+    let row = |y: f64, step: f64, from: f64| {
+        let n = ((3.0 - from) / step).round() as u32;
+        let mut mesh = Mesh::default();
+        for i in 0..=n {
+            let x = from + step * f64::from(i);
+            mesh.positions
+                .extend([DVec3::new(x, y, 0.0), DVec3::new(x, y + 1.0, 0.0)]);
+        }
+        for i in 0..n {
+            let [a, b, c, d] = [2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1];
+            mesh.faces.extend([[a, b, c], [a, c, d]]);
+        }
+        mesh
+    };
+    let strips = joined(
+        &joined(&row(0.0, 1.0, 0.0), &row(1.0, 1.0, -0.5)),
+        &row(2.0, 0.25, 0.0),
+    );
+    let before = inspect(&strips).unwrap();
+    let done = repaired(&strips);
+    let after = inspect(&done.mesh).unwrap();
+    let pieces = |v: &Verdict| v.components.len();
+    let params = CheckParams::default();
+    assert_eq!(pieces(&before.check(&params)), 3);
+    let after = after.check(&params);
+    assert_eq!((pieces(&after), after.t_junctions), (1, 0));
+    assert_eq!(done.report.lost_faces, 0);
+}
