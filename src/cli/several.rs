@@ -163,7 +163,12 @@ fn failed(command: &'static str, name: &str, error: &str) -> anyhow::Result<Stri
 fn table(headings: &[String], rows: &[Vec<String>]) -> String {
     let last = headings.len() - 1;
     let cells = |column: usize| {
-        let own = rows.iter().filter_map(move |row| row.get(column));
+        // A file that failed has no cells of these columns.
+        let whole = move |row: &&Vec<String>| column == 0 || row.len() == headings.len();
+        let own = rows
+            .iter()
+            .filter(whole)
+            .filter_map(move |row| row.get(column));
         own.chain(headings.get(column))
     };
     let width = |column: usize| cells(column).map(|c| c.chars().count()).max().unwrap_or(0);
