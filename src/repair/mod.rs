@@ -17,6 +17,7 @@ mod report;
 mod scraps;
 mod setters;
 mod sheets;
+mod union;
 mod widen;
 
 use std::collections::HashSet;
@@ -136,6 +137,9 @@ impl Run<'_> {
         if params.orient {
             self.report.turned_faces = orient::orient(&mut self.draft)?;
         }
+        if params.crossings {
+            self.unite()?;
+        }
         if params.split {
             scraps::join(&mut self.draft)?;
             sheets::separate(&mut self.draft, &mut self.report)?;
@@ -146,6 +150,18 @@ impl Run<'_> {
         }
         self.go_on()?;
         self.drop_components()
+    }
+
+    /// Unites closed bodies that touch or intersect, if that leaves less wrong.
+    fn unite(&mut self) -> Result<(), FillError> {
+        if self.draft.crossing()?.is_empty() {
+            return Ok(());
+        }
+        let before = self.state()?;
+        if union::unite(&mut self.draft, &mut self.report)? {
+            self.keep_better(before)?;
+        }
+        self.go_on()
     }
 
     /// Takes debris and what lies inside out.

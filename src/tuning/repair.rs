@@ -3,6 +3,8 @@
 thresholds! {
     /// Thresholds of repairs (`repair`).
     RepairTuning {
+        /// Rounds of unions at most: rounded vertices may let faces intersect again.
+        union_rounds: usize = 6,
         /// Times that faces which intersect others are cut out and filled, with one more ring of faces each time, at most.
         passes: usize = 2,
         /// Rings of faces by which holes that nothing closes without intersections are widened, at most.
