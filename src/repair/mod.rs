@@ -161,6 +161,9 @@ impl Run<'_> {
         if union::unite(&mut self.draft, &mut self.report)? {
             self.keep_better(before)?;
         }
+        if self.params.clean {
+            clean::drop_duplicates(&mut self.draft, &mut self.report)?;
+        }
         self.go_on()
     }
 

@@ -78,6 +78,8 @@ thresholds! {
         dangling: f64 = 0.01,
         /// Rounds of cuts: each changes which sheets touch.
         sheet_rounds: usize = 8,
+        /// The first of these rounds, in which edges that cannot be separated at their ends get a vertex between them.
+        halving_rounds: usize = 3,
         /// Shortest edges. Separated vertices are moved apart by this,
         apart: f64 = 1e-3,
         /// and by at least this many units in the last place of 32-bit floats.

@@ -1,5 +1,7 @@
 //! Which components are united with which: those that touch or intersect, directly or through others.
 
+use std::collections::HashMap;
+
 use crate::check::components;
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
@@ -68,9 +70,49 @@ pub(super) fn clusters(found: &Inspection, crossing: &[u32], pairs: &[[u32; 2]])
     }
 }
 
+/// Those of some duplicate faces that bound bodies which touch in them: with them each edge of these bodies runs as often one way as the
+/// other, without them not.
+pub(in crate::repair) fn walls(found: &Inspection, duplicates: &[u32]) -> Vec<u32> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    if duplicates.is_empty() {
+        return Vec::new();
+    }
+    let crowded = topology.crowded_edges(mesh);
+    let piece = |f: u32| topology.piece[f as usize];
+    let mut bodies = DisjointSets::new(topology.piece_faces.len());
+    for edge in &crowded {
+        edge.iter()
+            .for_each(|h| _ = bodies.join(piece(edge[0] / 3), piece(h / 3)));
+    }
+    let mut open = vec![false; topology.piece_faces.len()];
+    for p in open_pieces(mesh, topology, &crowded) {
+        open[bodies.find(p) as usize] = true;
+    }
+    let mut sums: HashMap<(u32, u32), (i32, u32)> = HashMap::new();
+    for h in duplicates.iter().flat_map(|f| 3 * f..3 * f + 3) {
+        let (a, b) = (start(mesh, h), end(mesh, h));
+        let sum = sums.entry((a.min(b), a.max(b))).or_insert((0, h));
+        sum.0 += if runs_up(mesh, topology, h) { 1 } else { -1 };
+    }
+    let mut opens = vec![false; open.len()];
+    for (sum, h) in sums.values() {
+        opens[bodies.find(piece(h / 3)) as usize] |= *sum != 0;
+    }
+    let is_wall = |f: &&u32| {
+        let body = bodies.find(piece(**f)) as usize;
+        opens[body] && !open[body]
+    };
+    duplicates.iter().filter(is_wall).copied().collect()
+}
+
+/// Whether a half-edge of the mesh as it is given runs from the smaller to the larger number.
+fn runs_up(mesh: &Mesh, topology: &Topology, h: u32) -> bool {
+    (start(mesh, h) < end(mesh, h)) != topology.turned[h as usize / 3]
+}
+
 /// Components with edges along which not as many faces of the mesh as it is given run one way as the other.
 fn open_pieces(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
-    let runs_up = |h: u32| (start(mesh, h) < end(mesh, h)) != topology.turned[h as usize / 3];
+    let runs_up = |h: u32| runs_up(mesh, topology, h);
     let mut open = Vec::new();
     for h in 0..topology.opposite.len() as u32 {
         let o = topology.opposite[h as usize];

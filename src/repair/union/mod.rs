@@ -40,6 +40,8 @@ use clusters::{Clusters, clusters};
 use exact::Unit;
 use planar::Stuck;
 
+pub(super) use clusters::walls;
+
 /// What a union did.
 #[derive(Clone, Copy, Debug, Default)]
 struct United {
