@@ -152,14 +152,17 @@ impl Run<'_> {
         self.drop_components()
     }
 
-    /// Unites closed bodies that touch or intersect, if that leaves less wrong.
+    /// Unites closed bodies that touch or intersect, if fewer faces intersect others then.
     fn unite(&mut self) -> Result<(), FillError> {
-        if self.draft.crossing()?.is_empty() {
+        let crossing = self.draft.crossing()?;
+        if crossing.is_empty() {
             return Ok(());
         }
-        let before = self.state()?;
-        if union::unite(&mut self.draft, &mut self.report)? {
-            self.keep_better(before)?;
+        let before = (self.draft.clone(), self.report.clone());
+        let count = crossing.len();
+        let left = union::unite(&mut self.draft, &mut self.report, crossing)?;
+        if left.is_some_and(|left| left >= count) {
+            (self.draft, self.report) = before;
         }
         if self.params.clean {
             clean::drop_duplicates(&mut self.draft, &mut self.report)?;

@@ -36,6 +36,13 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
             format!("components inside others taken out, {} faces", r.inside[1]),
         ),
         (
+            r.united_bodies,
+            format!(
+                "touching or crossing bodies united: {} faces split, {} inside removed",
+                r.split_faces, r.inner_faces
+            ),
+        ),
+        (
             crossing,
             format!(
                 "faces crossed others: {cut} cut out in {} {}, {} under another layer",

@@ -5,6 +5,9 @@ thresholds! {
     RepairTuning {
         /// Rounds of unions at most: rounded vertices may let faces intersect again.
         union_rounds: usize = 6,
+        /// Diagonals of the mesh's box. Edges of new vertices of unions that are shorter are taken out: they come from curves that pass a
+        /// vertex by a rounding error.
+        short_edge: f64 = 1e-9,
         /// Times that faces which intersect others are cut out and filled, with one more ring of faces each time, at most.
         passes: usize = 2,
         /// Rings of faces by which holes that nothing closes without intersections are widened, at most.

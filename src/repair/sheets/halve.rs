@@ -29,7 +29,8 @@ pub(super) fn halve(draft: &mut Draft) -> Result<usize, FillError> {
             // The corners as the draft has them: faces may be turned in the inspection.
             let half_edge = |f: u32| {
                 let own = draft.mesh.faces[f as usize].map(|v| found.weld[v as usize]);
-                let k = (0..3).find(|k| ends.contains(&own[*k]) && ends.contains(&own[(k + 1) % 3]));
+                let k =
+                    (0..3).find(|k| ends.contains(&own[*k]) && ends.contains(&own[(k + 1) % 3]));
                 k.map(|k| 3 * f + k as u32)
             };
             let own: Vec<u32> = faces().filter_map(half_edge).collect();
@@ -47,11 +48,7 @@ pub(super) fn halve(draft: &mut Draft) -> Result<usize, FillError> {
 /// Puts a vertex on an edge of a face, which becomes two.
 fn divide(draft: &mut Draft, h: u32, middle: u32) {
     let (f, k) = (h as usize / 3, h as usize % 3);
-    let (face, origin, region) = (
-        draft.mesh.faces[f],
-        draft.origins.faces[f],
-        draft.region[f],
-    );
+    let (face, origin, region) = (draft.mesh.faces[f], draft.origins.faces[f], draft.region[f]);
     let mut first = (face, origin);
     first.0[(k + 1) % 3] = middle;
     first.1.corners[(k + 1) % 3] = 3;

@@ -250,9 +250,8 @@ impl<'a> Group<'a> {
             let mut faces = Vec::new();
             tree.for_each(&boxes, &place, |m| {
                 let (own, way) = (corners[m as usize], ways[m as usize]);
-                let holds = |v: u32| {
-                    (0..3).all(|k| way * planar.turn(own[k], own[(k + 1) % 3], v) >= 0)
-                };
+                let holds =
+                    |v: u32| (0..3).all(|k| way * planar.turn(own[k], own[(k + 1) % 3], v) >= 0);
                 if boxes[m as usize].contains(&place) && t.into_iter().all(holds) {
                     faces.push((self.members[m as usize], way > 0));
                 }

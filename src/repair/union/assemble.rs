@@ -44,7 +44,9 @@ impl Union {
                 Fate::Turned => draft.turn(f as usize),
             }
         }
-        self.divided.iter().for_each(|f| removed[*f as usize] = true);
+        self.divided
+            .iter()
+            .for_each(|f| removed[*f as usize] = true);
         let (kept, parts) = self.parts(draft);
         kept.iter().for_each(|f| removed[*f as usize] = false);
         let mut has_parts = vec![false; removed.len()];
@@ -66,7 +68,10 @@ impl Union {
             has_parts[part.face as usize] = true;
             self.add(draft, part, nodes);
         }
-        for f in kept.iter().filter(|f| opposed.contains_key(&self.key(draft, **f))) {
+        for f in kept
+            .iter()
+            .filter(|f| opposed.contains_key(&self.key(draft, **f)))
+        {
             removed[*f as usize] = true;
         }
         let split = has_parts.iter().filter(|p| **p).count();
@@ -101,7 +106,9 @@ impl Union {
             if let Some(whole) = own().map(|(f, _)| face(*f)).find(is_whole) {
                 kept.push(whole);
             } else if let Some((f, _)) = own().next() {
-                let Piece { nodes: [a, b, c], .. } = *piece;
+                let Piece {
+                    nodes: [a, b, c], ..
+                } = *piece;
                 parts.push(Part {
                     face: face(*f),
                     nodes: if wanted { [a, b, c] } else { [a, c, b] },
@@ -157,12 +164,21 @@ impl Union {
     }
 
     /// The triangles that are there both ways, once vertices fell together.
-    fn opposed(&self, draft: &Draft, kept: &[u32], added: &[(&Part, [u32; 3])]) -> HashMap<[u32; 3], i32> {
+    fn opposed(
+        &self,
+        draft: &Draft,
+        kept: &[u32],
+        added: &[(&Part, [u32; 3])],
+    ) -> HashMap<[u32; 3], i32> {
         let mut sums: HashMap<[u32; 3], (i32, u32)> = HashMap::new();
         let mut count = |nodes: [u32; 3]| {
             let key = sorted(nodes);
             let first = nodes.iter().position(|v| *v == key[0]).unwrap_or(0);
-            let way = if nodes[(first + 1) % 3] == key[1] { 1 } else { -1 };
+            let way = if nodes[(first + 1) % 3] == key[1] {
+                1
+            } else {
+                -1
+            };
             let entry = sums.entry(key).or_default();
             *entry = (entry.0 + way, entry.1 + 1);
         };

@@ -163,8 +163,7 @@ impl Point {
             cross(&r.normal, &p.normal),
             cross(&p.normal, &q.normal),
         );
-        let along =
-            |k: usize| &p.distance * &qr[k] + &q.distance * &rp[k] + &r.distance * &pq[k];
+        let along = |k: usize| &p.distance * &qr[k] + &q.distance * &rp[k] + &r.distance * &pq[k];
         let volume = dot(&p.normal, &qr);
         Self::quotient(unit, [along(0), along(1), along(2), volume])
     }
@@ -232,7 +231,11 @@ pub(super) fn side(unit: Unit, corners: [DVec3; 3], p: &Point) -> i8 {
     let [u, v, w] = [corners[1], corners[2], p.nearest].map(|q| q - corners[0]);
     let size = |q: DVec3| q.abs().max_element();
     let length = size(u).max(size(v)).max(size(w));
-    let error = HALF_ULP * corners.map(size).into_iter().fold(size(p.nearest), f64::max);
+    let error = HALF_ULP
+        * corners
+            .map(size)
+            .into_iter()
+            .fold(size(p.nearest), f64::max);
     // Six products of three differences, each of which errs by at most four of these units.
     let bound = 256.0 * error * length * length + f64::MIN_POSITIVE;
     let known = decided(u.cross(v).dot(w), bound);

@@ -14,7 +14,7 @@
 //!
 //! All up to the last step is exact, hence the result is closed. Rounding moves new vertices by half a unit in the last place, which
 //! may let triangles of about this size intersect or lose their area; then those are united again, in some rounds. Vertices that fall
-//! together become one. Limits: coordinates whose magnitudes differ by more than 2 to the power of 512, faces without area among those
+//! together become one; so do those that an edge joins which is far shorter than rounding errors of the input (`tidy`). Limits: coordinates whose magnitudes differ by more than 2 to the power of 512, faces without area among those
 //! that intersect, and components with borders are left to the other steps of a repair.
 
 mod arrange;
@@ -24,6 +24,7 @@ mod clusters;
 mod exact;
 mod pairs;
 mod planar;
+mod tidy;
 
 use rayon::prelude::*;
 
@@ -50,17 +51,17 @@ struct United {
     removed: usize,
 }
 
-/// Unites closed components that touch or intersect; says whether there were any.
-pub(super) fn unite(draft: &mut Draft, report: &mut RepairReport) -> Result<bool, FillError> {
+/// Unites closed components that touch or intersect; `crossing` are the faces that intersect others. Returns how many still do; none where
+/// nothing was united.
+pub(super) fn unite(
+    draft: &mut Draft,
+    report: &mut RepairReport,
+    mut crossing: Vec<u32>,
+) -> Result<Option<usize>, FillError> {
     let mut first: Option<United> = None;
+    let known = draft.mesh.positions.len();
     for _ in 0..tuning().repair.union_rounds {
-        let crossing = draft.crossing()?;
-        if crossing.is_empty() {
-            break;
-        }
-        let found = draft.inspect()?;
-        let union = united(draft, &found, &crossing);
-        drop(found);
+        let union = united(draft, &*draft.inspect()?, &crossing);
         let Some(union) = union else {
             break;
         };
@@ -68,22 +69,25 @@ pub(super) fn unite(draft: &mut Draft, report: &mut RepairReport) -> Result<bool
         draft.merge_components(&union.clusters);
         let done = union.apply(draft);
         first.get_or_insert(done);
+        crossing = draft.crossing()?;
+        if crossing.is_empty() {
+            break;
+        }
     }
     let Some(done) = first else {
-        return Ok(false);
+        return Ok(None);
     };
+    tidy::collapse(draft, known)?;
     report.united_bodies += done.bodies;
     report.split_faces += done.split;
     report.inner_faces += done.removed;
-    Ok(true)
+    Ok(Some(crossing.len()))
 }
 
 /// The faces of closed clusters that intersect, united; none where there are none, or the arrangement cannot be made.
 fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> {
     let place = |v: u32| found.weld[v as usize];
-    let faces: Vec<[u32; 3]> = (draft.mesh.faces.iter())
-        .map(|f| f.map(place))
-        .collect();
+    let faces: Vec<[u32; 3]> = (draft.mesh.faces.iter()).map(|f| f.map(place)).collect();
     let own: Vec<[u32; 3]> = crossing.iter().map(|f| faces[*f as usize]).collect();
     let all: Vec<u32> = (0..own.len() as u32).collect();
     let mut pairs = intersecting_pairs(&draft.mesh.positions, &own, &all);

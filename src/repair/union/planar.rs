@@ -79,10 +79,7 @@ impl Planar {
 
     /// The turn of three points.
     pub(super) fn turn(&self, a: u32, b: u32, c: u32) -> i8 {
-        let seen = turn(
-            self.axis,
-            [a, b, c].map(|i: u32| &self.points[i as usize]),
-        );
+        let seen = turn(self.axis, [a, b, c].map(|i: u32| &self.points[i as usize]));
         if self.mirrored { -seen } else { seen }
     }
 
@@ -310,7 +307,11 @@ impl Planar {
         while a != b {
             match self.way(a, b).ok_or(Stuck)? {
                 Way::Along(h) => {
-                    let end = if self.start(h) == a { self.to(h) } else { self.start(h) };
+                    let end = if self.start(h) == a {
+                        self.to(h)
+                    } else {
+                        self.start(h)
+                    };
                     if self.line[h as usize] == NONE {
                         let o = self.other(h);
                         self.join(h, o, line);
@@ -459,7 +460,9 @@ mod tests {
         ];
         let mut state = 9u64;
         let mut number = |most: u64| {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
             ((state >> 33) % most) as f64
         };
         let mut lines: Vec<[u32; 2]> = Vec::new();
@@ -514,7 +517,11 @@ mod tests {
                     panic!("no edge along a line");
                 };
                 assert_ne!(planar.line[h as usize], NONE);
-                v = if planar.start(h) == v { planar.to(h) } else { planar.start(h) };
+                v = if planar.start(h) == v {
+                    planar.to(h)
+                } else {
+                    planar.start(h)
+                };
             }
         }
     }
