@@ -5,6 +5,9 @@ thresholds! {
     RepairTuning {
         /// Rounds of unions at most: rounded vertices may let faces intersect again.
         union_rounds: usize = 6,
+        /// Pairs of faces whose boxes meet for which a union is tried, each counted twice: a matter of time, a few microseconds each. 1000
+        /// boxes in a heap have 0.6 million.
+        union_pairs: usize = 20_000_000,
         /// Diagonals of the mesh's box. Edges of new vertices of unions that are shorter are taken out: they come from curves that pass a
         /// vertex by a rounding error.
         short_edge: f64 = 1e-9,

@@ -26,6 +26,7 @@ mod masks;
 mod outcomes;
 mod regions;
 mod repair;
+mod repair_union;
 mod repair_worst;
 mod restore;
 mod study;

@@ -19,9 +19,11 @@ use crate::spatial::{Bounds, BoxTree};
 pub(super) struct Piece {
     /// Its corners: vertices of the input, and behind these the points.
     pub(super) nodes: [u32; 3],
-    /// The faces that it is a part of, and whether each turns the same way.
-    pub(super) faces: Vec<(u32, bool)>,
+    pub(super) faces: Owners,
 }
+
+/// The faces that a triangle is a part of, and whether each turns the same way.
+type Owners = Vec<(u32, bool)>;
 
 /// What faces that intersect are divided into.
 pub(super) struct Arrangement {
@@ -132,7 +134,7 @@ struct Group<'a> {
 struct Divided {
     number: Vec<u32>,
     new: Vec<Point>,
-    triangles: Vec<([u32; 3], Vec<(u32, bool)>)>,
+    triangles: Vec<([u32; 3], Owners)>,
 }
 
 impl<'a> Group<'a> {
@@ -232,7 +234,7 @@ impl<'a> Group<'a> {
     }
 
     /// The triangles that are parts of members, with these.
-    fn owned(&self, planar: &Planar) -> Vec<([u32; 3], Vec<(u32, bool)>)> {
+    fn owned(&self, planar: &Planar) -> Vec<([u32; 3], Owners)> {
         let boxes = self.members.iter();
         let boxes: Vec<Bounds> = boxes
             .map(|f| Bounds::of(self.all[*f as usize].corners))

@@ -1,11 +1,15 @@
 //! Which components are united with which: those that touch or intersect, directly or through others.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
+use std::f64::consts::TAU;
 
 use crate::check::components;
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Topology};
+
+/// Radians. Faces at an edge whose angles differ by less lie on each other.
+const FLAT: f64 = 1e-9;
 
 /// Components to be united.
 pub(super) struct Clusters {
@@ -17,19 +21,52 @@ pub(super) struct Clusters {
     pub(super) bodies: usize,
 }
 
-/// The clusters of closed components in which faces intersect; `pairs` are places in the list of faces that do.
-pub(super) fn clusters(found: &Inspection, crossing: &[u32], pairs: &[[u32; 2]]) -> Clusters {
-    let (mesh, topology) = (&found.mesh, &found.topology);
-    let count = topology.piece_faces.len();
-    let piece = |f: u32| topology.piece[f as usize];
-    // Bodies: components that share edges.
-    let mut bodies = DisjointSets::new(count);
-    let crowded = topology.crowded_edges(mesh);
-    for edge in &crowded {
-        edge.iter()
-            .for_each(|h| _ = bodies.join(piece(edge[0] / 3), piece(h / 3)));
+/// Components that share edges, as bodies that touch do once their vertices are merged.
+pub(super) struct Bodies {
+    sets: DisjointSets,
+    /// For each component whether the body that it names has an edge along which not as many faces run one way as the other.
+    open: Vec<bool>,
+}
+
+impl Bodies {
+    pub(super) fn new(found: &Inspection) -> Self {
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let count = topology.piece_faces.len();
+        let piece = |h: u32| topology.piece[h as usize / 3];
+        let crowded = topology.crowded_edges(mesh);
+        let mut sets = DisjointSets::new(count);
+        for edge in &crowded {
+            edge.iter()
+                .for_each(|h| _ = sets.join(piece(edge[0]), piece(*h)));
+        }
+        let mut open = vec![false; count];
+        for p in open_pieces(mesh, topology, &crowded) {
+            open[sets.find(p) as usize] = true;
+        }
+        Self { sets, open }
     }
-    let mut sets = bodies.clone();
+
+    /// Whether some of these faces belong to closed bodies.
+    pub(super) fn are_closed(&mut self, topology: &Topology, faces: &[u32]) -> bool {
+        let mut pieces = faces.iter().map(|f| topology.piece[*f as usize]);
+        pieces.any(|p| !self.open[self.sets.find(p) as usize])
+    }
+}
+
+/// The clusters of closed bodies in which faces intersect; `pairs` are places in the list of faces that do.
+pub(super) fn clusters(
+    found: &Inspection,
+    bodies: Bodies,
+    crossing: &[u32],
+    pairs: &[[u32; 2]],
+) -> Clusters {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let count = topology.piece_faces.len() as u32;
+    let piece = |f: u32| topology.piece[f as usize];
+    let Bodies {
+        mut sets,
+        open: own_open,
+    } = bodies;
     for pair in pairs {
         let [f, g] = pair.map(|i| crossing[i as usize]);
         sets.join(piece(f), piece(g));
@@ -41,26 +78,25 @@ pub(super) fn clusters(found: &Inspection, crossing: &[u32], pairs: &[[u32; 2]])
             sets.join(i, outer as u32);
         }
     }
-    let mut open = vec![false; count];
-    for p in open_pieces(mesh, topology, &crowded) {
+    let mut open = vec![false; count as usize];
+    for p in (0..count).filter(|p| own_open[*p as usize]) {
         open[sets.find(p) as usize] = true;
     }
-    let mut takes_part = vec![false; count];
+    let mut takes_part = vec![false; count as usize];
     for &f in crossing {
-        let set = sets.find(piece(f));
-        takes_part[set as usize] = !open[set as usize];
+        let set = sets.find(piece(f)) as usize;
+        takes_part[set] = !open[set];
     }
-    let of_piece: Vec<u32> = (0..count as u32)
+    let of_piece: Vec<u32> = (0..count)
         .map(|p| sets.find(p))
         .map(|set| if takes_part[set as usize] { set } else { NONE })
         .collect();
     let of_face: Vec<u32> = (topology.piece.iter())
         .map(|p| of_piece.get(*p as usize).copied().unwrap_or(NONE))
         .collect();
-    let own = (0..count as u32).filter(|p| of_piece[*p as usize] != NONE);
-    let mut own: Vec<u32> = own.map(|p| bodies.find(p)).collect();
-    own.sort_unstable();
-    own.dedup();
+    let mut paired = paired_components(mesh, topology);
+    let own = (0..count).filter(|p| of_piece[*p as usize] != NONE);
+    let own: BTreeSet<u32> = own.map(|p| paired.find(p)).collect();
     Clusters {
         faces: (topology.faces())
             .filter(|f| of_face[*f as usize] != NONE)
@@ -70,6 +106,43 @@ pub(super) fn clusters(found: &Inspection, crossing: &[u32], pairs: &[[u32; 2]])
     }
 }
 
+/// Components joined across edges with more than two faces, where a body lies between two of these. Of faces on each other each is taken
+/// for one of its own body.
+fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
+    let mut sets = DisjointSets::new(topology.piece_faces.len());
+    for edge in topology.crowded_edges(mesh) {
+        let a = start(mesh, edge[0]);
+        let at = |v: u32| mesh.positions[v as usize];
+        let along = (at(end(mesh, edge[0])) - at(a)).normalize_or_zero();
+        let across = |h: u32| {
+            let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
+            (at(apex) - at(a)).reject_from_normalized(along)
+        };
+        let x = across(edge[0]).normalize_or_zero();
+        let y = along.cross(x);
+        let angle = |h: u32| y.dot(across(h)).atan2(x.dot(across(h)));
+        let (up, down): (Vec<u32>, Vec<u32>) =
+            (edge.iter().copied()).partition(|h| start(mesh, *h) == a);
+        // The body lies on from the face that runs down to the one that runs up, at rising angles.
+        let mut turns: Vec<(f64, u32, u32)> = Vec::new();
+        for (&d, &u) in down.iter().flat_map(|d| up.iter().map(move |u| (d, u))) {
+            let turn = (angle(u) - angle(d)).rem_euclid(TAU);
+            let is_none = turn < FLAT || turn > TAU - FLAT;
+            turns.push((if is_none { TAU } else { turn }, d, u));
+        }
+        turns.sort_by(|s, t| s.0.total_cmp(&t.0).then((s.1, s.2).cmp(&(t.1, t.2))));
+        let mut taken = BTreeSet::new();
+        for (_, d, u) in turns {
+            if !taken.contains(&d) && !taken.contains(&u) {
+                taken.extend([d, u]);
+                let piece = |h: u32| topology.piece[h as usize / 3];
+                sets.join(piece(d), piece(u));
+            }
+        }
+    }
+    sets
+}
+
 /// Those of some duplicate faces that bound bodies which touch in them: with them each edge of these bodies runs as often one way as the
 /// other, without them not.
 pub(in crate::repair) fn walls(found: &Inspection, duplicates: &[u32]) -> Vec<u32> {
@@ -77,32 +150,24 @@ pub(in crate::repair) fn walls(found: &Inspection, duplicates: &[u32]) -> Vec<u3
     if duplicates.is_empty() {
         return Vec::new();
     }
-    let crowded = topology.crowded_edges(mesh);
-    let piece = |f: u32| topology.piece[f as usize];
-    let mut bodies = DisjointSets::new(topology.piece_faces.len());
-    for edge in &crowded {
-        edge.iter()
-            .for_each(|h| _ = bodies.join(piece(edge[0] / 3), piece(h / 3)));
-    }
-    let mut open = vec![false; topology.piece_faces.len()];
-    for p in open_pieces(mesh, topology, &crowded) {
-        open[bodies.find(p) as usize] = true;
-    }
+    let mut bodies = Bodies::new(found);
     let mut sums: HashMap<(u32, u32), (i32, u32)> = HashMap::new();
     for h in duplicates.iter().flat_map(|f| 3 * f..3 * f + 3) {
         let (a, b) = (start(mesh, h), end(mesh, h));
         let sum = sums.entry((a.min(b), a.max(b))).or_insert((0, h));
         sum.0 += if runs_up(mesh, topology, h) { 1 } else { -1 };
     }
-    let mut opens = vec![false; open.len()];
+    let mut body = |f: u32| bodies.sets.find(topology.piece[f as usize]) as usize;
+    let mut opens = vec![false; topology.piece_faces.len()];
     for (sum, h) in sums.values() {
-        opens[bodies.find(piece(h / 3)) as usize] |= *sum != 0;
+        opens[body(h / 3)] |= *sum != 0;
     }
-    let is_wall = |f: &&u32| {
-        let body = bodies.find(piece(**f)) as usize;
-        opens[body] && !open[body]
-    };
-    duplicates.iter().filter(is_wall).copied().collect()
+    let of: Vec<usize> = duplicates.iter().map(|f| body(*f)).collect();
+    let walls = duplicates.iter().zip(of);
+    walls
+        .filter(|(_, body)| opens[*body] && !bodies.open[*body])
+        .map(|(f, _)| *f)
+        .collect()
 }
 
 /// Whether a half-edge of the mesh as it is given runs from the smaller to the larger number.

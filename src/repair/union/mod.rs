@@ -15,7 +15,7 @@
 //! All up to the last step is exact, hence the result is closed. Rounding moves new vertices by half a unit in the last place, which
 //! may let triangles of about this size intersect or lose their area; then those are united again, in some rounds. Vertices that fall
 //! together become one; so do those that an edge joins which is far shorter than rounding errors of the input (`tidy`). Limits: coordinates whose magnitudes differ by more than 2 to the power of 512, faces without area among those
-//! that intersect, and components with borders are left to the other steps of a repair.
+//! that intersect, components with borders, and more pairs of faces than there is time for are left to the other steps of a repair.
 
 mod arrange;
 mod assemble;
@@ -26,18 +26,19 @@ mod pairs;
 mod planar;
 mod tidy;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::RepairReport;
 use super::draft::Draft;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::NONE;
-use crate::spatial::intersecting_pairs;
+use crate::spatial::{Bounds, BoxTree, intersecting_pairs};
 use crate::tuning::tuning;
 use arrange::arrange;
 use assemble::Union;
-use classify::{Fate, Surface, multiplicity};
-use clusters::{Clusters, clusters};
+use classify::{Surface, multiplicity};
+use clusters::{Bodies, Clusters, clusters};
 use exact::Unit;
 use planar::Stuck;
 
@@ -86,14 +87,21 @@ pub(super) fn unite(
 
 /// The faces of closed clusters that intersect, united; none where there are none, or the arrangement cannot be made.
 fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> {
+    let mut bodies = Bodies::new(found);
+    if !bodies.are_closed(&found.topology, crossing) {
+        return None;
+    }
     let place = |v: u32| found.weld[v as usize];
     let faces: Vec<[u32; 3]> = (draft.mesh.faces.iter()).map(|f| f.map(place)).collect();
     let own: Vec<[u32; 3]> = crossing.iter().map(|f| faces[*f as usize]).collect();
+    if too_many(&draft.mesh.positions, &own) {
+        return None;
+    }
     let all: Vec<u32> = (0..own.len() as u32).collect();
     let mut pairs = intersecting_pairs(&draft.mesh.positions, &own, &all);
     pairs.retain(|[f, g]| f < g);
     pairs.par_sort_unstable();
-    let clusters = clusters(found, crossing, &pairs);
+    let clusters = clusters(found, bodies, crossing, &pairs);
     if clusters.faces.is_empty() {
         return None;
     }
@@ -118,6 +126,22 @@ fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> 
     let mut union = task.solve().ok()?;
     union.weld.clone_from(&found.weld);
     Some(union)
+}
+
+/// Whether more pairs of faces may meet than a union is tried for.
+fn too_many(positions: &[DVec3], faces: &[[u32; 3]]) -> bool {
+    let boxes: Vec<Bounds> = (faces.iter())
+        .map(|f| Bounds::of(f.map(|v| positions[v as usize])))
+        .collect();
+    let tree = BoxTree::new(&boxes);
+    let mut left = tuning().repair.union_pairs;
+    boxes.iter().any(|own| {
+        tree.find(&boxes, own, |_| {
+            left = left.saturating_sub(1);
+            left == 0
+        });
+        left == 0
+    })
 }
 
 /// Clusters to be united.

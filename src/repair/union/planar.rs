@@ -33,7 +33,7 @@ pub(super) struct Stuck;
 
 /// Where a point lies.
 enum Place {
-    Corner(u32),
+    Corner,
     Edge(u32),
     Face(u32),
 }
@@ -111,7 +111,7 @@ impl Planar {
             return Ok(());
         }
         match self.locate(point)? {
-            Place::Corner(_) => Err(Stuck),
+            Place::Corner => Err(Stuck),
             Place::Edge(h) => {
                 self.split_edge(h, point);
                 Ok(())
@@ -141,11 +141,7 @@ impl Planar {
         Ok(match on {
             [NONE, _] => Place::Face(t),
             [h, NONE] => Place::Edge(h),
-            [h, g] => Place::Corner(if self.to(h) == self.start(g) {
-                self.start(g)
-            } else {
-                self.start(h)
-            }),
+            _ => Place::Corner,
         })
     }
 
@@ -227,10 +223,6 @@ impl Planar {
         let [[a, b], [c, d]] = halves;
         self.join(a, d, line);
         self.join(b, c, line);
-        if o == NONE {
-            self.twin[a as usize] = NONE;
-            self.twin[b as usize] = NONE;
-        }
     }
 
     /// The half-edges that leave a point; also whether the fan ends at the rim.
@@ -332,7 +324,6 @@ impl Planar {
     }
 
     /// The edges that a segment crosses until it comes to a vertex, or to an edge that must be there, which is split; and that vertex.
-    #[expect(clippy::type_complexity, reason = "used once")]
     fn crossed(
         &mut self,
         [a, b]: [u32; 2],
