@@ -78,7 +78,7 @@ fn all(bodies: &[Mesh]) -> Mesh {
         .fold(Mesh::default(), |all, m| joined(&all, m))
 }
 
-/// All positions turned into no special direction: planes, edges and corners that met do so no more exactly.
+/// All positions turned into no special direction.
 fn askew(mesh: &Mesh) -> Mesh {
     let mut mesh = mesh.clone();
     mesh.positions.iter_mut().for_each(|p| *p = turn() * *p);
@@ -190,14 +190,11 @@ fn blocks_that_touch_become_one() {
     ];
     for (name, bodies, wanted) in cases {
         assert_united(name, &bodies, wanted);
-        let askew: Vec<Mesh> = bodies.iter().map(askew).collect();
-        let bad = all(&askew);
-        let done = repaired(&bad);
-        let after = verdict(&done.mesh);
-        assert!(after.is_sound(), "{name}, askew: {}", after.line());
-        let own = volume(&done.mesh);
-        assert!((own - wanted).abs() < 2e-3 * wanted, "{name}, askew: {own}");
     }
+    // Where nothing meets exactly.
+    let beams = [[2.0, 0.3, 0.3], [0.3, 2.0, 0.3], [0.3, 0.3, 2.0]];
+    let beams = beams.map(|size| askew(&block(size.map(|x: f64| -x), size, false)));
+    assert_united("askew", &beams, 3.0 * 1.44 - 2.0 * 0.216);
 }
 
 #[test]
@@ -284,7 +281,7 @@ fn faces_that_intersect_no_other_body_stay_bit_for_bit_and_in_order() {
     }
 }
 
-/// The volume of the two balls of the test above, from many thin slices of the polyhedra by their winding numbers: that of the pieces.
+/// The volume of the two balls of the test above, less that of the lens in both.
 fn volume_of_two() -> f64 {
     let ball = turned(sphere(8));
     let other = moved(&ball, 0.7, DVec3::new(0.9, 0.3, 0.2));

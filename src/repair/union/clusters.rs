@@ -127,7 +127,7 @@ fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
         let mut turns: Vec<(f64, u32, u32)> = Vec::new();
         for (&d, &u) in down.iter().flat_map(|d| up.iter().map(move |u| (d, u))) {
             let turn = (angle(u) - angle(d)).rem_euclid(TAU);
-            let is_none = turn < FLAT || turn > TAU - FLAT;
+            let is_none = !(FLAT..=TAU - FLAT).contains(&turn);
             turns.push((if is_none { TAU } else { turn }, d, u));
         }
         turns.sort_by(|s, t| s.0.total_cmp(&t.0).then((s.1, s.2).cmp(&(t.1, t.2))));

@@ -69,8 +69,14 @@ pub(super) fn unite(
         draft.forget_inspection();
         draft.merge_components(&union.clusters);
         let done = union.apply(draft);
-        first.get_or_insert(done);
+        let before = crossing.len();
         crossing = draft.crossing()?;
+        log::debug!(
+            "union: {before} faces intersect others in {} bodies, {} do after it",
+            done.bodies,
+            crossing.len()
+        );
+        first.get_or_insert(done);
         if crossing.is_empty() {
             break;
         }
