@@ -5,13 +5,14 @@ use glam::DVec3;
 use super::super::exact::{Plane, Unit};
 use super::*;
 
-#[test]
-fn edges_that_cross_in_many_points_are_all_there() {
-    let size = 40.0;
+const SIZE: f64 = 40.0;
+
+/// A large triangle and points of an integer grid in it, and segments between these.
+fn segments() -> (Vec<DVec3>, Vec<[u32; 2]>) {
     let mut at = vec![
-        DVec3::new(-size, -size, 0.0),
-        DVec3::new(3.0 * size, -size, 0.0),
-        DVec3::new(-size, 3.0 * size, 0.0),
+        DVec3::new(-SIZE, -SIZE, 0.0),
+        DVec3::new(3.0 * SIZE, -SIZE, 0.0),
+        DVec3::new(-SIZE, 3.0 * SIZE, 0.0),
     ];
     let mut state = 9u64;
     let mut number = |most: u64| {
@@ -34,6 +35,12 @@ fn edges_that_cross_in_many_points_are_all_there() {
             }) as u32
         }));
     }
+    (at, lines)
+}
+
+#[test]
+fn edges_that_cross_in_many_points_are_all_there() {
+    let (at, lines) = segments();
     let unit = Unit::of(at.iter().copied()).unwrap();
     let points = at.iter().map(|p| Point::vertex(unit, *p)).collect();
     let mut planar = Planar::new(2, points);
@@ -54,7 +61,7 @@ fn edges_that_cross_in_many_points_are_all_there() {
         area += 0.5 * (b - a).cross(c - a).z;
         count += 1;
     }
-    assert!((area - 8.0 * size * size).abs() < 1e-9 * area, "{area}");
+    assert!((area - 8.0 * SIZE * SIZE).abs() < 1e-9 * area, "{area}");
     // By Euler's formula, with a rim of three.
     assert_eq!(count, 2 * planar.points.len() - 5);
     // No triangle lies on both sides of a line between its ends.
