@@ -200,6 +200,23 @@ def made(folder):
     def both(p, f, q, g):
         return np.vstack([p, q]), np.vstack([f, g + len(p)])
 
+    def block(low, high, other=False):
+        """A box of twelve faces, its sides divided along one diagonal or the other."""
+        unit = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)])
+        sides = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
+        halves = [((a, b, d), (b, c, d)) if other else ((a, b, c), (a, c, d)) for a, b, c, d in sides]
+        return np.where(unit, high, low).astype(float), np.array(halves).reshape(-1, 3)
+
+    def joined(parts):
+        start = np.cumsum([0, *(len(p) for p, _ in parts)])
+        return np.vstack([p for p, _ in parts]), np.vstack([f + s for (_, f), s in zip(parts, start)])
+
+    cube = block((0, 0, 0), (1, 1, 1))
+    post = trimesh.creation.cylinder(radius=0.3, height=1, sections=48)
+    other = np.random.default_rng(8)
+    corners = other.integers(0, 8, (100, 3))
+    heap = [block(low, low + size, way) for low, size, way in zip(corners, other.integers(1, 4, (100, 3)), other.integers(0, 2, 100))]
+
     cases = {
         "ball, faces turned": (points, flipped),
         "ball, faces missing": (points, np.delete(faces, random.permutation(len(faces))[:150], axis=0)),
@@ -208,6 +225,14 @@ def made(folder):
         "pierced torus": both(torus.vertices, torus.faces, small.vertices + [1.0, 0.1, 0.4], small.faces),
         "balls that cross": both(points, faces, points + [1.1, 0.1, 0.2], faces),
         "boxes glued at an edge": both(box.vertices, box.faces, box.vertices + [1, 1, 0], box.faces),
+        "cubes side to side": joined([cube, block((1, 0, 0), (2, 1, 1), True)]),
+        "cubes, part of a side": joined([cube, block((1, 0.5, 0.25), (2, 1.5, 1.25))]),
+        "stack of slabs": joined([block((0, 0, 0.1 * i), (1, 1, 0.1 * (i + 1)), i % 2) for i in range(20)]),
+        "boss on a plate": joined([block((-1, -1, -1), (1, 1, 0)), (post.vertices + [0, 0, 0.5], post.faces)]),
+        "cube in a cube's corner": joined([block((0, 0, 0), (4, 4, 4)), cube]),
+        "doubled ball": both(points, faces, points, faces),
+        "cubes round an edge": joined([cube, block((1, 1, 0), (2, 2, 1)), block((0, 1, 1), (1, 2, 2))]),
+        "heap of boxes on a grid": joined(heap),
         "noisy ball": (points + random.normal(scale=0.012, size=points.shape), faces),
     }
     files = []

@@ -24,6 +24,7 @@ mod binary;
 #[cfg(test)]
 mod corner_tests;
 mod detect;
+mod divided;
 mod error;
 mod files;
 mod format;
@@ -84,7 +85,10 @@ impl Loaded {
     /// What was made of it: a mesh with what its faces and vertices carry. `kept` marks the faces that are as they were.
     #[must_use]
     pub fn derived(&self, mesh: Mesh, origins: &Origins, kept: &[bool]) -> Self {
-        self.with(mesh, self.attributes.derived(origins, kept))
+        let mut attributes = self.attributes.derived(origins, kept);
+        let before = (&self.attributes, &self.mesh);
+        divided::interpolate(&mut attributes, &mesh, origins, before);
+        self.with(mesh, attributes)
     }
 
     /// Another mesh and what it carries, with what is known of this one's file.

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::draft::Draft;
-use super::{RepairParams, RepairReport, seams};
+use super::{RepairParams, RepairReport, seams, union};
 use crate::check::{duplicates, is_flat};
 use crate::mend::FillError;
 use crate::mesh::topology::{NONE, end, start};
@@ -37,7 +37,13 @@ pub(super) fn clean(
     let removed: Vec<bool> = {
         let found = draft.inspect()?;
         let mut removed: Vec<bool> = found.topology.piece.iter().map(|p| *p == NONE).collect();
-        for f in duplicates(&found.mesh, &found.topology) {
+        let mut twice = duplicates(&found.mesh, &found.topology);
+        if params.crossings {
+            // Bodies that touch in them are united later.
+            let walls = union::walls(&found, &twice);
+            twice.retain(|f| walls.binary_search(f).is_err());
+        }
+        for f in twice {
             removed[f as usize] = true;
             report.duplicate_faces += 1;
         }
@@ -54,6 +60,22 @@ pub(super) fn clean(
         }
     }
     seams::stitch(draft, report)
+}
+
+/// Takes out the duplicate faces in which bodies touch that were not united.
+pub(super) fn drop_duplicates(
+    draft: &mut Draft,
+    report: &mut RepairReport,
+) -> Result<(), FillError> {
+    let mut removed = vec![false; draft.mesh.faces.len()];
+    {
+        let found = draft.inspect()?;
+        for f in duplicates(&found.mesh, &found.topology) {
+            removed[f as usize] = true;
+        }
+    }
+    report.duplicate_faces += draft.remove(&removed);
+    Ok(())
 }
 
 /// Turns the edges of new faces without area where they have a new neighbour.

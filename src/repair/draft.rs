@@ -189,6 +189,21 @@ impl Draft {
         self.scrap.extend(old.filter(|f| *f != NONE));
     }
 
+    /// Makes the components of the faces of each cluster one; faces are given with their cluster.
+    pub(super) fn merge_components(&mut self, faces: &[(u32, u32)]) {
+        let mut first: HashMap<u32, u32> = HashMap::new();
+        let mut to: HashMap<u32, u32> = HashMap::new();
+        for &(f, cluster) in faces {
+            let own = self.component(f as usize);
+            if own != NONE {
+                to.insert(own, *first.entry(cluster).or_insert(own));
+            }
+        }
+        for component in &mut self.component {
+            *component = to.get(component).copied().unwrap_or(*component);
+        }
+    }
+
     /// Whether a face of the input is one of a scrap; none for those of patches.
     pub(super) fn is_scrap(&self, face: usize) -> Option<bool> {
         let old = self.origins.faces[face].face;

@@ -19,9 +19,10 @@ mod scraps;
 mod seams;
 mod setters;
 mod sheets;
+mod union;
 mod widen;
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::HashSet;
 use std::time::Instant;
 
 use glam::DMat4;
@@ -162,6 +163,9 @@ impl Run<'_> {
         if params.orient {
             self.report.turned_faces = orient::orient(&mut self.draft)?;
         }
+        if params.crossings {
+            self.unite()?;
+        }
         if params.split {
             scraps::join(&mut self.draft)?;
             sheets::separate(&mut self.draft, &mut self.report)?;
@@ -172,6 +176,24 @@ impl Run<'_> {
         }
         self.go_on()?;
         self.drop_components()
+    }
+
+    /// Unites closed bodies that touch or intersect, if fewer faces intersect others then.
+    fn unite(&mut self) -> Result<(), FillError> {
+        let crossing = self.draft.crossing()?;
+        if crossing.is_empty() {
+            return Ok(());
+        }
+        let before = (self.draft.clone(), self.report.clone());
+        let count = crossing.len();
+        let left = union::unite(&mut self.draft, &mut self.report, crossing)?;
+        if left.is_some_and(|left| left >= count) {
+            (self.draft, self.report) = before;
+        }
+        if self.params.clean {
+            clean::drop_duplicates(&mut self.draft, &mut self.report)?;
+        }
+        self.go_on()
     }
 
     /// Takes debris and what lies inside out.
@@ -367,7 +389,7 @@ impl Run<'_> {
             let mut filled = regions.fill(&watch)?;
             if first {
                 let numbers = self.choice.numbers(&found, &self.draft.origins.vertices);
-                renumber(&mut filled.report, &numbers);
+                report::renumber(&mut filled.report, &numbers);
             }
             (filled.mesh, filled.sigma, filled.report)
         };
@@ -375,7 +397,7 @@ impl Run<'_> {
         let holes = if first {
             0
         } else {
-            last_number(&self.report.fill)
+            report::last_number(&self.report.fill)
         };
         let known = self.draft.mesh.positions.len();
         self.draft.take(mesh, sigma, &report, regions);
@@ -423,7 +445,7 @@ impl Run<'_> {
         let mut report = self.report;
         let living = done.origins.living(self.input.faces.len());
         report.lost_faces = living.iter().filter(|l| !**l).count();
-        report.gone_components = gone_components(&self.components, &living);
+        report.gone_components = report::gone_components(&self.components, &living);
         let known: HashSet<u32> = done.origins.vertices.iter().copied().collect();
         report.lost_vertices = self.input.positions.len() - known.len();
         // Rims by the numbers of the result; those that are there no more are not drawn.
@@ -446,38 +468,6 @@ impl Run<'_> {
 
 /// A draft, what was told of it, and how many faces went for patches that crossed others; and how far from sound it is.
 type State = ((Draft, RepairReport, usize), Faults);
-
-/// How many components of the input have no living face, and the fewest and the most faces of one.
-fn gone_components(component: &[u32], living: &[bool]) -> [usize; 3] {
-    let mut faces: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
-    for (component, lives) in component.iter().zip(living).filter(|(c, _)| **c != NONE) {
-        let (count, any) = faces.entry(*component).or_default();
-        *count += 1;
-        *any |= lives;
-    }
-    let gone = faces.values().filter(|(_, any)| !any);
-    let sizes: Vec<usize> = gone.map(|(count, _)| *count).collect();
-    let least = sizes.iter().min().copied().unwrap_or(0);
-    let most = sizes.iter().max().copied().unwrap_or(0);
-    [sizes.len(), least, most]
-}
-
-/// Gives the holes of a report other numbers.
-fn renumber(report: &mut FillReport, numbers: &HashMap<HoleId, HoleId>) {
-    let number = |id: &mut HoleId| *id = numbers.get(id).copied().unwrap_or(*id);
-    for hole in &mut report.holes {
-        number(&mut hole.hole.id);
-    }
-    for region in &mut report.regions {
-        region.holes.iter_mut().for_each(number);
-    }
-}
-
-/// The largest number of a hole in a report.
-fn last_number(report: &FillReport) -> usize {
-    let numbers = report.holes.iter().map(|h| h.hole.id.get());
-    numbers.max().unwrap_or(0)
-}
 
 /// An edge between vertices of the welded draft, the smaller number first.
 type Edge = (u32, u32);

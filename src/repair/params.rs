@@ -105,6 +105,12 @@ pub struct RepairReport {
     /// of one.
     #[serde(default)]
     pub gone_components: [usize; 3],
+    /// Closed bodies that touched or intersected, or one that intersected itself, and were united.
+    pub united_bodies: usize,
+    /// Faces that were split where they intersected another body, and of which a part is left.
+    pub split_faces: usize,
+    /// Faces of united bodies of which nothing is left, since they lay inside others or on each other.
+    pub inner_faces: usize,
     /// The passes in which crossing faces were cut out.
     pub passes: Vec<CrossingPass>,
     /// Faces of the input that came to lie under another layer where the two crossed, and were taken out.

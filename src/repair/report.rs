@@ -1,6 +1,6 @@
 //! What the report of a repair tells of holes and patches at its end.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::draft::Draft;
 use super::{Edge, edges};
@@ -70,6 +70,38 @@ pub(super) fn crossing_faces(draft: &mut Draft, report: &mut FillReport) -> Resu
         }
     }
     Ok(())
+}
+
+/// How many components of the input have no living face, and the fewest and the most faces of one.
+pub(super) fn gone_components(component: &[u32], living: &[bool]) -> [usize; 3] {
+    let mut faces: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
+    for (component, lives) in component.iter().zip(living).filter(|(c, _)| **c != NONE) {
+        let (count, any) = faces.entry(*component).or_default();
+        *count += 1;
+        *any |= lives;
+    }
+    let gone = faces.values().filter(|(_, any)| !any);
+    let sizes: Vec<usize> = gone.map(|(count, _)| *count).collect();
+    let least = sizes.iter().min().copied().unwrap_or(0);
+    let most = sizes.iter().max().copied().unwrap_or(0);
+    [sizes.len(), least, most]
+}
+
+/// Gives the holes of a report other numbers.
+pub(super) fn renumber(report: &mut FillReport, numbers: &HashMap<HoleId, HoleId>) {
+    let number = |id: &mut HoleId| *id = numbers.get(id).copied().unwrap_or(*id);
+    for hole in &mut report.holes {
+        number(&mut hole.hole.id);
+    }
+    for region in &mut report.regions {
+        region.holes.iter_mut().for_each(number);
+    }
+}
+
+/// The largest number of a hole in a report.
+pub(super) fn last_number(report: &FillReport) -> usize {
+    let numbers = report.holes.iter().map(|h| h.hole.id.get());
+    numbers.max().unwrap_or(0)
 }
 
 #[cfg(test)]

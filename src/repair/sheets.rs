@@ -1,5 +1,7 @@
 //! Surfaces that meet in edges or vertices only: separated, or cut out.
 
+mod halve;
+
 use std::collections::BTreeSet;
 
 use glam::DVec3;
@@ -42,7 +44,10 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
             report.non_manifold_faces += cut(draft, &cuts)?;
             continue;
         }
-        // What still meets in an edge hangs together at both of its ends.
+        // What still meets in an edge hangs together at both of its ends: a vertex between these can be separated.
+        if round < tuning().repair.halving_rounds && halve::halve(draft)? > 0 {
+            continue;
+        }
         let left: Vec<u32> = {
             let found = draft.inspect()?;
             let crowded = found.topology.crowded_edges(&found.mesh);

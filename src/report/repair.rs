@@ -5,7 +5,6 @@ use crate::repair::RepairReport;
 /// What was done, one line for each step that found something.
 pub fn repair_lines(r: &RepairReport) -> Vec<String> {
     let crossing: usize = r.passes.first().map_or(0, |p| p.crossing_faces);
-    let cut: usize = r.passes.iter().map(|p| p.cut_faces).sum();
     let all = [
         (r.merged_vertices, "coinciding vertices merged".to_owned()),
         (
@@ -40,18 +39,13 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
             format!("components inside others taken out, {} faces", r.inside[1]),
         ),
         (
-            crossing,
+            r.united_bodies,
             format!(
-                "faces crossed others: {cut} cut out in {} {}, {} under another layer",
-                r.passes.len(),
-                if r.passes.len() == 1 {
-                    "pass"
-                } else {
-                    "passes"
-                },
-                r.covered_faces
+                "touching or crossing bodies united: {} faces split, {} inside removed",
+                r.split_faces, r.inner_faces
             ),
         ),
+        (crossing, cut_out(r)),
         (
             r.left_crossing,
             "components left crossing, since nothing of them would have stayed".to_owned(),
@@ -60,4 +54,17 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
     let some = all.into_iter().filter(|(count, _)| *count > 0);
     some.map(|(count, what)| format!("{count} {what}"))
         .collect()
+}
+
+/// What was cut out where faces crossed others, behind their number.
+fn cut_out(r: &RepairReport) -> String {
+    let cut: usize = r.passes.iter().map(|p| p.cut_faces).sum();
+    let passes = match r.passes.len() {
+        1 => "1 pass".to_owned(),
+        count => format!("{count} passes"),
+    };
+    format!(
+        "faces crossed others: {cut} cut out in {passes}, {} under another layer",
+        r.covered_faces
+    )
 }

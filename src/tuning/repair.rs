@@ -3,6 +3,14 @@
 thresholds! {
     /// Thresholds of repairs (`repair`).
     RepairTuning {
+        /// Rounds of unions at most: rounded vertices may let faces intersect again.
+        union_rounds: usize = 6,
+        /// Pairs of faces whose boxes meet for which a union is tried, each counted twice: a matter of time, a few microseconds each. 1000
+        /// boxes in a heap have 0.6 million.
+        union_pairs: usize = 20_000_000,
+        /// Diagonals of the mesh's box. Edges of new vertices of unions that are shorter are taken out: they come from curves that pass a
+        /// vertex by a rounding error.
+        short_edge: f64 = 1e-9,
         /// Times that faces which intersect others are cut out and filled, with one more ring of faces each time, at most.
         passes: usize = 2,
         /// Rings of faces by which holes that nothing closes without intersections are widened, at most.
@@ -84,6 +92,8 @@ thresholds! {
         /// Units in the last place of 32-bit floats. Components that measure no more are points in an output of these: a body needs
         /// several units along each axis.
         point: f64 = 4.0,
+        /// The first of these rounds, in which edges that cannot be separated at their ends get a vertex between them.
+        halving_rounds: usize = 3,
         /// Shortest edges. Separated vertices are moved apart by this,
         apart: f64 = 1e-3,
         /// and by at least this many units in the last place of 32-bit floats.

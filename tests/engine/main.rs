@@ -29,6 +29,7 @@ mod regions;
 mod repair;
 mod repair_bytes;
 mod repair_seams;
+mod repair_union;
 mod repair_worst;
 mod restore;
 mod study;

@@ -354,7 +354,9 @@ fn the_result_is_the_same_for_any_number_of_threads_and_a_run_can_be_stopped() {
 #[test]
 fn the_command_repairs_tells_and_exits_by_the_verdict() {
     let desk = Desk::new();
-    let bad = joined(&good(), &moved(&sphere(4), 0.3, DVec3::new(0.95, 0.2, 0.1)));
+    // The ball has a hole; closed ones would be united.
+    let open = cut(&good(), |p| p.z < -0.9);
+    let bad = joined(&open, &moved(&sphere(4), 0.3, DVec3::new(0.95, 0.2, 0.1)));
     desk.save("bad.ply", &bad, Format::Ply);
     let done = desk.run(&["repair", "bad.ply", "-o", "out.ply", "--json", "out.json"]);
     assert_code(&done, 0);

@@ -1,0 +1,211 @@
+//! The union put into the draft: what stays of faces that are whole, and the parts of those that were divided.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::United;
+use super::arrange::{Arrangement, Piece};
+use super::classify::Fate;
+use crate::mesh::FaceOrigin;
+use crate::mesh::topology::NONE;
+use crate::repair::draft::{Draft, sorted};
+
+/// What becomes of the faces of clusters.
+pub(super) struct Union {
+    pub(super) bodies: usize,
+    /// The faces of all clusters, each with its cluster.
+    pub(super) clusters: Vec<(u32, u32)>,
+    /// Faces that intersect none.
+    pub(super) whole: Vec<(u32, Fate)>,
+    /// Faces that do, as the arrangement numbers them.
+    pub(super) divided: Vec<u32>,
+    pub(super) arrangement: Arrangement,
+    pub(super) fates: Vec<Fate>,
+    /// For each vertex the one that stands for its place.
+    pub(super) weld: Vec<u32>,
+}
+
+/// A part of a face in the result.
+struct Part {
+    /// The face of the draft that it is a part of.
+    face: u32,
+    nodes: [u32; 3],
+}
+
+impl Union {
+    /// Makes the draft what the union is.
+    pub(super) fn apply(&self, draft: &mut Draft) -> United {
+        let mut removed = vec![false; draft.mesh.faces.len()];
+        for &(f, fate) in &self.whole {
+            match fate {
+                Fate::Stays => {}
+                Fate::Goes => removed[f as usize] = true,
+                Fate::Turned => draft.turn(f as usize),
+            }
+        }
+        self.divided
+            .iter()
+            .for_each(|f| removed[*f as usize] = true);
+        let (kept, parts) = self.parts(draft);
+        kept.iter().for_each(|f| removed[*f as usize] = false);
+        let mut has_parts = vec![false; removed.len()];
+        let place = self.places(draft, &parts);
+        let mut added = Vec::new();
+        for part in &parts {
+            let nodes = part.nodes.map(|n| place.get(&n).copied().unwrap_or(n));
+            let [a, b, c] = nodes;
+            if a != b && b != c && c != a {
+                added.push((part, nodes));
+            }
+        }
+        let opposed = self.opposed(draft, &kept, &added);
+        for (part, nodes) in added {
+            let key = sorted(nodes);
+            if opposed.contains_key(&key) {
+                continue;
+            }
+            has_parts[part.face as usize] = true;
+            self.add(draft, part, nodes);
+        }
+        for f in kept
+            .iter()
+            .filter(|f| opposed.contains_key(&self.key(draft, **f)))
+        {
+            removed[*f as usize] = true;
+        }
+        let split = has_parts.iter().filter(|p| **p).count();
+        let gone = removed.iter().zip(&has_parts).filter(|(r, p)| **r && !**p);
+        let gone = gone.count();
+        removed.resize(draft.mesh.faces.len(), false);
+        draft.remove(&removed);
+        United {
+            bodies: self.bodies,
+            split,
+            removed: gone,
+        }
+    }
+
+    /// The places of a face's corners in rising order.
+    fn key(&self, draft: &Draft, face: u32) -> [u32; 3] {
+        sorted(draft.mesh.faces[face as usize].map(|v| self.weld[v as usize]))
+    }
+
+    /// The faces that stay although they intersect others, in rising order, and the parts of others that stay.
+    fn parts(&self, draft: &Draft) -> (Vec<u32>, Vec<Part>) {
+        let (mut kept, mut parts) = (Vec::new(), Vec::new());
+        for (piece, fate) in self.arrangement.pieces.iter().zip(&self.fates) {
+            let wanted = match fate {
+                Fate::Goes => continue,
+                Fate::Stays => true,
+                Fate::Turned => false,
+            };
+            let own = || piece.faces.iter().filter(|(_, same)| *same == wanted);
+            let face = |f: u32| self.divided[f as usize];
+            let is_whole = |f: &u32| self.key(draft, *f) == sorted(piece.nodes);
+            if let Some(whole) = own().map(|(f, _)| face(*f)).find(is_whole) {
+                kept.push(whole);
+            } else if let Some((f, _)) = own().next() {
+                let Piece {
+                    nodes: [a, b, c], ..
+                } = *piece;
+                parts.push(Part {
+                    face: face(*f),
+                    nodes: if wanted { [a, b, c] } else { [a, c, b] },
+                });
+            }
+        }
+        kept.sort_unstable();
+        (kept, parts)
+    }
+
+    /// The vertices of the draft for the new points that parts use, rounded to the precision of the mesh. Those at the same place are one,
+    /// also with a vertex of the input.
+    fn places(&self, draft: &mut Draft, parts: &[Part]) -> HashMap<u32, u32> {
+        let base = self.weld.len() as u32;
+        let at = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
+        let mut known: HashMap<[u64; 3], u32> = HashMap::new();
+        let mut is_single = true;
+        for f in &self.divided {
+            for v in draft.mesh.faces[*f as usize] {
+                let p = draft.mesh.positions[v as usize];
+                known.insert(at(p), self.weld[v as usize]);
+                is_single &= p.as_vec3().as_dvec3() == p;
+            }
+        }
+        let mut place = HashMap::new();
+        // What faces of the input share with patches is carried over from the former.
+        let is_new = |part: &&Part| draft.region[part.face as usize] != NONE;
+        let order: Vec<&Part> = (parts.iter().filter(|p| !is_new(p)))
+            .chain(parts.iter().filter(is_new))
+            .collect();
+        for part in order {
+            for node in part.nodes {
+                if node < base || place.contains_key(&node) {
+                    continue;
+                }
+                let exact = self.arrangement.points.all[(node - base) as usize].nearest;
+                let p = match is_single && !draft.rounding.is_single() {
+                    true => exact.as_vec3().as_dvec3(),
+                    false => draft.rounding.of(exact),
+                };
+                let vertex = *known.entry(at(p)).or_insert_with(|| {
+                    let corners = draft.mesh.faces[part.face as usize];
+                    let far = |v: &u32| draft.mesh.positions[*v as usize].distance(p);
+                    let nearest = corners.into_iter().min_by(|v, w| far(v).total_cmp(&far(w)));
+                    let new = draft.copy_vertex(nearest.unwrap_or(corners[0]), p);
+                    draft.sigma[new as usize] = None;
+                    new
+                });
+                place.insert(node, vertex);
+            }
+        }
+        place
+    }
+
+    /// The triangles that are there both ways, once vertices fell together.
+    fn opposed(
+        &self,
+        draft: &Draft,
+        kept: &[u32],
+        added: &[(&Part, [u32; 3])],
+    ) -> HashMap<[u32; 3], i32> {
+        let mut sums: HashMap<[u32; 3], (i32, u32)> = HashMap::new();
+        let mut count = |nodes: [u32; 3]| {
+            let key = sorted(nodes);
+            let first = nodes.iter().position(|v| *v == key[0]).unwrap_or(0);
+            let way = if nodes[(first + 1) % 3] == key[1] {
+                1
+            } else {
+                -1
+            };
+            let entry = sums.entry(key).or_default();
+            *entry = (entry.0 + way, entry.1 + 1);
+        };
+        for f in kept {
+            count(draft.mesh.faces[*f as usize].map(|v| self.weld[v as usize]));
+        }
+        added.iter().for_each(|(_, nodes)| count(*nodes));
+        let both = |(_, (sum, times)): &(_, (i32, u32))| *times > 1 && *sum == 0;
+        sums.into_iter()
+            .filter(both)
+            .map(|(key, (sum, _))| (key, sum))
+            .collect()
+    }
+
+    /// Adds a part of a face, on vertices that stand for their places.
+    fn add(&self, draft: &mut Draft, part: &Part, nodes: [u32; 3]) {
+        let face = part.face as usize;
+        let (own, origin) = (draft.mesh.faces[face], draft.origins.faces[face]);
+        let place = |v: u32| self.weld.get(v as usize).copied().unwrap_or(v);
+        let corner = nodes.map(|n| own.iter().position(|v| place(*v) == n));
+        let vertex = |i: usize| corner[i].map_or(nodes[i], |k| own[k]);
+        let from = |i: usize| corner[i].map_or(3, |k| origin.corners[k]);
+        draft.mesh.faces.push([vertex(0), vertex(1), vertex(2)]);
+        draft.origins.faces.push(FaceOrigin {
+            face: origin.face,
+            corners: [from(0), from(1), from(2)],
+        });
+        draft.region.push(draft.region[face]);
+    }
+}

@@ -1,0 +1,275 @@
+//! Which triangles of an arrangement bound what lies inside.
+//!
+//! The triangles are joined across edges that have two of them; the winding number on either side is the same all over such a patch.
+//! It is counted exactly once for each patch, along a ray from a point of it. A point is inside where the winding number is positive. What
+//! is kept has the inside on one side alone, so the result is closed whatever the arrangement is.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::arrange::Piece;
+use super::exact::{Point, Points, Unit, rounded_turn, side, turn};
+use super::planar::Stuck;
+use crate::mesh::DisjointSets;
+use crate::spatial::{Bounds, BoxTree};
+
+/// Weights of a triangle's corners for the point where a ray begins; the next ones are taken where the ray passes through an edge.
+const WEIGHTS: [[u32; 3]; 8] = [
+    [37, 31, 29],
+    [29, 41, 17],
+    [13, 23, 59],
+    [61, 19, 11],
+    [101, 7, 43],
+    [3, 97, 71],
+    [127, 113, 5],
+    [251, 83, 191],
+];
+
+/// What becomes of a triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Fate {
+    Goes,
+    Stays,
+    /// It stays, turned over.
+    Turned,
+}
+
+/// A closed surface of triangles, whole and divided, and the faces of which it was made.
+pub(super) struct Surface<'a> {
+    pub(super) points: &'a Points,
+    pub(super) positions: &'a [DVec3],
+    /// The corners of all triangles, and how often each is there, less how often it is there turned over.
+    pub(super) triangles: Vec<([u32; 3], i32)>,
+    /// The faces as they were, with their clusters: rays count those of the cluster of the triangle.
+    pub(super) faces: &'a [([DVec3; 3], u32)],
+    /// For each triangle its cluster.
+    pub(super) cluster: Vec<u32>,
+}
+
+/// How often a piece is there, less how often it is there turned over.
+pub(super) fn multiplicity(piece: &Piece) -> i32 {
+    let one = |(_, same): &(u32, bool)| if *same { 1 } else { -1 };
+    piece.faces.iter().map(one).sum()
+}
+
+impl Surface<'_> {
+    /// What becomes of each triangle.
+    pub(super) fn fates(&self) -> Result<Vec<Fate>, Stuck> {
+        let (mut patches, turned) = self.patches()?;
+        let label: Vec<u32> = (0..self.triangles.len() as u32)
+            .map(|t| patches.find(t))
+            .collect();
+        let mut sample: Vec<Option<(f64, u32)>> = vec![None; label.len()];
+        for (t, &patch) in (0..).zip(&label) {
+            if self.triangles[t as usize].1 == 0 {
+                continue;
+            }
+            let own = (self.size(t), t);
+            let best = &mut sample[patch as usize];
+            if best.is_none_or(|(size, _)| size < own.0) {
+                *best = Some(own);
+            }
+        }
+        let boxes: Vec<Bounds> = self.faces.par_iter().map(|f| Bounds::of(f.0)).collect();
+        let tree = BoxTree::new(&boxes);
+        let fronts: Result<Vec<Option<i32>>, Stuck> = sample
+            .par_iter()
+            .map(|sample| {
+                let front = |(_, t): &(f64, u32)| self.before(*t, &boxes, &tree).ok_or(Stuck);
+                sample.as_ref().map(front).transpose()
+            })
+            .collect();
+        let fronts = fronts?;
+        let fate = |t: usize| {
+            let patch = label[t] as usize;
+            let (Some(front), Some((_, sample))) = (fronts[patch], sample[patch]) else {
+                return Fate::Goes;
+            };
+            let own = self.triangles[t].1;
+            // Turned beside the sample, its front is the back of the sample.
+            let front = match turned[t] == turned[sample as usize] {
+                true => front,
+                false => front + self.triangles[sample as usize].1,
+            };
+            match (front > 0, front + own > 0) {
+                (false, true) => Fate::Stays,
+                (true, false) => Fate::Turned,
+                _ => Fate::Goes,
+            }
+        };
+        Ok((0..label.len()).into_par_iter().map(fate).collect())
+    }
+
+    /// Twice the area of a triangle.
+    fn size(&self, t: u32) -> f64 {
+        let [a, b, c] = self.triangles[t as usize].0.map(|v| self.nearest(v));
+        (b - a).cross(c - a).length()
+    }
+
+    fn nearest(&self, node: u32) -> DVec3 {
+        match node.checked_sub(self.positions.len() as u32) {
+            Some(point) => self.points.all[point as usize].nearest,
+            None => self.positions[node as usize],
+        }
+    }
+
+    /// Joins triangles across edges that have two; also for each whether it is turned beside the others. Fails where the surface is not
+    /// closed: round each edge as many triangles must run one way as the other.
+    fn patches(&self) -> Result<(DisjointSets, Vec<bool>), Stuck> {
+        let count = self.triangles.len();
+        let there = |t: &u32| self.triangles[*t as usize].1 != 0;
+        let mut edges: Vec<(u64, u32, bool)> = (0..count as u32)
+            .into_par_iter()
+            .filter(there)
+            .flat_map_iter(|t| {
+                let corners = self.triangles[t as usize].0;
+                (0..3).map(move |k| {
+                    let (a, b) = (corners[k], corners[(k + 1) % 3]);
+                    let key = (u64::from(a.min(b)) << 32) | u64::from(a.max(b));
+                    (key, t, a < b)
+                })
+            })
+            .collect();
+        edges.par_sort_unstable();
+        let mut links: Vec<(u32, u32, bool)> = Vec::new();
+        for edge in edges.chunk_by(|a, b| a.0 == b.0) {
+            let run = |(_, t, along): &(u64, u32, bool)| {
+                let times = self.triangles[*t as usize].1;
+                if *along { times } else { -times }
+            };
+            if edge.iter().map(run).sum::<i32>() != 0 {
+                return Err(Stuck);
+            }
+            if let [(_, s, a), (_, t, b)] = *edge {
+                links.push((s, t, a == b));
+            }
+        }
+        drop(edges);
+        let mut sets = DisjointSets::new(count);
+        links.iter().for_each(|(s, t, _)| _ = sets.join(*s, *t));
+        Ok((sets, turned(count, &links)))
+    }
+
+    /// The winding number before a triangle, on the side to which its normal points.
+    fn before(&self, t: u32, boxes: &[Bounds], tree: &BoxTree) -> Option<i32> {
+        let (nodes, times) = self.triangles[t as usize];
+        let base = self.positions.len() as u32;
+        let points = nodes.map(|v| self.points.node(v, base, self.positions));
+        let corners = [&points[0], &points[1], &points[2]];
+        let [a, b, c] = nodes.map(|v| self.nearest(v));
+        let size = (b - a).cross(c - a).abs();
+        let mut axes = [0, 1, 2];
+        axes.sort_by(|i, j| size[*j].total_cmp(&size[*i]));
+        let mut ways = axes.into_iter().map(|k| (k, turn(k, corners)));
+        let (axis, way) = ways.find(|(_, way)| *way != 0)?;
+        for weights in WEIGHTS {
+            let from = Point::inside(self.points.unit, corners, weights)?;
+            let ray = Ray {
+                unit: self.points.unit,
+                axis,
+                from,
+            };
+            if let Some(beyond) = self.count(&ray, self.cluster[t as usize], boxes, tree) {
+                // The ray leaves by the front, or by the back.
+                return Some(if way > 0 { beyond } else { beyond - times });
+            }
+        }
+        None
+    }
+
+    /// The winding number where a ray begins, just beyond the faces on which it does; none where it passes through an edge.
+    fn count(&self, ray: &Ray, cluster: u32, boxes: &[Bounds], tree: &BoxTree) -> Option<i32> {
+        let p = ray.from.nearest;
+        let mut query = Bounds { low: p, high: p };
+        for k in 0..3 {
+            query.low[k] = p[k].next_down();
+            query.high[k] = match k == ray.axis {
+                true => f64::INFINITY,
+                false => p[k].next_up(),
+            };
+        }
+        let mut sum = Some(0);
+        tree.find(boxes, &query, |f| {
+            let (corners, own) = self.faces[f as usize];
+            if own == cluster {
+                match ray.crosses(corners) {
+                    Some(way) => sum = sum.map(|s: i32| s + i32::from(way)),
+                    None => sum = None,
+                }
+            }
+            sum.is_none()
+        });
+        sum
+    }
+}
+
+/// Along the links, whether each triangle is turned beside the first of its patch.
+fn turned(count: usize, links: &[(u32, u32, bool)]) -> Vec<bool> {
+    let mut turned = vec![false; count];
+    if links.iter().all(|(_, _, against)| !against) {
+        return turned;
+    }
+    let mut near: Vec<Vec<(u32, bool)>> = vec![Vec::new(); count];
+    for &(s, t, against) in links {
+        near[s as usize].push((t, against));
+        near[t as usize].push((s, against));
+    }
+    let mut seen = vec![false; count];
+    for first in 0..count as u32 {
+        let mut stack = vec![first];
+        while let Some(s) = stack.pop() {
+            seen[s as usize] = true;
+            for &(t, against) in &near[s as usize] {
+                if !std::mem::replace(&mut seen[t as usize], true) {
+                    turned[t as usize] = turned[s as usize] != against;
+                    stack.push(t);
+                }
+            }
+        }
+    }
+    turned
+}
+
+/// A ray towards rising coordinates of an axis.
+struct Ray {
+    unit: Unit,
+    axis: usize,
+    from: Point,
+}
+
+impl Ray {
+    /// Whether the ray passes through a triangle from its back (1), from its front (-1) or not at all (0); none where it passes through its
+    /// rim. A triangle on which the ray begins is not passed.
+    fn crosses(&self, corners: [DVec3; 3]) -> Option<i8> {
+        let p = &self.from;
+        let mut sides = [0; 3];
+        for k in 0..3 {
+            let [a, b] = [corners[k], corners[(k + 1) % 3]];
+            let known = rounded_turn(self.axis, [a, b, p.nearest]);
+            sides[k] = known.unwrap_or_else(|| {
+                let [a, b] = [a, b].map(|q| Point::vertex(self.unit, q));
+                turn(self.axis, [&a, &b, p])
+            });
+            if sides[0] * sides[k] < 0 {
+                return Some(0);
+            }
+        }
+        if sides.contains(&1) && sides.contains(&-1) {
+            return Some(0);
+        }
+        let height = side(self.unit, corners, p);
+        match sides {
+            // Seen edge-on, in the plane of the ray.
+            [0, 0, 0] => None,
+            _ if sides.contains(&0) => {
+                let way = sides[0] + sides[1] + sides[2];
+                // On the rim, but behind the point.
+                (height * way > 0).then_some(0)
+            }
+            [way, ..] => Some(match height * way {
+                -1 => way,
+                _ => 0,
+            }),
+        }
+    }
+}

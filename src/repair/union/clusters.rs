@@ -1,0 +1,198 @@
+//! Which components are united with which: those that touch or intersect, directly or through others.
+
+use std::collections::{BTreeSet, HashMap};
+use std::f64::consts::TAU;
+
+use crate::check::components;
+use crate::mend::Inspection;
+use crate::mesh::topology::{NONE, end, start};
+use crate::mesh::{DisjointSets, Mesh, Topology};
+
+/// Radians. Faces at an edge whose angles differ by less lie on each other.
+const FLAT: f64 = 1e-9;
+
+/// Components to be united.
+pub(super) struct Clusters {
+    /// The faces of all of them, in rising order.
+    pub(super) faces: Vec<u32>,
+    /// For each face of the mesh its cluster; `u32::MAX` where it is in none.
+    pub(super) of_face: Vec<u32>,
+    /// How many bodies there are in them.
+    pub(super) bodies: usize,
+}
+
+/// Components that share edges, as bodies that touch do once their vertices are merged.
+pub(super) struct Bodies {
+    sets: DisjointSets,
+    /// For each component whether the body that it names has an edge along which not as many faces run one way as the other.
+    open: Vec<bool>,
+}
+
+impl Bodies {
+    pub(super) fn new(found: &Inspection) -> Self {
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let count = topology.piece_faces.len();
+        let piece = |h: u32| topology.piece[h as usize / 3];
+        let crowded = topology.crowded_edges(mesh);
+        let mut sets = DisjointSets::new(count);
+        for edge in &crowded {
+            edge.iter()
+                .for_each(|h| _ = sets.join(piece(edge[0]), piece(*h)));
+        }
+        let mut open = vec![false; count];
+        for p in open_pieces(mesh, topology, &crowded) {
+            open[sets.find(p) as usize] = true;
+        }
+        Self { sets, open }
+    }
+
+    /// Whether some of these faces belong to closed bodies.
+    pub(super) fn are_closed(&mut self, topology: &Topology, faces: &[u32]) -> bool {
+        let mut pieces = faces.iter().map(|f| topology.piece[*f as usize]);
+        pieces.any(|p| !self.open[self.sets.find(p) as usize])
+    }
+}
+
+/// The clusters of closed bodies in which faces intersect; `pairs` are places in the list of faces that do.
+pub(super) fn clusters(
+    found: &Inspection,
+    bodies: Bodies,
+    crossing: &[u32],
+    pairs: &[[u32; 2]],
+) -> Clusters {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let count = topology.piece_faces.len() as u32;
+    let piece = |f: u32| topology.piece[f as usize];
+    let Bodies {
+        mut sets,
+        open: own_open,
+    } = bodies;
+    for pair in pairs {
+        let [f, g] = pair.map(|i| crossing[i as usize]);
+        sets.join(piece(f), piece(g));
+    }
+    let all = components(mesh, topology, 0.0);
+    for (i, c) in (0..).zip(&all) {
+        // A cavity is one of the body round it.
+        if let Some(outer) = c.inside.filter(|_| c.closed && c.volume < 0.0) {
+            sets.join(i, outer as u32);
+        }
+    }
+    let mut open = vec![false; count as usize];
+    for p in (0..count).filter(|p| own_open[*p as usize]) {
+        open[sets.find(p) as usize] = true;
+    }
+    let mut takes_part = vec![false; count as usize];
+    for &f in crossing {
+        let set = sets.find(piece(f)) as usize;
+        takes_part[set] = !open[set];
+    }
+    let of_piece: Vec<u32> = (0..count)
+        .map(|p| sets.find(p))
+        .map(|set| if takes_part[set as usize] { set } else { NONE })
+        .collect();
+    let of_face: Vec<u32> = (topology.piece.iter())
+        .map(|p| of_piece.get(*p as usize).copied().unwrap_or(NONE))
+        .collect();
+    let mut paired = paired_components(mesh, topology);
+    let own = (0..count).filter(|p| of_piece[*p as usize] != NONE);
+    let own: BTreeSet<u32> = own.map(|p| paired.find(p)).collect();
+    Clusters {
+        faces: (topology.faces())
+            .filter(|f| of_face[*f as usize] != NONE)
+            .collect(),
+        of_face,
+        bodies: own.len(),
+    }
+}
+
+/// Components joined across edges with more than two faces, where a body lies between two of these. Of faces on each other each is taken
+/// for one of its own body.
+fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
+    let mut sets = DisjointSets::new(topology.piece_faces.len());
+    for edge in topology.crowded_edges(mesh) {
+        let a = start(mesh, edge[0]);
+        let at = |v: u32| mesh.positions[v as usize];
+        let along = (at(end(mesh, edge[0])) - at(a)).normalize_or_zero();
+        let across = |h: u32| {
+            let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
+            (at(apex) - at(a)).reject_from_normalized(along)
+        };
+        let x = across(edge[0]).normalize_or_zero();
+        let y = along.cross(x);
+        let angle = |h: u32| y.dot(across(h)).atan2(x.dot(across(h)));
+        let (up, down): (Vec<u32>, Vec<u32>) =
+            (edge.iter().copied()).partition(|h| start(mesh, *h) == a);
+        // The body lies on from the face that runs down to the one that runs up, at rising angles.
+        let mut turns: Vec<(f64, u32, u32)> = Vec::new();
+        for (&d, &u) in down.iter().flat_map(|d| up.iter().map(move |u| (d, u))) {
+            let turn = (angle(u) - angle(d)).rem_euclid(TAU);
+            let is_none = !(FLAT..=TAU - FLAT).contains(&turn);
+            turns.push((if is_none { TAU } else { turn }, d, u));
+        }
+        turns.sort_by(|s, t| s.0.total_cmp(&t.0).then((s.1, s.2).cmp(&(t.1, t.2))));
+        let mut taken = BTreeSet::new();
+        for (_, d, u) in turns {
+            if !taken.contains(&d) && !taken.contains(&u) {
+                taken.extend([d, u]);
+                let piece = |h: u32| topology.piece[h as usize / 3];
+                sets.join(piece(d), piece(u));
+            }
+        }
+    }
+    sets
+}
+
+/// Those of some duplicate faces that bound bodies which touch in them: with them each edge of these bodies runs as often one way as the
+/// other, without them not.
+pub(in crate::repair) fn walls(found: &Inspection, duplicates: &[u32]) -> Vec<u32> {
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    if duplicates.is_empty() {
+        return Vec::new();
+    }
+    let mut bodies = Bodies::new(found);
+    let mut sums: HashMap<(u32, u32), (i32, u32)> = HashMap::new();
+    for h in duplicates.iter().flat_map(|f| 3 * f..3 * f + 3) {
+        let (a, b) = (start(mesh, h), end(mesh, h));
+        let sum = sums.entry((a.min(b), a.max(b))).or_insert((0, h));
+        sum.0 += if runs_up(mesh, topology, h) { 1 } else { -1 };
+    }
+    let mut body = |f: u32| bodies.sets.find(topology.piece[f as usize]) as usize;
+    let mut opens = vec![false; topology.piece_faces.len()];
+    for (sum, h) in sums.values() {
+        opens[body(h / 3)] |= *sum != 0;
+    }
+    let of: Vec<usize> = duplicates.iter().map(|f| body(*f)).collect();
+    let walls = duplicates.iter().zip(of);
+    walls
+        .filter(|(_, body)| opens[*body] && !bodies.open[*body])
+        .map(|(f, _)| *f)
+        .collect()
+}
+
+/// Whether a half-edge of the mesh as it is given runs from the smaller to the larger number.
+fn runs_up(mesh: &Mesh, topology: &Topology, h: u32) -> bool {
+    (start(mesh, h) < end(mesh, h)) != topology.turned[h as usize / 3]
+}
+
+/// Components with edges along which not as many faces of the mesh as it is given run one way as the other.
+fn open_pieces(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
+    let runs_up = |h: u32| runs_up(mesh, topology, h);
+    let mut open = Vec::new();
+    for h in 0..topology.opposite.len() as u32 {
+        let o = topology.opposite[h as usize];
+        if topology.boundary[h as usize] || (o != NONE && runs_up(h) == runs_up(o)) {
+            open.push(topology.piece[h as usize / 3]);
+        }
+    }
+    for edge in crowded {
+        let up = edge.iter().filter(|h| runs_up(**h)).count();
+        if 2 * up != edge.len() {
+            open.push(topology.piece[edge[0] as usize / 3]);
+        }
+    }
+    open.retain(|p| *p != NONE);
+    open.sort_unstable();
+    open.dedup();
+    open
+}

@@ -1,0 +1,206 @@
+//! The union of closed bodies that touch or intersect.
+//!
+//! Faces that intersect are divided along the exact curves in which they do; then the faces stay that have the inside on one side only, as
+//! in Zhou, Grinspun, Zorin, Jacobson, "Mesh arrangements for solid geometry", 2016. A point is inside where the winding number of
+//! the bodies is positive, so one that intersects itself is united with itself, and a cavity stays one. Steps:
+//!
+//! 1. `clusters`: components that touch or intersect, directly or through others. Only those without borders take part, in which each edge
+//!    runs as often one way as the other.
+//! 2. `pairs`: where pairs of faces meet. Signs are those of the adaptive predicates of the crate `robust`.
+//! 3. `exact`: the points where they do, as quotients of integers (`dashu-int`).
+//! 4. `planar`, `arrange`: each face is triangulated with these segments; faces in one plane that overlap are so together.
+//! 5. `classify`: winding numbers of patches between the curves, by exact rays.
+//! 6. `assemble`: what stays, in the draft. New vertices alone are rounded.
+//!
+//! All up to the last step is exact, hence the result is closed. Rounding moves new vertices by half a unit in the last place, which
+//! may let triangles of about this size intersect or lose their area; then those are united again, in some rounds. Vertices that fall
+//! together become one; so do those that an edge joins which is far shorter than rounding errors of the input (`tidy`).
+//!
+//! Limits: coordinates whose magnitudes differ by more than 2 to the power of 512, faces without area among those that intersect, components
+//! with borders, and more pairs of faces than there is time for are left to the other steps of a repair.
+
+mod arrange;
+mod assemble;
+mod classify;
+mod clusters;
+mod exact;
+mod pairs;
+mod planar;
+mod tidy;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::RepairReport;
+use super::draft::Draft;
+use crate::mend::{FillError, Inspection};
+use crate::mesh::topology::NONE;
+use crate::spatial::{Bounds, BoxTree, intersecting_pairs};
+use crate::tuning::tuning;
+use arrange::arrange;
+use assemble::Union;
+use classify::{Surface, multiplicity};
+use clusters::{Bodies, Clusters, clusters};
+use exact::Unit;
+use planar::Stuck;
+
+pub(super) use clusters::walls;
+
+/// What a union did.
+#[derive(Clone, Copy, Debug, Default)]
+struct United {
+    bodies: usize,
+    split: usize,
+    removed: usize,
+}
+
+/// Unites closed components that touch or intersect; `crossing` are the faces that intersect others. Returns how many still do; none where
+/// nothing was united.
+pub(super) fn unite(
+    draft: &mut Draft,
+    report: &mut RepairReport,
+    mut crossing: Vec<u32>,
+) -> Result<Option<usize>, FillError> {
+    let mut first: Option<United> = None;
+    let known = draft.mesh.positions.len();
+    for _ in 0..tuning().repair.union_rounds {
+        let union = united(draft, &*draft.inspect()?, &crossing);
+        let Some(union) = union else {
+            break;
+        };
+        draft.forget_inspection();
+        draft.merge_components(&union.clusters);
+        let done = union.apply(draft);
+        let before = crossing.len();
+        crossing = draft.crossing()?;
+        log::debug!(
+            "union: {before} faces intersect others in {} bodies, {} do after it",
+            done.bodies,
+            crossing.len()
+        );
+        first.get_or_insert(done);
+        if crossing.is_empty() {
+            break;
+        }
+    }
+    let Some(done) = first else {
+        return Ok(None);
+    };
+    tidy::collapse(draft, known)?;
+    report.united_bodies += done.bodies;
+    report.split_faces += done.split;
+    report.inner_faces += done.removed;
+    Ok(Some(crossing.len()))
+}
+
+/// The faces of closed clusters that intersect, united; none where there are none, or the arrangement cannot be made.
+fn united(draft: &Draft, found: &Inspection, crossing: &[u32]) -> Option<Union> {
+    let mut bodies = Bodies::new(found);
+    if !bodies.are_closed(&found.topology, crossing) {
+        return None;
+    }
+    let place = |v: u32| found.weld[v as usize];
+    let faces: Vec<[u32; 3]> = (draft.mesh.faces.iter()).map(|f| f.map(place)).collect();
+    let own: Vec<[u32; 3]> = crossing.iter().map(|f| faces[*f as usize]).collect();
+    if too_many(&draft.mesh.positions, &own) {
+        return None;
+    }
+    let all: Vec<u32> = (0..own.len() as u32).collect();
+    let mut pairs = intersecting_pairs(&draft.mesh.positions, &own, &all);
+    pairs.retain(|[f, g]| f < g);
+    pairs.par_sort_unstable();
+    let clusters = clusters(found, bodies, crossing, &pairs);
+    if clusters.faces.is_empty() {
+        return None;
+    }
+    let is_own = |f: &u32| clusters.of_face[*f as usize] != NONE;
+    let mut number = vec![NONE; crossing.len()];
+    let mut divided = Vec::new();
+    for (i, &f) in crossing.iter().enumerate().filter(|(_, f)| is_own(f)) {
+        number[i] = divided.len() as u32;
+        divided.push(f);
+    }
+    let pairs: Vec<[u32; 2]> = (pairs.into_iter())
+        .map(|pair| pair.map(|i| number[i as usize]))
+        .filter(|pair| !pair.contains(&NONE))
+        .collect();
+    let task = Task {
+        draft,
+        faces,
+        divided,
+        pairs,
+        clusters,
+    };
+    let mut union = task.solve().ok()?;
+    union.weld.clone_from(&found.weld);
+    Some(union)
+}
+
+/// Whether more pairs of faces may meet than a union is tried for.
+fn too_many(positions: &[DVec3], faces: &[[u32; 3]]) -> bool {
+    let boxes: Vec<Bounds> = (faces.iter())
+        .map(|f| Bounds::of(f.map(|v| positions[v as usize])))
+        .collect();
+    let tree = BoxTree::new(&boxes);
+    let mut left = tuning().repair.union_pairs;
+    boxes.iter().any(|own| {
+        tree.find(&boxes, own, |_| {
+            left = left.saturating_sub(1);
+            left == 0
+        });
+        left == 0
+    })
+}
+
+/// Clusters to be united.
+struct Task<'a> {
+    draft: &'a Draft,
+    /// The faces of the draft, on the vertices that stand for their places.
+    faces: Vec<[u32; 3]>,
+    /// The faces that intersect others, and their pairs, as places in this list.
+    divided: Vec<u32>,
+    pairs: Vec<[u32; 2]>,
+    clusters: Clusters,
+}
+
+impl Task<'_> {
+    fn solve(self) -> Result<Union, Stuck> {
+        let positions = &self.draft.mesh.positions;
+        let corners = |f: &u32| self.faces[*f as usize].map(|v| positions[v as usize]);
+        let own = &self.clusters.faces;
+        let unit = Unit::of(own.iter().flat_map(corners)).ok_or(Stuck)?;
+        let divided: Vec<[u32; 3]> = (self.divided.iter())
+            .map(|f| self.faces[*f as usize])
+            .collect();
+        let arrangement = arrange(unit, positions, &divided, &self.pairs)?;
+        let mut is_divided = vec![false; self.faces.len()];
+        self.divided
+            .iter()
+            .for_each(|f| is_divided[*f as usize] = true);
+        let whole = || own.iter().filter(|f| !is_divided[**f as usize]);
+        let cluster = |f: u32| self.clusters.of_face[f as usize];
+        let pieces = arrangement.pieces.iter();
+        let surface = Surface {
+            points: &arrangement.points,
+            positions,
+            triangles: (whole().map(|f| (self.faces[*f as usize], 1)))
+                .chain(pieces.clone().map(|p| (p.nodes, multiplicity(p))))
+                .collect(),
+            faces: &(own.iter().map(|f| (corners(f), cluster(*f)))).collect::<Vec<_>>(),
+            cluster: (whole().map(|f| cluster(*f)))
+                .chain(pieces.map(|p| cluster(self.divided[p.faces[0].0 as usize])))
+                .collect(),
+        };
+        let mut fates = surface.fates()?;
+        let of_pieces = fates.split_off(fates.len() - arrangement.pieces.len());
+        Ok(Union {
+            bodies: self.clusters.bodies,
+            clusters: own.iter().map(|f| (*f, cluster(*f))).collect(),
+            whole: whole().copied().zip(fates).collect(),
+            fates: of_pieces,
+            arrangement,
+            weld: Vec::new(),
+            divided: self.divided,
+        })
+    }
+}

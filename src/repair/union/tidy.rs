@@ -1,0 +1,112 @@
+//! Edges far shorter than anything that was meant, where an intersection passes a vertex or another one by a rounding error.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use glam::DVec3;
+
+use crate::check::is_flat;
+use crate::mend::FillError;
+use crate::mesh::{Mesh, VertexFaces, area_vector};
+use crate::repair::draft::Draft;
+use crate::tuning::tuning;
+
+/// Moves vertices from `first` on into neighbours that are nearer than a part of the mesh's size, where the surface stays what it is. All
+/// is left as it was if more faces intersect others then.
+pub(super) fn collapse(draft: &mut Draft, first: usize) -> Result<(), FillError> {
+    let [low, high] = draft.mesh.bounds();
+    let reach = tuning().repair.short_edge * (high - low).length();
+    let mut before: Option<(Draft, usize)> = None;
+    for _ in 0..tuning().repair.clean_rounds {
+        let moves = {
+            let found = draft.inspect()?;
+            moves(&found.mesh, first, reach)
+        };
+        if moves.is_empty() {
+            break;
+        }
+        if before.is_none() {
+            let crossing = draft.crossing()?.len();
+            before = Some((draft.clone(), crossing));
+        }
+        make(draft, &moves);
+    }
+    if let Some((before, crossing)) = before
+        && draft.crossing()?.len() > crossing
+    {
+        *draft = before;
+    }
+    Ok(())
+}
+
+/// Vertices with the neighbours into which they move, no two of them near each other.
+fn moves(mesh: &Mesh, first: usize, reach: f64) -> Vec<[u32; 2]> {
+    let short = |[v, w]: [u32; 2]| {
+        let apart = mesh.positions[v as usize].distance(mesh.positions[w as usize]);
+        v as usize >= first && apart <= reach
+    };
+    let edges = mesh.faces.iter().flat_map(|f| {
+        let edge = |k: usize| [f[k], f[(k + 1) % 3]];
+        [0, 1, 2]
+            .map(edge)
+            .into_iter()
+            .flat_map(|[v, w]| [[v, w], [w, v]])
+    });
+    let edges: BTreeSet<[u32; 2]> = edges.filter(|e| short(*e)).collect();
+    if edges.is_empty() {
+        return Vec::new();
+    }
+    let around = VertexFaces::new(mesh);
+    let mut touched: HashSet<u32> = HashSet::new();
+    let mut moves = Vec::new();
+    for [v, w] in edges {
+        let near = || [v, w].into_iter().flat_map(|v| around.of(v));
+        let corners = || near().flat_map(|f| mesh.faces[*f as usize]);
+        if corners().any(|c| touched.contains(&c)) || !may_move(mesh, &around, [v, w], reach) {
+            continue;
+        }
+        touched.extend(corners());
+        moves.push([v, w]);
+    }
+    moves
+}
+
+/// Whether a vertex can move into its neighbour: the two have no more neighbours in common than the faces between them, and the other
+/// faces at it keep their sides.
+fn may_move(mesh: &Mesh, around: &VertexFaces, [v, w]: [u32; 2], reach: f64) -> bool {
+    let neighbours = |v: u32| -> BTreeSet<u32> {
+        let corners = around.of(v).iter().flat_map(|f| mesh.faces[*f as usize]);
+        corners.filter(|c| *c != v).collect()
+    };
+    let between = around.of(v).iter();
+    let between = between.filter(|f| mesh.faces[**f as usize].contains(&w));
+    if between.count() != 2 || neighbours(v).intersection(&neighbours(w)).count() != 2 {
+        return false;
+    }
+    let to = mesh.positions[w as usize];
+    around.of(v).iter().all(|f| {
+        let face = mesh.faces[*f as usize];
+        if face.contains(&w) {
+            return true;
+        }
+        let before = mesh.corners(*f);
+        let after: [DVec3; 3] = std::array::from_fn(|k| if face[k] == v { to } else { before[k] });
+        let (n, m) = (area_vector(before), area_vector(after));
+        let longest = (0..3).map(|k| before[k].distance(before[(k + 1) % 3]));
+        let is_sliver = n.length() <= 2.0 * reach * longest.fold(0.0, f64::max);
+        !is_flat(after) && (is_sliver || n.dot(m) > 0.5 * n.length() * m.length())
+    })
+}
+
+fn make(draft: &mut Draft, moves: &[[u32; 2]]) {
+    let weld = crate::mesh::weld_map(&draft.mesh);
+    let to: HashMap<u32, u32> = moves.iter().map(|[v, w]| (*v, *w)).collect();
+    for corner in draft.mesh.faces.iter_mut().flatten() {
+        *corner = to.get(&weld[*corner as usize]).copied().unwrap_or(*corner);
+    }
+    let gone = |f: &[u32; 3]| {
+        let [a, b, c] = f.map(|v| weld[v as usize]);
+        a == b || b == c || c == a
+    };
+    let removed: Vec<bool> = draft.mesh.faces.iter().map(gone).collect();
+    draft.remove(&removed);
+}
