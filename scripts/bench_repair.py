@@ -162,6 +162,8 @@ def measured(source, target):
 
     points, faces = load(source)
     after, new = load(target)
+    if not len(new):
+        return None  # Nothing is left.
     there = set(keys(after, new))
     kept = np.array([key in there for key in keys(points, faces)])
     components, lost = lost_components(points, faces, kept, after, new)
