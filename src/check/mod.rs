@@ -275,7 +275,7 @@ impl Verdict {
         reasons
     }
 
-    /// Why so many edges of the border are open: holes, but for those that T-junctions leave.
+    /// Why edges of the border are open: those of holes, and those that T-junctions leave.
     fn open_reasons(&self, edges: usize, reasons: &mut Vec<String>) {
         let holes = self.holes - self.t_junction_holes.min(self.holes);
         match self.t_junctions {

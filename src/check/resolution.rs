@@ -45,7 +45,7 @@ fn unit(points: &[DVec3]) -> f64 {
     digits.map_or(f64::EPSILON * largest, |digits| step(largest, digits))
 }
 
-/// The unit in the last of so many decimal digits of a number.
+/// The unit in the last decimal digit of a number that is written with `digits` digits.
 fn step(largest: f64, digits: i32) -> f64 {
     10f64.powi(largest.log10().floor() as i32 + 1 - digits)
 }

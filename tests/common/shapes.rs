@@ -351,6 +351,15 @@ pub fn joined(a: &Mesh, b: &Mesh) -> Mesh {
     mesh
 }
 
+/// Volume enclosed by a closed mesh.
+pub fn volume(mesh: &Mesh) -> f64 {
+    let corners = mesh
+        .faces
+        .iter()
+        .map(|f| f.map(|v| mesh.positions[v as usize]));
+    corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
+}
+
 /// The surface of a cube from 0 to `n` along each axis: squares of size 1, each cut in two.
 pub fn cube(n: i32) -> Mesh {
     let mut mesh = Mesh::default();

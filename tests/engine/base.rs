@@ -6,7 +6,7 @@ use isomend::{
     RepairParams, fill, repair,
 };
 
-use crate::shapes::{bits, topology};
+use crate::shapes::{bits, topology, volume};
 
 const SIZE: u32 = 24;
 
@@ -30,14 +30,6 @@ fn terrain(up: fn(DVec3) -> DVec3, hole: bool) -> Mesh {
         [[a, b, b + 1], [a, b + 1, a + 1]]
     });
     Mesh::new(positions.collect(), faces.collect())
-}
-
-fn volume(mesh: &Mesh) -> f64 {
-    let corners = mesh
-        .faces
-        .iter()
-        .map(|f| f.map(|v| mesh.positions[v as usize]));
-    corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
 }
 
 /// Volume between the triangles of the terrain and a plane below it.

@@ -6,7 +6,7 @@ use isomend::{
     Mask, Mesh, NotContinued, RepairParams, RestoreParams, Selector, Sharp, fill, repair, restore,
 };
 
-use crate::shapes::{blocked_cube, cube, cut, open_cube, sphere, topology, turned};
+use crate::shapes::{blocked_cube, cube, cut, open_cube, sphere, topology, turned, volume};
 
 fn asked(pairs: &[[usize; 2]]) -> FillParams {
     FillParams::new().with_creases(pairs.iter().copied())
@@ -166,15 +166,6 @@ fn a_flat_side_has_no_edges_that_end() {
     let filled = fill(&mesh, &FillParams::default()).unwrap();
     let region = &filled.report.regions[0];
     assert_eq!((region.crease_ends, &region.not_continued), (0, &None));
-}
-
-/// Volume enclosed by a closed mesh.
-fn volume(mesh: &Mesh) -> f64 {
-    let corners = mesh
-        .faces
-        .iter()
-        .map(|f| f.map(|v| mesh.positions[v as usize]));
-    corners.map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
 }
 
 /// The cube with a dent in the middle of an edge.

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use crate::desk::{Desk, assert_code, text};
-use crate::shapes::{bits, cut, joined, moved, sphere, turn, turned};
+use crate::shapes::{bits, cut, joined, moved, sphere, turn, turned, volume};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::io::{Format, read_path};
@@ -16,14 +16,6 @@ fn repaired(mesh: &Mesh) -> Repaired {
 
 fn verdict(mesh: &Mesh) -> Verdict {
     inspect(mesh).unwrap().check(&CheckParams::default())
-}
-
-fn volume(mesh: &Mesh) -> f64 {
-    let of = |f: &[u32; 3]| {
-        let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
-        a.dot(b.cross(c)) / 6.0
-    };
-    mesh.faces.iter().map(of).sum()
 }
 
 /// A box, its sides divided along one diagonal or the other.
