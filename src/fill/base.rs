@@ -1,71 +1,21 @@
 //! Candidate: a flat base under an open sheet such as a terrain, with straight walls down from its border.
 
 use glam::{DVec2, DVec3};
-use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use super::base_plane::BasePlane;
 use super::candidate::FinishedPatch;
 use super::faired;
 use super::finish_step::Local;
 use super::outcome::{ClosedBy, FailedReason, HoleOutcome};
 use super::problem::RegionProblem;
-use super::report::RegionReport;
 use super::so_far::Made;
-use crate::mesh::Hole;
 use crate::mesh::triangulate::constrained_delaunay;
+use crate::mesh::{Hole, Mesh, bounds};
 use crate::stitch::Patch;
 
 /// A vertex of the border nearer to the plane than this, in parts of the border's diameter, is a corner of the base itself.
 const ON_PLANE: f64 = 1e-9;
-
-/// The plane of a base.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct BasePlane {
-    /// The unit vector to which walls are parallel: along an axis, from the sheet to the base.
-    down: DVec3,
-    /// Component along it of the plane's points.
-    level: f64,
-}
-
-impl BasePlane {
-    /// The plane under the outer border of a sheet with these vertices: perpendicular to the axis that is nearest to the normal of the border,
-    /// `offset` below the lowest vertex; without an offset by the mean edge of the border, so that the lowest place has a thickness.
-    pub(crate) fn new(
-        hole: &Hole,
-        vertices: impl Iterator<Item = DVec3>,
-        offset: Option<f64>,
-    ) -> Self {
-        let normal = hole.normal.to_array();
-        let largest = (0..3).max_by(|&i, &j| normal[i].abs().total_cmp(&normal[j].abs()));
-        let axis = largest.unwrap_or(2);
-        let mut down = DVec3::ZERO;
-        down[axis] = normal[axis].signum();
-        let lowest = vertices
-            .map(|p| p.dot(down))
-            .fold(f64::NEG_INFINITY, f64::max);
-        let offset = offset.unwrap_or(hole.length / hole.edges.max(1) as f64);
-        Self {
-            down,
-            level: lowest + offset,
-        }
-    }
-
-    /// The point of the plane below a point.
-    fn below(&self, p: DVec3) -> DVec3 {
-        // Exactly in the plane, with the other coordinates bit for bit.
-        DVec3::select(
-            self.down.abs().cmpgt(DVec3::ZERO),
-            self.level * self.down,
-            p,
-        )
-    }
-
-    /// Coordinates within the plane, seen such that a base that faces down turns to the left.
-    fn flat(&self, p: DVec3) -> DVec2 {
-        let x = self.down.any_orthonormal_vector();
-        DVec2::new(p.dot(x), p.dot(self.down.cross(x)))
-    }
-}
 
 /// Why the border of a sheet cannot stand on a flat base.
 #[derive(Clone, Copy, Debug, Error)]
@@ -93,16 +43,10 @@ pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
 
 /// The walls and the base of the only rim; where there can be none, the rim stays open, with the reason.
 pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
-    let report = RegionReport {
-        diameter: problem.diameter(),
-        ..RegionReport::default()
-    };
+    let mut report = problem.flat_report();
     Made::Region(match problem.on_base() {
         Ok(patch) => {
-            let report = RegionReport {
-                closed_by: Some(ClosedBy::Base),
-                ..report
-            };
+            report.closed_by = Some(ClosedBy::Base);
             let mut closed =
                 problem.all_finished(FinishedPatch::unfinished(patch), report, HoleOutcome::Base);
             // It stands below its border, as was asked.
@@ -110,12 +54,9 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
             closed
         }
         Err(why) => {
-            let report = RegionReport {
-                closed_by: Some(ClosedBy::Nothing),
-                ..report
-            };
+            report.closed_by = Some(ClosedBy::Nothing);
             let outcome = HoleOutcome::Failed(FailedReason::NoBase(why.to_string()));
-            problem.all(crate::mesh::Mesh::default(), report, outcome)
+            problem.all(Mesh::default(), report, outcome)
         }
     })
 }
@@ -126,23 +67,19 @@ impl RegionProblem<'_> {
             return Err(NoBase::NotOneBorder);
         };
         let (positions, faces) = self.walls_and_base(hole, &plane)?;
-        let patch = Patch {
+        let mut patch = Patch {
             positions,
             faces,
             ..Patch::default()
         };
-        let points = hole.rim.iter().map(|&v| self.mesh.positions[v as usize]);
-        let points = points.chain(patch.positions.iter().copied());
-        let (low, high) = points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
-            (low.min(p), high.max(p))
-        });
+        let rim = hole.rim.iter().map(|&v| self.mesh.positions[v as usize]);
+        let (low, high) = bounds(rim.chain(patch.positions.iter().copied()));
         let part = self.all.part(low, high, hole.rim.iter().copied());
         let local = Local::new(part, self.mesh.positions.len(), &patch, self.cancel);
         match local.crossing(&patch.positions) {
             0 => {}
             faces => return Err(NoBase::Intersects(faces)),
         }
-        let mut patch = patch;
         patch.report.components = 1;
         let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
         patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
@@ -160,8 +97,10 @@ impl RegionProblem<'_> {
         let mut positions = Vec::new();
         // The corner of the base below each vertex of the rim.
         let mut corners = Vec::with_capacity(hole.rim.len());
+        let mut outline: Vec<DVec2> = Vec::with_capacity(hole.rim.len());
         for &v in &hole.rim {
             let below = plane.below(at(v));
+            outline.push(plane.flat(below));
             if below.distance(at(v)) <= ON_PLANE * hole.diameter {
                 corners.push(v);
             } else {
@@ -169,11 +108,6 @@ impl RegionProblem<'_> {
                 positions.push(below);
             }
         }
-        let outline: Vec<DVec2> = hole
-            .rim
-            .iter()
-            .map(|&v| plane.flat(plane.below(at(v))))
-            .collect();
         let next = |i: usize| (i + 1) % outline.len();
         let twice = (0..outline.len()).map(|i| outline[i].perp_dot(outline[next(i)]));
         if twice.sum::<f64>() <= 0.0 {

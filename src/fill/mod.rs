@@ -1,6 +1,7 @@
 //! One region closed: from its data to the patch that is taken.
 
 mod base;
+mod base_plane;
 mod candidate;
 mod faired;
 mod finish_step;
@@ -24,7 +25,7 @@ mod so_far;
 mod stitching;
 mod strategy;
 
-pub(crate) use base::BasePlane;
+pub(crate) use base_plane::BasePlane;
 pub use candidate::{FinishReport, PatchStart};
 pub use outcome::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally, TriangulatedReason,

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::base::BasePlane;
+use super::base_plane::BasePlane;
 use super::grids::Try;
 use super::params::{FillParams, SurfaceKind};
 use super::reference::ReferenceSurface;

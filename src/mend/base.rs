@@ -1,22 +1,26 @@
-//! The plane of the base of a region: it lies below all of the sheet, of which a region knows a part.
+//! The planes of the bases of regions: each lies below all of its sheet, of which a region knows a part.
 
 use super::Inspection;
 use crate::fill::{BasePlane, FillParams, RegionPlan};
-use crate::mesh::Hole;
 
-/// The plane of the base of a region with some holes, if it gets one.
-pub(super) fn base_plane(
+/// For each group of holes the plane of its base, if it gets one.
+pub(super) fn base_planes(
     found: &Inspection,
-    holes: &[&Hole],
-    plan: RegionPlan,
     params: &FillParams,
-) -> Option<BasePlane> {
-    let ([hole], RegionPlan::Base) = (holes, plan) else {
-        return None;
+    groups: &[Vec<usize>],
+    plans: &[RegionPlan],
+) -> Vec<Option<BasePlane>> {
+    if !plans.contains(&RegionPlan::Base) {
+        return vec![None; plans.len()];
+    }
+    let extents = found.topology.piece_bounds(&found.mesh);
+    let plane = |(group, plan): (&Vec<usize>, &RegionPlan)| {
+        let ([hole], RegionPlan::Base) = (&group[..], plan) else {
+            return None;
+        };
+        let hole = &found.holes[*hole];
+        let extent = extents[hole.piece as usize];
+        Some(BasePlane::new(hole, extent, params.base_offset))
     };
-    let (mesh, topology) = (&found.mesh, &found.topology);
-    let own = mesh.faces.iter().zip(&topology.piece);
-    let own = own.filter(|(_, piece)| **piece == hole.piece);
-    let vertices = own.flat_map(|(f, _)| f.map(|v| mesh.positions[v as usize]));
-    Some(BasePlane::new(hole, vertices, params.base_offset))
+    groups.iter().zip(plans).map(plane).collect()
 }

@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::base::base_plane;
+use super::base::base_planes;
 use super::choose::{bridges, choose, groups};
 use super::control::{Control, Watch};
 use super::joined::joined;
@@ -18,8 +18,8 @@ use super::sources::RegionSources;
 use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
-    FillParams, HoleOutcome, ReferenceSurface, RegionPatch, RegionPlan, RegionProblem, SurfaceKind,
-    TriangulatedReason, first_region,
+    BasePlane, FillParams, HoleOutcome, ReferenceSurface, RegionPatch, RegionPlan, RegionProblem,
+    SurfaceKind, TriangulatedReason, first_region,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
@@ -59,6 +59,8 @@ pub struct Regions<'a> {
     plans: Vec<RegionPlan>,
     /// For each region the pairs of vertices between which sharp edges are asked for.
     joined: Vec<Vec<[u32; 2]>>,
+    /// For each region the plane of its base, if it gets one.
+    bases: Vec<Option<BasePlane>>,
 }
 
 impl Inspection<'_> {
@@ -89,6 +91,7 @@ impl<'a> Regions<'a> {
         let new = Self {
             found,
             joined: joined(found, &params, &groups, &plans)?,
+            bases: base_planes(found, &params, &groups, &plans),
             plans,
             params,
             own: None,
@@ -152,12 +155,7 @@ impl<'a> Regions<'a> {
             holes: self.holes(&self.groups[i]),
             known: sources.known_pieces(i),
             joined: &self.joined[i],
-            base: base_plane(
-                self.found,
-                &self.holes(&self.groups[i]),
-                self.plans[i],
-                &self.params,
-            ),
+            base: self.bases[i],
             growth,
         };
         let looking: Vec<Looking> = regions.clone().map(looking).collect();
@@ -259,12 +257,7 @@ impl<'a> Regions<'a> {
                 known: &known,
                 all: &all,
                 joined: &self.joined[i],
-                base: base_plane(
-                    self.found,
-                    &self.holes(&self.groups[i]),
-                    self.plans[i],
-                    &self.params,
-                ),
+                base: self.bases[i],
                 most_growth: f64::INFINITY,
                 params: &self.params,
                 own: self.own,

@@ -252,7 +252,7 @@ fn plane_residual(points: &[DVec3]) -> f64 {
 /// The outer border of an open sheet: the longest loop of its piece where, on the whole, the surface would continue
 /// away from the loop's centre, and as wide as half the piece.
 fn mark_outer_borders(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
-    let extent = piece_extents(mesh, topology);
+    let extent = topology.piece_bounds(mesh);
     let mut seen = vec![false; topology.piece_faces.len()];
     for hole in holes.iter_mut() {
         let piece = hole.piece as usize;
@@ -266,22 +266,7 @@ fn mark_outer_borders(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
             let away = (0.5 * (a + b) - hole.centre).normalize_or_zero();
             outward += away.dot(*c) * a.distance(b) / hole.length;
         }
-        hole.outer_border = outward > 0.25 && hole.diameter >= 0.5 * extent[piece];
+        let (low, high) = extent[piece];
+        hole.outer_border = outward > 0.25 && hole.diameter >= 0.5 * (high - low).length();
     }
-}
-
-/// Diagonal of the bounding box of each piece.
-fn piece_extents(mesh: &Mesh, topology: &Topology) -> Vec<f64> {
-    let mut boxes = vec![(DVec3::INFINITY, DVec3::NEG_INFINITY); topology.piece_faces.len()];
-    for (f, face) in mesh.faces.iter().enumerate() {
-        if topology.piece[f] == NONE {
-            continue;
-        }
-        let b = &mut boxes[topology.piece[f] as usize];
-        for &v in face {
-            b.0 = b.0.min(mesh.positions[v as usize]);
-            b.1 = b.1.max(mesh.positions[v as usize]);
-        }
-    }
-    boxes.iter().map(|b| (b.1 - b.0).length()).collect()
 }

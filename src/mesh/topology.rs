@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Mesh;
@@ -87,6 +88,19 @@ impl Topology {
     /// The faces that belong to a piece: all but degenerate ones.
     pub fn faces(&self) -> impl Iterator<Item = u32> {
         (0..self.piece.len() as u32).filter(|f| self.piece[*f as usize] != NONE)
+    }
+
+    /// The bounding box of each piece, as its lowest and highest corner.
+    pub fn piece_bounds(&self, mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
+        let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let mut boxes = vec![empty; self.piece_faces.len()];
+        for f in self.faces() {
+            let (low, high) = &mut boxes[self.piece[f as usize] as usize];
+            for p in mesh.corners(f) {
+                (*low, *high) = (low.min(p), high.max(p));
+            }
+        }
+        boxes
     }
 
     /// The half-edges of each edge that is in more than two faces, degenerate faces not counted, in the order of edges.

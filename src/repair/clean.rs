@@ -124,18 +124,11 @@ fn drop_points(draft: &mut Draft) -> Result<usize, FillError> {
     let removed: Vec<bool> = {
         let found = draft.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
-        let empty = [DVec3::INFINITY, DVec3::NEG_INFINITY];
-        let mut boxes = vec![empty; topology.piece_faces.len()];
-        for f in topology.faces() {
-            let [low, high] = &mut boxes[topology.piece[f as usize] as usize];
-            for p in mesh.corners(f) {
-                (*low, *high) = (low.min(p), high.max(p));
-            }
-        }
-        let is_point = |[low, high]: &[DVec3; 2]| {
+        let is_point = |(low, high): &(DVec3, DVec3)| {
             let unit = f64::from(f32::EPSILON) * low.abs().max(high.abs()).max_element();
             (*high - *low).max_element() <= tuning().repair.point * unit
         };
+        let boxes = topology.piece_bounds(mesh);
         let point: Vec<bool> = boxes.iter().map(is_point).collect();
         let pieces = topology.piece.iter();
         pieces.map(|p| *p != NONE && point[*p as usize]).collect()

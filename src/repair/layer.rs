@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use glam::DVec3;
 
 use super::clear::{Ground, crossing_or_flat};
-use super::rounding::Rounding;
+use super::rounding::{Rounding, is_single};
 use super::{Edge, edges};
 use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
@@ -316,7 +316,7 @@ impl Below {
         let normals: Vec<DVec3> = faces.iter().map(|f| face_normal(mesh, *f)).collect();
         let corners = faces.iter().flat_map(|f| mesh.corners(*f));
         let mut points = corners.chain([from]);
-        let single = rounding.is_single() || points.all(|p| p.as_vec3().as_dvec3() == p);
+        let single = rounding.is_single() || points.all(is_single);
         let epsilon = match single {
             true => f64::from(f32::EPSILON),
             false => f64::EPSILON,

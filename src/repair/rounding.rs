@@ -2,6 +2,11 @@
 
 use glam::{DMat4, DVec3};
 
+/// Whether 32-bit floats hold a position.
+pub(super) fn is_single(p: DVec3) -> bool {
+    p.as_vec3().as_dvec3() == p
+}
+
 /// How positions are rounded when they are written.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rounding {
@@ -37,10 +42,14 @@ impl Rounding {
 
     /// A vertex that moves. One in single precision stays so, since formats may hold no more.
     pub(super) fn moved(&self, p: DVec3, shift: DVec3) -> DVec3 {
-        let is_single = p.as_vec3().as_dvec3() == p;
-        match is_single && !self.is_single() {
-            true => (p + shift).as_vec3().as_dvec3(),
-            false => self.of(p + shift),
+        self.beside(is_single(p), p + shift)
+    }
+
+    /// The position of a new vertex: in single precision where those beside it are.
+    pub(super) fn beside(&self, are_single: bool, p: DVec3) -> DVec3 {
+        match are_single && !self.is_single() {
+            true => p.as_vec3().as_dvec3(),
+            false => self.of(p),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::paired;
+use super::pairs::paired;
 use crate::mend::FillError;
 use crate::mesh::topology::{end, start};
 use crate::repair::draft::Draft;

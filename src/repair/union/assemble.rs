@@ -10,6 +10,7 @@ use super::classify::Fate;
 use crate::mesh::FaceOrigin;
 use crate::mesh::topology::NONE;
 use crate::repair::draft::{Draft, sorted};
+use crate::repair::rounding::is_single;
 
 /// What becomes of the faces of clusters.
 pub(super) struct Union {
@@ -125,12 +126,12 @@ impl Union {
         let base = self.weld.len() as u32;
         let at = |p: DVec3| (p + DVec3::ZERO).to_array().map(f64::to_bits);
         let mut known: HashMap<[u64; 3], u32> = HashMap::new();
-        let mut is_single = true;
+        let mut are_single = true;
         for f in &self.divided {
             for v in draft.mesh.faces[*f as usize] {
                 let p = draft.mesh.positions[v as usize];
                 known.insert(at(p), self.weld[v as usize]);
-                is_single &= p.as_vec3().as_dvec3() == p;
+                are_single &= is_single(p);
             }
         }
         let mut place = HashMap::new();
@@ -145,10 +146,7 @@ impl Union {
                     continue;
                 }
                 let exact = self.arrangement.points.all[(node - base) as usize].nearest;
-                let p = match is_single && !draft.rounding.is_single() {
-                    true => exact.as_vec3().as_dvec3(),
-                    false => draft.rounding.of(exact),
-                };
+                let p = draft.rounding.beside(are_single, exact);
                 let vertex = *known.entry(at(p)).or_insert_with(|| {
                     let corners = draft.mesh.faces[part.face as usize];
                     let far = |v: &u32| draft.mesh.positions[*v as usize].distance(p);

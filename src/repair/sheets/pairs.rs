@@ -1,0 +1,58 @@
+//! Half-edges at edges with more than two faces, in pairs between which a body lies.
+
+use crate::mend::Inspection;
+use crate::mesh::Mesh;
+use crate::mesh::topology::{end, start};
+
+/// The half-edges of crowded edges in pairs between which the body lies, and the edges round which bodies and gaps do not alternate.
+pub(in crate::repair) fn paired(
+    found: &Inspection,
+    crowded: &[Vec<u32>],
+) -> (Vec<[u32; 2]>, Vec<Vec<u32>>) {
+    let (mut pairs, mut unclear) = (Vec::new(), Vec::new());
+    for half_edges in crowded {
+        match around_edge(&found.mesh, half_edges) {
+            Some(own) => pairs.extend(own),
+            None => unclear.push(half_edges.clone()),
+        }
+    }
+    (pairs, unclear)
+}
+
+/// Pairs round an edge: of two faces that follow each other at rising angles, the first runs against the edge and the second along
+/// it, so that the body lies between them.
+fn around_edge(mesh: &Mesh, half_edges: &[u32]) -> Option<Vec<[u32; 2]>> {
+    let first = half_edges[0];
+    let (a, b) = (start(mesh, first), end(mesh, first));
+    let at = |v: u32| mesh.positions[v as usize];
+    let along = (at(b) - at(a)).normalize_or_zero();
+    let across = |h: u32| {
+        let apex = mesh.faces[h as usize / 3][(h as usize % 3 + 2) % 3];
+        let d = at(apex) - at(a);
+        d - along * along.dot(d)
+    };
+    let x = across(first).normalize_or_zero();
+    let y = along.cross(x);
+    let angle = |h: u32| {
+        let d = across(h);
+        y.dot(d).atan2(x.dot(d)).rem_euclid(std::f64::consts::TAU)
+    };
+    let mut order: Vec<(f64, u32, bool)> = half_edges
+        .iter()
+        .map(|&h| {
+            (
+                if h == first { 0.0 } else { angle(h) },
+                h,
+                start(mesh, h) == a,
+            )
+        })
+        .collect();
+    order.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+    let next = |i: usize| order[(i + 1) % order.len()];
+    let alternate = (0..order.len()).all(|i| order[i].2 != next(i).2 && order[i].0 != next(i).0);
+    if !alternate || !order.len().is_multiple_of(2) {
+        return None;
+    }
+    let against = (0..order.len()).filter(|i| !order[*i].2);
+    Some(against.map(|i| [order[i].1, next(i).1]).collect())
+}
