@@ -19,6 +19,7 @@ import json
 import math
 import os
 import re
+import resource
 import shlex
 import subprocess
 import sys
@@ -138,8 +139,8 @@ class Sweep:
             ids += same if len(same) == 1 else []
         return ",".join(map(str, ids))
 
-    def run(self, values, timeout):
-        """Hashes of all outputs, and errors of those whose bytes differ from today's."""
+    def run(self, values, limit):
+        """Hashes of all outputs, and errors of those whose bytes differ from today's. Each file may take so many seconds of one core."""
         hashes = {}
         with tempfile.TemporaryDirectory() as folder:
             outputs = Path(folder)
@@ -148,9 +149,9 @@ class Sweep:
                 output = outputs / f"{name}.ply"
                 run = [self.program, "fill", self.cases / name / "input.ply", "-o", output, "-q", "--threads", "1"]
                 run += ["--holes", self.holes[name]] if self.holes[name] else []
-                try:
-                    subprocess.run(run, env=env, capture_output=True, timeout=timeout, check=False)
-                except subprocess.TimeoutExpired:
+                bound = lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))  # noqa: E731
+                done = subprocess.run(run, env=env, capture_output=True, check=False, preexec_fn=bound)
+                if done.returncode < 0:
                     output.unlink(missing_ok=True)
                 hashes[name] = hashlib.sha256(output.read_bytes()).hexdigest() if output.exists() else "none"
                 if hashes[name] == self.hashes.get(name):
