@@ -146,17 +146,19 @@ impl RegionProblem<'_> {
             self.cancel,
         );
         all.patch.report.intersecting_faces = local.crossing(&all.patch.positions);
-        Some(self.closed_by_fairing(all, why, report))
+        Some(self.closed_by_fairing(all, Some(why), report))
     }
 
-    /// A region closed by faired triangulations.
+    /// A region closed by faired triangulations, and why its level sets failed; none where none was needed.
     pub(super) fn closed_by_fairing(
         &self,
         patch: FinishedPatch,
-        why: TryFailure,
+        why: Option<TryFailure>,
         mut report: RegionReport,
     ) -> RegionPatch {
         report.closed_by = Some(ClosedBy::Faired);
-        self.all_finished(patch, report, HoleOutcome::Faired(why))
+        report.diameter = self.diameter();
+        let outcome = why.map_or(HoleOutcome::Filled, HoleOutcome::Faired);
+        self.all_finished(patch, report, outcome)
     }
 }

@@ -84,6 +84,8 @@ pub(super) struct Prospects {
     pub(super) finishes: bool,
     /// Whether it has one rim only.
     pub(super) one_rim: bool,
+    /// Whether that rim has so few edges that a faired triangulation is made before any level set.
+    pub(super) few_edges: bool,
     /// Expected cost of a faired triangulation.
     pub(super) faired_cost: f64,
     /// What the tries after the first may cost in all, and what they have cost so far; see [`spent`].
@@ -182,6 +184,7 @@ mod tests {
             is_wide: false,
             finishes: true,
             one_rim: true,
+            few_edges: false,
             faired_cost: 0.0,
             budget: 1,
             spent: 0,

@@ -11,7 +11,8 @@ use crate::stitch::StitchError;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum HoleOutcome {
-    /// Filled by the level set, or by the smooth sides round it, continued to sharp edges.
+    /// Filled by the level set, a rim of few edges by its faired triangulation, or by the smooth sides round it, continued to sharp
+    /// edges.
     Filled,
     /// Closed by a triangulation of its rim, refined and faired: the level set found no surface. What its last try failed with.
     Faired(TryFailure),

@@ -13,7 +13,7 @@ use super::so_far::{LevelEnd, Made, SoFar};
 use super::strategy::{Candidate, Ending, Step, next_step};
 use super::{base, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp};
 use crate::mesh::Hole;
-use crate::region::Start;
+use crate::region::{Start, VoxelSize};
 use crate::tuning::tuning;
 
 impl RegionProblem<'_> {
@@ -48,10 +48,19 @@ impl RegionProblem<'_> {
             is_wide: false,
             finishes: self.is_finished(),
             one_rim: self.holes.len() == 1,
+            few_edges: self.has_few_edges(),
             faired_cost: faired::cost(self),
             budget: tuning().fill.budget,
             spent: 0,
         }
+    }
+
+    /// Whether it is a single rim of so few edges that no level set is needed, where the caller gives no grid.
+    fn has_few_edges(&self) -> bool {
+        let is_short = |h: &Hole| h.edges <= tuning().fill.few_for_level_set;
+        matches!(self.holes, [hole] if is_short(hole))
+            && self.is_finished()
+            && self.params.voxel == VoxelSize::Auto
     }
 }
 
@@ -196,8 +205,9 @@ fn taken(problem: &RegionProblem<'_>, mut so_far: SoFar<'_>, place: usize) -> Re
         (Made::Region(region), _) => region,
         (Made::Finished(patch), Some(report)) => problem.accept(patch, report),
         (Made::Finished(patch), None) => {
+            let is_first = so_far.history().is_empty();
             let (why, report) = so_far.without_level_set();
-            problem.closed_by_fairing(patch, why, report)
+            problem.closed_by_fairing(patch, (!is_first).then_some(why), report)
         }
         // No strategy takes what has no patch, or was not finished.
         (Made::Nothing | Made::Joined(..), _) => problem.stopped(so_far.last),

@@ -140,6 +140,7 @@ fn next_surface(first: &Try, made: &[Ending], region: &Prospects) -> Step {
     // level set's.
     match place(Candidate::Faired, made) {
         Some(faired) if made[faired].is_at_sound_minimum() => return Step::Take(faired),
+        None if made.is_empty() && region.few_edges => return Step::Make(Candidate::Faired),
         None if nearly.is_none() && !has_patch && region.finishes => {
             let reached_box = |failure| failure == &Some(TryFailure::ReachedBox);
             if let [(_, failure)] = &history[..]

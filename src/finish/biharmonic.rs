@@ -47,11 +47,11 @@ pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Opti
     let (weights, twice) = half_cotangents(&points, &faces);
     let mut stiffness = Stiffness::new(points.len(), &faces);
     stiffness.set(&faces, &weights);
-    let laplacian = stiffness.matrix;
-    let mut matrix = laplacian.clone();
+    // The equations of the vertices that move alone: of a small patch these are few beside all within `order` rings.
+    let mut matrix = rows_of(&stiffness.matrix, &near.moving);
     if order > 1 {
         let areas = barycentric(points.len(), &faces, &twice);
-        let mut scaled = laplacian;
+        let mut scaled = stiffness.matrix;
         for (mut row, area) in scaled.outer_iterator_mut().zip(&areas) {
             row.iter_mut().for_each(|(_, v)| *v /= area);
         }
@@ -61,30 +61,51 @@ pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Opti
         }
     }
     go_on()?;
-    solve_for(&matrix, &near.moving, &points, &patch.cancel)
+    let solved = solve_for(&matrix, &near.moving, &[&points], &patch.cancel);
+    solved.into_iter().flatten().next().flatten()
 }
 
-/// Solves `(A x)_i = 0` for the unknown vertices (rising), all others being where the points are; none where that cannot be, or the
-/// token is set.
+/// Some rows of a matrix, in the given order.
+pub(super) fn rows_of(matrix: &CsMat<f64>, rows: &[u32]) -> CsMat<f64> {
+    let mut starts = vec![0];
+    let (mut columns, mut values) = (Vec::new(), Vec::new());
+    for &i in rows {
+        for row in matrix.outer_view(i as usize).iter() {
+            columns.extend_from_slice(row.indices());
+            values.extend_from_slice(row.data());
+        }
+        starts.push(columns.len());
+    }
+    CsMat::new((rows.len(), matrix.cols()), starts, columns, values)
+}
+
+/// Solves `A x = 0` for the unknown vertices (rising), to each of which a row of the matrix belongs, in their order; all other vertices are
+/// where the points are. One solution for each set of points, none where it is not finite. None at all where the matrix cannot be
+/// factorised, or the token is set.
 pub(super) fn solve_for(
     matrix: &CsMat<f64>,
     unknowns: &[u32],
-    points: &[DVec3],
+    sets: &[&[DVec3]],
     cancel: &Cancel,
-) -> Option<Vec<DVec3>> {
+) -> Option<Vec<Option<Vec<DVec3>>>> {
     let n = unknowns.len();
+    let mut number = vec![usize::MAX; matrix.cols()];
+    (0..n).for_each(|k| number[unknowns[k] as usize] = k);
     let mut starts = vec![0];
     let (mut columns, mut values) = (Vec::new(), Vec::new());
-    let mut rhs = vec![DVec3::ZERO; n];
-    for (row, &i) in unknowns.iter().enumerate() {
-        let entries = matrix.outer_view(i as usize);
-        for (j, &v) in entries.iter().flat_map(|row| row.iter()) {
-            match unknowns.binary_search(&(j as u32)) {
-                Ok(u) => {
+    let mut sides = vec![vec![DVec3::ZERO; n]; sets.len()];
+    for (row, entries) in matrix.outer_iterator().enumerate() {
+        for (j, &v) in entries.iter() {
+            match number[j] {
+                usize::MAX => {
+                    for (rhs, points) in sides.iter_mut().zip(sets) {
+                        rhs[row] -= v * points[j];
+                    }
+                }
+                u => {
                     columns.push(u);
                     values.push(v);
                 }
-                Err(_) => rhs[row] -= v * points[j],
             }
         }
         starts.push(columns.len());
@@ -95,11 +116,14 @@ pub(super) fn solve_for(
     }
     let pattern = LdlPattern::new(&inner, cancel);
     let factor = pattern.factorise(&inner, 0.0)?;
-    let mut solution = vec![DVec3::ZERO; n];
-    for axis in 0..3 {
-        let mut b: Vec<f64> = rhs.iter().map(|r| r[axis]).collect();
-        factor.solve(&mut b);
-        solution.iter_mut().zip(b).for_each(|(s, b)| s[axis] = b);
-    }
-    solution.iter().all(|p| p.is_finite()).then_some(solution)
+    let solved = sides.into_iter().map(|rhs| {
+        let mut solution = vec![DVec3::ZERO; n];
+        for axis in 0..3 {
+            let mut b: Vec<f64> = rhs.iter().map(|r| r[axis]).collect();
+            factor.solve(&mut b);
+            solution.iter_mut().zip(b).for_each(|(s, b)| s[axis] = b);
+        }
+        solution.iter().all(|p| p.is_finite()).then_some(solution)
+    });
+    Some(solved.collect())
 }

@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::biharmonic::{polyharmonic, solve_for};
+use super::biharmonic::{polyharmonic, rows_of, solve_for};
 use super::chart::Chart;
 use super::collar::Collar;
 use super::geometry::{Stiffness, barycentric, half_cotangents, quantile, vertex_normals};
@@ -121,19 +121,31 @@ pub(super) fn candidates(
         all.push(Surface::new(Candidate::Triharmonic, shape));
     }
     // Kriging over a sphere and over a plane, from one collar of known vertices.
+    all.extend(kriged_surfaces(patch, minimum, given, params));
+    all
+}
+
+/// The kriged surfaces, by the models that are given, if they are.
+fn kriged_surfaces(
+    patch: &Patch,
+    minimum: &[DVec3],
+    given: &Models,
+    params: &FinishParams,
+) -> Vec<Surface> {
     let normals = patch.known_normals();
     let mut collars: Vec<Collar> = Vec::new();
+    let mut lifted: Vec<(Candidate, Lifted)> = Vec::new();
+    let mut repeated = None;
     for (candidate, width, largest) in kriged_candidates() {
         if patch.cancel.is_cancelled() {
             break;
         }
         // Where no sphere fits, the first kriging is over the plane already, and counts twice.
-        if let Some(same) = all
-            .iter()
-            .find(|s| s.is_over_plane() && candidate == Candidate::Plane)
-        {
-            let repeated = same.repeated(candidate);
-            all.push(repeated);
+        let is_plane = |(c, l): &(Candidate, Lifted)| {
+            *c == Candidate::Sphere && l.kriged.chart.kind() == ChartKind::Plane
+        };
+        if candidate == Candidate::Plane && lifted.iter().any(is_plane) {
+            repeated = Some(candidate);
             continue;
         }
         if !collars.iter().any(|c| c.width == width) {
@@ -145,10 +157,28 @@ pub(super) fn candidates(
         // A model from the hole itself spares the ring tests its estimate.
         let model = given.iter().find(|m| m.0 == candidate).map(|m| m.1);
         let surface = kriged(patch, minimum, &normals, collar, largest, model, params);
-        if let Some((shape, kriged)) = surface {
-            all.push(Surface::kriged(candidate, shape, kriged));
+        lifted.extend(surface.map(|surface| (candidate, surface)));
+    }
+    if lifted.is_empty() {
+        return Vec::new();
+    }
+    // With noise a kriged surface passes beside the rim: the difference decays into the patch.
+    let mismatches: Vec<&[DVec3]> = lifted.iter().map(|(_, l)| &l.mismatch[..]).collect();
+    let decayed = spread(patch, &mismatches).unwrap_or_default();
+    let mut all: Vec<Surface> = Vec::new();
+    for ((candidate, surface), corrections) in lifted.into_iter().zip(decayed) {
+        let Some(corrections) = corrections else {
+            continue;
+        };
+        let mut shape = surface.shape;
+        shape.iter_mut().zip(corrections).for_each(|(x, c)| *x += c);
+        if shape.iter().all(|p| p.is_finite()) {
+            all.push(Surface::kriged(candidate, shape, surface.kriged));
         }
     }
+    let first = all.iter().find(|s| s.is_over_plane());
+    let second = first.zip(repeated).map(|(s, c)| s.repeated(c));
+    all.extend(second);
     all
 }
 
@@ -162,8 +192,16 @@ fn is_slight(patch: &Patch, shape: &[DVec3]) -> bool {
         > tuning().finish.slight_cosine
 }
 
-/// The surface kriged from a collar, lifted over the feet of the energy's minimum. With noise it passes beside the rim: the
-/// mismatch there is spread into the patch.
+/// A kriged surface before it is brought to the rim.
+struct Lifted {
+    /// Positions of the vertices that move.
+    shape: Vec<DVec3>,
+    /// For each vertex of the rim the way from the kriged surface to it.
+    mismatch: Vec<DVec3>,
+    kriged: Kriged,
+}
+
+/// The surface kriged from a collar, lifted over the feet of the energy's minimum.
 fn kriged(
     patch: &Patch,
     minimum: &[DVec3],
@@ -172,7 +210,7 @@ fn kriged(
     largest: f64,
     model: Option<Model>,
     params: &FinishParams,
-) -> Option<(Vec<DVec3>, Kriged)> {
+) -> Option<Lifted> {
     if collar.vertices.len() < tuning().finish.fewest_data {
         return None;
     }
@@ -199,24 +237,22 @@ fn kriged(
     }
     // Each vertex keeps its foot on the chart and gets the kriged height.
     let lift = |p: &DVec3| chart.lifted(*p, kriging.at(chart.coordinates(*p).0));
-    let mut shape: Vec<DVec3> = minimum.iter().map(lift).collect();
-    // With noise the kriged surface passes beside the rim: the difference decays into the patch.
-    let mismatch: Vec<DVec3> = patch.rim_points().iter().map(|p| *p - lift(p)).collect();
-    for (x, c) in shape.iter_mut().zip(spread(patch, &mismatch)?) {
-        *x += c;
-    }
-    let kriged = Kriged {
-        chart,
-        kriging,
-        model,
-    };
-    let finite = shape.iter().all(|p| p.is_finite());
-    finite.then_some((shape, kriged))
+    let shape = minimum.iter().map(lift).collect();
+    let mismatch = patch.rim_points().iter().map(|p| *p - lift(p)).collect();
+    Some(Lifted {
+        shape,
+        mismatch,
+        kriged: Kriged {
+            chart,
+            kriging,
+            model,
+        },
+    })
 }
 
-/// What a mismatch at the rim is inside: `(S + M / δ²) c = 0` with cotangent weights S, areas M and a decay length δ; for each vertex
-/// that moves, in diameters.
-fn spread(patch: &Patch, mismatch: &[DVec3]) -> Option<Vec<DVec3>> {
+/// What mismatches at the rim are inside: `(S + M / δ²) c = 0` with cotangent weights S, areas M and a decay length δ; for each mismatch
+/// one correction of every vertex that moves, in diameters.
+fn spread(patch: &Patch, mismatches: &[&[DVec3]]) -> Option<Vec<Option<Vec<DVec3>>>> {
     let closure = &patch.closure;
     let points = patch.closure_points(&patch.shape());
     let (weights, twice) = half_cotangents(&points, &closure.patch_faces);
@@ -231,9 +267,15 @@ fn spread(patch: &Patch, mismatch: &[DVec3]) -> Option<Vec<DVec3>> {
             *entry += areas[i] * decay;
         }
     }
-    let mut values = vec![DVec3::ZERO; points.len()];
-    for (&v, m) in closure.rim.iter().zip(mismatch) {
-        values[v as usize] = *m;
-    }
-    solve_for(&matrix, &closure.moving, &values, &patch.cancel)
+    let at_rim = |mismatch: &&[DVec3]| {
+        let mut values = vec![DVec3::ZERO; points.len()];
+        for (&v, m) in closure.rim.iter().zip(*mismatch) {
+            values[v as usize] = *m;
+        }
+        values
+    };
+    let sets: Vec<Vec<DVec3>> = mismatches.iter().map(at_rim).collect();
+    let sets: Vec<&[DVec3]> = sets.iter().map(|set| &set[..]).collect();
+    let rows = rows_of(&matrix, &closure.moving);
+    solve_for(&rows, &closure.moving, &sets, &patch.cancel)
 }

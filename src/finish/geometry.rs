@@ -129,16 +129,46 @@ pub(super) struct Stiffness {
 impl Stiffness {
     /// The pattern, with all entries zero.
     pub(super) fn new(count: usize, faces: &Faces) -> Self {
-        let mut entries: Vec<(u32, u32)> = (0..count as u32).map(|i| (i, i)).collect();
+        // Neighbours of each vertex: every edge of a face adds each end to the row of the other, and rows hold their own vertex.
+        let mut ends = vec![1usize; count];
+        faces.iter().flatten().for_each(|&v| ends[v as usize] += 2);
+        let mut sum = 0;
+        for end in &mut ends {
+            let start = sum;
+            sum += *end;
+            *end = start;
+        }
+        let first = ends.clone();
+        let mut beside = vec![0u32; sum];
+        let mut add = |i: u32, j: u32| {
+            beside[ends[i as usize]] = j;
+            ends[i as usize] += 1;
+        };
+        (0..count as u32).for_each(|i| add(i, i));
         for face in faces {
             for k in 0..3 {
                 let (i, j) = (face[k], face[(k + 1) % 3]);
-                entries.extend([(i, j), (j, i)]);
+                add(i, j);
+                add(j, i);
             }
         }
-        entries.sort_unstable();
-        entries.dedup();
-        let slot = |i: u32, j: u32| entries.partition_point(|&e| e < (i, j));
+        // Each row sorted, without repetitions.
+        let (mut starts, mut indices) = (vec![0], Vec::with_capacity(sum));
+        for (&from, &to) in first.iter().zip(&ends) {
+            let row = &mut beside[from..to];
+            row.sort_unstable();
+            let own = indices.len();
+            for &j in &*row {
+                if indices.len() == own || indices[indices.len() - 1] != j as usize {
+                    indices.push(j as usize);
+                }
+            }
+            starts.push(indices.len());
+        }
+        let slot = |i: u32, j: u32| {
+            let own = starts[i as usize];
+            own + indices[own..starts[i as usize + 1]].partition_point(|&c| c < j as usize)
+        };
         let opposite = |face: &[u32; 3]| {
             [0, 1, 2].map(|k| {
                 let (i, j) = (face[(k + 1) % 3], face[(k + 2) % 3]);
@@ -147,8 +177,6 @@ impl Stiffness {
         };
         let slots = faces.iter().map(opposite).collect();
         let diagonal = (0..count as u32).map(|i| slot(i, i)).collect();
-        let starts = (0..=count as u32).map(|i| slot(i, 0)).collect();
-        let indices: Vec<usize> = entries.iter().map(|e| e.1 as usize).collect();
         let zeros = vec![0.0; indices.len()];
         Self {
             matrix: CsMat::new((count, count), starts, indices, zeros),

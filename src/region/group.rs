@@ -229,6 +229,11 @@ pub struct BoxSize {
     pub refine: f64,
 }
 
+/// Whether a region has a single rim of few edges.
+fn has_short_rim(holes: &[&Hole]) -> bool {
+    matches!(holes, [hole] if hole.edges <= tuning().region.short_rim)
+}
+
 impl Region {
     /// The smallest voxel of a region whose widest hole has a diameter. What a grid costs goes with the square of the
     /// diameter in voxels: at this one it has some ten million unknowns, of about a kilobyte each.
@@ -251,8 +256,12 @@ impl Region {
             .filter(|h| h.edges > 8)
             .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(tuning().region.narrowest))
             .fold(1.0, f64::max);
+        let coarse = match has_short_rim(holes) {
+            true => tuning().region.across_short,
+            false => tuning().region.across_coarse,
+        };
         let (across, by_edges) = match size.coarse {
-            true => (tuning().region.across_coarse * narrow.sqrt(), 0.0),
+            true => (coarse * narrow.sqrt(), 0.0),
             false => (tuning().region.across * narrow, (diameter / edge).min(64.0)),
         };
         let wanted = across
@@ -299,7 +308,11 @@ impl Region {
         let bulge = (tuning().region.margin_part * widest
             - tuning().region.margin_taken * (high - low))
             .max(DVec3::splat(tuning().region.least_margin * widest));
-        let margin = |coarse: f64| growth * bulge + tuning().region.margin_nodes * coarse;
+        let nodes = match is_coarse && has_short_rim(holes) {
+            true => tuning().region.margin_short,
+            false => tuning().region.margin_nodes,
+        };
+        let margin = |coarse: f64| growth * bulge + nodes * coarse;
         let blocks = |coarse: f64| Lattice::blocks(low, high, margin(coarse), coarse);
         // A box of many nodes gets a coarser level if the hole is wide enough there.
         if is_coarse

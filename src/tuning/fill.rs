@@ -22,6 +22,9 @@ thresholds! {
         /// Edges. Rims of at most this many edges are solved once only: their few edges determine little of the surface, and a
         /// finer grid adds nothing.
         small_edges: usize = 16,
+        /// Edges. A single rim of at most this many edges is closed by its faired triangulation alone, where that converges and
+        /// intersects nothing: so few edges leave no choice between minima.
+        few_for_level_set: usize = 12,
         /// Voxels. An unconverged level set initialises the next one only if its last update was below this: larger updates
         /// usually lead to a worse minimum, and a triangulation is the better initialisation.
         worth_a_start: f64 = 0.1,

