@@ -32,7 +32,7 @@ pub use outcome::{
     TryFailure,
 };
 pub use params::{FillParams, Finish, Sharp, SurfaceKind};
-pub(crate) use problem::{RegionPlan, RegionProblem, first_region};
+pub(crate) use problem::{RegionPlan, RegionProblem, first_region, has_few_edges};
 pub use quality::Quality;
 pub(crate) use reference::{Keeping, ReferenceSurface};
 pub use region_patch::RegionPatch;

@@ -133,6 +133,14 @@ fn region(
     of(VoxelSize::Length(finer.min(region.voxel)))
 }
 
+/// Whether a region is a single rim of so few edges that a faired triangulation is made of it before any level set, on a grid of isomend's
+/// choice.
+pub(crate) fn has_few_edges(holes: &[&Hole], params: &FillParams) -> bool {
+    matches!(holes, [hole] if hole.edges <= tuning().fill.few_for_level_set)
+        && params.finishes()
+        && params.voxel == VoxelSize::Auto
+}
+
 /// Whether a finer try is worth its time. The grid of a region with a small loop is as fine as it gets from the first; then another
 /// start on it is only worth it where no triangulation of the rims is finished instead.
 pub(super) fn refines(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> bool {

@@ -6,14 +6,14 @@ use glam::DVec3;
 
 use super::grids::{Prospects, Try};
 use super::params::SurfaceKind;
-use super::problem::{RegionPlan, RegionProblem, refines};
+use super::problem::{RegionPlan, RegionProblem, has_few_edges, refines};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{LevelEnd, Made, SoFar};
 use super::strategy::{Candidate, Ending, Step, next_step};
 use super::{base, faired, finish_step, level_set, planar, rim_triangles, rounded, seam, sharp};
 use crate::mesh::Hole;
-use crate::region::{Start, VoxelSize};
+use crate::region::Start;
 use crate::tuning::tuning;
 
 impl RegionProblem<'_> {
@@ -48,19 +48,11 @@ impl RegionProblem<'_> {
             is_wide: false,
             finishes: self.is_finished(),
             one_rim: self.holes.len() == 1,
-            few_edges: self.has_few_edges(),
+            few_edges: self.reference.is_none() && has_few_edges(self.holes, self.params),
             faired_cost: faired::cost(self),
             budget: tuning().fill.budget,
             spent: 0,
         }
-    }
-
-    /// Whether it is a single rim of so few edges that no level set is needed, where the caller gives no grid.
-    fn has_few_edges(&self) -> bool {
-        let is_short = |h: &Hole| h.edges <= tuning().fill.few_for_level_set;
-        matches!(self.holes, [hole] if is_short(hole))
-            && self.is_finished()
-            && self.params.voxel == VoxelSize::Auto
     }
 }
 

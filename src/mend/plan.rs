@@ -43,7 +43,7 @@ pub struct PlannedHole {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum HolePlan {
-    /// The level set would fill it.
+    /// A new surface would fill it: that of a level set, or a faired triangulation where its rim has few edges.
     Fill,
     /// It would get a flat cap, as was asked.
     Flat,

@@ -19,7 +19,7 @@ use super::task::RegionTask;
 use super::{FillError, Filled, Inspection};
 use crate::fill::{
     BasePlane, FillParams, HoleOutcome, ReferenceSurface, RegionPatch, RegionPlan, RegionProblem,
-    SurfaceKind, TriangulatedReason, first_region,
+    SurfaceKind, TriangulatedReason, first_region, has_few_edges,
 };
 use crate::flow::{BendingEnergy, Energy};
 use crate::mesh::{Hole, HoleId, Mesh};
@@ -374,7 +374,8 @@ impl<'a> Regions<'a> {
 
     fn planned(&self, region: usize) -> PlannedRegion {
         let holes = self.holes(&self.groups[region]);
-        let is_solved = self.plans[region] == RegionPlan::Solve;
+        let is_faired = self.reference.is_none() && has_few_edges(&holes, &self.params);
+        let is_solved = self.plans[region] == RegionPlan::Solve && !is_faired;
         let grid = is_solved.then(|| first_region(&self.found.mesh, &holes, &self.params));
         let ids: Vec<HoleId> = holes.iter().map(|h| h.id).collect();
         PlannedRegion {
