@@ -54,7 +54,9 @@ impl Remark {
         Some(match region.closed_by {
             Some(ClosedBy::Nothing) | None => Self::Open,
             _ if region.intersecting_faces > 0 => Self::Intersects,
-            Some(ClosedBy::Faired) => Self::NoSurface,
+            Some(ClosedBy::Faired) if matches!(outcome, Some(HoleOutcome::Faired(_))) => {
+                Self::NoSurface
+            }
             _ if matches!(triangulated, Some(TriangulatedReason::NoSurface(_))) => Self::Triangles,
             _ if matches!(triangulated, Some(TriangulatedReason::Flat)) => Self::NoCap,
             _ if by_level_set && !region.levels.is_empty() && !region.converged => {

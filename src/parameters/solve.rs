@@ -17,7 +17,7 @@ pub const VOXEL: Parameter = Parameter {
     unit: MESH_UNIT,
     default: Usual::Value("auto"),
     sentence: "Voxel size in the mesh's units.",
-    details: "`auto` takes 16 voxels across the hole, more where it is a slot, up to 96 in a region with a small loop. Where patches \
+    details: "`auto` takes 16 voxels across the hole, 12 where its rim has at most 25 edges, more where it is a slot, up to 96 in a region with a small loop. Where patches \
               are not finished it takes 32, up to 64 where the rim is finer or the hole is a slot; with curvature-variation 2.5 times \
               as many, at most 128. A length of less than 1/1024 of the hole is refused.",
     ..Parameter::PLAIN

@@ -13,7 +13,7 @@ use crate::tuning::tuning;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum VoxelSize {
-    /// 16 voxels across the hole, more where it is a slot, up to 96 where a region holds a small loop. Where patches are not finished 32,
+    /// 16 voxels across the hole, 12 where its rim has at most 25 edges, more where it is a slot, up to 96 where a region holds a small loop. Where patches are not finished 32,
     /// up to 64 where the rim is finer or the hole is a slot; with the variation of curvature 2.5 times as many, at most 128.
     #[default]
     Auto,

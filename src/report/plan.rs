@@ -1,5 +1,7 @@
 //! What a run would do.
 
+use std::collections::HashSet;
+
 use super::text::{chain_lines, joined, ranges};
 use super::{defect_lines, length};
 use crate::fill::{HoleOutcome, LeftReason};
@@ -10,8 +12,13 @@ use crate::mesh::HoleId;
 pub fn plan_lines(plan: &FillPlan) -> Vec<String> {
     let mut lines = defect_lines(&plan.defects);
     lines.extend(chain_lines(&plan.open_chains));
-    let simple = plan.regions.iter().filter(|r| r.voxel.is_none());
-    let simple: Vec<HoleId> = simple.flat_map(|r| r.holes.iter().copied()).collect();
+    // Without a grid: rims of few edges that get a smooth surface, and what is closed between the vertices that there are.
+    let without_grid = plan.regions.iter().filter(|r| r.voxel.is_none());
+    let filled = plan.holes.iter().filter(|h| h.plan == HolePlan::Fill);
+    let filled: HashSet<HoleId> = filled.map(|h| h.hole.id).collect();
+    let (smooth, simple): (Vec<HoleId>, Vec<HoleId>) = without_grid
+        .flat_map(|r| r.holes.iter().copied())
+        .partition(|id| filled.contains(id));
     for r in &plan.regions {
         if let (Some(voxel), Some([x, y, z])) = (r.voxel, r.dims) {
             lines.push(format!(
@@ -23,12 +30,14 @@ pub fn plan_lines(plan: &FillPlan) -> Vec<String> {
             ));
         }
     }
-    if !simple.is_empty() {
-        lines.push(format!(
-            "{} {}: would be closed with faces between their own vertices",
-            if simple.len() == 1 { "hole" } else { "holes" },
-            ranges(&simple)
-        ));
+    for (ids, how) in [
+        (smooth, "filled with smoothed triangles"),
+        (simple, "closed with faces between their own vertices"),
+    ] {
+        if !ids.is_empty() {
+            let noun = if ids.len() == 1 { "hole" } else { "holes" };
+            lines.push(format!("{noun} {}: would be {how}", ranges(&ids)));
+        }
     }
     let left = plan.holes.iter().filter_map(|h| match h.plan {
         HolePlan::Leave(why) => Some((h.hole.id, why)),

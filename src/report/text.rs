@@ -377,15 +377,16 @@ pub fn tally_line(report: &FillReport) -> String {
         _ if closed == all => format!("all {all} holes are closed"),
         _ => format!("{closed} of {} closed", counted(all, "hole")),
     };
-    let by_sides = report
-        .regions
-        .iter()
-        .filter(|r| r.closed_by == Some(ClosedBy::Sides));
-    let sides: usize = by_sides.map(|r| r.holes.len()).sum();
+    let closed_by = |way: ClosedBy| -> usize {
+        let regions = report.regions.iter().filter(|r| r.closed_by == Some(way));
+        regions.map(|r| r.holes.len()).sum()
+    };
+    let (sides, smoothed) = (closed_by(ClosedBy::Sides), closed_by(ClosedBy::Faired));
+    let other = sides + smoothed.saturating_sub(tally.faired);
     let ways = [
-        (tally.filled.saturating_sub(sides), "by the level set"),
+        (tally.filled.saturating_sub(other), "by the level set"),
         (sides, "by continued sides"),
-        (tally.faired, "by smoothed triangles"),
+        (smoothed, "by smoothed triangles"),
         (tally.flat, "by flat caps"),
         (tally.bases, "by flat bases"),
         (tally.triangulated, "by triangles between rim vertices"),

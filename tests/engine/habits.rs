@@ -172,7 +172,7 @@ fn a_trial_run_of_restore_says_what_would_be_cut_out() {
         "restore",
         "ball.ply",
         "--ball",
-        "0,0,-1,0.3",
+        "0,0,-1,0.6",
         "--json",
         "plan.json",
     ];
