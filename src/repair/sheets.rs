@@ -251,7 +251,7 @@ fn placed(found: &Inspection, wishes: Vec<Wish>, rounding: Rounding) -> Vec<Copy
         let mut near = Vec::new();
         for f in &wish.fan {
             let reach = Bounds::of(mesh.corners(*f)).widened(longest);
-            tree.for_each(&boxes, &reach, |i| near.push(faces[i as usize]));
+            tree.for_each(&reach, |i| near.push(faces[i as usize]));
         }
         near.sort_unstable();
         near.dedup();
