@@ -4,7 +4,7 @@ use glam::DVec3;
 use sprs::CsMat;
 
 use super::geometry::{Stiffness, barycentric, half_cotangents};
-use super::patch::Patch;
+use super::patch::{Neighbourhood, Patch};
 use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
 use crate::tuning::tuning;
@@ -24,11 +24,26 @@ pub(super) fn biharmonic(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
 /// (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993). The slope at the rim does not
 /// matter. None where a system cannot be solved.
 pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
+    let go_on = || (!patch.cancel.is_cancelled()).then_some(());
+    go_on()?;
     let mut shape = shape.to_vec();
+    let Neighbourhood {
+        mut points,
+        faces,
+        moving,
+    } = patch.neighbourhood(1, &shape);
+    // From step to step only the values of the matrix change.
+    let mut stiffness = Stiffness::new(points.len(), &faces);
+    let system = System::new(&stiffness.matrix, &moving, &patch.cancel)?;
     for _ in 0..tuning().finish.minimal_steps {
-        let next = polyharmonic(patch, &shape, 1)?;
+        go_on()?;
+        stiffness.set(&faces, &half_cotangents(&points, &faces).0);
+        let next = system.solve(&stiffness.matrix, &points)?;
         let ways = shape.iter().zip(&next).map(|(a, b)| a.distance(*b));
         let farthest = ways.fold(0.0, f64::max);
+        for (&v, p) in moving.iter().zip(&next) {
+            points[v as usize] = *p;
+        }
         shape = next;
         if farthest < tuning().finish.minimal_tolerance * patch.diameter {
             break;
@@ -72,34 +87,76 @@ pub(super) fn solve_for(
     points: &[DVec3],
     cancel: &Cancel,
 ) -> Option<Vec<DVec3>> {
-    let n = unknowns.len();
-    let mut starts = vec![0];
-    let (mut columns, mut values) = (Vec::new(), Vec::new());
-    let mut rhs = vec![DVec3::ZERO; n];
-    for (row, &i) in unknowns.iter().enumerate() {
-        let entries = matrix.outer_view(i as usize);
-        for (j, &v) in entries.iter().flat_map(|row| row.iter()) {
-            match unknowns.binary_search(&(j as u32)) {
-                Ok(u) => {
-                    columns.push(u);
-                    values.push(v);
-                }
-                Err(_) => rhs[row] -= v * points[j],
-            }
+    System::new(matrix, unknowns, cancel)?.solve(matrix, points)
+}
+
+/// A linear system for some vertices with all others given, without the values of its matrix.
+struct System {
+    /// The unknown vertices' rows and columns: where a row starts, and for each entry its column and its place in the matrix.
+    starts: Vec<usize>,
+    columns: Vec<usize>,
+    places: Vec<usize>,
+    /// The entries of the given vertices in these rows: the row, the vertex, and the place in the matrix.
+    given: Vec<[usize; 3]>,
+    pattern: LdlPattern,
+}
+
+impl System {
+    /// The system for unknown vertices (rising); none where the token is set.
+    fn new(matrix: &CsMat<f64>, unknowns: &[u32], cancel: &Cancel) -> Option<Self> {
+        let n = unknowns.len();
+        let mut number = vec![usize::MAX; matrix.cols()];
+        for (row, &i) in unknowns.iter().enumerate() {
+            number[i as usize] = row;
         }
-        starts.push(columns.len());
+        let (mut starts, mut columns, mut places) = (vec![0], Vec::new(), Vec::new());
+        let mut given = Vec::new();
+        for (row, &i) in unknowns.iter().enumerate() {
+            let own = matrix.indptr().outer_inds_sz(i as usize);
+            for place in own {
+                let vertex = matrix.indices()[place];
+                match number[vertex] {
+                    usize::MAX => given.push([row, vertex, place]),
+                    column => {
+                        columns.push(column);
+                        places.push(place);
+                    }
+                }
+            }
+            starts.push(columns.len());
+        }
+        if cancel.is_cancelled() {
+            return None;
+        }
+        let zeros = vec![0.0; columns.len()];
+        let inner = CsMat::new((n, n), starts.clone(), columns.clone(), zeros);
+        Some(Self {
+            pattern: LdlPattern::new(&inner, cancel),
+            starts,
+            columns,
+            places,
+            given,
+        })
     }
-    let inner = CsMat::new((n, n), starts, columns, values);
-    if cancel.is_cancelled() {
-        return None;
+
+    /// Solves `(A x)_i = 0` for the unknowns, all other vertices being where the points are, with a matrix of the same pattern; none
+    /// where that cannot be, or the token is set.
+    fn solve(&self, matrix: &CsMat<f64>, points: &[DVec3]) -> Option<Vec<DVec3>> {
+        let n = self.starts.len() - 1;
+        let data = matrix.data();
+        let mut rhs = vec![DVec3::ZERO; n];
+        for &[row, vertex, place] in &self.given {
+            rhs[row] -= data[place] * points[vertex];
+        }
+        let values = self.places.iter().map(|place| data[*place]).collect();
+        let inner = CsMat::new((n, n), self.starts.clone(), self.columns.clone(), values);
+        let factor = self.pattern.factorise(&inner, 0.0)?;
+        let mut solution = vec![DVec3::ZERO; n];
+        for axis in 0..3 {
+            let mut b: Vec<f64> = rhs.iter().map(|r| r[axis]).collect();
+            factor.solve(&mut b);
+            solution.iter_mut().zip(b).for_each(|(s, b)| s[axis] = b);
+        }
+        solution.iter().all(|p| p.is_finite()).then_some(solution)
     }
-    let pattern = LdlPattern::new(&inner, cancel);
-    let factor = pattern.factorise(&inner, 0.0)?;
-    let mut solution = vec![DVec3::ZERO; n];
-    for axis in 0..3 {
-        let mut b: Vec<f64> = rhs.iter().map(|r| r[axis]).collect();
-        factor.solve(&mut b);
-        solution.iter_mut().zip(b).for_each(|(s, b)| s[axis] = b);
-    }
-    solution.iter().all(|p| p.is_finite()).then_some(solution)
 }

@@ -138,7 +138,13 @@ impl Stiffness {
         }
         entries.sort_unstable();
         entries.dedup();
-        let slot = |i: u32, j: u32| entries.partition_point(|&e| e < (i, j));
+        let mut starts = vec![0; count + 1];
+        entries.iter().for_each(|e| starts[e.0 as usize + 1] += 1);
+        (0..count).for_each(|i| starts[i + 1] += starts[i]);
+        let slot = |i: u32, j: u32| {
+            let row = starts[i as usize]..starts[i as usize + 1];
+            row.start + entries[row].partition_point(|e| e.1 < j)
+        };
         let opposite = |face: &[u32; 3]| {
             [0, 1, 2].map(|k| {
                 let (i, j) = (face[(k + 1) % 3], face[(k + 2) % 3]);
@@ -147,7 +153,6 @@ impl Stiffness {
         };
         let slots = faces.iter().map(opposite).collect();
         let diagonal = (0..count as u32).map(|i| slot(i, i)).collect();
-        let starts = (0..=count as u32).map(|i| slot(i, 0)).collect();
         let indices: Vec<usize> = entries.iter().map(|e| e.1 as usize).collect();
         let zeros = vec![0.0; indices.len()];
         Self {

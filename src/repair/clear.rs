@@ -6,6 +6,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::edges;
+use super::known::Fast;
 use crate::check::{is_flat, meets};
 use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_beside;
@@ -20,7 +21,7 @@ pub(super) struct Ground<'a> {
     faces: Vec<[u32; 3]>,
     tree: BoxTree,
     /// Edges of all faces, the smaller number first, and in how many faces they are: no diagonal repeats one.
-    edges: HashMap<(u32, u32), u32>,
+    edges: HashMap<(u32, u32), u32, Fast>,
     degenerate: Vec<[u32; 3]>,
     new: Vec<[u32; 3]>,
     new_boxes: Vec<Bounds>,
@@ -45,7 +46,8 @@ impl<'a> Ground<'a> {
         let proper = found.topology.faces();
         let faces: Vec<[u32; 3]> = proper.map(|f| mesh.faces[f as usize]).collect();
         let boxes: Vec<Bounds> = faces.iter().map(|f| bounds(mesh, *f)).collect();
-        let mut count = HashMap::with_capacity(2 * mesh.faces.len());
+        let mut count: HashMap<(u32, u32), u32, Fast> = HashMap::default();
+        count.reserve(2 * mesh.faces.len());
         for e in mesh.faces.iter().flat_map(|f| edges(f)) {
             *count.entry(e).or_insert(0) += 1;
         }

@@ -1,7 +1,7 @@
 //! A mesh in the course of a repair, with what of the input lives on in it.
 
 use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rayon::prelude::*;
 
@@ -29,6 +29,8 @@ pub(super) struct Draft {
     scrap: HashSet<u32>,
     known: Arc<Known>,
     inspected: Inspected,
+    /// How far from sound it is, with the inspection that this was found by.
+    judged: Option<(Weak<Inspection<'static>>, Faults)>,
     /// How positions are rounded when they are written.
     pub(super) rounding: Rounding,
     /// The length, in the mesh's units, within which vertices of the border are one but for rounding.
@@ -73,6 +75,11 @@ pub(super) struct Faults {
 }
 
 impl Faults {
+    /// Whether surfaces meet nowhere in an edge or a point.
+    pub(super) fn is_manifold(&self) -> bool {
+        self.non_manifold == 0
+    }
+
     /// Whether no more is wrong, but for how many holes there are.
     pub(super) fn is_no_worse_but_for_holes(&self, than: &Self) -> bool {
         self.lost_components <= than.lost_components
@@ -98,6 +105,7 @@ impl Draft {
             scrap: HashSet::new(),
             known: Arc::default(),
             inspected: Inspected::default(),
+            judged: None,
             rounding: Rounding::default(),
             unit: 0.0,
             origins: Origins::of(mesh),
@@ -163,6 +171,7 @@ impl Draft {
         if host == NONE {
             return;
         }
+        self.judged = None;
         let own: HashSet<u32> = faces.iter().map(|f| self.component(*f)).collect();
         for component in &mut self.component {
             if *component != NONE && own.contains(component) {
@@ -175,6 +184,7 @@ impl Draft {
 
     /// Makes the components of the faces of each cluster one; faces are given with their cluster.
     pub(super) fn merge_components(&mut self, faces: &[(u32, u32)]) {
+        self.judged = None;
         let mut first: HashMap<u32, u32> = HashMap::new();
         let mut to: HashMap<u32, u32> = HashMap::new();
         for &(f, cluster) in faces {
@@ -244,24 +254,32 @@ impl Draft {
 
     /// How far from sound it is.
     pub(super) fn faults(&mut self) -> Result<Faults, FillError> {
+        let found = self.inspect()?;
+        let of = Arc::downgrade(&found);
+        if let Some((known, faults)) = &self.judged
+            && known.ptr_eq(&of)
+        {
+            return Ok(*faults);
+        }
         let there: HashSet<u32> = (0..self.mesh.faces.len())
             .map(|f| self.component(f))
             .collect();
         let all: HashSet<u32> = self.component.iter().copied().collect();
         let lost = |c: &&u32| **c != NONE && !there.contains(c);
-        let found = self.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
         let around = VertexFaces::new(mesh);
         let vertices = (0..mesh.positions.len() as u32).into_par_iter();
         let pinched = vertices.filter(|v| has_several_fans(mesh, topology, &around, *v));
         let pinched = pinched.count();
         let crossing = self.crossing_in(&found);
-        Ok(Faults {
+        let faults = Faults {
             lost_components: all.iter().filter(lost).count(),
             crossing: crossing.len(),
             non_manifold: topology.crowded_edges(mesh).len() + pinched,
             open: found.holes.len() + found.open_chains.len(),
-        })
+        };
+        self.judged = Some((of, faults));
+        Ok(faults)
     }
 
     /// Takes marked faces out, and those without which there would be no clean rims; returns how many. Nothing where none is

@@ -29,7 +29,7 @@ pub(super) struct Known {
 #[derive(Default)]
 pub(super) struct Multiply(u64);
 
-type Fast = BuildHasherDefault<Multiply>;
+pub(super) type Fast = BuildHasherDefault<Multiply>;
 
 impl Hasher for Multiply {
     fn finish(&self) -> u64 {

@@ -299,7 +299,7 @@ impl Run<'_> {
 
     /// Separates surfaces that patches let meet, if that leaves less wrong.
     fn separate_again(&mut self) -> Result<(), FillError> {
-        if self.params.split {
+        if self.params.split && !self.draft.faults()?.is_manifold() {
             let before = self.state()?;
             sheets::separate(&mut self.draft, &mut self.report)?;
             self.keep_better(before)?;

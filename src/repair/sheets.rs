@@ -12,7 +12,7 @@ use super::draft::Draft;
 use super::rounding::Rounding;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, Topology, end, start};
-use crate::mesh::{Mesh, Part, VertexFaces, fans, vertex_normal};
+use crate::mesh::{Mesh, Part, VertexFaces, fans, has_several_fans, vertex_normal};
 use crate::spatial::{Bounds, BoxTree, intersecting};
 use crate::tuning::tuning;
 
@@ -207,7 +207,7 @@ fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<Wish> {
     let around = VertexFaces::new(mesh);
     let mut wishes = Vec::new();
     for v in 0..mesh.positions.len() as u32 {
-        if around.of(v).len() < 6 {
+        if around.of(v).len() < 6 || !has_several_fans(mesh, topology, &around, v) {
             continue;
         }
         let mut all = fans(mesh, topology, &around, v);

@@ -365,3 +365,68 @@ impl<H: Fn(u32, u32) -> bool + Sync> Pairs<'_, H> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Boxes of edges of some length at random places of the unit cube, with the edges.
+    fn edges(count: usize, length: f64) -> Vec<([DVec3; 2], Bounds)> {
+        let mut state = 11u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let mut point = || DVec3::new(noise(), noise(), noise());
+        let edge = |_| {
+            let from = point();
+            let to = from + length * (point() - 0.5);
+            ([from, to], Bounds::of([from, to, from]))
+        };
+        (0..count).map(edge).collect()
+    }
+
+    #[test]
+    fn items_with_a_partner_are_found_as_by_all_pairs() {
+        for length in [0.01, 0.1] {
+            let all = edges(9000, length);
+            let boxes: Vec<Bounds> = all.iter().map(|e| e.1).collect();
+            let tree = BoxTree::new(&boxes);
+            let hit = |i: u32, j: u32| (i ^ j) % 3 == 0;
+            let found = tree.hits(1000, hit).unwrap();
+            for i in 0..boxes.len() as u32 {
+                let partner = tree.find(&boxes[i as usize], |j| i != j && hit(i, j));
+                assert_eq!(found[i as usize], partner.is_some());
+            }
+            assert_eq!(tree.hits(0, hit), None);
+        }
+        assert_eq!(BoxTree::new(&[]).hits(1, |_, _| true), Some(Vec::new()));
+    }
+
+    #[test]
+    fn nothing_along_a_segment_is_missed() {
+        let points = edges(3000, 0.0);
+        let boxes: Vec<Bounds> = points.iter().map(|e| e.1).collect();
+        let tree = BoxTree::new(&boxes);
+        let mut near = 0;
+        for (segment, _) in edges(100, 1.0) {
+            let [a, b] = segment;
+            let distance = |p: DVec3| {
+                let t = (p - a).dot(b - a) / (b - a).length_squared();
+                p.distance(a + t.clamp(0.0, 1.0) * (b - a))
+            };
+            let mut found = vec![false; boxes.len()];
+            tree.for_each_along(segment, 0.05, |i| found[i as usize] = true);
+            let visited = found.iter().filter(|f| **f).count();
+            assert!(visited < boxes.len() / 10, "{visited}");
+            for (found, (point, _)) in found.iter().zip(&points) {
+                let is_near = distance(point[0]) <= 0.05;
+                assert!(*found || !is_near);
+                near += usize::from(is_near);
+            }
+        }
+        assert!(near > 100);
+    }
+}
