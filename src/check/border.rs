@@ -5,14 +5,12 @@ use std::collections::{BTreeSet, HashMap};
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::edge_tree::EdgeTree;
 use super::resolution::weld_length;
 use crate::mesh::topology::{Topology, end, start};
 use crate::mesh::{Hole, Mesh, VertexFaces};
 use crate::spatial::{Bounds, BoxTree};
 use crate::tuning::tuning;
-
-/// Pieces of an edge along which border vertices are looked for.
-const PIECES: u32 = 8;
 
 /// The border of a welded mesh: its edges in one face only.
 pub(crate) struct Border<'a> {
@@ -21,9 +19,8 @@ pub(crate) struct Border<'a> {
     pub(crate) half_edges: Vec<u32>,
     /// For each of them its vertices, in its direction.
     pub(crate) ends: Vec<[u32; 2]>,
-    /// Its vertices in rising order, their positions as boxes, and a tree over these.
+    /// Its vertices in rising order, and a tree over their positions.
     vertices: Vec<u32>,
-    points: Vec<Bounds>,
     tree: BoxTree,
     /// For each vertex the places of its border edges.
     at: HashMap<u32, Vec<u32>>,
@@ -93,14 +90,13 @@ impl<'a> Border<'a> {
             half_edges,
             ends,
             vertices,
-            points,
             at,
         }
     }
 
     /// Calls a function with the vertices of the border in a box.
     fn near(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
-        self.tree.for_each(&self.points, query, |i| {
+        self.tree.for_each(query, |i| {
             visit(self.vertices[i as usize]);
         });
     }
@@ -130,17 +126,12 @@ impl<'a> Border<'a> {
         let segment = [a, b].map(|v| self.position(v));
         let tolerance = self.tolerance(segment[0].distance(segment[1]));
         let face = self.mesh.faces[self.half_edges[edge as usize] as usize / 3];
-        let mut near: BTreeSet<u32> = BTreeSet::new();
-        // Pieces of a long edge have small boxes, however the edge lies.
-        let step = (segment[1] - segment[0]) / f64::from(PIECES);
-        for i in 0..PIECES {
-            let from = segment[0] + step * f64::from(i);
-            let piece = Bounds::of([from, from + step, from]).widened(tolerance);
-            self.near(&piece, |v| _ = near.insert(v));
-        }
-        let place = |v: &u32| Some((along(self.position(*v), segment, tolerance)?, *v));
-        let inner = near.iter().filter(|v| !face.contains(v));
-        let mut on: Vec<(f64, u32)> = inner.filter_map(place).collect();
+        let mut on: Vec<(f64, u32)> = Vec::new();
+        self.tree.for_each_along(segment, tolerance, |i| {
+            let v = self.vertices[i as usize];
+            let place = along(self.position(v), segment, tolerance);
+            on.extend(place.filter(|_| !face.contains(&v)).map(|p| (p, v)));
+        });
         on.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
         // Of vertices that are one but for rounding the first is taken.
         on.dedup_by(|later, first| later.0 - first.0 <= tolerance);
@@ -190,11 +181,7 @@ impl<'a> Border<'a> {
             return Vec::new();
         }
         let around = VertexFaces::new(self.mesh);
-        let adjacent = |v: u32, w: u32| {
-            let faces = around.of(v).iter();
-            let mut faces = faces.map(|f| self.mesh.faces[*f as usize]);
-            v != w && faces.any(|f| f.contains(&w))
-        };
+        let adjacent = |v: u32, w: u32| self.are_adjacent(&around, v, w);
         let nearest = |i: u32| {
             let [a, b] = self.ends[i as usize];
             let length = |[a, b]: [u32; 2]| self.position(a).distance(self.position(b));
@@ -220,6 +207,47 @@ impl<'a> Border<'a> {
         edges.into_par_iter().map(nearest).collect()
     }
 
+    /// Whether two vertices are different ones of a face.
+    fn are_adjacent(&self, around: &VertexFaces, v: u32, w: u32) -> bool {
+        let faces = around.of(v).iter();
+        let mut faces = faces.map(|f| self.mesh.faces[*f as usize]);
+        v != w && faces.any(|f| f.contains(&w))
+    }
+
+    /// For each border edge that coincides with another one but for `part` of the length of each the distance of the nearest such
+    /// edge, as in [`Border::matches`].
+    fn match_distances(&self, part: f64) -> Vec<f64> {
+        if self.ends.is_empty() {
+            return Vec::new();
+        }
+        let around = VertexFaces::new(self.mesh);
+        let segment = |ends: [u32; 2]| ends.map(|v| self.position(v));
+        let length = |[a, b]: [DVec3; 2]| a.distance(b);
+        let tree = EdgeTree::new(self.ends.iter().map(|ends| segment(*ends)));
+        let nearest = |i: u32| {
+            let own = self.ends[i as usize];
+            let most = part * length(segment(own));
+            let mut best = None;
+            for [a, b] in [own, [own[1], own[0]]] {
+                let reach = best.unwrap_or(most);
+                tree.near(segment([a, b]), reach, &mut |j, distance| {
+                    let ends = self.ends[j as usize];
+                    let is_near = j != i
+                        && distance <= part * length(segment(ends))
+                        && !self.are_adjacent(&around, a, ends[0])
+                        && !self.are_adjacent(&around, b, ends[1]);
+                    if is_near {
+                        best = Some(distance);
+                    }
+                    best.unwrap_or(most)
+                });
+            }
+            best
+        };
+        let edges = 0..self.ends.len() as u32;
+        edges.into_par_iter().filter_map(nearest).collect()
+    }
+
     /// What would close the border, of which these are the holes.
     pub(super) fn closing(&self, holes: &[Hole]) -> Closing {
         let junctions = self.junctions();
@@ -238,9 +266,8 @@ impl<'a> Border<'a> {
             .flat_map(|j| &j.vertices)
             .copied()
             .collect();
-        let matches = self.matches(f64::INFINITY, tuning().check.weld_part);
-        let distances = matches.into_iter().flatten().map(|m| m.distance);
-        let weld = weld_advice(distances.collect(), self.ends.len());
+        let distances = self.match_distances(tuning().check.weld_part);
+        let weld = weld_advice(distances, self.ends.len());
         Closing {
             junctions: vertices.len(),
             junction_holes: holes.iter().filter(closes).count(),

@@ -117,7 +117,7 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
     // Pairs of a component and one whose box holds its box, by the outer one.
     let mut pairs: Vec<(u32, u32)> = Vec::new();
     for (inner, own) in boxes.iter().enumerate() {
-        tree.for_each(&large_boxes, own, |i| {
+        tree.for_each(own, |i| {
             let outer = large[i as usize];
             let o = outer as usize;
             if found[o].area > found[inner].area && holds(&boxes[o], own) {

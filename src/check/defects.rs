@@ -6,8 +6,8 @@ use robust::{Coord, orient2d};
 
 use super::{Component, Defect, DefectKind, Subject};
 use crate::mesh::topology::{NONE, end, start};
-use crate::mesh::{DisjointSets, Mesh, Topology, VertexFaces, fans};
-use crate::spatial::intersecting;
+use crate::mesh::{DisjointSets, Mesh, Topology, VertexFaces, has_several_fans};
+use crate::spatial::{intersecting, partners};
 
 impl Defect {
     /// Some of a kind, from all faces that have it in any order.
@@ -97,7 +97,7 @@ fn pinched(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
     }
     (0..mesh.positions.len() as u32)
         .into_par_iter()
-        .filter(|&v| !on_crowded[v as usize] && fans(mesh, topology, &around, v).len() > 1)
+        .filter(|&v| !on_crowded[v as usize] && has_several_fans(mesh, topology, &around, v))
         .collect()
 }
 
@@ -167,16 +167,38 @@ pub(crate) fn duplicates(mesh: &Mesh, topology: &Topology) -> Vec<u32> {
 /// The faces of a welded mesh that cross or touch others, in rising order, each with one of them. Faces that use a vertex twice
 /// take no part.
 pub(crate) fn crossing(mesh: &Mesh, topology: &Topology) -> Vec<(u32, u32)> {
+    pairs(mesh, topology, |faces| {
+        intersecting(&mesh.positions, faces, faces.len())
+    })
+}
+
+/// Those of some faces in rising order, of which a search for [`crossing`] found others, each with the one that it found.
+pub(crate) fn crossing_among(mesh: &Mesh, topology: &Topology, some: &[u32]) -> Vec<(u32, u32)> {
+    if some.is_empty() {
+        return Vec::new();
+    }
+    let proper: Vec<u32> = topology.faces().collect();
+    let place = |f: &u32| proper.binary_search(f).ok().map(|i| i as u32);
+    let asked: Vec<u32> = some.iter().filter_map(place).collect();
+    pairs(mesh, topology, |faces| {
+        partners(&mesh.positions, faces, &asked)
+    })
+}
+
+/// What a search among the faces of a mesh that use no vertex twice finds, by the numbers of the mesh.
+fn pairs(
+    mesh: &Mesh,
+    topology: &Topology,
+    search: impl FnOnce(&[[u32; 3]]) -> Vec<(u32, u32)>,
+) -> Vec<(u32, u32)> {
     let numbers: Vec<u32> = topology.faces().collect();
-    let number = |i: u32| numbers[i as usize];
-    let pairs = if numbers.len() == mesh.faces.len() {
-        intersecting(&mesh.positions, &mesh.faces, numbers.len())
+    let found = if numbers.len() == mesh.faces.len() {
+        search(&mesh.faces)
     } else {
         let faces: Vec<[u32; 3]> = numbers.iter().map(|f| mesh.faces[*f as usize]).collect();
-        intersecting(&mesh.positions, &faces, faces.len())
+        search(&faces)
     };
-    pairs
-        .into_iter()
-        .map(|(a, b)| (number(a), number(b)))
-        .collect()
+    let number = |i: u32| numbers[i as usize];
+    let numbered = found.into_iter().map(|(a, b)| (number(a), number(b)));
+    numbered.collect()
 }

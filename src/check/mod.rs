@@ -11,6 +11,7 @@
 mod border;
 mod components;
 mod defects;
+mod edge_tree;
 mod resolution;
 mod thin;
 
@@ -25,7 +26,7 @@ use crate::parameters::{OutOfBounds, tables};
 pub(crate) use border::{Border, Match};
 pub use components::Component;
 pub(crate) use components::components;
-pub(crate) use defects::{crossing, duplicates, is_flat};
+pub(crate) use defects::{crossing, crossing_among, duplicates, is_flat};
 pub(crate) use resolution::weld_length;
 pub(crate) use thin::meets;
 

@@ -4,7 +4,7 @@ use glam::DVec3;
 use sprs::CsMat;
 
 use super::geometry::{Stiffness, barycentric, half_cotangents};
-use super::patch::Patch;
+use super::patch::{Neighbourhood, Patch};
 use crate::cancel::Cancel;
 use crate::linalg::LdlPattern;
 use crate::tuning::tuning;
@@ -24,11 +24,31 @@ pub(super) fn biharmonic(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
 /// (U. Pinkall, K. Polthier, "Computing discrete minimal surfaces and their conjugates", 1993). The slope at the rim does not
 /// matter. None where a system cannot be solved.
 pub(super) fn minimal(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
+    let go_on = || (!patch.cancel.is_cancelled()).then_some(());
+    go_on()?;
     let mut shape = shape.to_vec();
+    let Neighbourhood {
+        mut points,
+        faces,
+        moving,
+    } = patch.neighbourhood(1, &shape);
+    // From step to step only the values of the matrix change.
+    let mut stiffness = Stiffness::new(points.len(), &faces);
+    let system = System::new(
+        &stiffness.matrix,
+        moving.iter().copied(),
+        &moving,
+        &patch.cancel,
+    )?;
     for _ in 0..tuning().finish.minimal_steps {
-        let next = polyharmonic(patch, &shape, 1)?;
+        go_on()?;
+        stiffness.set(&faces, &half_cotangents(&points, &faces).0);
+        let next = only(system.solve(&stiffness.matrix, &[&points]))?;
         let ways = shape.iter().zip(&next).map(|(a, b)| a.distance(*b));
         let farthest = ways.fold(0.0, f64::max);
+        for (&v, p) in moving.iter().zip(&next) {
+            points[v as usize] = *p;
+        }
         shape = next;
         if farthest < tuning().finish.minimal_tolerance * patch.diameter {
             break;
@@ -61,12 +81,18 @@ pub(super) fn polyharmonic(patch: &Patch, shape: &[DVec3], order: usize) -> Opti
         }
     }
     go_on()?;
-    let solved = solve_for(&matrix, &near.moving, &[&points], &patch.cancel);
-    solved.into_iter().flatten().next().flatten()
+    let rows = 0..near.moving.len() as u32;
+    only(solve_for(
+        &matrix,
+        rows,
+        &near.moving,
+        &[&points],
+        &patch.cancel,
+    ))
 }
 
 /// Some rows of a matrix, in the given order.
-pub(super) fn rows_of(matrix: &CsMat<f64>, rows: &[u32]) -> CsMat<f64> {
+fn rows_of(matrix: &CsMat<f64>, rows: &[u32]) -> CsMat<f64> {
     let mut starts = vec![0];
     let (mut columns, mut values) = (Vec::new(), Vec::new());
     for &i in rows {
@@ -79,51 +105,97 @@ pub(super) fn rows_of(matrix: &CsMat<f64>, rows: &[u32]) -> CsMat<f64> {
     CsMat::new((rows.len(), matrix.cols()), starts, columns, values)
 }
 
-/// Solves `A x = 0` for the unknown vertices (rising), to each of which a row of the matrix belongs, in their order; all other vertices are
-/// where the points are. One solution for each set of points, none where it is not finite. None at all where the matrix cannot be
-/// factorised, or the token is set.
+/// Solves `A x = 0` for the unknown vertices (rising), whose equations are the rows of the matrix with the given numbers, in their order; all
+/// other vertices are where the points are. One solution for each set of points, none where it is not finite. None at all where the
+/// matrix cannot be factorised, or the token is set.
 pub(super) fn solve_for(
     matrix: &CsMat<f64>,
+    rows: impl Iterator<Item = u32>,
     unknowns: &[u32],
     sets: &[&[DVec3]],
     cancel: &Cancel,
 ) -> Option<Vec<Option<Vec<DVec3>>>> {
-    let n = unknowns.len();
-    let mut number = vec![usize::MAX; matrix.cols()];
-    (0..n).for_each(|k| number[unknowns[k] as usize] = k);
-    let mut starts = vec![0];
-    let (mut columns, mut values) = (Vec::new(), Vec::new());
-    let mut sides = vec![vec![DVec3::ZERO; n]; sets.len()];
-    for (row, entries) in matrix.outer_iterator().enumerate() {
-        for (j, &v) in entries.iter() {
-            match number[j] {
-                usize::MAX => {
-                    for (rhs, points) in sides.iter_mut().zip(sets) {
-                        rhs[row] -= v * points[j];
+    System::new(matrix, rows, unknowns, cancel)?.solve(matrix, sets)
+}
+
+/// A linear system for some vertices with all others given, without the values of its matrix.
+struct System {
+    /// The unknown vertices' rows and columns: where a row starts, and for each entry its column and its place in the matrix.
+    starts: Vec<usize>,
+    columns: Vec<usize>,
+    places: Vec<usize>,
+    /// The entries of the given vertices in these rows: the row, the vertex, and the place in the matrix.
+    given: Vec<[usize; 3]>,
+    pattern: LdlPattern,
+}
+
+impl System {
+    /// The system for unknown vertices (rising) with the rows of their equations; none where the token is set.
+    fn new(
+        matrix: &CsMat<f64>,
+        rows: impl Iterator<Item = u32>,
+        unknowns: &[u32],
+        cancel: &Cancel,
+    ) -> Option<Self> {
+        let n = unknowns.len();
+        let mut number = vec![usize::MAX; matrix.cols()];
+        for (column, &v) in unknowns.iter().enumerate() {
+            number[v as usize] = column;
+        }
+        let (mut starts, mut columns, mut places) = (vec![0], Vec::new(), Vec::new());
+        let mut given = Vec::new();
+        for (row, i) in rows.enumerate() {
+            for place in matrix.indptr().outer_inds_sz(i as usize) {
+                let vertex = matrix.indices()[place];
+                match number[vertex] {
+                    usize::MAX => given.push([row, vertex, place]),
+                    column => {
+                        columns.push(column);
+                        places.push(place);
                     }
                 }
-                u => {
-                    columns.push(u);
-                    values.push(v);
-                }
             }
+            starts.push(columns.len());
         }
-        starts.push(columns.len());
-    }
-    let inner = CsMat::new((n, n), starts, columns, values);
-    if cancel.is_cancelled() {
-        return None;
-    }
-    let pattern = LdlPattern::new(&inner, cancel);
-    let factor = pattern.factorise(&inner, 0.0)?;
-    let solved = sides.into_iter().map(|rhs| {
-        let mut solution = vec![DVec3::ZERO; n];
-        for axis in 0..3 {
-            let mut b: Vec<f64> = rhs.iter().map(|r| r[axis]).collect();
-            factor.solve(&mut b);
-            solution.iter_mut().zip(b).for_each(|(s, b)| s[axis] = b);
+        if cancel.is_cancelled() {
+            return None;
         }
-        solution.iter().all(|p| p.is_finite()).then_some(solution)
-    });
-    Some(solved.collect())
+        let zeros = vec![0.0; columns.len()];
+        let inner = CsMat::new((n, n), starts.clone(), columns.clone(), zeros);
+        Some(Self {
+            pattern: LdlPattern::new(&inner, cancel),
+            starts,
+            columns,
+            places,
+            given,
+        })
+    }
+
+    /// Solves with a matrix of the same pattern; see [`solve_for`].
+    fn solve(&self, matrix: &CsMat<f64>, sets: &[&[DVec3]]) -> Option<Vec<Option<Vec<DVec3>>>> {
+        let n = self.starts.len() - 1;
+        let data = matrix.data();
+        let values = self.places.iter().map(|place| data[*place]).collect();
+        let inner = CsMat::new((n, n), self.starts.clone(), self.columns.clone(), values);
+        let factor = self.pattern.factorise(&inner, 0.0)?;
+        let solved = sets.iter().map(|points| {
+            let mut rhs = vec![DVec3::ZERO; n];
+            for &[row, vertex, place] in &self.given {
+                rhs[row] -= data[place] * points[vertex];
+            }
+            let mut solution = vec![DVec3::ZERO; n];
+            for axis in 0..3 {
+                let mut b: Vec<f64> = rhs.iter().map(|r| r[axis]).collect();
+                factor.solve(&mut b);
+                solution.iter_mut().zip(b).for_each(|(s, b)| s[axis] = b);
+            }
+            solution.iter().all(|p| p.is_finite()).then_some(solution)
+        });
+        Some(solved.collect())
+    }
+}
+
+/// The only one of some solutions.
+fn only(solved: Option<Vec<Option<Vec<DVec3>>>>) -> Option<Vec<DVec3>> {
+    solved?.pop()?
 }

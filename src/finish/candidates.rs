@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::biharmonic::{polyharmonic, rows_of, solve_for};
+use super::biharmonic::{polyharmonic, solve_for};
 use super::chart::Chart;
 use super::collar::Collar;
 use super::geometry::{Stiffness, barycentric, half_cotangents, quantile, vertex_normals};
@@ -276,6 +276,6 @@ fn spread(patch: &Patch, mismatches: &[&[DVec3]]) -> Option<Vec<Option<Vec<DVec3
     };
     let sets: Vec<Vec<DVec3>> = mismatches.iter().map(at_rim).collect();
     let sets: Vec<&[DVec3]> = sets.iter().map(|set| &set[..]).collect();
-    let rows = rows_of(&matrix, &closure.moving);
-    solve_for(&rows, &closure.moving, &sets, &patch.cancel)
+    let rows = closure.moving.iter().copied();
+    solve_for(&matrix, rows, &closure.moving, &sets, &patch.cancel)
 }

@@ -120,7 +120,11 @@ impl Patch {
         }
         let all = 0..self.points.len() as u32;
         let ids: Vec<u32> = all.filter(|&v| inside[v as usize]).collect();
-        let own = |v: u32| ids.partition_point(|&w| w < v) as u32;
+        let mut number = vec![0; self.points.len()];
+        for (&v, i) in ids.iter().zip(0u32..) {
+            number[v as usize] = i;
+        }
+        let own = |v: u32| number[v as usize];
         let whole = |f: &&[u32; 3]| f.iter().all(|&v| inside[v as usize]);
         let faces = self.faces.iter().filter(whole).map(|f| f.map(own));
         let mut points: Vec<DVec3> = ids.iter().map(|&v| self.points[v as usize]).collect();

@@ -86,8 +86,7 @@ fn patched(found: &Inspection, region: &Looking, sampled: &Bounds) -> Bounds {
 struct Reach {
     patched: Bounds,
     balls: Vec<(DVec3, f64)>,
-    /// Boxes of the balls.
-    boxes: Vec<Bounds>,
+    /// The tree over the boxes of the balls.
     tree: BoxTree,
     /// The box round all of that.
     whole: Bounds,
@@ -119,7 +118,6 @@ impl Reach {
         Self {
             tree: BoxTree::new(&boxes),
             whole: boxes.iter().fold(patched, |all, b| all.join(b)),
-            boxes,
             balls,
             patched,
             size: (sampled.high - sampled.low) / CELLS as f64,
@@ -149,7 +147,7 @@ impl Reach {
             let (middle, radius) = self.balls[at as usize];
             bounds.gap(&Bounds::of_ball(middle, 0.0)) <= radius
         };
-        self.patched.meets(bounds) || self.tree.find(&self.boxes, bounds, meets).is_some()
+        self.patched.meets(bounds) || self.tree.find(bounds, meets).is_some()
     }
 }
 

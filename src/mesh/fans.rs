@@ -37,6 +37,40 @@ pub fn fans(mesh: &Mesh, topology: &Topology, around: &VertexFaces, vertex: u32)
     fans
 }
 
+/// Whether a vertex has more than one of the [`fans`].
+pub fn has_several_fans(
+    mesh: &Mesh,
+    topology: &Topology,
+    around: &VertexFaces,
+    vertex: u32,
+) -> bool {
+    let all = around.of(vertex);
+    if all.len() > 64 {
+        return fans(mesh, topology, around, vertex).len() > 1;
+    }
+    // A bit for each face: those in any fan, those reached from the first of them, and of these the ones to go on from.
+    let in_fans = all.iter().rev().fold(0u64, |bits, f| {
+        bits << 1 | u64::from(topology.piece[*f as usize] != NONE)
+    });
+    let mut seen = in_fans & in_fans.wrapping_neg();
+    let mut next = seen;
+    while next != 0 {
+        let face = all[next.trailing_zeros() as usize];
+        next &= next - 1;
+        for h in 3 * face..3 * face + 3 {
+            let opposite = topology.opposite[h as usize];
+            if opposite == NONE || (start(mesh, h) != vertex && end(mesh, h) != vertex) {
+                continue;
+            }
+            if let Ok(at) = all.binary_search(&(opposite / 3)) {
+                next |= 1 << at & !seen;
+                seen |= 1 << at;
+            }
+        }
+    }
+    in_fans & !seen != 0
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -60,5 +94,7 @@ mod tests {
         assert_eq!(at(0).len(), 2);
         assert_eq!(at(0)[0].len(), around.of(0).len() / 2);
         assert!((1..count).all(|v| at(v).len() == 1));
+        let several = |v: u32| has_several_fans(&mesh, &topology, &around, v);
+        assert!(several(0) && !(1..count).any(several));
     }
 }

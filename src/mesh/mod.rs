@@ -30,7 +30,7 @@ pub use adjacency::{VertexFaces, face_normal, vertex_normal};
 pub use attributes::Attributes;
 pub use chains::{ChainReason, OpenChain};
 pub use error::MeshError;
-pub use fans::fans;
+pub use fans::{fans, has_several_fans};
 pub use hole_id::HoleId;
 pub use holes::{Hole, find_holes};
 pub use lengths::{beside, length, length_beside, point};
@@ -82,7 +82,12 @@ impl Mesh {
     /// # Panics
     /// When there is no such face, or it uses a vertex that there is not.
     pub fn corners(&self, face: u32) -> [DVec3; 3] {
-        self.faces[face as usize].map(|v| self.positions[v as usize])
+        let [a, b, c] = self.faces[face as usize];
+        [
+            self.positions[a as usize],
+            self.positions[b as usize],
+            self.positions[c as usize],
+        ]
     }
 }
 

@@ -105,7 +105,6 @@ pub fn group_holes(
 /// Rims by the boxes within which others may belong with them: a rim's own, wider by its diameter on all sides.
 struct Nearby<'a> {
     among: &'a [usize],
-    boxes: Vec<Bounds>,
     tree: BoxTree,
 }
 
@@ -118,14 +117,14 @@ impl<'a> Nearby<'a> {
         };
         let boxes: Vec<Bounds> = among.iter().map(wide).collect();
         let tree = BoxTree::new(&boxes);
-        Self { among, boxes, tree }
+        Self { among, tree }
     }
 
     /// The rims larger than one that it may belong with; of many the nearest, of equally near ones the smallest.
     fn larger(&self, rims: &[RimSamples], i: usize) -> Vec<usize> {
         let own = &rims[i];
         let mut found: Vec<(f64, f64, usize)> = Vec::new();
-        self.tree.for_each(&self.boxes, &own.bounds, |at| {
+        self.tree.for_each(&own.bounds, |at| {
             let j = self.among[at as usize];
             let other = &rims[j];
             if (other.diameter, j) > (own.diameter, i) {

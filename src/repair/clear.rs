@@ -6,6 +6,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::edges;
+use super::known::Fast;
 use crate::check::{is_flat, meets};
 use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_beside;
@@ -18,10 +19,9 @@ pub(super) struct Ground<'a> {
     mesh: Cow<'a, Mesh>,
     /// Its faces but for degenerate ones.
     faces: Vec<[u32; 3]>,
-    boxes: Vec<Bounds>,
     tree: BoxTree,
     /// Edges of all faces, the smaller number first, and in how many faces they are: no diagonal repeats one.
-    edges: HashMap<(u32, u32), u32>,
+    edges: HashMap<(u32, u32), u32, Fast>,
     degenerate: Vec<[u32; 3]>,
     new: Vec<[u32; 3]>,
     new_boxes: Vec<Bounds>,
@@ -46,7 +46,8 @@ impl<'a> Ground<'a> {
         let proper = found.topology.faces();
         let faces: Vec<[u32; 3]> = proper.map(|f| mesh.faces[f as usize]).collect();
         let boxes: Vec<Bounds> = faces.iter().map(|f| bounds(mesh, *f)).collect();
-        let mut count = HashMap::with_capacity(2 * mesh.faces.len());
+        let mut count: HashMap<(u32, u32), u32, Fast> = HashMap::default();
+        count.reserve(2 * mesh.faces.len());
         for e in mesh.faces.iter().flat_map(|f| edges(f)) {
             *count.entry(e).or_insert(0) += 1;
         }
@@ -58,7 +59,6 @@ impl<'a> Ground<'a> {
             edges: count,
             degenerate,
             faces,
-            boxes,
             new: Vec::new(),
             new_boxes: Vec::new(),
             new_tree: BoxTree::new(&[]),
@@ -121,7 +121,7 @@ impl<'a> Ground<'a> {
     fn in_boxes(&self, boxes: impl Iterator<Item = Bounds>) -> Vec<[u32; 3]> {
         let (mut old, mut new) = (Vec::new(), Vec::new());
         for own in boxes {
-            self.tree.for_each(&self.boxes, &own, |i| old.push(i));
+            self.tree.for_each(&own, |i| old.push(i));
             self.new_near(&own, |i| new.push(i));
         }
         let unlike = |numbers: &mut Vec<u32>| {
@@ -137,7 +137,7 @@ impl<'a> Ground<'a> {
 
     /// The numbers of new faces whose boxes meet one.
     fn new_near(&self, own: &Bounds, mut visit: impl FnMut(u32)) {
-        self.new_tree.for_each(&self.new_boxes, own, &mut visit);
+        self.new_tree.for_each(own, &mut visit);
         let last = (self.in_tree..self.new.len()).filter(|i| self.new_boxes[*i].meets(own));
         last.for_each(|i| visit(i as u32));
     }
@@ -199,7 +199,7 @@ impl<'a> Ground<'a> {
     fn near(&self, face: [u32; 3]) -> Vec<[u32; 3]> {
         let own = bounds(&self.mesh, face);
         let mut near = Vec::new();
-        self.tree.for_each(&self.boxes, &own, |i| {
+        self.tree.for_each(&own, |i| {
             near.push(self.faces[i as usize]);
         });
         self.new_near(&own, |i| near.push(self.new[i as usize]));
@@ -215,8 +215,10 @@ impl<'a> Ground<'a> {
         let size = a.abs().max(b.abs()).max(c.abs()).max_element();
         let margin = tuning().repair.clearly * normal.length() * size;
         let may_cross = |f: &[u32; 3]| {
-            let heights = corners(&self.mesh, *f).map(|p| normal.dot(p - a));
-            let apart = heights.iter().all(|h| *h > margin) || heights.iter().all(|h| *h < -margin);
+            let height = |k: usize| normal.dot(self.mesh.positions[f[k] as usize] - a);
+            let first = height(0);
+            let apart = first > margin && height(1) > margin && height(2) > margin
+                || first < -margin && height(1) < -margin && height(2) < -margin;
             !apart
         };
         let near = self.near(face).into_iter().filter(may_cross);
@@ -305,7 +307,12 @@ pub(super) fn crossing_or_flat(
 }
 
 fn corners(mesh: &Mesh, face: [u32; 3]) -> [DVec3; 3] {
-    face.map(|v| mesh.positions[v as usize])
+    let [a, b, c] = face;
+    [
+        mesh.positions[a as usize],
+        mesh.positions[b as usize],
+        mesh.positions[c as usize],
+    ]
 }
 
 fn bounds(mesh: &Mesh, face: [u32; 3]) -> Bounds {
@@ -322,6 +329,12 @@ struct Table<'a> {
     crosses: Vec<u64>,
     /// Triangles that were looked at.
     known: HashSet<[usize; 3]>,
+    /// The least cost of a triangulation of the corners from `i` to `k`, by `i * n + k`, and the third corner of its triangle at this
+    /// diagonal, as the last solution has them.
+    cost: Vec<f64>,
+    apex: Vec<usize>,
+    /// Those to be found anew, since the triangle or the diagonal was ruled out.
+    stale: Vec<bool>,
 }
 
 impl<'a> Table<'a> {
@@ -342,6 +355,9 @@ impl<'a> Table<'a> {
             blocked,
             crosses: vec![0; (n * n * n).div_ceil(64)],
             known: HashSet::new(),
+            cost: vec![0.0; n * n],
+            apex: vec![0; n * n],
+            stale: vec![true; n * n],
         }
     }
 
@@ -351,43 +367,41 @@ impl<'a> Table<'a> {
     }
 
     fn set_crossing(&mut self, [i, m, k]: [usize; 3]) {
-        let bit = (i * self.ring.len() + m) * self.ring.len() + k;
+        let n = self.ring.len();
+        let bit = (i * n + m) * n + k;
         self.crosses[bit / 64] |= 1 << (bit % 64);
+        self.stale[i * n + k] |= self.apex[i * n + k] == m;
     }
 
     /// The best triangulation of triangles that are not known to cross anything (Barequet and Sharir 1995).
-    fn solve(&self) -> Option<Vec<[usize; 3]>> {
+    ///
+    /// Costs only rise from one solution to the next, so that a part keeps its triangle unless this was ruled out or what lies on its
+    /// other sides costs more now.
+    fn solve(&mut self) -> Option<Vec<[usize; 3]>> {
         let n = self.ring.len();
-        let mut cost = vec![0.0; n * n];
-        let mut apex = vec![0; n * n];
+        let mut rose = vec![false; n * n];
         for span in 2..n {
             for i in 0..n - span {
                 let k = i + span;
-                let mut best = (f64::INFINITY, i + 1);
-                if !self.blocked[i * n + k] {
-                    let diagonal =
-                        tuning().repair.diagonal * self.at[i].distance_squared(self.at[k]);
-                    for m in i + 1..k {
-                        let parts = cost[i * n + m] + cost[m * n + k] + diagonal;
-                        if parts >= best.0 || self.crosses([i, m, k]) {
-                            continue;
-                        }
-                        let all = parts + self.area([i, m, k]);
-                        if all < best.0 {
-                            best = (all, m);
-                        }
-                    }
+                let (cell, m) = (i * n + k, self.apex[i * n + k]);
+                let is_finite = self.cost[cell].is_finite();
+                let is_stale =
+                    self.stale[cell] || is_finite && (rose[i * n + m] || rose[m * n + k]);
+                if is_stale {
+                    let (cost, apex) = self.best(i, k);
+                    rose[cell] = cost > self.cost[cell];
+                    (self.cost[cell], self.apex[cell]) = (cost, apex);
+                    self.stale[cell] = false;
                 }
-                (cost[i * n + k], apex[i * n + k]) = best;
             }
         }
-        if n < 3 || !cost[n - 1].is_finite() {
+        if n < 3 || !self.cost[n - 1].is_finite() {
             return None;
         }
         let (mut faces, mut stack) = (Vec::with_capacity(n), vec![(0, n - 1)]);
         while let Some((i, k)) = stack.pop() {
             if k - i > 1 {
-                let m = apex[i * n + k];
+                let m = self.apex[i * n + k];
                 faces.push([i, m, k]);
                 stack.extend([(i, m), (m, k)]);
             }
@@ -395,8 +409,30 @@ impl<'a> Table<'a> {
         Some(faces)
     }
 
+    /// The least cost of a triangulation of the corners from `i` to `k`, and the third corner of its triangle at this diagonal.
+    fn best(&self, i: usize, k: usize) -> (f64, usize) {
+        let n = self.ring.len();
+        let mut best = (f64::INFINITY, i + 1);
+        if self.blocked[i * n + k] {
+            return best;
+        }
+        let diagonal = tuning().repair.diagonal * self.at[i].distance_squared(self.at[k]);
+        for m in i + 1..k {
+            let parts = self.cost[i * n + m] + self.cost[m * n + k] + diagonal;
+            if parts >= best.0 || self.crosses([i, m, k]) {
+                continue;
+            }
+            let all = parts + self.area([i, m, k]);
+            if all < best.0 {
+                best = (all, m);
+            }
+        }
+        best
+    }
+
     fn area(&self, triangle: [usize; 3]) -> f64 {
-        0.5 * area_vector(triangle.map(|i| self.at[i])).length()
+        let [i, m, k] = triangle;
+        0.5 * area_vector([self.at[i], self.at[m], self.at[k]]).length()
     }
 
     /// Rules those of some triangles out that cross something or one another; says whether there were any.
@@ -417,6 +453,7 @@ impl<'a> Table<'a> {
                 let is_diagonal = k - i > 1 && k - i < n - 1;
                 if is_diagonal && ground.is_pierced(self.ring[i], self.ring[k]) {
                     self.blocked[i * n + k] = true;
+                    self.stale[i * n + k] = true;
                 }
             }
         }

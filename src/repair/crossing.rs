@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::draft::Draft;
 use super::params::CrossingPass;
 use super::scraps;
-use crate::check::{crossing, meets};
+use crate::check::meets;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
@@ -33,10 +33,10 @@ pub(super) fn cut_patches(
     rings: usize,
     most: usize,
 ) -> Result<Option<Cut>, FillError> {
+    let pairs = draft.crossing_pairs()?;
     let (removed, cut) = {
         let found = draft.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
-        let pairs = crossing(mesh, topology);
         let is_new = |f: u32| draft.region[f as usize] != NONE;
         let mut marks = vec![false; mesh.faces.len()];
         for &(f, _) in pairs.iter().filter(|(f, _)| is_new(*f)) {
@@ -69,10 +69,11 @@ pub(super) fn cut_patches(
 /// Cuts the faces that cross others out with so many rings of faces round them, then the parts that lie inside; none where no
 /// faces cross that could be cut.
 pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
+    let pairs = draft.crossing_pairs()?;
     let (removed, cut) = {
         let found = draft.inspect()?;
-        let Some((removed, pairs)) = cuts(&found, rings, &scraps::pieces(draft, &found.topology))
-        else {
+        let scraps = scraps::pieces(draft, &found.topology);
+        let Some(removed) = cuts(&found, rings, &scraps, &pairs) else {
             return Ok(None);
         };
         let marked = removed.iter().filter(|r| **r).count();
@@ -122,13 +123,16 @@ impl Cut {
     }
 }
 
-/// The faces to cut out, with the scraps of which little would be left, and the pairs that cross.
-#[expect(clippy::type_complexity, reason = "used once")]
-fn cuts(found: &Inspection, rings: usize, scraps: &[bool]) -> Option<(Vec<bool>, Vec<(u32, u32)>)> {
+/// The faces to cut out where these pairs cross, with the scraps of which little would be left.
+fn cuts(
+    found: &Inspection,
+    rings: usize,
+    scraps: &[bool],
+    pairs: &[(u32, u32)],
+) -> Option<Vec<bool>> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let mut rings_of = vec![Some(rings); topology.piece_faces.len()];
     let piece = |f: u32| topology.piece[f as usize] as usize;
-    let pairs = crossing(mesh, topology);
     loop {
         // Components that are left as they are stand in holes of the others.
         let mut marks = vec![false; mesh.faces.len()];
@@ -159,7 +163,7 @@ fn cuts(found: &Inspection, rings: usize, scraps: &[bool]) -> Option<(Vec<bool>,
             for f in topology.faces() {
                 removed[f as usize] |= scraps[piece(f)] && little(piece(f));
             }
-            return Some((removed, pairs));
+            return Some(removed);
         }
         for p in gone {
             rings_of[p] = match rings_of[p] {

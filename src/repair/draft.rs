@@ -1,17 +1,17 @@
 //! A mesh in the course of a repair, with what of the input lives on in it.
 
 use std::collections::{HashMap, HashSet};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rayon::prelude::*;
 
+use super::known::Known;
 use super::rounding::Rounding;
-use crate::check::crossing;
+use crate::check::crossing_among;
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
-use crate::mesh::{FaceOrigin, Mesh, Origins, VertexFaces, fans};
-use crate::spatial::intersecting_pairs;
+use crate::mesh::{FaceOrigin, Mesh, Origins, VertexFaces, has_several_fans};
 
 /// A mesh in the course of a repair. Vertices stay where they are until the end; unused ones are dropped then.
 #[derive(Clone)]
@@ -29,6 +29,8 @@ pub(super) struct Draft {
     scrap: HashSet<u32>,
     known: Arc<Known>,
     inspected: Inspected,
+    /// How far from sound it is, with the inspection that this was found by.
+    judged: Option<(Weak<Inspection<'static>>, Faults)>,
     /// How positions are rounded when they are written.
     pub(super) rounding: Rounding,
     /// The length, in the mesh's units, within which vertices of the border are one but for rounding.
@@ -59,22 +61,6 @@ impl Clone for Inspected {
     }
 }
 
-/// Which faces intersect others, by their welded corners in rising order, as was found last. Vertices do not move, so that only
-/// faces that were added or taken out alter it.
-#[derive(Default)]
-struct Known {
-    /// Faces none of which intersects another one of them.
-    clear: HashSet<[u32; 3]>,
-    /// Faces that intersect others, each with one of these: as long as that is there, it does.
-    crossing: HashMap<[u32; 3], [u32; 3]>,
-}
-
-/// The corners of a face in rising order.
-pub(super) fn sorted(mut face: [u32; 3]) -> [u32; 3] {
-    face.sort_unstable();
-    face
-}
-
 /// How far a draft is from sound: what counts most comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Faults {
@@ -89,6 +75,11 @@ pub(super) struct Faults {
 }
 
 impl Faults {
+    /// Whether surfaces meet nowhere in an edge or a point.
+    pub(super) fn is_manifold(&self) -> bool {
+        self.non_manifold == 0
+    }
+
     /// Whether no more is wrong, but for how many holes there are.
     pub(super) fn is_no_worse_but_for_holes(&self, than: &Self) -> bool {
         self.lost_components <= than.lost_components
@@ -114,6 +105,7 @@ impl Draft {
             scrap: HashSet::new(),
             known: Arc::default(),
             inspected: Inspected::default(),
+            judged: None,
             rounding: Rounding::default(),
             unit: 0.0,
             origins: Origins::of(mesh),
@@ -179,6 +171,7 @@ impl Draft {
         if host == NONE {
             return;
         }
+        self.judged = None;
         let own: HashSet<u32> = faces.iter().map(|f| self.component(*f)).collect();
         for component in &mut self.component {
             if *component != NONE && own.contains(component) {
@@ -191,6 +184,7 @@ impl Draft {
 
     /// Makes the components of the faces of each cluster one; faces are given with their cluster.
     pub(super) fn merge_components(&mut self, faces: &[(u32, u32)]) {
+        self.judged = None;
         let mut first: HashMap<u32, u32> = HashMap::new();
         let mut to: HashMap<u32, u32> = HashMap::new();
         for &(f, cluster) in faces {
@@ -230,79 +224,61 @@ impl Draft {
 
     /// The faces that intersect others, in rising order.
     pub(super) fn crossing(&mut self) -> Result<Vec<u32>, FillError> {
-        let (crossing, known) = self.crossing_in(&*self.inspect()?);
-        self.known = known;
-        Ok(crossing)
+        let found = self.inspect()?;
+        Ok(self.crossing_in(&found))
     }
 
-    /// The faces that intersect others, and what is known of all then. Only faces of which it is not known yet are tested.
-    fn crossing_in(&self, found: &Inspection) -> (Vec<u32>, Arc<Known>) {
-        let (mesh, topology) = (&found.mesh, &found.topology);
-        let key = |f: u32| sorted(mesh.faces[f as usize]);
-        let all: Vec<u32> = topology.faces().collect();
-        let mut times: HashMap<[u32; 3], u32> = HashMap::with_capacity(all.len());
-        all.iter()
-            .for_each(|f| *times.entry(key(*f)).or_insert(0) += 1);
-        let mut with: Vec<Option<[u32; 3]>> = vec![None; mesh.faces.len()];
-        let mut asked: Vec<u32> = Vec::new();
-        for (i, &f) in (0..).zip(&all) {
-            let face = key(f);
-            let partner = self.known.crossing.get(&face);
-            if times[&face] > 1 {
-                // It intersects its double, whatever was known of the one.
-                asked.push(i);
-            } else if let Some(partner) = partner.filter(|p| **p != face && times.contains_key(*p))
-            {
-                with[f as usize] = Some(*partner);
-            } else if !self.known.clear.contains(&face) {
-                asked.push(i);
-            }
+    /// The faces that intersect others, in rising order, each with the one that a search through all faces finds first.
+    pub(super) fn crossing_pairs(&mut self) -> Result<Vec<(u32, u32)>, FillError> {
+        let found = self.inspect()?;
+        let crossing = self.crossing_in(&found);
+        Ok(crossing_among(&found.mesh, &found.topology, &crossing))
+    }
+
+    fn crossing_in(&mut self, found: &Inspection) -> Vec<u32> {
+        let (crossing, known) = self.known.search(found);
+        if let Some(known) = known {
+            self.known = Arc::new(known);
         }
-        let mut pair = |f: u32, g: u32| with[f as usize] = with[f as usize].or(Some(key(g)));
-        if asked.len() == all.len() {
-            crossing(mesh, topology)
-                .into_iter()
-                .for_each(|(f, g)| pair(f, g));
-        } else if !asked.is_empty() {
-            let faces: Vec<[u32; 3]> = all.iter().map(|f| mesh.faces[*f as usize]).collect();
-            for [i, j] in intersecting_pairs(&mesh.positions, &faces, &asked) {
-                let [f, g] = [i, j].map(|i| all[i as usize]);
-                pair(f, g);
-                pair(g, f);
-            }
+        crossing
+    }
+
+    /// Takes over what was found of a mesh, among it the faces that intersect others, if the draft's vertices are where that one's are.
+    pub(super) fn adopt(&mut self, found: Inspection, crossing: &[u32]) {
+        if self.mesh.positions != found.input.positions {
+            return;
         }
-        let partner = |f: &u32| with[*f as usize];
-        let crossing = all.iter().copied().filter(|f| partner(f).is_some());
-        let known = Known {
-            clear: (all.iter().filter(|f| partner(f).is_none()))
-                .map(|f| key(*f))
-                .collect(),
-            crossing: (all.iter().filter_map(|f| Some((key(*f), partner(f)?)))).collect(),
-        };
-        (crossing.collect(), Arc::new(known))
+        self.known = Arc::new(Known::of(&found, crossing));
+        self.inspected = Inspected(Mutex::new(Some(Arc::new(found.into_owned()))));
     }
 
     /// How far from sound it is.
     pub(super) fn faults(&mut self) -> Result<Faults, FillError> {
+        let found = self.inspect()?;
+        let of = Arc::downgrade(&found);
+        if let Some((known, faults)) = &self.judged
+            && known.ptr_eq(&of)
+        {
+            return Ok(*faults);
+        }
         let there: HashSet<u32> = (0..self.mesh.faces.len())
             .map(|f| self.component(f))
             .collect();
         let all: HashSet<u32> = self.component.iter().copied().collect();
         let lost = |c: &&u32| **c != NONE && !there.contains(c);
-        let found = self.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
         let around = VertexFaces::new(mesh);
         let vertices = (0..mesh.positions.len() as u32).into_par_iter();
-        let pinched = vertices.filter(|v| fans(mesh, topology, &around, *v).len() > 1);
-        let (crossing, known) = self.crossing_in(&found);
+        let pinched = vertices.filter(|v| has_several_fans(mesh, topology, &around, *v));
+        let pinched = pinched.count();
+        let crossing = self.crossing_in(&found);
         let faults = Faults {
             lost_components: all.iter().filter(lost).count(),
             crossing: crossing.len(),
-            non_manifold: topology.crowded_edges(mesh).len() + pinched.count(),
+            non_manifold: topology.crowded_edges(mesh).len() + pinched,
             open: found.holes.len() + found.open_chains.len(),
         };
-        drop(found);
-        self.known = known;
+        self.judged = Some((of, faults));
         Ok(faults)
     }
 
@@ -438,6 +414,7 @@ fn retain<T>(items: &mut Vec<T>, removed: &[bool]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::check::crossing;
     use crate::mesh::shapes::icosphere;
 
     #[test]

@@ -6,7 +6,6 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
-use crate::check::crossing;
 use crate::fill::{
     ClosedBy, FailedReason, HoleOutcome, LeftReason, TriangulatedReason, TryFailure,
 };
@@ -145,10 +144,9 @@ pub(super) fn closed_after(before: &HoleOutcome) -> HoleOutcome {
 }
 
 /// The regions whose patches cross others, with how many faces cross because of them.
-fn crossing_regions(draft: &Draft) -> Result<BTreeMap<u32, usize>, FillError> {
-    let found = draft.inspect()?;
+fn crossing_regions(draft: &mut Draft) -> Result<BTreeMap<u32, usize>, FillError> {
     let mut count = BTreeMap::new();
-    for (f, g) in crossing(&found.mesh, &found.topology) {
+    for (f, g) in draft.crossing_pairs()? {
         let [own, other] = [f, g].map(|f| draft.region[f as usize]);
         for region in BTreeSet::from([own, other]) {
             *count.entry(region).or_insert(0) += 1;

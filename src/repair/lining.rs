@@ -7,8 +7,9 @@ use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::clear::Ground;
-use super::draft::{Draft, sorted};
+use super::draft::Draft;
 use super::flat::{closed_after, push};
+use super::known::sorted;
 use super::layer::{Layer, Lined, edges_of};
 use super::rounding::Rounding;
 use super::{Edge, edges};

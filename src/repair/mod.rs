@@ -8,6 +8,7 @@ mod clear;
 mod crossing;
 mod draft;
 mod flat;
+mod known;
 mod layer;
 mod lining;
 mod orient;
@@ -148,10 +149,13 @@ impl Run<'_> {
         self.draft.rounding = rounding;
         // Rounding hides how many digits the coordinates had.
         self.draft.unit = weld_length(&found.mesh);
-        drop(found);
         if !carried.in_place {
             self.draft.round_from(0);
         }
+        let before = self.report.before.iter().flat_map(|v| &v.defects);
+        let mut crossing = before.filter(|d| d.kind == DefectKind::Crossing);
+        let crossing = crossing.next().map_or(&[][..], |d| &d.faces);
+        self.draft.adopt(found, crossing);
         {
             let found = self.draft.inspect()?;
             self.border = border(&found);
@@ -295,7 +299,7 @@ impl Run<'_> {
 
     /// Separates surfaces that patches let meet, if that leaves less wrong.
     fn separate_again(&mut self) -> Result<(), FillError> {
-        if self.params.split {
+        if self.params.split && !self.draft.faults()?.is_manifold() {
             let before = self.state()?;
             sheets::separate(&mut self.draft, &mut self.report)?;
             self.keep_better(before)?;

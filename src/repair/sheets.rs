@@ -12,7 +12,7 @@ use super::draft::Draft;
 use super::rounding::Rounding;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::{NONE, Topology, end, start};
-use crate::mesh::{Mesh, Part, VertexFaces, fans, vertex_normal};
+use crate::mesh::{Mesh, Part, VertexFaces, fans, has_several_fans, vertex_normal};
 use crate::spatial::{Bounds, BoxTree, intersecting};
 use crate::tuning::tuning;
 
@@ -207,7 +207,7 @@ fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<Wish> {
     let around = VertexFaces::new(mesh);
     let mut wishes = Vec::new();
     for v in 0..mesh.positions.len() as u32 {
-        if around.of(v).len() < 6 {
+        if around.of(v).len() < 6 || !has_several_fans(mesh, topology, &around, v) {
             continue;
         }
         let mut all = fans(mesh, topology, &around, v);
@@ -251,7 +251,7 @@ fn placed(found: &Inspection, wishes: Vec<Wish>, rounding: Rounding) -> Vec<Copy
         let mut near = Vec::new();
         for f in &wish.fan {
             let reach = Bounds::of(mesh.corners(*f)).widened(longest);
-            tree.for_each(&boxes, &reach, |i| near.push(faces[i as usize]));
+            tree.for_each(&reach, |i| near.push(faces[i as usize]));
         }
         near.sort_unstable();
         near.dedup();

@@ -35,20 +35,34 @@ pub(super) fn widen(
     if zones.is_empty() {
         return Ok(0);
     }
-    let good = Trial::new(draft, &zones)?.good;
-    if good.is_empty() {
+    let all = Trial::new(draft, &zones)?;
+    if all.good.is_empty() {
         return Ok(0);
+    }
+    if all.good.len() == zones.len() {
+        return taken(draft, report, &zones, all);
     }
     // Once more with these alone, since what was cut out for the others changed the ground.
     let zones: Vec<Zone> = zones
         .into_iter()
         .zip(0..)
-        .filter_map(|(zone, i)| good.contains(&i).then_some(zone))
+        .filter_map(|(zone, i)| all.good.contains(&i).then_some(zone))
         .collect();
     let trial = Trial::new(draft, &zones)?;
     if trial.good.len() < zones.len() {
         return Ok(0);
     }
+    taken(draft, report, &zones, trial)
+}
+
+/// Takes over what came of cutting zones out that can all be closed, unless no less is wrong then. Returns how many faces of the input
+/// went.
+fn taken(
+    draft: &mut Draft,
+    report: &mut FillReport,
+    zones: &[Zone],
+    trial: Trial,
+) -> Result<usize, FillError> {
     let before = draft.faults()?;
     let (mut new, mut told) = (trial.draft, report.clone());
     for (zone, i) in zones.iter().zip(0..) {

@@ -43,7 +43,7 @@ pub fn faces_at(
                 continue;
             }
             let around = Bounds::of(face.map(|v| mesh.positions[v as usize]));
-            tree.for_each(boxes, &around, |place| pairs.push((place, f as u32)));
+            tree.for_each(&around, |place| pairs.push((place, f as u32)));
         }
         found.fetch_add(pairs.len(), Ordering::Relaxed);
         pairs

@@ -9,6 +9,9 @@ use super::{Bounds, BoxTree};
 /// Up to this number of query faces, the boxes of all others are compared one by one. With a tree over them, the offset shells of 8000 sheets
 /// of two triangles took a tenth longer.
 const FEW: usize = 8;
+/// Pairs of boxes that meet, for each face, up to which each pair of faces is tested. A closed surface of regular triangles has 10; where
+/// there are many more, most faces intersect others, and the first partner of each is found sooner.
+const MOST_PAIRS: usize = 64;
 
 /// The faces among the first `count` that intersect another face, in order, each with one partner.
 ///
@@ -17,7 +20,7 @@ const FEW: usize = 8;
 pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Vec<(u32, u32)> {
     let boxes: Vec<Bounds> = faces
         .par_iter()
-        .map(|f| Bounds::of(f.map(|v| positions[v as usize])))
+        .map(|f| Bounds::of(at(positions, *f)))
         .collect();
     let hit =
         |i: u32, j: u32| j != i && faces_intersect(positions, faces[i as usize], faces[j as usize]);
@@ -29,13 +32,40 @@ pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Ve
             .collect();
     }
     let tree = BoxTree::new(&boxes);
-    (0..count as u32)
-        .into_par_iter()
-        .filter_map(|i| {
-            let partner = tree.find(&boxes, &boxes[i as usize], |j| hit(i, j));
-            Some((i, partner?))
-        })
-        .collect()
+    // With all faces asked for, each pair is looked at once. Partners are looked for afterwards, for the few that have one.
+    let hits = (count == faces.len()).then(|| tree.hits(MOST_PAIRS, hit));
+    let hits = hits.flatten();
+    let may_hit = |i: &u32| hits.as_ref().is_none_or(|hits| hits[*i as usize]);
+    let asked: Vec<u32> = (0..count as u32).filter(may_hit).collect();
+    first_partners(positions, faces, &asked, (&boxes, &tree))
+}
+
+/// The faces among some given ones, in rising order, that intersect any other face, each with the partner that [`intersecting`] finds.
+pub(crate) fn partners(positions: &[DVec3], faces: &[[u32; 3]], asked: &[u32]) -> Vec<(u32, u32)> {
+    if faces.len() <= FEW {
+        let mut all = intersecting(positions, faces, faces.len());
+        all.retain(|(f, _)| asked.contains(f));
+        return all;
+    }
+    let boxes: Vec<Bounds> = faces
+        .par_iter()
+        .map(|f| Bounds::of(at(positions, *f)))
+        .collect();
+    first_partners(positions, faces, asked, (&boxes, &BoxTree::new(&boxes)))
+}
+
+fn first_partners(
+    positions: &[DVec3],
+    faces: &[[u32; 3]],
+    asked: &[u32],
+    (boxes, tree): (&[Bounds], &BoxTree),
+) -> Vec<(u32, u32)> {
+    let partner = |&i: &u32| {
+        let own = faces[i as usize];
+        let hit = |j: u32| j != i && faces_intersect(positions, own, faces[j as usize]);
+        Some((i, tree.find(&boxes[i as usize], hit)?))
+    };
+    asked.par_iter().filter_map(partner).collect()
 }
 
 /// All pairs of intersecting faces of which one is among the `asked`, each as these two; see [`intersecting`].
@@ -44,17 +74,16 @@ pub(crate) fn intersecting_pairs(
     faces: &[[u32; 3]],
     asked: &[u32],
 ) -> Vec<[u32; 2]> {
-    let corners = |i: u32| faces[i as usize].map(|v| positions[v as usize]);
-    let boxes: Vec<Bounds> = (0..faces.len() as u32)
-        .into_par_iter()
-        .map(|i| Bounds::of(corners(i)))
+    let boxes: Vec<Bounds> = faces
+        .par_iter()
+        .map(|f| Bounds::of(at(positions, *f)))
         .collect();
     // The tree is built over the few, and walked by the many.
     let own: Vec<Bounds> = asked.iter().map(|i| boxes[*i as usize]).collect();
     let tree = BoxTree::new(&own);
     let pairs = (0..faces.len() as u32).into_par_iter().flat_map_iter(|j| {
         let mut found = Vec::new();
-        tree.for_each(&own, &boxes[j as usize], |i| {
+        tree.for_each(&boxes[j as usize], |i| {
             let i = asked[i as usize];
             if i != j && faces_intersect(positions, faces[i as usize], faces[j as usize]) {
                 found.push([i, j]);
@@ -65,38 +94,62 @@ pub(crate) fn intersecting_pairs(
     pairs.collect()
 }
 
+/// The positions of the corners of a face.
+#[inline]
+fn at(positions: &[DVec3], [a, b, c]: [u32; 3]) -> [DVec3; 3] {
+    [
+        positions[a as usize],
+        positions[b as usize],
+        positions[c as usize],
+    ]
+}
+
 /// Whether two faces of a mesh intersect, see [`intersecting`].
 fn faces_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
-    let at = |face: [u32; 3]| face.map(|v| positions[v as usize]);
-    let shared: Vec<usize> = (0..3).filter(|&k| g.contains(&f[k])).collect();
-    match shared[..] {
-        [] => triangles_intersect(at(f), at(g)),
-        [k] => {
-            let f = [f[k], f[(k + 1) % 3], f[(k + 2) % 3]];
-            let m = g.iter().position(|&v| v == f[0]).unwrap_or(0);
-            let g = [g[m], g[(m + 1) % 3], g[(m + 2) % 3]];
-            let (p, q) = (at(f), at(g));
-            // A triangle whose other corners lie on one side of the other's plane has nothing but the vertex there.
-            let beside = |t: &[DVec3; 3], u: &[DVec3; 3]| {
-                let s = [1, 2].map(|k: usize| side(u[0], u[1], u[2], t[k]));
-                s.iter().all(|&x| x > 0.0) || s.iter().all(|&x| x < 0.0)
-            };
-            if beside(&p, &q) || beside(&q, &p) {
-                return false;
-            }
-            segment_meets_triangle(p[1], p[2], q) || segment_meets_triangle(q[1], q[2], p)
-        }
-        [k, l] => {
-            let other = |face: [u32; 3]| {
-                face.into_iter()
-                    .find(|v| *v != f[k] && *v != f[l])
-                    .unwrap_or(f[k])
-            };
-            let [a, b, c, d] = [f[k], f[l], other(f), other(g)].map(|v| positions[v as usize]);
-            folded(a, b, c, d)
-        }
-        _ => true,
+    let is_shared = |v: u32| g[0] == v || g[1] == v || g[2] == v;
+    match [is_shared(f[0]), is_shared(f[1]), is_shared(f[2])] {
+        [false, false, false] => triangles_intersect(at(positions, f), at(positions, g)),
+        [true, false, false] => corner_sharers_intersect(positions, f, g),
+        [false, true, false] => corner_sharers_intersect(positions, [f[1], f[2], f[0]], g),
+        [false, false, true] => corner_sharers_intersect(positions, [f[2], f[0], f[1]], g),
+        [true, true, false] => neighbours_intersect(positions, f, g),
+        [true, false, true] => neighbours_intersect(positions, [f[0], f[2], f[1]], g),
+        [false, true, true] => neighbours_intersect(positions, [f[1], f[2], f[0]], g),
+        [true, true, true] => true,
     }
+}
+
+/// Whether two faces that share nothing but the first corner of the first one meet anywhere else.
+fn corner_sharers_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
+    let g = if g[0] == f[0] {
+        g
+    } else if g[1] == f[0] {
+        [g[1], g[2], g[0]]
+    } else {
+        [g[2], g[0], g[1]]
+    };
+    let (p, q) = (at(positions, f), at(positions, g));
+    // A triangle whose other corners lie on one side of the other's plane has nothing but the vertex there.
+    let beside = |t: &[DVec3; 3], u: &[DVec3; 3]| {
+        let first = side(u[0], u[1], u[2], t[1]);
+        first != 0.0 && {
+            let second = side(u[0], u[1], u[2], t[2]);
+            (first > 0.0 && second > 0.0) || (first < 0.0 && second < 0.0)
+        }
+    };
+    if beside(&p, &q) || beside(&q, &p) {
+        return false;
+    }
+    segment_meets_triangle(p[1], p[2], q) || segment_meets_triangle(q[1], q[2], p)
+}
+
+/// Whether two faces that share the first two corners of the first one are folded onto each other.
+fn neighbours_intersect(positions: &[DVec3], f: [u32; 3], g: [u32; 3]) -> bool {
+    let is_other = |v: &u32| *v != f[0] && *v != f[1];
+    let own = if is_other(&f[2]) { f[2] } else { f[0] };
+    let other = g.into_iter().find(is_other).unwrap_or(f[0]);
+    let [a, b, c] = at(positions, [f[0], f[1], own]);
+    folded(a, b, c, positions[other as usize])
 }
 
 /// Whether the triangles (a, b, c) and (a, b, d) lie in one plane and on the same side of (a, b).
@@ -112,8 +165,10 @@ fn folded(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> bool {
 /// Whether two triangles without common vertex have a point in common.
 fn triangles_intersect(p: [DVec3; 3], q: [DVec3; 3]) -> bool {
     let apart = |t: &[DVec3; 3], u: &[DVec3; 3]| {
-        let s = t.map(|v| side(u[0], u[1], u[2], v));
-        s.iter().all(|&x| x > 0.0) || s.iter().all(|&x| x < 0.0)
+        let own = |k: usize| side(u[0], u[1], u[2], t[k]);
+        let first = own(0);
+        (first > 0.0 && own(1) > 0.0 && own(2) > 0.0)
+            || (first < 0.0 && own(1) < 0.0 && own(2) < 0.0)
     };
     if apart(&p, &q) || apart(&q, &p) {
         return false;
@@ -133,8 +188,13 @@ fn segment_meets_triangle(p: DVec3, q: DVec3, t: [DVec3; 3]) -> bool {
     if above == 0.0 && below == 0.0 {
         return flat_segment_meets_triangle(p, q, t);
     }
-    let s = [0, 1, 2].map(|k: usize| side(p, q, t[k], t[(k + 1) % 3]));
-    s.iter().all(|&x| x >= 0.0) || s.iter().all(|&x| x <= 0.0)
+    let (first, second) = (side(p, q, t[0], t[1]), side(p, q, t[1], t[2]));
+    if (first > 0.0 && second < 0.0) || (first < 0.0 && second > 0.0) {
+        return false;
+    }
+    let third = side(p, q, t[2], t[0]);
+    (first >= 0.0 && second >= 0.0 && third >= 0.0)
+        || (first <= 0.0 && second <= 0.0 && third <= 0.0)
 }
 
 /// The case where all five points lie in one plane, or the triangle is degenerate.
@@ -179,18 +239,20 @@ impl Flat {
     }
 }
 
+#[inline]
 fn side(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
-    let [a, b, c, d] = [a, b, c, d].map(|p| Coord3D {
+    let of = |p: DVec3| Coord3D {
         x: p.x,
         y: p.y,
         z: p.z,
-    });
-    orient3d(a, b, c, d)
+    };
+    orient3d(of(a), of(b), of(c), of(d))
 }
 
+#[inline]
 fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    let [a, b, c] = [a, b, c].map(|p| Coord { x: p.x, y: p.y });
-    orient2d(a, b, c)
+    let of = |p: DVec2| Coord { x: p.x, y: p.y };
+    orient2d(of(a), of(b), of(c))
 }
 
 #[cfg(test)]

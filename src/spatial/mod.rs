@@ -10,6 +10,6 @@ mod winding;
 pub use boxes::{Bounds, BoxTree};
 pub use bvh::{Bvh, Closest, middle};
 pub use intersect::intersecting;
-pub(crate) use intersect::intersecting_pairs;
+pub(crate) use intersect::{intersecting_pairs, partners};
 pub use triangle::{Barycentric, closest_on_triangle};
 pub use winding::WindingTree;

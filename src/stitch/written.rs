@@ -22,7 +22,7 @@ pub fn count_crossing(mesh: &Mesh, kept: usize, patches: &[usize]) -> Vec<usize>
     let mut faces: Vec<u32> = (kept as u32..(kept + new) as u32).collect();
     let near = |f: &u32| {
         let around = bounds(&mesh.faces[*f as usize]);
-        tree.find(&boxes, &around, |_| true).is_some()
+        tree.find(&around, |_| true).is_some()
     };
     faces.par_extend((0..kept as u32).into_par_iter().filter(near));
     let part = welded(&Part::new(mesh, &faces, std::iter::empty()).mesh).0;

@@ -202,3 +202,31 @@ fn thousands_of_faces_in_one_place_are_checked_in_time() {
     // It took a minute when each face was held against each.
     assert!(begun.elapsed().as_secs() < 20);
 }
+
+/// 21 times the time for eight times the triangles was measured: ever more of the border lies near each edge. 64 times would be quadratic,
+/// as it was where each end of an edge was compared with all border vertices within a tenth of the edge.
+#[test]
+#[cfg(target_os = "linux")]
+fn long_triangles_at_random_places_are_checked_in_time_that_grows_with_their_number() {
+    use crate::cpu::{cpu, this_thread};
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build();
+    let pool = pool.unwrap();
+    let own = pool.install(this_thread);
+    let time = |count: u32| {
+        let mut state = 3u64;
+        let mut noise = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        let corners = (0..3 * count).map(|_| DVec3::new(noise(), noise(), noise()));
+        let faces = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
+        let soup = Mesh::new(corners.collect(), faces.collect());
+        let begun = cpu(&own);
+        pool.install(|| drop(verdict(&soup)));
+        cpu(&own) - begun
+    };
+    let [few, many] = [2500, 20_000].map(time);
+    assert!(many < 40.0 * few, "{few} s, {many} s");
+}

@@ -71,3 +71,33 @@ fn long_rims_are_closed_and_new_faces_cross_no_earlier_ones() {
         0
     );
 }
+
+#[test]
+fn a_triangulation_after_some_were_ruled_out_is_the_one_found_anew() {
+    let n = 24;
+    let at = |i: u32| {
+        let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+        DVec3::new(angle.cos(), 1.3 * angle.sin(), (5.0 * angle).sin())
+    };
+    let positions = (0..n).map(at).collect();
+    let mesh = Mesh::new(positions, vec![[0, 1, 2]]);
+    let found = Inspection::new(&mesh).unwrap();
+    let ground = Ground::new(&found);
+    let ring: Vec<u32> = (0..n).collect();
+    let mut table = Table::new(&ground, &ring);
+    let mut ruled_out = Vec::new();
+    for round in 0.. {
+        let triangles = table.solve();
+        let mut anew = Table::new(&ground, &ring);
+        ruled_out.iter().for_each(|t| anew.set_crossing(*t));
+        assert_eq!(anew.solve(), triangles);
+        let Some(triangles) = triangles else {
+            assert!(round > 5, "{round}");
+            break;
+        };
+        for t in triangles.iter().step_by(3 + round % 5) {
+            table.set_crossing(*t);
+            ruled_out.push(*t);
+        }
+    }
+}

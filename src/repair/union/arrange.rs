@@ -250,7 +250,7 @@ impl<'a> Group<'a> {
         for t in planar.triangles() {
             let place = Bounds::of(t.map(|v| planar.points[v as usize].nearest));
             let mut faces = Vec::new();
-            tree.for_each(&boxes, &place, |m| {
+            tree.for_each(&place, |m| {
                 let (own, way) = (corners[m as usize], ways[m as usize]);
                 let holds =
                     |v: u32| (0..3).all(|k| way * planar.turn(own[k], own[(k + 1) % 3], v) >= 0);

@@ -9,7 +9,8 @@ use super::arrange::{Arrangement, Piece};
 use super::classify::Fate;
 use crate::mesh::FaceOrigin;
 use crate::mesh::topology::NONE;
-use crate::repair::draft::{Draft, sorted};
+use crate::repair::draft::Draft;
+use crate::repair::known::sorted;
 use crate::repair::rounding::is_single;
 
 /// What becomes of the faces of clusters.

@@ -75,7 +75,7 @@ impl Surface<'_> {
         let fronts: Result<Vec<Option<i32>>, Stuck> = sample
             .par_iter()
             .map(|sample| {
-                let front = |(_, t): &(f64, u32)| self.before(*t, &boxes, &tree).ok_or(Stuck);
+                let front = |(_, t): &(f64, u32)| self.before(*t, &tree).ok_or(Stuck);
                 sample.as_ref().map(front).transpose()
             })
             .collect();
@@ -151,7 +151,7 @@ impl Surface<'_> {
     }
 
     /// The winding number before a triangle, on the side to which its normal points.
-    fn before(&self, t: u32, boxes: &[Bounds], tree: &BoxTree) -> Option<i32> {
+    fn before(&self, t: u32, tree: &BoxTree) -> Option<i32> {
         let (nodes, times) = self.triangles[t as usize];
         let base = self.positions.len() as u32;
         let points = nodes.map(|v| self.points.node(v, base, self.positions));
@@ -169,7 +169,7 @@ impl Surface<'_> {
                 axis,
                 from,
             };
-            if let Some(beyond) = self.count(&ray, self.cluster[t as usize], boxes, tree) {
+            if let Some(beyond) = self.count(&ray, self.cluster[t as usize], tree) {
                 // The ray leaves by the front, or by the back.
                 return Some(if way > 0 { beyond } else { beyond - times });
             }
@@ -178,7 +178,7 @@ impl Surface<'_> {
     }
 
     /// The winding number where a ray begins, just beyond the faces on which it does; none where it passes through an edge.
-    fn count(&self, ray: &Ray, cluster: u32, boxes: &[Bounds], tree: &BoxTree) -> Option<i32> {
+    fn count(&self, ray: &Ray, cluster: u32, tree: &BoxTree) -> Option<i32> {
         let p = ray.from.nearest;
         let mut query = Bounds { low: p, high: p };
         for k in 0..3 {
@@ -189,7 +189,7 @@ impl Surface<'_> {
             };
         }
         let mut sum = Some(0);
-        tree.find(boxes, &query, |f| {
+        tree.find(&query, |f| {
             let (corners, own) = self.faces[f as usize];
             if own == cluster {
                 match ray.crosses(corners) {

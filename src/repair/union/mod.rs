@@ -144,7 +144,7 @@ fn too_many(positions: &[DVec3], faces: &[[u32; 3]]) -> bool {
     let tree = BoxTree::new(&boxes);
     let mut left = tuning().repair.union_pairs;
     boxes.iter().any(|own| {
-        tree.find(&boxes, own, |_| {
+        tree.find(own, |_| {
             left = left.saturating_sub(1);
             left == 0
         });

@@ -1,0 +1,125 @@
+//! Which faces of a draft intersect others, kept from one search to the next.
+
+use std::collections::{HashMap, HashSet};
+use std::hash::{BuildHasherDefault, Hasher};
+
+use crate::check::crossing;
+use crate::mend::Inspection;
+use crate::spatial::intersecting_pairs;
+
+/// The corners of a face in rising order.
+pub(super) fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
+    let (a, b) = (a.min(b), a.max(b));
+    let (b, c) = (b.min(c), b.max(c));
+    [a.min(b), a.max(b), c]
+}
+
+/// Which faces intersect others, by their welded corners in rising order, as was found last. Vertices do not move, so that only
+/// faces that were added or taken out alter it.
+#[derive(Default)]
+pub(super) struct Known {
+    /// Faces none of which intersects another one of them.
+    pub(super) clear: HashSet<[u32; 3], Fast>,
+    /// Faces that intersect others, each with one of these: as long as that is there, it does.
+    pub(super) crossing: HashMap<[u32; 3], [u32; 3], Fast>,
+}
+
+/// Hashing by multiplication (D. E. Knuth, "The Art of Computer Programming" 3, section 6.4). Only looked up, never walked through, so
+/// that no result depends on it.
+#[derive(Default)]
+pub(super) struct Multiply(u64);
+
+pub(super) type Fast = BuildHasherDefault<Multiply>;
+
+impl Hasher for Multiply {
+    fn finish(&self) -> u64 {
+        self.0
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for part in bytes.chunks(4) {
+            let mut value = [0; 4];
+            value[..part.len()].copy_from_slice(part);
+            self.write_u32(u32::from_ne_bytes(value));
+        }
+    }
+
+    fn write_u32(&mut self, value: u32) {
+        let product = (self.0 ^ u64::from(value)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        self.0 = product ^ (product >> 32);
+    }
+
+    fn write_usize(&mut self, value: usize) {
+        self.write_u32(value as u32);
+    }
+}
+
+impl Known {
+    /// What is known of a mesh of which these faces, in rising order, intersect others.
+    pub(super) fn of(found: &Inspection, crossing: &[u32]) -> Self {
+        let faces = found.topology.faces();
+        let is_clear = |f: &u32| crossing.binary_search(f).is_err();
+        let key = |f: u32| sorted(found.mesh.faces[f as usize]);
+        Self {
+            clear: faces.filter(is_clear).map(key).collect(),
+            crossing: HashMap::default(),
+        }
+    }
+
+    /// The faces that intersect others, in rising order, and what is known of all then; none where that is what was known. Only faces
+    /// of which it is not known yet are tested.
+    pub(super) fn search(&self, found: &Inspection) -> (Vec<u32>, Option<Self>) {
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let all: Vec<u32> = topology.faces().collect();
+        let keys = all.iter().map(|f| sorted(mesh.faces[*f as usize]));
+        let keys: Vec<[u32; 3]> = keys.collect();
+        let mut times: HashMap<[u32; 3], u32, Fast> = HashMap::default();
+        times.reserve(keys.len());
+        let mut are_unlike = true;
+        for key in &keys {
+            let count = times.entry(*key).or_insert(0);
+            *count += 1;
+            are_unlike &= *count == 1;
+        }
+        let mut with: Vec<Option<[u32; 3]>> = vec![None; all.len()];
+        let mut asked: Vec<u32> = Vec::new();
+        for (i, face) in (0..).zip(&keys) {
+            let partner = self.crossing.get(face);
+            if !are_unlike && times[face] > 1 {
+                // It intersects its double, whatever was known of the one.
+                asked.push(i);
+            } else if let Some(partner) = partner.filter(|p| *p != face && times.contains_key(*p)) {
+                with[i as usize] = Some(*partner);
+            } else if !self.clear.contains(face) {
+                asked.push(i);
+            }
+        }
+        let is_same = asked.is_empty();
+        let mut pair = |i: u32, j: u32| {
+            with[i as usize] = with[i as usize].or(Some(keys[j as usize]));
+        };
+        if asked.len() == all.len() {
+            let place = |f: u32| all.partition_point(|g| *g < f) as u32;
+            for (f, g) in crossing(mesh, topology) {
+                pair(place(f), place(g));
+            }
+        } else if !is_same {
+            let faces: Vec<[u32; 3]> = all.iter().map(|f| mesh.faces[*f as usize]).collect();
+            for [i, j] in intersecting_pairs(&mesh.positions, &faces, &asked) {
+                pair(i, j);
+                pair(j, i);
+            }
+        }
+        let is_crossing = all.iter().zip(&with).filter(|(_, with)| with.is_some());
+        let crossing = is_crossing.map(|(f, _)| *f).collect();
+        if is_same {
+            return (crossing, None);
+        }
+        let own = || keys.iter().zip(&with);
+        let known = Self {
+            clear: own().filter(|k| k.1.is_none()).map(|k| *k.0).collect(),
+            crossing: own().filter_map(|k| Some((*k.0, (*k.1)?))).collect(),
+        };
+        (crossing, Some(known))
+    }
+}
