@@ -219,7 +219,7 @@ fn planned(work: &Work, loaded: &Loaded) -> Result<WorkPlan, JobError> {
         Work::Repair(params) => {
             let found = Inspection::new(mesh)?;
             WorkPlan::Repair {
-                before: Box::new(found.check(&CheckParams::default())),
+                before: Box::new(found.check(&params.checked())),
                 fill: found.plan(&params.fill)?,
             }
         }
