@@ -146,7 +146,7 @@ fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample
             return false;
         }
         seen[piece as usize] += 1;
-        (seen[piece as usize] - 1) % steps[piece as usize] == 0
+        usize::is_multiple_of(seen[piece as usize] - 1, steps[piece as usize])
     };
     let asked: Vec<u32> = topology.faces().filter(is_asked).collect();
     let walls = Walls::new(mesh, topology);

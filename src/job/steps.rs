@@ -10,7 +10,6 @@ use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::result::{Extent, First, Made, repaired};
 use super::{JobError, JobSpec, MaskSpec, Work};
-use crate::check::CheckParams;
 use crate::fill::SurfaceKind;
 use crate::io::Loaded;
 use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::Edge;
 use super::rounding::{Rounding, is_single};
 use crate::mend::Inspection;
-use crate::mesh::{Mesh, VertexFaces, face_normal};
+use crate::mesh::{VertexFaces, face_normal};
 use crate::spatial::Bvh;
 use crate::tuning::tuning;
 

@@ -11,6 +11,20 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{HoleId, Mesh, area_vector};
 use crate::tuning::tuning;
 
+/// Asks for flat caps of the borders of sheets that are in no region with others, but of those that the caller asks for; returns their numbers.
+pub(super) fn of_sheets(
+    found: &Inspection,
+    mut sheets: Vec<HoleId>,
+    params: &mut FillParams,
+) -> Result<Vec<HoleId>, FillError> {
+    if !sheets.is_empty() {
+        let alone = found.regions(params)?.alone();
+        sheets.retain(|id| alone.contains(id) && !params.flat.contains(id));
+        params.flat.extend(&sheets);
+    }
+    Ok(sheets)
+}
+
 impl Run<'_> {
     /// Gives mouths that the level set closed by balloons flat caps instead, where these intersect nothing.
     pub(super) fn cap_mouths(

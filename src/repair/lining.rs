@@ -3,7 +3,7 @@
 //!
 //! What sticks through a hole stands in a pocket then. A sheet all of which is lined is a shell with walls.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 
 use super::draft::{Draft, sorted};
 use super::flat::{closed_after, push};

@@ -385,13 +385,10 @@ impl Run<'_> {
                     ..self.params.fill.clone()
                 },
             };
-            let mut caps: Vec<HoleId> = Vec::new();
-            if first && !sheets.is_empty() {
-                let alone = found.regions(&params)?.alone();
-                let may_be = |id: &HoleId| alone.contains(id) && !params.flat.contains(id);
-                caps = sheets.into_iter().filter(may_be).collect();
-                params.flat.extend(&caps);
-            }
+            let mut caps = match first {
+                true => caps::of_sheets(&found, sheets, &mut params)?,
+                false => Vec::new(),
+            };
             let regions = found.regions(&params)?;
             let watch = Watch::new(*self.control, regions.expected_work());
             let mut filled = regions.fill(&watch)?;

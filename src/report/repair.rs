@@ -60,9 +60,15 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
     let mut lines: Vec<String> = some
         .map(|(count, what)| format!("{count} {what}"))
         .collect();
+    lines.extend(lining_lines(r));
+    lines
+}
+
+/// The components that were lined, the largest first.
+fn lining_lines(r: &RepairReport) -> Vec<String> {
     let mut lined: Vec<&(usize, Component)> = r.linings.iter().collect();
     lined.sort_by(|a, b| b.1.area.total_cmp(&a.1.area).then(a.0.cmp(&b.0)));
-    lines.extend(lined.iter().take(MOST_LINED).map(|l| lining(l)));
+    let mut lines: Vec<String> = lined.iter().take(MOST_LINED).map(|l| lining(l)).collect();
     if let Some(more) = lined.get(MOST_LINED..).filter(|more| !more.is_empty()) {
         let least = more.iter().filter_map(|(_, c)| c.least_wall);
         lines.push(format!(

@@ -104,7 +104,7 @@ mod tests {
                 0 => DVec3::Z,
                 _ => DVec3::new((1.3 * t).cos(), (0.4 * t).sin(), (2.9 * t).sin()),
             };
-            let counts = |f: u32| f % 3 != 0;
+            let counts = |f: u32| !f.is_multiple_of(3);
             let all = (0..mesh.faces.len() as u32).filter(|f| counts(*f));
             let all = all.filter_map(|f| Some((meets(from, along, mesh.corners(f))?, f)));
             let brute = all.min_by(|a, b| a.partial_cmp(b).unwrap());

@@ -8,8 +8,10 @@ use crate::mesh::Mesh;
 use crate::mesh::shapes::{cube, grid, icosphere};
 
 fn verdict(mesh: &Mesh, min_wall: Option<f64>) -> Verdict {
-    let mut params = CheckParams::default();
-    params.min_wall = min_wall;
+    let params = CheckParams {
+        min_wall,
+        ..CheckParams::default()
+    };
     Inspection::new(mesh).unwrap().check(&params)
 }
 
