@@ -200,8 +200,8 @@ def repair(
         drop_unused: Drop vertices that no face of the input uses.
         keep_holes: Leave the holes of the mesh open; those that the repair makes are filled. Not with ``close_borders``.
         close_borders: Close the outer borders of open sheets too, which are left open otherwise. Not with ``keep_holes``.
-        wall: Thickness of the walls that ``close_borders`` makes of open sheets which no flat cap closes, in the mesh's units. By default
-            a mean edge of the component.
+        wall: Thickness of the walls that ``close_borders`` makes of open sheets which no flat cap closes, in the mesh's units.
+            By default a mean edge of the component.
         min_wall: Say no where a wall is thinner than this, in the mesh's units. By default half a mean edge for walls that the
             repair makes, others are only told.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
@@ -224,9 +224,9 @@ def repair(
     return model.repair(
         weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside,
         keep_duplicates=keep_duplicates, keep_orientation=keep_orientation, keep_non_manifold=keep_non_manifold,
-        keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders,
-        wall=wall, min_wall=min_wall, max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp, variant=variant,
-        time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders, wall=wall,
+        min_wall=min_wall, max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
+        variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
