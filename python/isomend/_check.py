@@ -19,7 +19,7 @@ class Defect:
 
     Attributes:
         kind: ``border``, ``non_manifold_edge``, ``non_manifold_vertex``, ``misoriented``, ``inside_out``, ``degenerate``,
-            ``duplicate``, ``crossing`` or ``thin``.
+            ``duplicate``, ``crossing``, ``thin`` or ``thin_wall``.
         count: Number of edges, vertices, faces or components that have it, by the kind.
         faces: int64 (k,), the faces at them, in rising order.
         places: float64 (p, 3), the middle of each connected group of these faces, in the units of the mesh.
@@ -59,6 +59,9 @@ class Verdict(Drawn):
         self.manifold: bool = self.report["manifold"]
         #: Whether all edges of two faces run through them in opposite directions.
         self.oriented: bool = self.report["oriented"]
+        #: The walls of closed components: the ``least`` and the ``mean`` thickness in the mesh's units, the number of the ``component``
+        #: with the least, from 1 in the order of their first faces, and where it is (``at``). None where there are no walls.
+        self.walls: dict[str, Any] | None = self.report["walls"]
         #: The kinds of defects that there are, by name, with all their faces and places.
         self.defects: dict[str, Defect] = {row[0]: Defect(*row) for row in core.defects()}
 

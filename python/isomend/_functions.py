@@ -158,6 +158,8 @@ def repair(
     drop_unused: bool = False,
     keep_holes: bool = False,
     close_borders: bool = False,
+    wall: float | None = None,
+    min_wall: float | None = None,
     max_diameter: float | None = None,
     flat: Iterable[int] = (),
     voxel: Voxel = "auto",
@@ -198,6 +200,10 @@ def repair(
         drop_unused: Drop vertices that no face of the input uses.
         keep_holes: Leave the holes of the mesh open; those that the repair makes are filled. Not with ``close_borders``.
         close_borders: Close the outer borders of open sheets too, which are left open otherwise. Not with ``keep_holes``.
+        wall: Thickness of the walls that ``close_borders`` makes of open sheets which no flat cap closes, in the mesh's units.
+            By default a mean edge of the component.
+        min_wall: Say no where a wall is thinner than this, in the mesh's units. By default half a mean edge for walls that the
+            repair makes, others are only told.
         max_diameter: Leave holes open that are wider than this, in the mesh's units.
         flat: Numbers of holes to close by nearly flat caps instead of continuing the surface: necks, bases, mouths of vessels.
         voxel, energy, finish, sharp, variant, time_step, steps, edge_ratio: How holes are filled, as for :func:`fill`.
@@ -218,9 +224,9 @@ def repair(
     return model.repair(
         weld=weld, debris=debris, flat_base=flat_base, base_offset=base_offset, drop_inside=drop_inside,
         keep_duplicates=keep_duplicates, keep_orientation=keep_orientation, keep_non_manifold=keep_non_manifold,
-        keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders,
-        max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp, variant=variant,
-        time_step=time_step, steps=steps, edge_ratio=edge_ratio,
+        keep_crossings=keep_crossings, drop_unused=drop_unused, keep_holes=keep_holes, close_borders=close_borders, wall=wall,
+        min_wall=min_wall, max_diameter=max_diameter, flat=flat, voxel=voxel, energy=energy, finish=finish, sharp=sharp,
+        variant=variant, time_step=time_step, steps=steps, edge_ratio=edge_ratio,
         threads=threads, progress=progress, strict=strict,
     )  # fmt: skip
 
@@ -230,6 +236,7 @@ def check(
     faces: ArrayLike,
     *,
     thin: float | None = None,
+    min_wall: float | None = None,
     debris: float = 0.01,
     threads: int | None = None,
 ) -> Verdict:
@@ -243,6 +250,7 @@ def check(
         vertices: (n, 3), numbers of any type whose values 64-bit floats hold.
         faces: (m, 3), indices from 0.
         thin: Also look for parts thinner than this, in the mesh's units.
+        min_wall: Say no where a wall is thinner than this, in the mesh's units. By default the least and the mean wall are only told.
         debris: Call components debris that have less than this part, from 0 to 1, of the area of the largest one.
         threads: Number of threads, one per core by default.
 
@@ -263,7 +271,7 @@ def check(
     >>> verdict.watertight, verdict.oriented, verdict.defects["misoriented"].count
     (True, False, 3)
     """
-    return Model(vertices, faces).check(thin=thin, debris=debris, threads=threads)
+    return Model(vertices, faces).check(thin=thin, min_wall=min_wall, debris=debris, threads=threads)
 
 
 def compare(a: Any, b: Any, *, samples: int = 100_000, threads: int | None = None) -> Comparison:

@@ -253,10 +253,13 @@ class Model(_Shape):
         """Mends what is wrong; see :func:`isomend.repair` for the options."""
         return _mended(self, self._core, "repair", None, options)
 
-    def check(self, *, thin: float | None = None, debris: float = 0.01, threads: int | None = None) -> Verdict:
+    def check(
+        self, *, thin: float | None = None, debris: float = 0.01, min_wall: float | None = None, threads: int | None = None
+    ) -> Verdict:
         """Says whether the mesh is watertight and can be printed, and why not; see :func:`isomend.check`."""
-        options = {"thin": thin, "debris": debris, "threads": threads}
-        params = _params.as_json(_params.params("check", {"thin": thin, "debris": debris}))
+        parameters = {"thin": thin, "debris": debris, "min_wall": min_wall}
+        options = {**parameters, "threads": threads}
+        params = _params.as_json(_params.params("check", parameters))
         return Verdict(_isomend.check(self._core, params, _threads(threads)), (self, options))
 
     def sdf(

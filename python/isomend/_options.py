@@ -51,6 +51,8 @@ class RepairOptions(SolveOptions, total=False):
     drop_unused: bool
     keep_holes: bool
     close_borders: bool
+    wall: float | None
+    min_wall: float | None
     max_diameter: float | None
     flat: Iterable[int]
 

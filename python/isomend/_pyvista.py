@@ -31,9 +31,11 @@ class Accessor:
         mesh, faces = triangles_of(self._mesh)
         return isomend.inspect(mesh.points, faces)
 
-    def check(self, *, thin: float | None = None, debris: float = 0.01, threads: int | None = None) -> Verdict:
+    def check(
+        self, *, thin: float | None = None, debris: float = 0.01, min_wall: float | None = None, threads: int | None = None
+    ) -> Verdict:
         """Says whether the mesh is watertight and can be printed; see :func:`isomend.check`."""
-        return as_model(self._mesh).check(thin=thin, debris=debris, threads=threads)
+        return as_model(self._mesh).check(thin=thin, debris=debris, min_wall=min_wall, threads=threads)
 
     def repair(self, *, return_report: bool = False, **options: Unpack[RepairOptions]) -> Any:
         """A mesh on which is mended what is wrong; see :func:`isomend.repair_mesh`."""

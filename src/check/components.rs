@@ -36,6 +36,16 @@ pub struct Component {
     pub depth: usize,
     /// Whether its area is a small part of that of the largest one.
     pub debris: bool,
+    /// The mean thickness of its thinnest wall in the mesh's units: a patch of its surface whose other side is parallel to it within 15
+    /// degrees. None where it is open, or has no such wall, as a tetrahedron.
+    #[serde(default)]
+    pub least_wall: Option<f64>,
+    /// The mean thickness of such walls over its surface.
+    #[serde(default)]
+    pub mean_wall: Option<f64>,
+    /// Where its thinnest wall is.
+    #[serde(default)]
+    pub thinnest_at: Option<DVec3>,
 }
 
 /// The components of a welded mesh, in the order of their numbers; `debris` is the part of the largest area below which one counts as
@@ -101,6 +111,9 @@ fn measured(
         inside: None,
         depth: 0,
         debris: false,
+        least_wall: None,
+        mean_wall: None,
+        thinnest_at: None,
     }
 }
 

@@ -10,6 +10,16 @@ use crate::mesh::{DisjointSets, Mesh, Topology, VertexFaces, has_several_fans};
 use crate::spatial::{intersecting, partners};
 
 impl Defect {
+    /// Some of a kind whose faces are not told.
+    pub(crate) fn named(kind: DefectKind, count: usize) -> Self {
+        Self {
+            kind,
+            count,
+            faces: Vec::new(),
+            places: Vec::new(),
+        }
+    }
+
     /// Some of a kind, from all faces that have it in any order.
     pub(super) fn new(kind: DefectKind, count: usize, mut faces: Vec<u32>, mesh: &Mesh) -> Self {
         faces.sort_unstable();

@@ -14,6 +14,7 @@ mod defects;
 mod edge_tree;
 mod resolution;
 mod thin;
+mod walls;
 
 use std::collections::BTreeMap;
 
@@ -28,7 +29,7 @@ pub use components::Component;
 pub(crate) use components::components;
 pub(crate) use defects::{crossing, crossing_among, duplicates, is_flat};
 pub(crate) use resolution::weld_length;
-pub(crate) use thin::meets;
+pub(crate) use walls::Walls;
 
 /// What is looked for, beyond what always is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +43,11 @@ pub struct CheckParams {
     pub thin: Option<f64>,
     /// Components with less than this part of the area of the largest one are told as debris.
     pub debris: f64,
+    /// Walls of closed components that are thinner than this, in the mesh's units, are defects.
+    ///
+    /// Thickness is measured as for [`Self::thin`], at all faces. A wall is a patch of the surface whose other side is parallel to it
+    /// within 15 degrees, so that sharp edges are none.
+    pub min_wall: Option<f64>,
 }
 
 impl Default for CheckParams {
@@ -49,6 +55,7 @@ impl Default for CheckParams {
         Self {
             thin: None,
             debris: 0.01,
+            min_wall: None,
         }
     }
 }
@@ -60,6 +67,7 @@ impl CheckParams {
     /// With the parameter that does not.
     pub fn check(&self) -> Result<(), OutOfBounds> {
         tables::THIN.check(self.thin)?;
+        tables::MIN_WALL.check(self.min_wall)?;
         tables::DEBRIS.check(self.debris)
     }
 }
@@ -87,11 +95,13 @@ pub enum DefectKind {
     Crossing,
     /// Faces where the body is thinner than asked for.
     Thin,
+    /// Faces at walls that are thinner than allowed.
+    ThinWall,
 }
 
 impl DefectKind {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Border,
         Self::NonManifoldEdge,
         Self::NonManifoldVertex,
@@ -101,6 +111,7 @@ impl DefectKind {
         Self::Duplicate,
         Self::Crossing,
         Self::Thin,
+        Self::ThinWall,
     ];
 
     /// That there are so many of it, in words.
@@ -127,6 +138,7 @@ impl DefectKind {
             Self::Duplicate => ("face is there twice", "faces are there twice"),
             Self::Crossing => ("face crosses another", "faces cross others"),
             Self::Thin => ("face is at a thin part", "faces are at thin parts"),
+            Self::ThinWall => ("face is at a thin wall", "faces are at thin walls"),
         };
         format!("{count} {}", if count == 1 { one } else { many })
     }
@@ -179,6 +191,10 @@ pub struct Verdict {
     pub components: Vec<Component>,
     /// The kinds of defects that there are.
     pub defects: Vec<Defect>,
+    /// After a repair the numbers, from 1, of components whose walls it made and which are thinner than half a mean edge, where nothing else
+    /// was asked for.
+    #[serde(default)]
+    pub foils: Vec<usize>,
     /// What was looked for.
     pub params: CheckParams,
 }
@@ -203,13 +219,15 @@ pub struct Subject<'a> {
 /// # Panics
 /// When faces use vertices that there are not, or the connectivity is that of another mesh.
 pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
-    let components = components(subject.mesh, subject.topology, params.debris);
+    let mut components = components(subject.mesh, subject.topology, params.debris);
+    let thin_walls = walls::measure(subject, &mut components, params.min_wall);
     let mut defects = defects::of_topology(subject);
     defects.push(defects::inside_out(subject, &components));
     defects.extend(defects::of_faces(subject));
     if let Some(length) = params.thin {
         defects.push(thin::thin(subject, length));
     }
+    defects.extend(thin_walls);
     defects.retain(|d| d.count > 0);
     let closing = Border::new(subject.mesh, subject.topology).closing(subject.holes);
     let mut used = vec![false; subject.input.positions.len()];
@@ -228,6 +246,7 @@ pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
         weld_by_default: closing.by_default,
         components,
         defects,
+        foils: Vec::new(),
         params: params.clone(),
     }
 }
@@ -270,6 +289,7 @@ impl Verdict {
         for defect in &self.defects {
             match defect.kind {
                 DefectKind::Border => self.open_reasons(defect.count, &mut reasons),
+                DefectKind::ThinWall => reasons.push(self.thin_reason()),
                 kind => reasons.push(kind.text(defect.count)),
             }
         }

@@ -5,10 +5,10 @@ use rayon::prelude::*;
 
 use super::{Defect, DefectKind, Subject};
 use crate::mesh::{Mesh, face_normal};
-use crate::spatial::Bvh;
+use crate::spatial::{Bvh, meets};
 
 /// A ray ends on faces that face the other way within 60 degrees: the cosine. Beyond it the two are the sides of an edge.
-const FACING: f64 = 0.5;
+pub(super) const FACING: f64 = 0.5;
 
 /// The faces from whose centre the way inward to a face that faces the other way is shorter than `length`.
 pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
@@ -47,19 +47,4 @@ pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
 fn shares_vertex(mesh: &Mesh, f: u32, g: u32) -> bool {
     let corners = mesh.faces[g as usize];
     mesh.faces[f as usize].iter().any(|v| corners.contains(v))
-}
-
-/// How far along a ray a triangle lies (Möller and Trumbore 1997), where it is met.
-pub(crate) fn meets(from: DVec3, along: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
-    let (u, v) = (b - a, c - a);
-    let p = along.cross(v);
-    let determinant = u.dot(p);
-    if determinant == 0.0 {
-        return None;
-    }
-    let s = from - a;
-    let q = s.cross(u);
-    let (x, y) = (s.dot(p) / determinant, along.dot(q) / determinant);
-    let t = v.dot(q) / determinant;
-    (x >= 0.0 && y >= 0.0 && x + y <= 1.0 && t > 0.0).then_some(t)
 }

@@ -149,6 +149,10 @@ fn written(done: &JobResult) -> String {
     output.map_or(String::new(), |o| format!("{}: ", o.place.name()))
 }
 
+/// What can be done where walls that a repair made are too thin.
+const FOIL: &str = "walls came out too thin: --flat-base puts a sheet on a flat base, --wall makes walls thicker where there is room, and \
+                    --min-wall says how thin they may be";
+
 fn repaired(report: &RepairReport, file: &str, console: &Console) {
     if let Some(before) = &report.before {
         console.detail(&format!("before: {}", before.line()));
@@ -168,6 +172,9 @@ fn repaired(report: &RepairReport, file: &str, console: &Console) {
             let places: Vec<String> = places.map(|p| point(*p, p.abs().max_element())).collect();
             let kind = defect.kind.text(defect.count);
             console.detail(&format!("{kind}: {}", places.join("; ")));
+        }
+        if !after.foils.is_empty() {
+            console.say(FOIL);
         }
         match after.is_sound() {
             true => console.say(&format!("{file}{}", after.line())),

@@ -238,7 +238,7 @@ pub fn lines(report: &FillReport, work: &Work, last: usize, verbose: bool) -> Ve
         lines.push(HEADING.line());
         lines.extend(shown.iter().map(|row| row.line()));
     }
-    let small = report.regions.len() - rows.len();
+    let small = regions(report).count() - rows.len();
     let of_hidden = |remarked: bool| {
         let own = hidden.iter().filter(|r| r.remark.is_some() == remarked);
         own.count()
@@ -265,11 +265,21 @@ pub fn lines(report: &FillReport, work: &Work, last: usize, verbose: bool) -> Ve
     lines
 }
 
+/// The regions; without those that closed nothing and whose holes others closed later, as walls do where a flat cap intersects the sheet.
+fn regions(report: &FillReport) -> impl Iterator<Item = &RegionReport> {
+    let in_use: BTreeSet<usize> = report.holes.iter().map(|h| h.region).collect();
+    let is_stale = move |r: &&RegionReport| {
+        let closed = r.closed_by.is_some_and(|by| by != ClosedBy::Nothing);
+        !closed && !in_use.contains(&r.id)
+    };
+    report.regions.iter().filter(move |r| !is_stale(r))
+}
+
 /// The regions but those of small holes without a problem, the widest first.
 fn rows(report: &FillReport) -> Vec<Row<'_>> {
     let holes: HashMap<HoleId, &HoleReport> = report.holes.iter().map(|h| (h.hole.id, h)).collect();
     let mut rows: Vec<Row> = Vec::new();
-    for region in &report.regions {
+    for region in regions(report) {
         let own = || region.holes.iter().filter_map(|id| holes.get(id));
         let edges = own().map(|h| h.hole.edges).sum();
         let remark = Remark::of(region, own().next().map(|h| &h.outcome));

@@ -20,6 +20,8 @@ pub enum HoleOutcome {
     Flat,
     /// The outer border of a sheet, closed by a flat base with walls, as was asked.
     Base,
+    /// In a repair: the outer border of a sheet, closed by walls under all of the sheet, where no flat cap closed it.
+    Walls,
     /// Triangulated on its own, without new vertices.
     Triangulated(TriangulatedReason),
     /// Left as it was because it was not asked for.
@@ -168,8 +170,8 @@ pub enum ClosedBy {
     Seam,
     /// Triangles between the vertices of each rim.
     RimTriangles,
-    /// In a repair: a second layer a hair under the surface round the rims, which ends where it can be closed, or goes on until it
-    /// lines all of the component.
+    /// In a repair: a second layer under the surface round the rims, which ends where it can be closed, or goes on until it lines all of
+    /// the component.
     Lining,
     /// Some rim of it is still open.
     Nothing,
@@ -187,6 +189,8 @@ pub struct Tally {
     pub flat: usize,
     /// Outer borders of sheets closed by flat bases with walls, as was asked.
     pub bases: usize,
+    /// Outer borders of sheets closed by walls under the sheets.
+    pub walls: usize,
     /// Closed by triangles between the vertices of their rims.
     pub triangulated: usize,
     /// Left as they were because they were not asked for.

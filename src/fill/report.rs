@@ -106,7 +106,13 @@ impl RegionReport {
         !self.levels.is_empty()
             || matches!(
                 by,
-                Some(ClosedBy::Flat | ClosedBy::Base | ClosedBy::Faired | ClosedBy::Sides)
+                Some(
+                    ClosedBy::Flat
+                        | ClosedBy::Base
+                        | ClosedBy::Faired
+                        | ClosedBy::Sides
+                        | ClosedBy::Lining
+                )
             )
     }
 

@@ -254,7 +254,7 @@ impl<'s> Mended<'s> {
                     input: &self.first,
                     whole: self.whole,
                     sigma: &self.sigma,
-                    judges: matches!(self.extent, Extent::Repaired(_)),
+                    judges: self.extent.judged_by(),
                 };
                 let saved = output.write_mended(own, &saving, regions)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;

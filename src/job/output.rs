@@ -52,7 +52,7 @@ pub(super) struct Saved {
 }
 
 /// What is written, and how.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Saving<'a> {
     /// What was read, as far as it is kept.
     pub(super) input: &'a Loaded,
@@ -60,8 +60,8 @@ pub(super) struct Saving<'a> {
     pub(super) whole: bool,
     /// For each vertex of a patch its expected error.
     pub(super) sigma: &'a [Option<f64>],
-    /// Whether the bytes are to be read again and judged.
-    pub(super) judges: bool,
+    /// How the bytes are to be judged once they are read again, if they are.
+    pub(super) judges: Option<CheckParams>,
 }
 
 impl Output {
@@ -143,7 +143,7 @@ impl Output {
         saving: &Saving,
         regions: &mut [RegionReport],
     ) -> Result<Saved, JobError> {
-        let Saving { input, whole, .. } = *saving;
+        let (input, whole) = (saving.input, saving.whole);
         let kept = if whole { 0 } else { input.mesh.positions.len() };
         let rounds = matches!(self.format, Format::Gltf | Format::Glb | Format::Stl);
         let rounded = |p: &DVec3| p.as_vec3().as_dvec3();
@@ -221,7 +221,9 @@ impl Output {
             document,
         };
         let Written { bytes, mut notes } = self.encode(&model, precision_of(saving.input))?;
-        let verdict = match saving.judges.then(|| judged(&bytes, self.format)) {
+        let verdict = match (saving.judges.as_ref())
+            .map(|params| judged(&bytes, self.format, params))
+        {
             None => None,
             Some(Ok(verdict)) => Some(verdict),
             Some(Err(error)) => {
@@ -312,13 +314,13 @@ impl Output {
 }
 
 /// The verdict on the bytes of a file.
-fn judged(bytes: &[u8], format: Format) -> Result<Verdict, JobError> {
+fn judged(bytes: &[u8], format: Format, params: &CheckParams) -> Result<Verdict, JobError> {
     let bad = |error: IoError| JobError::Bytes {
         name: "what was written".to_owned(),
         error,
     };
     let loaded = read_bytes(bytes, format, &no_side_files).map_err(bad)?;
-    Ok(Inspection::new(&loaded.mesh)?.check(&CheckParams::default()))
+    Ok(Inspection::new(&loaded.mesh)?.check(params))
 }
 
 /// The floats that hold the coordinates of what was read.

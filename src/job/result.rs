@@ -44,13 +44,26 @@ pub enum Extent {
 impl Extent {
     /// After a repair adds the verdict on the result: that on the bytes which were written, where it is known.
     pub(super) fn judge(&mut self, after: &Mesh, known: Option<Verdict>) -> Result<(), JobError> {
-        if let Self::Repaired(report) = self {
-            report.after = Some(match known {
+        let params = self.judged_by();
+        if let (Self::Repaired(report), Some(params)) = (self, params) {
+            let verdict = match known {
                 Some(verdict) => verdict,
-                None => Inspection::new(after)?.check(&CheckParams::default()),
-            });
+                None => Inspection::new(after)?.check(&params),
+            };
+            report.judge(verdict);
         }
         Ok(())
+    }
+
+    /// How the result is judged, if it is: as the input was.
+    pub(super) fn judged_by(&self) -> Option<CheckParams> {
+        match self {
+            Self::Repaired(report) => {
+                let before = report.before.as_ref();
+                Some(before.map_or_else(CheckParams::default, |v| v.params.clone()))
+            }
+            _ => None,
+        }
     }
 
     /// Whether the work is complete: after a fill or a restoration no hole that was to be filled is open, after a repair the mesh is

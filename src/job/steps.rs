@@ -10,7 +10,6 @@ use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
 use super::result::{Extent, First, Made, repaired};
 use super::{JobError, JobSpec, MaskSpec, Work};
-use crate::check::CheckParams;
 use crate::fill::SurfaceKind;
 use crate::io::Loaded;
 use crate::mend::{Control, FairError, Filled, Inspection, RestoreError};
@@ -219,7 +218,7 @@ fn planned(work: &Work, loaded: &Loaded) -> Result<WorkPlan, JobError> {
         Work::Repair(params) => {
             let found = Inspection::new(mesh)?;
             WorkPlan::Repair {
-                before: Box::new(found.check(&CheckParams::default())),
+                before: Box::new(found.check(&params.checked())),
                 fill: found.plan(&params.fill)?,
             }
         }

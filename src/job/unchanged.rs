@@ -171,7 +171,7 @@ fn colour(kind: DefectKind) -> Colour {
         DefectKind::Degenerate => ("black", [0x20, 0x20, 0x20]),
         DefectKind::Duplicate => ("green", [0x3c, 0x9a, 0x38]),
         DefectKind::Crossing => ("red", [0xdd, 0x22, 0x18]),
-        DefectKind::Thin => ("yellow", [0xe8, 0xb4, 0x10]),
+        DefectKind::Thin | DefectKind::ThinWall => ("yellow", [0xe8, 0xb4, 0x10]),
     };
     Colour { name, rgb }
 }

@@ -94,6 +94,7 @@ impl FillReport {
                 HoleOutcome::Faired(_) => &mut tally.faired,
                 HoleOutcome::Flat => &mut tally.flat,
                 HoleOutcome::Base => &mut tally.bases,
+                HoleOutcome::Walls => &mut tally.walls,
                 HoleOutcome::Triangulated(_) => &mut tally.triangulated,
                 HoleOutcome::Left(_) => &mut tally.left,
                 HoleOutcome::Failed(_) => &mut tally.failed,

@@ -212,6 +212,29 @@ pub(crate) const DEBRIS: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
+/// Thickness of walls.
+pub(crate) const WALL: Parameter = Parameter {
+    name: "wall",
+    field: "wall",
+    kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
+    unit: MESH_UNIT,
+    default: Usual::Words("a mean edge of the component"),
+    sentence: "Thickness of the walls that `close_borders` makes of open sheets which no flat cap closes, in the mesh's units.",
+    details: "Walls are thinner where they would cross something; the report says how thick they are.",
+    ..Parameter::PLAIN
+};
+
+/// Thickness below which walls are defects.
+pub(crate) const MIN_WALL: Parameter = Parameter {
+    name: "min_wall",
+    field: "min_wall",
+    kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
+    unit: MESH_UNIT,
+    sentence: "Say no where a wall is thinner than this, in the mesh's units.",
+    details: "A wall is a patch of the surface whose other side is parallel to it within 15 degrees: sharp edges are none.",
+    ..Parameter::PLAIN
+};
+
 /// `isomend repair`.
 pub const REPAIR: Table = Table {
     command: "repair",
@@ -281,6 +304,13 @@ pub const REPAIR: Table = Table {
             excludes: "keep_holes",
             ..Parameter::PLAIN
         },
+        WALL,
+        Parameter {
+            default: Usual::Words(
+                "half a mean edge for walls that the repair makes, others are only told",
+            ),
+            ..MIN_WALL
+        },
         Parameter {
             field: "fill.max_diameter",
             ..MAX_DIAMETER
@@ -310,6 +340,10 @@ pub const CHECK: Table = Table {
     command: "check",
     own: &[
         THIN,
+        Parameter {
+            default: Usual::Words("the least and the mean wall are only told"),
+            ..MIN_WALL
+        },
         Parameter {
             default: Usual::Value("0.01"),
             sentence: "Call components debris that have less than this part, from 0 to 1, of the area of the largest one.",

@@ -9,14 +9,14 @@ use crate::mend::{Control, CreaseEnd, FillError, Inspection};
 use crate::mesh::HoleId;
 use crate::tuning::tuning;
 
-/// Lets outer borders of open sheets be holes as others; returns those of small sheets, which no level set closes: their surface goes on
+/// Lets outer borders of open sheets be holes as others; returns those that may get flat caps. No level set closes them: their surface goes on
 /// away from the border's middle.
 pub(super) fn take_borders(found: &mut Inspection) -> Vec<HoleId> {
     let mut sheets = Vec::new();
     for hole in found.holes.iter_mut().filter(|h| h.outer_border) {
         hole.outer_border = false;
         let faces = found.topology.piece_faces[hole.piece as usize];
-        if (tuning().repair.small_faces + 1..=tuning().repair.small_sheet).contains(&faces) {
+        if faces > tuning().repair.small_faces {
             sheets.push(hole.id);
         }
     }

@@ -7,11 +7,11 @@ use glam::DVec3;
 
 use super::edges;
 use super::known::Fast;
-use crate::check::{is_flat, meets};
+use crate::check::is_flat;
 use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_beside;
 use crate::mesh::{Mesh, Part, area_vector};
-use crate::spatial::{Bounds, BoxTree, intersecting};
+use crate::spatial::{Bounds, BoxTree, intersecting, meets};
 use crate::tuning::tuning;
 
 /// A welded mesh, and new faces on its vertices that cross nothing of it and one another.

@@ -8,11 +8,11 @@ use rayon::prelude::*;
 use super::draft::Draft;
 use super::params::CrossingPass;
 use super::scraps;
-use crate::check::meets;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 use crate::mesh::{DisjointSets, Mesh, Topology, area_vector, face_normal};
+use crate::spatial::meets;
 use crate::spatial::{Bvh, WindingTree};
 use crate::tuning::tuning;
 

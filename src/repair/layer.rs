@@ -1,15 +1,15 @@
-//! A second layer of faces a hair under a part of a surface: it hangs on rims there and faces the other way.
+//! A second layer of faces under a part of a surface, an offset shell: it hangs on rims there and faces the other way.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use glam::DVec3;
 
+use super::below::{Below, Lined, Shape, below, under};
 use super::clear::{Ground, crossing_or_flat};
-use super::rounding::{Rounding, is_single};
+use super::rounding::Rounding;
 use super::{Edge, edges};
-use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
-use crate::mesh::{DisjointSets, Mesh, Part, VertexFaces, face_normal};
+use crate::mesh::{DisjointSets, Mesh, Part, area_vector, face_normal};
 use crate::tuning::tuning;
 
 /// A part of a surface and the layer under it.
@@ -20,31 +20,25 @@ pub(super) struct Layer {
     pub(super) faces: Vec<[u32; 3]>,
     /// The face of the surface under which each of them lies.
     under: Vec<u32>,
+    /// How many of them, the first ones, lie under the surface; the others are side walls at the rims.
+    under_surface: usize,
     /// The borders that the layer has beside the rims, as loops in the direction of the faces that would close them.
     pub(super) loops: Vec<Vec<u32>>,
     /// The number of the first new vertex.
     first: u32,
+    shape: Shape,
     rounding: Rounding,
 }
 
-/// A vertex under the surface.
-struct Below {
-    from: DVec3,
-    way: DVec3,
-    depth: f64,
-    /// The least depth that can be told from none.
-    least: f64,
-}
-
-/// What a layer is to be made under.
-pub(super) struct Lined<'a> {
-    pub(super) found: &'a Inspection<'a>,
-    pub(super) around: &'a VertexFaces,
-    /// The faces.
-    pub(super) faces: &'a [u32],
-    /// Edges of the rims on which the layer hangs.
-    pub(super) rims: &'a HashSet<Edge>,
-    pub(super) rounding: Rounding,
+/// The wall that a face of a layer makes with the surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WallFace {
+    /// The area of the face.
+    pub(super) area: f64,
+    /// Its mean depth along the normal of the surface, in the mesh's units.
+    pub(super) thickness: f64,
+    /// Its centre.
+    pub(super) at: DVec3,
 }
 
 /// The corners of the lined faces, those together that are one vertex of the layer.
@@ -62,6 +56,8 @@ impl Layer {
             vertices: Vec::new(),
             faces: Vec::new(),
             under: Vec::new(),
+            under_surface: 0,
+            shape: lined.shape,
             loops: Vec::new(),
             first,
             rounding: lined.rounding,
@@ -71,11 +67,15 @@ impl Layer {
         for (&f, i) in lined.faces.iter().zip(0..) {
             layer.face(lined, &corners, f, i, &mut middles);
         }
+        layer.under_surface = layer.faces.len();
+        if lined.shape.has_sides() {
+            layer.sides(lined, &corners);
+        }
         layer.loops = loops(lined, &corners, &middles, first)?;
         Some(layer)
     }
 
-    /// Vertices for the corners: those of the rims stay, the others get a copy under them.
+    /// Vertices for the corners: those of the rims stay, unless there are side walls, the others get a copy under them.
     fn corners(&mut self, lined: &Lined) -> Option<Corners> {
         let (mesh, topology) = (&lined.found.mesh, &lined.found.topology);
         let place: HashMap<u32, u32> = lined.faces.iter().copied().zip(0..).collect();
@@ -103,7 +103,8 @@ impl Layer {
             }
         }
         let mut stays = HashSet::new();
-        for c in (0..on_rim.len() as u32).filter(|c| on_rim[*c as usize]) {
+        let stay = |c: &u32| on_rim[*c as usize] && !lined.shape.has_sides();
+        for c in (0..on_rim.len() as u32).filter(stay) {
             stays.insert(sets.find(c));
         }
         let mut of_set: HashMap<u32, u32> = HashMap::new();
@@ -124,6 +125,42 @@ impl Layer {
             vertex.push(own);
         }
         Some(Corners { place, vertex })
+    }
+
+    /// Two faces between each edge of the rims and its copy.
+    fn sides(&mut self, lined: &Lined, corners: &Corners) {
+        for (&f, i) in lined.faces.iter().zip(0..) {
+            for k in 0..3 {
+                if lined.found.topology.opposite[(3 * f + k) as usize] != NONE {
+                    continue;
+                }
+                let (a, b) = ends(&lined.found.mesh, 3 * f + k);
+                let [c, d] = [k, (k + 1) % 3].map(|k| corners.vertex[(3 * i + k) as usize]);
+                self.faces.extend([[b, a, c], [b, c, d]]);
+                self.under.extend([f, f]);
+            }
+        }
+    }
+
+    /// The walls that the placed layer makes with the surface, one for each face that lies under it.
+    pub(super) fn walls(&self, lined: &Lined) -> Vec<WallFace> {
+        let mesh = &lined.found.mesh;
+        let wall = |(face, under): (&[u32; 3], &u32)| {
+            let normal = face_normal(mesh, *under);
+            let below = |v: u32| self.vertices.get(v.checked_sub(self.first)? as usize);
+            let depth = |v: &u32| below(*v).map_or(0.0, |b| -b.depth * b.way.dot(normal));
+            let at = face.map(|v| match below(v) {
+                Some(b) => b.from + b.depth * b.way,
+                None => mesh.positions[v as usize],
+            });
+            WallFace {
+                area: 0.5 * area_vector(at).length(),
+                thickness: face.iter().map(depth).sum::<f64>() / 3.0,
+                at: at.iter().sum::<DVec3>() / 3.0,
+            }
+        };
+        let own = self.faces[..self.under_surface].iter();
+        own.zip(&self.under).map(wall).collect()
     }
 
     fn add(&mut self, vertex: Below) -> u32 {
@@ -185,8 +222,8 @@ impl Layer {
             if wrong.is_empty() {
                 break;
             }
-            let moved = self.come_nearer(&wrong);
-            if round == tuning().repair.shell_rounds || moved.is_empty() {
+            let moved = self.come_nearer(&wrong, round);
+            if round == self.rounds() || moved.is_empty() {
                 let under = wrong.iter().map(|f| self.under[*f as usize]);
                 return Err(under.collect::<BTreeSet<u32>>().into_iter().collect());
             }
@@ -201,14 +238,28 @@ impl Layer {
         Ok(())
     }
 
+    /// How often it may come nearer to the surface.
+    fn rounds(&self) -> usize {
+        match self.shape {
+            Shape::Hair => tuning().repair.shell_rounds,
+            _ => tuning().repair.wall_rounds,
+        }
+    }
+
     /// Lets the new vertices of some faces come nearer to the surface; returns those that could.
-    fn come_nearer(&mut self, faces: &HashSet<u32>) -> HashSet<u32> {
+    fn come_nearer(&mut self, faces: &HashSet<u32>, round: usize) -> HashSet<u32> {
         let corners = faces.iter().flat_map(|f| self.faces[*f as usize]);
         let new: HashSet<u32> = corners.filter(|v| *v >= self.first).collect();
+        let factor = match self.shape {
+            Shape::Walled(_) | Shape::Hanging(_) if round < tuning().repair.wall_steps => {
+                tuning().repair.wall_nearer
+            }
+            _ => tuning().repair.shell_nearer,
+        };
         let mut moved = HashSet::new();
         for v in new {
             let vertex = &mut self.vertices[(v - self.first) as usize];
-            let depth = (tuning().repair.shell_nearer * vertex.depth).max(vertex.least);
+            let depth = (factor * vertex.depth).max(vertex.least);
             if depth < vertex.depth {
                 moved.insert(v);
             }
@@ -284,67 +335,6 @@ fn divided(v: [u32; 3], middle: [Option<u32>; 3]) -> Vec<[u32; 3]> {
 
 fn ends(mesh: &Mesh, half_edge: u32) -> (u32, u32) {
     (start(mesh, half_edge), end(mesh, half_edge))
-}
-
-/// A vertex under one of the surface.
-fn below(lined: &Lined, v: u32) -> Below {
-    let mesh = &lined.found.mesh;
-    let piece = |f: u32| lined.found.topology.piece[f as usize];
-    let at = |f: &u32| {
-        lined
-            .faces
-            .first()
-            .is_some_and(|own| piece(*own) == piece(*f))
-    };
-    let faces: Vec<u32> = lined.around.of(v).iter().copied().filter(at).collect();
-    let from = mesh.positions[v as usize];
-    let corners = faces.iter().flat_map(|f| mesh.corners(*f));
-    let edges = corners.map(|q| q.distance(from)).filter(|d| *d > 0.0);
-    let length = edges.fold(f64::INFINITY, f64::min);
-    Below::new(mesh, from, &faces, length, lined.rounding)
-}
-
-/// A vertex under a point of some faces, which lies on an edge or beside one.
-fn under(lined: &Lined, from: DVec3, faces: &[u32], [a, b]: [u32; 2]) -> Below {
-    let mesh = &lined.found.mesh;
-    let length = mesh.positions[a as usize].distance(mesh.positions[b as usize]);
-    Below::new(mesh, from, faces, length, lined.rounding)
-}
-
-impl Below {
-    fn new(mesh: &Mesh, from: DVec3, faces: &[u32], length: f64, rounding: Rounding) -> Self {
-        let normals: Vec<DVec3> = faces.iter().map(|f| face_normal(mesh, *f)).collect();
-        let corners = faces.iter().flat_map(|f| mesh.corners(*f));
-        let mut points = corners.chain([from]);
-        let single = rounding.is_single() || points.all(is_single);
-        let epsilon = match single {
-            true => f64::from(f32::EPSILON),
-            false => f64::EPSILON,
-        };
-        let least = tuning().repair.least_apart * epsilon * from.abs().max_element();
-        Self {
-            from,
-            way: inward(&normals),
-            depth: (tuning().repair.shell_depth * length).max(least),
-            least,
-        }
-    }
-}
-
-/// A direction that leads to the inside of all faces with these normals, where there is one (Rosenblatt's perceptron).
-fn inward(normals: &[DVec3]) -> DVec3 {
-    let mut way = -normals.iter().sum::<DVec3>();
-    for _ in 0..tuning().repair.shell_steps {
-        let worst = normals.iter().max_by(|m, n| {
-            let [m, n] = [m.dot(way), n.dot(way)];
-            m.total_cmp(&n)
-        });
-        let Some(worst) = worst.filter(|n| n.dot(way) > -0.1 * way.length()) else {
-            break;
-        };
-        way -= *worst;
-    }
-    way.normalize_or_zero()
 }
 
 /// The borders of a layer but for the rims.

@@ -2,11 +2,14 @@
 //!
 //! Faces that are no part of a defect stay as they are, bit for bit and in order.
 
+mod below;
+mod caps;
 mod choice;
 mod clean;
 mod clear;
 mod crossing;
 mod draft;
+mod finish;
 mod flat;
 mod known;
 mod layer;
@@ -15,12 +18,15 @@ mod orient;
 mod params;
 mod pockets;
 mod report;
+mod rings;
 mod rounding;
 mod scraps;
 mod seams;
+mod search;
 mod setters;
 mod sheets;
 mod union;
+mod walls;
 mod widen;
 
 use std::collections::HashSet;
@@ -29,7 +35,7 @@ use std::time::Instant;
 use glam::DMat4;
 
 use super::{FillError, FillReport, Inspection};
-use crate::check::{CheckParams, DefectKind, components, weld_length};
+use crate::check::{DefectKind, components, weld_length};
 use crate::fill::FillParams;
 use crate::mend::{Control, Watch};
 use crate::mesh::topology::NONE;
@@ -37,7 +43,7 @@ use crate::mesh::{Hole, HoleId, Mesh, Origins};
 use crate::tuning::tuning;
 use choice::Choice;
 use clean::Alike;
-use draft::{Draft, Faults, KeepVertices};
+use draft::{Draft, Faults};
 use rounding::Rounding;
 
 pub use params::{CrossingPass, RepairParams, RepairReport};
@@ -108,7 +114,7 @@ pub fn repair(
         run.draft.rounding = Rounding::new(carried.stored);
         run.prepare(carried)?;
         run.fill_and_cut()?;
-        let mut done = run.finish(carried);
+        let mut done = run.finish(carried)?;
         done.report.fill.seconds = clock.elapsed().as_secs_f64();
         Ok(done)
     })
@@ -140,7 +146,7 @@ impl Run<'_> {
     fn prepare(&mut self, carried: &Carried) -> Result<(), FillError> {
         let params = self.params;
         let found = Inspection::new(self.input)?;
-        self.report.before = Some(found.check(&CheckParams::default()));
+        self.report.before = Some(found.check(&params.checked()));
         self.choice = Choice::new(&found, &params.fill)?;
         self.report.fill = FillReport::of(&found);
         let rounding = self.draft.rounding;
@@ -352,7 +358,7 @@ impl Run<'_> {
 
     /// Fills holes: those that are wanted the first time, later those that are no part of the old border.
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
-        let (mesh, sigma, report) = {
+        let (mesh, sigma, report, caps) = {
             let mut found = self.draft.take_inspection()?;
             let sheets = match self.params.borders && !self.params.fill.flat_base {
                 true => choice::take_borders(&mut found),
@@ -383,19 +389,23 @@ impl Run<'_> {
                     ..self.params.fill.clone()
                 },
             };
-            if first && !sheets.is_empty() {
-                let alone = found.regions(&params)?.alone();
-                let flat = sheets.iter().filter(|id| alone.contains(id));
-                params.flat.extend(flat);
-            }
+            let mut caps = match first {
+                true => caps::of_sheets(&found, sheets, &mut params)?,
+                false => Vec::new(),
+            };
             let regions = found.regions(&params)?;
             let watch = Watch::new(*self.control, regions.expected_work());
             let mut filled = regions.fill(&watch)?;
+            if first && self.params.borders {
+                self.cap_mouths(&found, &params, &mut filled)?;
+            }
             if first {
                 let numbers = self.choice.numbers(&found, &self.draft.origins.vertices);
                 report::renumber(&mut filled.report, &numbers);
+                caps.iter_mut()
+                    .for_each(|id| *id = numbers.get(id).copied().unwrap_or(*id));
             }
-            (filled.mesh, filled.sigma, filled.report)
+            (filled.mesh, filled.sigma, filled.report, caps)
         };
         let regions = self.report.fill.regions.len();
         let holes = if first {
@@ -407,7 +417,7 @@ impl Run<'_> {
         self.draft.take(mesh, sigma, &report, regions);
         self.draft.round_from(known);
         self.tell(report, regions, holes, first);
-        Ok(())
+        self.drop_bad_caps(&caps, regions)
     }
 
     /// Adds what a fill told to what the ones before it did.
@@ -430,42 +440,6 @@ impl Run<'_> {
             region.id += regions;
             region.holes.iter_mut().for_each(|id| id.0 += holes);
             all.regions.push(region);
-        }
-    }
-
-    fn finish(mut self, carried: &Carried) -> Repaired {
-        let keep = match (carried.in_place, self.params.drop_unused) {
-            (true, _) => KeepVertices::All,
-            (_, true) => KeepVertices::Used,
-            _ => KeepVertices::UsedAndUnused,
-        };
-        for region in &mut self.report.fill.regions {
-            region.new_faces = 0;
-        }
-        for &region in self.draft.region.iter().filter(|r| **r != NONE) {
-            self.report.fill.regions[region as usize].new_faces += 1;
-        }
-        let done = self.draft.finish(self.input, &keep, carried.in_place);
-        let mut report = self.report;
-        let living = done.origins.living(self.input.faces.len());
-        report.lost_faces = living.iter().filter(|l| !**l).count();
-        report.gone_components = report::gone_components(&self.components, &living);
-        let known: HashSet<u32> = done.origins.vertices.iter().copied().collect();
-        report.lost_vertices = self.input.positions.len() - known.len();
-        // Rims by the numbers of the result; those that are there no more are not drawn.
-        let own = done.origins.vertices.len() as u32;
-        for hole in &mut report.fill.holes {
-            let number = |v: &u32| done.number[*v as usize];
-            hole.hole.rim = hole.hole.rim.iter().map(number).collect();
-            if hole.hole.rim.iter().any(|v| *v >= own) {
-                hole.hole.rim.clear();
-            }
-        }
-        Repaired {
-            mesh: done.mesh,
-            origins: done.origins,
-            sigma: done.sigma,
-            report,
         }
     }
 }

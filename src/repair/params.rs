@@ -2,7 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::check::Verdict;
+use super::lining::LinedWall;
+use crate::check::{CheckParams, Component, Defect, DefectKind, Verdict};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport};
 use crate::parameters::tables;
@@ -34,6 +35,12 @@ pub struct RepairParams {
     pub holes: bool,
     /// Fills the outer borders of open sheets too.
     pub borders: bool,
+    /// The thickness of the walls that borders get which no flat cap closes, in the mesh's units; they are thinner where they would
+    /// intersect something. By default a mean edge of the component.
+    pub wall: Option<f64>,
+    /// Walls that are thinner than this, in the mesh's units, are defects in the verdicts before and after. By default only those are that
+    /// the repair made itself, where more than a quarter of a sheet is thinner than half a mean edge.
+    pub min_wall: Option<f64>,
     /// How holes are filled. Numbers of holes are those of the input.
     pub fill: FillParams,
 }
@@ -51,6 +58,8 @@ impl Default for RepairParams {
             crossings: true,
             holes: true,
             borders: false,
+            wall: None,
+            min_wall: None,
             fill: FillParams::default(),
         }
     }
@@ -65,12 +74,22 @@ impl RepairParams {
         let bad = |what| Err(FillError::Parameter { what });
         tables::WELD.check(self.weld)?;
         tables::DEBRIS.check(self.debris)?;
+        tables::WALL.check(self.wall)?;
+        tables::MIN_WALL.check(self.min_wall)?;
         if self.fill.surface == crate::fill::SurfaceKind::Whole {
             return bad(
                 "a repair is stitched into the mesh; whole level sets come from a fill alone",
             );
         }
         self.fill.check()
+    }
+
+    /// How the input and the result are judged.
+    pub(crate) fn checked(&self) -> CheckParams {
+        CheckParams {
+            min_wall: self.min_wall,
+            ..CheckParams::default()
+        }
     }
 }
 
@@ -121,12 +140,49 @@ pub struct RepairReport {
     pub lost_faces: usize,
     /// Vertices of the input that are not in the result.
     pub lost_vertices: usize,
+    /// Components of the result that were lined in part or as a whole, each with its number from 1 in the order of their first faces. The
+    /// walls are those that the lining makes.
+    #[serde(default)]
+    pub linings: Vec<(usize, Component)>,
+    /// The numbers of those whose walls are too thin, each with the thickness that most of its wall should have: a no in the verdict.
+    #[serde(default)]
+    pub thin_linings: Vec<(usize, f64)>,
+    /// What is known of the walls of linings in the course of a repair.
+    #[serde(skip)]
+    pub(super) walls: Vec<LinedWall>,
     /// The verdict on the input.
     pub before: Option<Verdict>,
     /// The verdict on the result; on the file as it is written, where one is.
     pub after: Option<Verdict>,
     /// The fills. Holes are numbered as they were when they were filled.
     pub fill: FillReport,
+}
+
+impl RepairReport {
+    /// Takes over the verdict on the result, in which walls of linings that are too thin are a defect.
+    pub(crate) fn judge(&mut self, mut verdict: Verdict) {
+        let mut faces = 0;
+        for (number, limit) in &self.thin_linings {
+            let lining = self.linings.iter().find(|(n, _)| n == number);
+            let own = verdict.components.get_mut(number - 1);
+            let (Some((_, lining)), Some(own)) = (lining, own) else {
+                continue;
+            };
+            let thinner = |l: f64| own.least_wall.is_none_or(|o| l < o);
+            if lining.least_wall.is_some_and(thinner) {
+                (own.least_wall, own.thinnest_at) = (lining.least_wall, lining.thinnest_at);
+            }
+            let known = verdict.params.min_wall.unwrap_or(0.0);
+            verdict.params.min_wall = Some(known.max(*limit));
+            faces += own.faces;
+            verdict.foils.push(*number);
+        }
+        if faces > 0 && verdict.count(DefectKind::ThinWall) == 0 {
+            let defect = Defect::named(DefectKind::ThinWall, faces);
+            verdict.defects.push(defect);
+        }
+        self.after = Some(verdict);
+    }
 }
 
 /// One pass in which crossing faces were cut out.

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::draft::Faults;
+use super::search::{Blocked, Budget, Wanted};
 use super::{Run, lining, report};
 use crate::fill::{FailedReason, HoleOutcome, LeftReason};
 use crate::mend::{FillError, HoleReport};
@@ -10,6 +11,13 @@ use crate::mesh::Hole;
 use crate::tuning::tuning;
 
 impl Run<'_> {
+    fn walls_wanted(&self) -> Wanted {
+        Wanted {
+            wall: self.params.wall,
+            sheets: self.params.borders,
+        }
+    }
+
     /// Lines the surface round holes that are open yet, if that leaves less wrong.
     pub(super) fn line(
         &mut self,
@@ -21,7 +29,8 @@ impl Run<'_> {
             HoleOutcome::Left(LeftReason::OuterBorder | LeftReason::SmallComponent) => borders,
             _ => false,
         };
-        let mut budget = lining::Budget::new(borders);
+        let walls = self.walls_wanted();
+        let mut budget = Budget::new(borders);
         let mut blocked = Vec::new();
         for _ in 0..tuning().repair.linings {
             self.go_on()?;
@@ -30,10 +39,11 @@ impl Run<'_> {
                 &mut self.draft,
                 &mut self.report.fill,
                 &wanted,
-                false,
+                (false, walls),
                 &mut budget,
             )?;
             blocked = done.blocked;
+            self.report.walls.extend(done.walls);
             if done.count == 0 {
                 break;
             }
@@ -47,6 +57,11 @@ impl Run<'_> {
             self.go_on()?;
             self.cut_and_line(blocked, &wanted, was_border, (&mut budget, &mut faults))?;
         }
+        for hole in self.report.fill.holes.iter_mut().filter(|_| borders) {
+            if hole.outcome == HoleOutcome::Left(LeftReason::OuterBorder) {
+                hole.outcome = HoleOutcome::Failed(FailedReason::NothingFits);
+            }
+        }
         Ok(())
     }
 
@@ -54,10 +69,10 @@ impl Run<'_> {
     /// are looked for where they are not known yet: most faces cannot be cut out.
     fn cut_and_line(
         &mut self,
-        mut blocked: lining::Blocked,
+        mut blocked: Blocked,
         wanted: &dyn Fn(&HoleReport) -> bool,
         was_border: &dyn Fn(&Hole, &[u32]) -> bool,
-        (budget, faults): (&mut lining::Budget, &mut Option<Faults>),
+        (budget, faults): (&mut Budget, &mut Option<Faults>),
     ) -> Result<(), FillError> {
         let near = |hole: &HoleReport, rims: &HashSet<u32>| {
             wanted(hole) && hole.hole.rim.iter().any(|v| rims.contains(v))
@@ -67,6 +82,7 @@ impl Run<'_> {
             return Ok(());
         }
         let mut before = (self.draft.clone(), self.report.clone(), self.lost);
+        let walls = self.walls_wanted();
         let mut was_cut = false;
         for _ in 0..tuning().repair.linings {
             let most = self.most_lost();
@@ -85,7 +101,9 @@ impl Run<'_> {
             let near = |hole: &HoleReport| near(hole, &blocked.rims);
             let whole = blocked.whole;
             let fill = &mut self.report.fill;
-            let done = lining::line(&mut self.draft, fill, &near, whole, budget)?;
+            let kind = (whole, walls);
+            let done = lining::line(&mut self.draft, fill, &near, kind, budget)?;
+            self.report.walls.extend(done.walls);
             if done.count > 0 {
                 self.separate_again()?;
             }

@@ -31,6 +31,10 @@ setters! { RepairParams:
     with_holes(fill: bool) => holes = fill;
     /// Sets [`RepairParams::borders`].
     with_borders(fill: bool) => borders = fill;
+    /// Sets [`RepairParams::wall`], in the mesh's units.
+    with_wall(length: f64) => wall = Some(length);
+    /// Sets [`RepairParams::min_wall`], in the mesh's units.
+    with_min_wall(length: f64) => min_wall = Some(length);
     /// Sets [`RepairParams::fill`].
     with_fill(fill: FillParams) => fill = fill;
 }

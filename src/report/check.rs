@@ -41,9 +41,13 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
         match (found, kind) {
             (Some(defect), _) => Some((name, told(defect, verdict, size))),
             (None, DefectKind::Thin) if verdict.params.thin.is_none() => None,
+            (None, DefectKind::ThinWall) if verdict.params.min_wall.is_none() => None,
             (None, _) => Some((name, "none".to_owned())),
         }
     }));
+    if let Some(walls) = walls(verdict, size) {
+        rows.push(("walls", walls));
+    }
     if verdict.t_junctions > 0 {
         let what = format!(
             "{} border vertices on border edges; `isomend repair` splits these edges",
@@ -75,6 +79,22 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
     rows
 }
 
+/// The least wall, with where it is, and the mean one.
+fn walls(verdict: &Verdict, size: f64) -> Option<String> {
+    let (number, thinnest, mean) = verdict.walls()?;
+    let own = match verdict.components.len() {
+        1 => String::new(),
+        _ => format!(" in component {number}"),
+    };
+    let at = thinnest.thinnest_at.unwrap_or(thinnest.centre);
+    Some(format!(
+        "{} at least,{own} at {}; {} in the mean",
+        length(thinnest.least_wall?),
+        point(at, size),
+        length(mean)
+    ))
+}
+
 /// What a kind of defect is called in a list.
 fn name(kind: DefectKind) -> &'static str {
     match kind {
@@ -87,6 +107,7 @@ fn name(kind: DefectKind) -> &'static str {
         DefectKind::Duplicate => "duplicate faces",
         DefectKind::Crossing => "crossing faces",
         DefectKind::Thin => "thin parts",
+        DefectKind::ThinWall => "thin walls",
     }
 }
 
@@ -103,7 +124,14 @@ fn told(defect: &Defect, verdict: &Verdict, size: f64) -> String {
         (DefectKind::Thin, Some(thin)) => {
             text += &format!(" faces where it is thinner than {}", length(thin));
         }
+        (DefectKind::ThinWall, _) => {
+            let limit = verdict.params.min_wall.unwrap_or_default();
+            text += &format!(" faces at walls thinner than {}", length(limit));
+        }
         _ => {}
+    }
+    if defect.places.is_empty() {
+        return text;
     }
     let places = defect.places.iter().take(MOST_PLACES);
     let places: Vec<String> = places.map(|p| point(*p, size)).collect();

@@ -1,6 +1,11 @@
 //! What a repair did, in lines.
 
+use crate::check::Component;
+use crate::mesh::length;
 use crate::repair::RepairReport;
+
+/// Most lined components that get a line of their own.
+const MOST_LINED: usize = 5;
 
 /// What was done, one line for each step that found something.
 pub fn repair_lines(r: &RepairReport) -> Vec<String> {
@@ -52,8 +57,36 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
         ),
     ];
     let some = all.into_iter().filter(|(count, _)| *count > 0);
-    some.map(|(count, what)| format!("{count} {what}"))
-        .collect()
+    let mut lines: Vec<String> = some
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+    lines.extend(lining_lines(r));
+    lines
+}
+
+/// The components that were lined, the largest first.
+fn lining_lines(r: &RepairReport) -> Vec<String> {
+    let mut lined: Vec<&(usize, Component)> = r.linings.iter().collect();
+    lined.sort_by(|a, b| b.1.area.total_cmp(&a.1.area).then(a.0.cmp(&b.0)));
+    let mut lines: Vec<String> = lined.iter().take(MOST_LINED).map(|l| lining(l)).collect();
+    if let Some(more) = lined.get(MOST_LINED..).filter(|more| !more.is_empty()) {
+        let least = more.iter().filter_map(|(_, c)| c.least_wall);
+        lines.push(format!(
+            "{} more components were lined: walls {} thick at least",
+            more.len(),
+            length(least.fold(f64::INFINITY, f64::min))
+        ));
+    }
+    lines
+}
+
+/// A component that was lined, and how thick its walls are.
+fn lining((number, component): &(usize, Component)) -> String {
+    format!(
+        "component {number} was lined: walls {} thick in the mean, {} at least",
+        length(component.mean_wall.unwrap_or_default()),
+        length(component.least_wall.unwrap_or_default())
+    )
 }
 
 /// What was cut out where faces crossed others, behind their number.

@@ -362,7 +362,7 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
         HoleOutcome::Faired(why) => Some(why.to_string()),
         HoleOutcome::Left(why) => Some(why.to_string()),
         HoleOutcome::Failed(why) => Some(why.to_string()),
-        HoleOutcome::Filled | HoleOutcome::Flat | HoleOutcome::Base => None,
+        HoleOutcome::Filled | HoleOutcome::Flat | HoleOutcome::Base | HoleOutcome::Walls => None,
     }
 }
 
@@ -370,7 +370,15 @@ pub fn reason(outcome: &HoleOutcome) -> Option<String> {
 pub fn tally_line(report: &FillReport) -> String {
     let tally = report.tally();
     let all = report.holes.len();
-    let closed = tally.filled + tally.faired + tally.flat + tally.bases + tally.triangulated;
+    let closed = [
+        tally.filled,
+        tally.faired,
+        tally.flat,
+        tally.bases,
+        tally.walls,
+        tally.triangulated,
+    ];
+    let closed: usize = closed.iter().sum();
     let mut line = match all {
         0 => "no holes".to_owned(),
         1 if closed == 1 => "the hole is closed".to_owned(),
@@ -389,6 +397,7 @@ pub fn tally_line(report: &FillReport) -> String {
         (smoothed, "by smoothed triangles"),
         (tally.flat, "by flat caps"),
         (tally.bases, "by flat bases"),
+        (tally.walls, "by walls"),
         (tally.triangulated, "by triangles between rim vertices"),
     ];
     let ways = ways.iter().filter(|(count, _)| *count > 0);

@@ -394,7 +394,7 @@ mod tests {
             let all = edges(9000, length);
             let boxes: Vec<Bounds> = all.iter().map(|e| e.1).collect();
             let tree = BoxTree::new(&boxes);
-            let hit = |i: u32, j: u32| (i ^ j) % 3 == 0;
+            let hit = |i: u32, j: u32| (i ^ j).is_multiple_of(3);
             let found = tree.hits(1000, hit).unwrap();
             for i in 0..boxes.len() as u32 {
                 let partner = tree.find(&boxes[i as usize], |j| i != j && hit(i, j));

@@ -277,6 +277,13 @@ impl Node {
         }
     }
 
+    /// The box of a child.
+    pub(super) fn child_box(&self, child: usize) -> (DVec3, DVec3) {
+        let corner =
+            |of: &[Vec4; 3]| DVec3::from_array([0, 1, 2].map(|k: usize| f64::from(of[k][child])));
+        (corner(&self.low), corner(&self.high))
+    }
+
     /// What hangs at the node.
     pub fn children(&self) -> impl DoubleEndedIterator<Item = Child> + ExactSizeIterator {
         self.children[..self.count as usize]

@@ -4,6 +4,7 @@ mod boxes;
 mod bvh;
 mod intersect;
 mod ploc;
+mod ray;
 mod triangle;
 mod winding;
 
@@ -11,5 +12,6 @@ pub use boxes::{Bounds, BoxTree};
 pub use bvh::{Bvh, Closest, middle};
 pub use intersect::intersecting;
 pub(crate) use intersect::{intersecting_pairs, partners};
+pub(crate) use ray::meets;
 pub use triangle::{Barycentric, closest_on_triangle};
 pub use winding::WindingTree;

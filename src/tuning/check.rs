@@ -29,6 +29,17 @@ thresholds! {
         least_digits: i32 = 4,
         /// at most.
         most_digits: i32 = 12,
+        /// Cosine of the angle within which the two sides of a wall are parallel: 15°. Beyond it they are a wedge, whose thickness at any
+        /// place is less than four times its distance from the edge.
+        parallel: f64 = 0.966,
+        /// Squares of the thickness. Area of the surface that is no thicker than the least wall of a component, at least: that of a
+        /// disk of a third of the thickness, so that single slivers are no walls. Half a ball with a flat cap has 0.4.
+        wall_patch: f64 = 0.25,
+        /// Faces at which walls are measured, in parts by the faces of the components: of 1.1 million faces the mean was the same to
+        /// a thousandth as that of all.
+        wall_samples: usize = 20_000,
+        /// Faces of each component at which they are measured, where it has as many.
+        wall_samples_least: usize = 64,
         /// Relative distance from a 32-bit float within which a number is one that was written with nine digits or more.
         single: f64 = 5e-9,
     }

@@ -37,9 +37,6 @@ thresholds! {
         diagonal: f64 = 0.1,
         /// Faces. Components of this many have no inside.
         small_faces: usize = 2,
-        /// Faces of an open sheet whose outer border is closed by a flat cap, at most: of 300 sheets of 32 faces no border got a level
-        /// set, which took 106 of 114 seconds, and the results were the same.
-        small_sheet: usize = 256,
         /// Faces of a component that are tested to say whether it lies inside another.
         samples: usize = 64,
         /// Winding number of the other component above which a point before a face lies inside it; half of the points decide.
@@ -58,6 +55,24 @@ thresholds! {
         shell_nearer: f64 = 0.25,
         /// Times that a shell comes nearer to the surface, at most.
         shell_rounds: usize = 5,
+        /// Mean edges of the surface. Thickness of the walls that an open sheet gets, where none is asked for.
+        wall: f64 = 1.0,
+        /// Part of the distance to the next surface under it that the depth of a wall is at most.
+        room: f64 = 0.8,
+        /// Factor of the depth of a wall where it intersects anything, the first
+        wall_nearer: f64 = 0.7,
+        /// times; later it is that of a shell, since what is left is a matter of few places.
+        wall_steps: usize = 10,
+        /// Part of the depth that was wanted. A wall that would have to be thinner anywhere is none.
+        wall_least: f64 = 2e-4,
+        /// Times that a wall gets thinner, at most.
+        wall_rounds: usize = 24,
+        /// Mean edges, and thicknesses that were asked for. Walls made by a repair that are thinner count as foil,
+        least_wall: f64 = 0.5,
+        /// where they make up this part of their component's surface. A shell has its inner side and its outer one: a quarter of the sheet.
+        thin_part: f64 = 0.125,
+        /// Part of a flat cap's area at which the body under it is not foil, at least: else its sheet gets walls.
+        thick_cap: f64 = 0.75,
         /// Steps of the search for a direction into the surface at a vertex, at most; twenty are rarely needed.
         shell_steps: usize = 100,
         /// Faces lined for the sake of one hole, at most; a matter of time, not of shape.

@@ -30,6 +30,7 @@ mod repair;
 mod repair_bytes;
 mod repair_seams;
 mod repair_union;
+mod repair_walls;
 mod repair_worst;
 mod restore;
 mod study;

@@ -14,3 +14,4 @@ mod several;
 mod signals;
 mod streams;
 mod usage;
+mod walls;

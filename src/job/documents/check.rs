@@ -33,6 +33,19 @@ pub(in crate::job) struct VerdictRow<'a> {
     inside: usize,
     largest_components: Vec<&'a Component>,
     thin: Option<f64>,
+    /// The limit of wall thickness, and the least and the mean thickness of the walls of closed components.
+    min_wall: Option<f64>,
+    walls: Option<WallRow>,
+}
+
+/// The walls of closed components.
+#[derive(Serialize)]
+struct WallRow {
+    least: Option<f64>,
+    mean: f64,
+    /// The number of the component with the thinnest one, from 1 in the order of their first faces, and where that is.
+    component: usize,
+    at: Option<DVec3>,
 }
 
 /// The length within which border vertices are to be merged, and how many border edges close so.
@@ -89,6 +102,13 @@ impl<'a> VerdictRow<'a> {
             inside: verdict.inside(),
             largest_components: components,
             thin: verdict.params.thin,
+            min_wall: verdict.params.min_wall,
+            walls: verdict.walls().map(|(component, thinnest, mean)| WallRow {
+                least: thinnest.least_wall,
+                mean,
+                component,
+                at: thinnest.thinnest_at,
+            }),
         }
     }
 }

@@ -1,8 +1,10 @@
 //! The rows of a repair.
 
+use glam::DVec3;
 use serde::Serialize;
 
 use super::VerdictRow;
+use crate::check::Component;
 use crate::repair::{CrossingPass, RepairReport};
 
 /// What a repair did.
@@ -12,10 +14,26 @@ pub(super) struct RepairRow<'a> {
     lost_faces: usize,
     lost_vertices: usize,
     gone_components: Gone,
+    /// Components of the result that were lined, and the walls that this makes.
+    linings: Vec<Lining>,
     /// The verdict on the input.
     before: Option<VerdictRow<'a>>,
     /// The verdict on what was written.
     after: Option<VerdictRow<'a>>,
+}
+
+/// A component of the result that was lined in part or as a whole.
+#[derive(Serialize)]
+struct Lining {
+    /// Its number, from 1 in the order of the first faces.
+    component: usize,
+    faces: usize,
+    /// The least and the mean thickness of the walls, and where the thinnest one is.
+    least_wall: Option<f64>,
+    mean_wall: Option<f64>,
+    thinnest_at: Option<DVec3>,
+    /// The thickness that walls should have, where too many are thinner; else null.
+    too_thin: Option<f64>,
 }
 
 /// Components of the input none of whose faces are in the result.
@@ -83,8 +101,23 @@ impl<'a> RepairRow<'a> {
                     most_faces,
                 }
             },
+            linings: r.linings.iter().map(|l| Lining::new(l, r)).collect(),
             before: r.before.as_ref().map(VerdictRow::new),
             after: r.after.as_ref().map(VerdictRow::new),
+        }
+    }
+}
+
+impl Lining {
+    fn new((number, component): &(usize, Component), report: &RepairReport) -> Self {
+        let thin = report.thin_linings.iter().find(|(n, _)| n == number);
+        Self {
+            component: *number,
+            faces: component.faces,
+            least_wall: component.least_wall,
+            mean_wall: component.mean_wall,
+            thinnest_at: component.thinnest_at,
+            too_thin: thin.map(|(_, limit)| *limit),
         }
     }
 }

@@ -89,6 +89,7 @@ impl OutcomeRow<'_> {
             HoleOutcome::Filled => ("filled", None),
             HoleOutcome::Flat => ("flat", None),
             HoleOutcome::Base => ("base", None),
+            HoleOutcome::Walls => ("walls", None),
             HoleOutcome::Failed(FailedReason::NoBase(_)) => ("failed", Some("no_base")),
             HoleOutcome::Faired(why) => ("faired", Some(failure(why))),
             HoleOutcome::Triangulated(why) => ("triangulated", Some(triangulated(why))),

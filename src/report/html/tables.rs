@@ -22,6 +22,8 @@ impl Words {
             "left" if self.single => "open",
             "left" => "left open",
             "failed" => "not filled",
+            "flat" => "flat cap",
+            "base" => "flat base",
             other => other,
         }
     }
@@ -35,7 +37,16 @@ impl Words {
     /// How many holes came out how, in words.
     pub fn status(self, holes: &[HoleReport]) -> String {
         let mut out = String::new();
-        for class in ["filled", "faired", "flat", "triangulated", "left", "failed"] {
+        for class in [
+            "filled",
+            "faired",
+            "flat",
+            "base",
+            "walls",
+            "triangulated",
+            "left",
+            "failed",
+        ] {
             let word = self.of(class);
             let count = holes
                 .iter()
@@ -114,7 +125,9 @@ fn class_of(outcome: &HoleOutcome) -> &'static str {
     match outcome {
         HoleOutcome::Filled => "filled",
         HoleOutcome::Faired(_) => "faired",
-        HoleOutcome::Flat | HoleOutcome::Base => "flat",
+        HoleOutcome::Flat => "flat",
+        HoleOutcome::Base => "base",
+        HoleOutcome::Walls => "walls",
         HoleOutcome::Triangulated(_) => "triangulated",
         HoleOutcome::Left(_) => "left",
         HoleOutcome::Failed(_) => "failed",

@@ -238,6 +238,7 @@ pub async fn check(
 pub struct Looked {
     thin: Option<f64>,
     debris: Option<f64>,
+    min_wall: Option<f64>,
 }
 
 impl Looked {
@@ -245,8 +246,11 @@ impl Looked {
         let mut params = CheckParams::default();
         params.thin = self.thin;
         params.debris = self.debris.unwrap_or(params.debris);
-        if self.thin.is_some_and(|l| !(l.is_finite() && l > 0.0)) {
-            return Err(Refused::wrong("a positive length is needed", "thin"));
+        params.min_wall = self.min_wall;
+        for (length, name) in [(self.thin, "thin"), (self.min_wall, "min_wall")] {
+            if length.is_some_and(|l| !(l.is_finite() && l > 0.0)) {
+                return Err(Refused::wrong("a positive length is needed", name));
+            }
         }
         match (0.0..=1.0).contains(&params.debris) {
             true => Ok(params),

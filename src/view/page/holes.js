@@ -217,7 +217,8 @@ export class Holes {
     find("#defect-list").replaceChildren();
     try {
       const found = await askJson(`check/${id}`);
-      verdict.textContent = found.sound ? "It is sound: closed, manifold, oriented and free of crossings." : (found.reasons || []).join("; ") + ".";
+      const { walls } = found, sound = found.sound ? "It is sound: closed, manifold, oriented and free of crossings." : (found.reasons || []).join("; ") + ".";
+      verdict.textContent = sound + (walls ? ` Walls: ${digits(walls.least)} thick at least, ${digits(walls.mean)} in the mean.` : "");
       const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
       find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, viewer.sides.after.mesh)));
     } catch (error) {

@@ -4,6 +4,9 @@ import { all, counted, digits, find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
 import { Form, KINDS } from "./fields.js";
 
+/** What holes that ended so are called; the others are called by the name of the outcome. */
+const OUTCOMES = { flat: "flat cap", base: "flat base with walls", walls: "walls under the sheet", left: "left open", failed: "not filled" };
+
 export class Steps {
   constructor(app) {
     this.app = app;
@@ -301,7 +304,7 @@ export class Steps {
     for (const hole of holes.slice(0, 300)) {
       const outcome = typeof hole.outcome === "string" ? hole.outcome : hole.outcome ? Object.keys(hole.outcome)[0] : hole.state || "";
       const item = document.createElement("li");
-      item.textContent = `hole ${hole.id}: ${outcome}${hole.reason ? `, ${hole.reason}` : ""}`;
+      item.textContent = `hole ${hole.id}: ${OUTCOMES[outcome] || outcome}${hole.reason ? `, ${hole.reason}` : ""}`;
       item.className = outcome;
       list.append(item);
     }

@@ -1,0 +1,212 @@
+//! Flat caps of the borders of sheets and of the mouths of vessels: taken where they intersect nothing and leave no foil.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::Run;
+use super::draft::Draft;
+use crate::check::Walls;
+use crate::fill::{ClosedBy, FillParams, HoleOutcome, LeftReason, RegionReport};
+use crate::mend::{FillError, FillReport, Filled, Inspection, Watch};
+use crate::mesh::topology::NONE;
+use crate::mesh::{HoleId, Mesh, area_vector};
+use crate::tuning::tuning;
+
+/// Asks for flat caps of the borders of sheets that are in no region with others, but of those that the caller asks for; returns their numbers.
+pub(super) fn of_sheets(
+    found: &Inspection,
+    mut sheets: Vec<HoleId>,
+    params: &mut FillParams,
+) -> Result<Vec<HoleId>, FillError> {
+    if !sheets.is_empty() {
+        let alone = found.regions(params)?.alone();
+        sheets.retain(|id| alone.contains(id) && !params.flat.contains(id));
+        params.flat.extend(&sheets);
+    }
+    Ok(sheets)
+}
+
+impl Run<'_> {
+    /// Gives mouths that the level set closed by balloons flat caps instead, where these intersect nothing.
+    pub(super) fn cap_mouths(
+        &self,
+        found: &Inspection,
+        params: &FillParams,
+        filled: &mut Filled,
+    ) -> Result<(), FillError> {
+        let is_mouth = |r: &&RegionReport| r.balloons() && r.holes.len() == 1;
+        let mouths = filled.report.regions.iter().filter(is_mouth);
+        let mouths: Vec<HoleId> = mouths.flat_map(|r| r.holes.iter().copied()).collect();
+        if mouths.is_empty() {
+            return Ok(());
+        }
+        let flat = FillParams {
+            holes: Some(mouths.clone()),
+            flat: mouths,
+            max_diameter: None,
+            keep_open: Vec::new(),
+            bridge: Vec::new(),
+            crease: Vec::new(),
+            ..params.clone()
+        };
+        let regions = found.regions(&flat)?;
+        let watch = Watch::new(*self.control, regions.expected_work());
+        let caps = regions.fill(&watch)?;
+        exchange(&self.draft.mesh, filled, caps);
+        Ok(())
+    }
+
+    /// Takes caps of sheets away that intersect something or leave foil, so that these sheets get walls later; `caps` are the numbers of
+    /// their borders, `first` the place of the first region of the fill that made them.
+    pub(super) fn drop_bad_caps(&mut self, caps: &[HoleId], first: usize) -> Result<(), FillError> {
+        let fill = &self.report.fill;
+        let own = |r: &&RegionReport| r.id > first && r.holes.iter().any(|id| caps.contains(id));
+        let regions: Vec<u32> = (fill.regions.iter().filter(own))
+            .map(|r| r.id as u32 - 1)
+            .collect();
+        if regions.is_empty() {
+            return Ok(());
+        }
+        let thin = foils(&self.draft, &regions, self.params.min_wall)?;
+        let is_good = |region: &u32| {
+            let r = &fill.regions[*region as usize];
+            let clear = r.closed_by == Some(ClosedBy::Flat) && r.intersecting_faces == 0;
+            clear && !thin.contains(region)
+        };
+        let bad: BTreeSet<u32> = regions.into_iter().filter(|r| !is_good(r)).collect();
+        let removed: Vec<bool> = self.draft.region.iter().map(|r| bad.contains(r)).collect();
+        self.draft.remove(&removed);
+        for region in bad {
+            leave(&mut self.report.fill, region);
+        }
+        Ok(())
+    }
+}
+
+/// Tells of the border that a region was to close as one that was left.
+fn leave(report: &mut FillReport, region: u32) {
+    let own = &mut report.regions[region as usize];
+    own.closed_by = Some(ClosedBy::Nothing);
+    own.new_vertices = 0;
+    own.set_intersecting(0);
+    let id = own.id;
+    for hole in report.holes.iter_mut().filter(|h| h.region == id) {
+        hole.outcome = HoleOutcome::Left(LeftReason::OuterBorder);
+    }
+}
+
+/// Puts caps that intersect nothing in the place of the patches of the same holes. Both fills were made of the mesh `before`.
+fn exchange(before: &Mesh, filled: &mut Filled, caps: Filled) {
+    let (vertices, faces) = (before.positions.len(), before.faces.len());
+    let patches = |filled: &Filled| {
+        let mut at = faces;
+        let ends = filled.report.regions.iter().map(move |r| {
+            at += r.new_faces;
+            at - r.new_faces..at
+        });
+        ends.collect::<Vec<_>>()
+    };
+    let shift = (filled.mesh.positions.len() - vertices) as u32;
+    let moved = |v: u32| v + if v as usize >= vertices { shift } else { 0 };
+    let (old, new) = (patches(filled), patches(&caps));
+    let is_clear =
+        |r: &RegionReport| r.closed_by == Some(ClosedBy::Flat) && r.intersecting_faces == 0;
+    let mut mesh = Mesh::new(
+        std::mem::take(&mut filled.mesh.positions),
+        filled.mesh.faces[..faces].to_vec(),
+    );
+    mesh.positions.extend(&caps.mesh.positions[vertices..]);
+    filled.sigma.extend(caps.sigma);
+    for (i, region) in filled.report.regions.iter_mut().enumerate() {
+        let of_caps = caps.report.regions.iter().zip(&new);
+        let mut cap = of_caps.filter(|(r, _)| is_clear(r) && r.holes == region.holes);
+        let Some((cap, own)) = cap.next() else {
+            mesh.faces.extend(&filled.mesh.faces[old[i].clone()]);
+            continue;
+        };
+        let own = caps.mesh.faces[own.clone()].iter();
+        mesh.faces.extend(own.map(|f| f.map(moved)));
+        *region = RegionReport {
+            id: region.id,
+            ..cap.clone()
+        };
+        for hole in (filled.report.holes.iter_mut()).filter(|h| region.holes.contains(&h.hole.id)) {
+            hole.outcome = HoleOutcome::Flat;
+        }
+    }
+    filled.mesh = mesh;
+}
+
+/// Those of some regions whose flat caps leave foil: the body under most of the cap is thinner than `least`, or by default than part of a mean
+/// edge of the sheet.
+fn foils(draft: &Draft, regions: &[u32], least: Option<f64>) -> Result<BTreeSet<u32>, FillError> {
+    let found = draft.inspect()?;
+    let (mesh, topology) = (&found.mesh, &found.topology);
+    let sheets = Sheets::new(draft, &found);
+    let walls = Walls::new(mesh, topology);
+    let asked: BTreeSet<u32> = regions.iter().copied().collect();
+    // For each region its area, and that at which the body is thick enough.
+    let mut areas: HashMap<u32, [f64; 2]> = HashMap::new();
+    for f in topology.faces() {
+        let region = draft.region[f as usize];
+        if !asked.contains(&region) {
+            continue;
+        }
+        let piece = topology.piece[f as usize] as usize;
+        let limit = least.unwrap_or(tuning().repair.least_wall * sheets.edge(piece));
+        let wall = walls.at(f, sheets.volume[piece] < 0.0);
+        let own = area_vector(mesh.corners(f)).length();
+        let area = areas.entry(region).or_default();
+        area[0] += own;
+        if wall.is_none_or(|w| w.thickness >= limit) {
+            area[1] += own;
+        }
+    }
+    let is_foil = |[all, thick]: [f64; 2]| thick < tuning().repair.thick_cap * all;
+    let foils = areas.into_iter().filter(|(_, area)| is_foil(*area));
+    Ok(foils.map(|(region, _)| region).collect())
+}
+
+/// What is known of the components of a draft.
+struct Sheets {
+    /// Volumes, negative where they are inside out.
+    volume: Vec<f64>,
+    /// Sums of the lengths of the edges of the input's faces, and how many.
+    edges: Vec<(f64, usize)>,
+}
+
+impl Sheets {
+    fn new(draft: &Draft, found: &Inspection) -> Self {
+        let (mesh, topology) = (&found.mesh, &found.topology);
+        let count = topology.piece_faces.len();
+        let mut sheets = Self {
+            volume: vec![0.0; count],
+            edges: vec![(0.0, 0); count],
+        };
+        // Volumes about a vertex of each: far from the origin little else would be left.
+        let mut origin = vec![None; count];
+        for f in topology.faces() {
+            let piece = topology.piece[f as usize] as usize;
+            let corners = mesh.corners(f);
+            let from = *origin[piece].get_or_insert(corners[0]);
+            let [a, b, c] = corners.map(|p| p - from);
+            let side = if topology.turned[f as usize] {
+                -1.0
+            } else {
+                1.0
+            };
+            sheets.volume[piece] += side * a.dot(b.cross(c));
+            if draft.region[f as usize] == NONE {
+                let (sum, count) = &mut sheets.edges[piece];
+                *sum += a.distance(b) + b.distance(c) + c.distance(a);
+                *count += 3;
+            }
+        }
+        sheets
+    }
+
+    /// The mean edge of a component.
+    fn edge(&self, piece: usize) -> f64 {
+        let (sum, count) = self.edges[piece];
+        sum / count.max(1) as f64
+    }
+}

@@ -1,0 +1,51 @@
+//! The end of a repair: the mesh in its order, and what its report tells of all of it.
+
+use std::collections::HashSet;
+
+use super::draft::KeepVertices;
+use super::{Carried, Repaired, Run, report, walls};
+use crate::mend::FillError;
+use crate::mesh::topology::NONE;
+
+impl Run<'_> {
+    pub(super) fn finish(mut self, carried: &Carried) -> Result<Repaired, FillError> {
+        let keep = match (carried.in_place, self.params.drop_unused) {
+            (true, _) => KeepVertices::All,
+            (_, true) => KeepVertices::Used,
+            _ => KeepVertices::UsedAndUnused,
+        };
+        for region in &mut self.report.fill.regions {
+            region.new_faces = 0;
+        }
+        for &region in self.draft.region.iter().filter(|r| **r != NONE) {
+            self.report.fill.regions[region as usize].new_faces += 1;
+        }
+        let mut lined = walls::places(&self.draft, &self.report.walls);
+        let done = self.draft.finish(self.input, &keep, carried.in_place);
+        let mut report = self.report;
+        lined
+            .values_mut()
+            .for_each(|v| *v = done.number[*v as usize]);
+        walls::tell(&done.mesh, &lined, self.params, &mut report)?;
+        let living = done.origins.living(self.input.faces.len());
+        report.lost_faces = living.iter().filter(|l| !**l).count();
+        report.gone_components = report::gone_components(&self.components, &living);
+        let known: HashSet<u32> = done.origins.vertices.iter().copied().collect();
+        report.lost_vertices = self.input.positions.len() - known.len();
+        // Rims by the numbers of the result; those that are there no more are not drawn.
+        let own = done.origins.vertices.len() as u32;
+        for hole in &mut report.fill.holes {
+            let number = |v: &u32| done.number[*v as usize];
+            hole.hole.rim = hole.hole.rim.iter().map(number).collect();
+            if hole.hole.rim.iter().any(|v| *v >= own) {
+                hole.hole.rim.clear();
+            }
+        }
+        Ok(Repaired {
+            mesh: done.mesh,
+            origins: done.origins,
+            sigma: done.sigma,
+            report,
+        })
+    }
+}

@@ -1,0 +1,96 @@
+//! The walls that linings made, by the components of the result.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::draft::Draft;
+use super::layer::WallFace;
+use super::lining::LinedWall;
+use super::params::{RepairParams, RepairReport};
+use crate::check::{CheckParams, Component, components};
+use crate::mend::{FillError, Inspection};
+use crate::mesh::Mesh;
+use crate::mesh::topology::NONE;
+use crate::tuning::tuning;
+
+/// A vertex of the draft at each lining that is still there.
+pub(super) fn places(draft: &Draft, walls: &[LinedWall]) -> HashMap<u32, u32> {
+    let mut places = HashMap::new();
+    if !walls.is_empty() {
+        let faces = draft.mesh.faces.iter().zip(&draft.region);
+        for (face, region) in faces.filter(|(_, region)| **region != NONE) {
+            places.entry(*region).or_insert(face[0]);
+        }
+    }
+    places
+}
+
+/// Writes into a report which components of the result were lined, and whose walls are too thin. `places` holds a vertex of the result for the
+/// region of each lining.
+pub(super) fn tell(
+    result: &Mesh,
+    places: &HashMap<u32, u32>,
+    params: &RepairParams,
+    report: &mut RepairReport,
+) -> Result<(), FillError> {
+    let walls = std::mem::take(&mut report.walls);
+    let known = walls
+        .iter()
+        .filter_map(|w| Some((w, *places.get(&w.region)?)));
+    let known: Vec<(&LinedWall, u32)> = known.collect();
+    if known.is_empty() {
+        return Ok(());
+    }
+    let found = Inspection::new(result)?;
+    let mut piece_of: HashMap<u32, u32> = HashMap::new();
+    for f in found.topology.faces() {
+        for v in result.faces[f as usize] {
+            piece_of.insert(v, found.topology.piece[f as usize]);
+        }
+    }
+    let mut lined: BTreeMap<u32, Vec<&LinedWall>> = BTreeMap::new();
+    for (wall, vertex) in known {
+        if let Some(piece) = piece_of.get(&vertex) {
+            lined.entry(*piece).or_default().push(wall);
+        }
+    }
+    let debris = CheckParams::default().debris;
+    let all = components(&found.mesh, &found.topology, debris);
+    for (piece, walls) in lined {
+        let number = piece as usize + 1;
+        let component = measured(all[piece as usize], &walls);
+        let limit = limit(&walls, params);
+        let thin: f64 = faces(&walls)
+            .filter(|f| f.thickness < limit)
+            .map(|f| f.area)
+            .sum();
+        // With a limit of the caller's own the verdict judges all walls. Debris is no reason for a no.
+        let is_foil = thin > tuning().repair.thin_part * component.area && !component.debris;
+        if is_foil && params.min_wall.is_none() {
+            report.thin_linings.push((number, limit));
+        }
+        report.linings.push((number, component));
+    }
+    Ok(())
+}
+
+fn faces<'a>(walls: &'a [&LinedWall]) -> impl Iterator<Item = &'a WallFace> {
+    walls.iter().flat_map(|w| &w.faces)
+}
+
+/// The thickness below which walls count as foil.
+fn limit(walls: &[&LinedWall], params: &RepairParams) -> f64 {
+    let edge = walls.iter().map(|w| w.edge).fold(f64::INFINITY, f64::min);
+    let wanted = params.wall.unwrap_or(f64::INFINITY);
+    tuning().repair.least_wall * edge.min(wanted)
+}
+
+/// A component with the walls of its linings.
+fn measured(mut component: Component, walls: &[&LinedWall]) -> Component {
+    let area: f64 = faces(walls).map(|f| f.area).sum();
+    let sum: f64 = faces(walls).map(|f| f.area * f.thickness).sum();
+    let thinnest = faces(walls).min_by(|a, b| a.thickness.total_cmp(&b.thickness));
+    component.least_wall = thinnest.map(|f| f.thickness);
+    component.thinnest_at = thinnest.map(|f| f.at);
+    component.mean_wall = (area > 0.0).then(|| sum / area);
+    component
+}

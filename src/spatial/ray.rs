@@ -1,0 +1,119 @@
+//! The first triangle of a bounding volume hierarchy that a ray meets.
+
+use glam::DVec3;
+
+use super::bvh::{Bvh, Child, Node};
+
+impl Bvh {
+    /// The first face along a ray from `from` in the direction `along` of those that `counts`, and how far it is in lengths of `along`;
+    /// of several at the same distance the one of the lowest number.
+    ///
+    /// The ray meets a triangle by the test of Möller and Trumbore, "Fast, minimum storage ray/triangle intersection", 1997.
+    pub(crate) fn first_along(
+        &self,
+        from: DVec3,
+        along: DVec3,
+        counts: impl Fn(u32) -> bool,
+    ) -> Option<(u32, f64)> {
+        let (from, inverse) = (from - self.centre, along.recip());
+        let mut best: Option<(u32, f64)> = None;
+        let mut stack: Vec<(f64, u32)> = Vec::new();
+        if !self.nodes.is_empty() {
+            stack.push((0.0, 0));
+        }
+        while let Some((near, index)) = stack.pop() {
+            if best.is_some_and(|(_, t)| near > t) {
+                continue;
+            }
+            let first = stack.len();
+            let node = &self.nodes[index as usize];
+            for (i, child) in node.children().enumerate() {
+                let Some(near) = entered(node, i, from, inverse) else {
+                    continue;
+                };
+                if best.is_some_and(|(_, t)| near > t) {
+                    continue;
+                }
+                match child {
+                    Child::Node(child) => stack.push((near, child)),
+                    Child::Face(place) => {
+                        let face = self.faces[place as usize];
+                        let t = meets(from, along, self.corners[place as usize]);
+                        let is_first =
+                            |t: &f64| best.is_none_or(|(at, least)| (*t, face) < (least, at));
+                        if let Some(t) = t.filter(is_first)
+                            && counts(face)
+                        {
+                            best = Some((face, t));
+                        }
+                    }
+                }
+            }
+            // The nearest child comes next.
+            stack[first..].sort_by(|a, b| b.0.total_cmp(&a.0));
+        }
+        best
+    }
+}
+
+/// Where a ray enters the box of a child of a node, in lengths of its direction, of which `inverse` is the reciprocal; none where it
+/// misses the box.
+fn entered(node: &Node, child: usize, from: DVec3, inverse: DVec3) -> Option<f64> {
+    let (low, high) = node.child_box(child);
+    let (a, b) = ((low - from) * inverse, (high - from) * inverse);
+    // 0 times infinity, in the plane of a side, is no bound: `f64::min` and `f64::max` leave it out.
+    let (mut near, mut far) = (0.0f64, f64::INFINITY);
+    for k in 0..3 {
+        near = near.max(a[k].min(b[k]));
+        far = far.min(a[k].max(b[k]));
+    }
+    // Boxes without thickness are entered up to rounding.
+    (near <= far * (1.0 + 4.0 * f64::EPSILON)).then_some(near)
+}
+
+/// How far along a ray a triangle lies, where it is met.
+pub(crate) fn meets(from: DVec3, along: DVec3, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+    let (u, v) = (b - a, c - a);
+    let p = along.cross(v);
+    let determinant = u.dot(p);
+    if determinant == 0.0 {
+        return None;
+    }
+    let s = from - a;
+    let q = s.cross(u);
+    let (x, y) = (s.dot(p) / determinant, along.dot(q) / determinant);
+    let t = v.dot(q) / determinant;
+    (x >= 0.0 && y >= 0.0 && x + y <= 1.0 && t > 0.0).then_some(t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes::icosphere;
+
+    #[test]
+    fn the_first_face_is_that_of_brute_force() {
+        let mut mesh = icosphere(3);
+        mesh.positions.iter_mut().for_each(|p| *p += 100.0);
+        let bvh = Bvh::new(&mesh, 0..mesh.faces.len() as u32);
+        for i in 0..300 {
+            let t = f64::from(i);
+            let from =
+                DVec3::splat(100.0) + 1.5 * DVec3::new(t.sin(), (2.0 * t).cos(), (0.7 * t).sin());
+            let along = match i % 4 {
+                0 => DVec3::Z,
+                _ => DVec3::new((1.3 * t).cos(), (0.4 * t).sin(), (2.9 * t).sin()),
+            };
+            let counts = |f: u32| !f.is_multiple_of(3);
+            let all = (0..mesh.faces.len() as u32).filter(|f| counts(*f));
+            let all = all.filter_map(|f| Some((meets(from, along, mesh.corners(f))?, f)));
+            let brute = all.min_by(|a, b| a.partial_cmp(b).unwrap());
+            let found = bvh.first_along(from, along, counts);
+            match (brute, found) {
+                (None, None) => {}
+                (Some((t, _)), Some((_, u))) => assert!((t - u).abs() < 1e-9),
+                both => panic!("{both:?}"),
+            }
+        }
+    }
+}

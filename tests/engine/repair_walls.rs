@@ -1,0 +1,220 @@
+//! Walls that a repair gives open sheets: bowls and vases get caps, terrains walls; foil is a no.
+
+use std::collections::HashSet;
+
+use crate::shapes::{joined, volume};
+use glam::DVec3;
+use isomend::check::{CheckParams, DefectKind, Verdict};
+use isomend::{
+    Carried, ClosedBy, Control, HoleOutcome, Mesh, RepairParams, Repaired, inspect, repair,
+};
+
+fn closed(mesh: &Mesh, params: RepairParams) -> Repaired {
+    let params = params.with_borders(true);
+    repair(mesh, &params, &Carried::default(), &Control::new()).unwrap()
+}
+
+fn verdict(mesh: &Mesh, min_wall: Option<f64>) -> Verdict {
+    let mut params = CheckParams::default();
+    params.min_wall = min_wall;
+    inspect(mesh).unwrap().check(&params)
+}
+
+/// The result is sound, and the faces of the input are there bit for bit and in order.
+#[track_caller]
+fn assert_whole(bad: &Mesh, done: &Repaired) {
+    let after = verdict(&done.mesh, None);
+    assert!(after.is_sound(), "{}", after.line());
+    assert_eq!(done.report.lost_faces, 0);
+    let corners = |mesh: &Mesh, f: usize| mesh.faces[f].map(|v| mesh.positions[v as usize]);
+    for f in 0..bad.faces.len() {
+        assert_eq!(corners(bad, f), corners(&done.mesh, f));
+    }
+}
+
+/// A grid of `n` by `m` squares over the unit square, each cut in two.
+fn grid(n: usize, m: usize, at: impl Fn(f64, f64) -> DVec3) -> Mesh {
+    let mut mesh = Mesh::default();
+    for i in 0..=n {
+        for j in 0..=m {
+            let (u, v) = (i as f64 / n as f64, j as f64 / m as f64);
+            mesh.positions.push(at(u, v));
+        }
+    }
+    let index = |i: usize, j: usize| (i * (m + 1) + j) as u32;
+    for i in 0..n {
+        for j in 0..m {
+            let [a, b] = [index(i, j), index(i + 1, j)];
+            mesh.faces.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+        }
+    }
+    mesh
+}
+
+/// A vessel by the radius and height of its profile, from its bottom up.
+fn vessel(profile: &[(f64, f64)], around: u32) -> Mesh {
+    let mut mesh = Mesh::new(vec![DVec3::new(0.0, 0.0, profile[0].1)], Vec::new());
+    for &(r, z) in profile {
+        mesh.positions.extend((0..around).map(|i| {
+            let a = std::f64::consts::TAU * f64::from(i) / f64::from(around);
+            DVec3::new(r * a.cos(), r * a.sin(), z)
+        }));
+    }
+    for i in 0..around {
+        let next = (i + 1) % around;
+        mesh.faces.push([0, 1 + next, 1 + i]);
+        for ring in 0..profile.len() as u32 - 1 {
+            let [a, b] = [i, next].map(|i| 1 + ring * around + i);
+            mesh.faces
+                .extend([[a, b, b + around], [a, b + around, a + around]]);
+        }
+    }
+    mesh
+}
+
+/// Part of a ball, open above, down to this angle from the bottom.
+fn bowl(degrees: f64) -> Mesh {
+    let at = |i: u32| degrees.to_radians() * f64::from(i) / 16.0;
+    let profile: Vec<(f64, f64)> = (1..=16).map(|i| (at(i).sin(), -at(i).cos())).collect();
+    vessel(&profile, 48)
+}
+
+fn vase() -> Mesh {
+    let mut profile: Vec<(f64, f64)> = (1..8).map(|i| (0.1 * f64::from(i), 0.0)).collect();
+    profile.extend((0..=30).map(|i| {
+        let z = 0.1 * f64::from(i);
+        (0.8 + 0.35 * (1.6 * z).sin(), z)
+    }));
+    vessel(&profile, 48)
+}
+
+fn height(x: f64, y: f64) -> f64 {
+    0.08 * (7.0 * x).sin() * (5.0 * y).cos() + 0.05 * (13.0 * x + 1.0).sin() * (11.0 * y).sin()
+}
+
+fn terrain() -> Mesh {
+    grid(40, 30, |u, v| {
+        DVec3::new(4.0 * u, 3.0 * v, 2.0 * height(u, v))
+    })
+}
+
+fn mean_edge(mesh: &Mesh) -> f64 {
+    let around = mesh.faces.iter().map(|f| {
+        let [a, b, c] = f.map(|v| mesh.positions[v as usize]);
+        a.distance(b) + b.distance(c) + c.distance(a)
+    });
+    around.sum::<f64>() / (3 * mesh.faces.len()) as f64
+}
+
+#[test]
+fn bowls_and_vases_get_flat_caps() {
+    for (mesh, top) in [(bowl(90.0), 0.0), (bowl(60.0), -0.5), (vase(), 3.0)] {
+        let done = closed(&mesh, RepairParams::new());
+        assert_whole(&mesh, &done);
+        assert_eq!(done.report.fill.tally().flat, 1);
+        assert!(done.report.linings.is_empty());
+        let new = &done.mesh.positions[mesh.positions.len()..];
+        assert!(!new.is_empty());
+        for p in new {
+            assert!((p.z - top).abs() < 1e-3, "{p} of a cap at {top}");
+        }
+    }
+}
+
+#[test]
+fn a_terrain_gets_walls_as_thick_as_was_asked_for() {
+    let mesh = terrain();
+    for wall in [None, Some(0.05), Some(0.2)] {
+        let mut params = RepairParams::new();
+        params.wall = wall;
+        let done = closed(&mesh, params);
+        assert_whole(&mesh, &done);
+        let regions = done.report.fill.regions.iter();
+        assert!(
+            regions
+                .filter_map(|r| r.closed_by)
+                .any(|by| by == ClosedBy::Lining)
+        );
+        let outcomes = done.report.fill.holes.iter().map(|h| &h.outcome);
+        assert_eq!(outcomes.collect::<Vec<_>>(), [&HoleOutcome::Walls]);
+        let [(1, lining)] = done.report.linings[..] else {
+            panic!("{:?}", done.report.linings);
+        };
+        let wanted = wall.unwrap_or(mean_edge(&mesh));
+        let [least, mean] = [lining.least_wall, lining.mean_wall].map(Option::unwrap);
+        assert!((mean - wanted).abs() < 0.1 * wanted, "{mean} for {wanted}");
+        assert!(least > 0.5 * wanted, "{least} for {wanted}");
+        assert!(done.report.thin_linings.is_empty());
+        // What a check measures is what the repair told.
+        let found = verdict(&done.mesh, Some(0.45 * wanted));
+        assert!(found.is_sound(), "{}", found.line());
+        let found = verdict(&done.mesh, Some(1.2 * wanted));
+        assert!(found.count(DefectKind::ThinWall) > mesh.faces.len());
+    }
+}
+
+#[test]
+fn parallel_sheets_get_walls_that_fit_between_them() {
+    let sheet = |z: f64| {
+        grid(20, 20, |u, v| {
+            DVec3::new(u, v, z + 0.02 * (6.0 * u).sin() * (5.0 * v).sin())
+        })
+    };
+    let apart = 0.04;
+    let mesh = joined(&sheet(0.0), &sheet(apart));
+    let done = closed(&mesh, RepairParams::new());
+    assert_whole(&mesh, &done);
+    assert_eq!(verdict(&done.mesh, None).components.len(), 2);
+    let linings = &done.report.linings;
+    assert_eq!(
+        linings.iter().map(|l| l.0).collect::<HashSet<_>>(),
+        [1, 2].into()
+    );
+    for (_, lining) in linings {
+        assert!(lining.mean_wall.unwrap() > 0.4 * apart, "{linings:?}");
+    }
+}
+
+#[test]
+fn foil_is_a_no_that_names_its_component() {
+    // Sheets so near each other that the upper one has room for foil alone.
+    let sheet = |z: f64| grid(12, 12, |u, v| DVec3::new(u, v, z + 0.1 * (3.0 * u).sin()));
+    let mesh = joined(&sheet(0.0), &sheet(0.001));
+    let done = closed(&mesh, RepairParams::new());
+    assert_whole(&mesh, &done);
+    let thin = &done.report.thin_linings;
+    assert_eq!(
+        thin.iter().map(|t| t.0).collect::<Vec<_>>(),
+        [2],
+        "{:?}",
+        done.report.linings
+    );
+    let limit = 0.5 * mean_edge(&mesh);
+    assert!((thin[0].1 - limit).abs() < 0.1 * limit);
+    let params = RepairParams::new().with_min_wall(limit);
+    let strict = closed(&mesh, params);
+    assert!(
+        strict.report.thin_linings.is_empty(),
+        "a limit of its own is the verdict's"
+    );
+    assert!(!verdict(&strict.mesh, Some(limit)).is_sound());
+}
+
+#[test]
+fn thicknesses_that_make_no_sense_are_refused() {
+    for length in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        assert!(RepairParams::new().with_wall(length).check().is_err());
+        assert!(RepairParams::new().with_min_wall(length).check().is_err());
+        let mut params = CheckParams::default();
+        params.min_wall = Some(length);
+        assert!(params.check().is_err());
+    }
+}
+
+#[test]
+fn volumes_of_walls_are_those_of_plates() {
+    let mesh = grid(20, 20, |u, v| DVec3::new(u, v, 0.0));
+    let done = closed(&mesh, RepairParams::new().with_wall(0.1));
+    assert_whole(&mesh, &done);
+    assert!((volume(&done.mesh).abs() - 0.1).abs() < 1e-9);
+}

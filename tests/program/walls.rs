@@ -1,0 +1,110 @@
+//! What the program says of walls: how thick they are, and a no where they are too thin.
+
+use crate::desk::{Desk, assert_code, text};
+use crate::shapes::joined;
+use glam::DVec3;
+use isomend::Mesh;
+use isomend::io::Format;
+
+/// A wavy sheet of `n` by `n` squares at this height.
+fn sheet(n: u32, z: f64) -> Mesh {
+    let mut mesh = Mesh::default();
+    for i in 0..=n {
+        for j in 0..=n {
+            let (u, v) = (f64::from(i) / f64::from(n), f64::from(j) / f64::from(n));
+            let wave = 0.1 * (4.0 * u).sin() * (3.0 * v).cos();
+            mesh.positions.push(DVec3::new(u, v, z + wave));
+        }
+    }
+    for i in 0..n {
+        for j in 0..n {
+            let a = i * (n + 1) + j;
+            let b = a + n + 1;
+            mesh.faces.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+        }
+    }
+    mesh
+}
+
+#[test]
+fn a_sheet_gets_walls_and_the_report_says_how_thick() {
+    let desk = Desk::new();
+    desk.save("sheet.ply", &sheet(12, 0.0), Format::Ply);
+    let arguments = [
+        "repair",
+        "sheet.ply",
+        "-o",
+        "out.stl",
+        "--close-borders",
+        "--wall",
+        "0.05",
+        "--json",
+        "out.json",
+    ];
+    let done = desk.run(&arguments);
+    assert_code(&done, 0);
+    let said = text(&done.stderr);
+    assert!(said.contains("component 1 was lined: walls 0.0"), "{said}");
+    assert!(
+        said.contains("by walls") && !said.contains("still open"),
+        "{said}"
+    );
+    let document = desk.json("out.json");
+    assert_eq!(document["holes"][0]["outcome"], "walls");
+    let lining = &document["linings"][0];
+    assert_eq!(lining["component"], 1);
+    assert!(
+        (lining["mean_wall"].as_f64().unwrap() - 0.05).abs() < 0.005,
+        "{lining}"
+    );
+    assert!(lining["too_thin"].is_null());
+    // Checking the file says how thick its walls are, and no where that is too thin.
+    let checked = desk.run(&["check", "out.stl"]);
+    assert_code(&checked, 0);
+    assert!(text(&checked.stdout).contains("walls:                 0.0"));
+    assert_code(&desk.run(&["check", "out.stl", "--min-wall", "0.03"]), 0);
+    let thin = desk.run(&["check", "out.stl", "--min-wall", "0.1"]);
+    assert_code(&thin, 3);
+    let said = text(&thin.stdout);
+    assert!(
+        said.contains("walls are thinner than 0.100000 (component 1: 0.0"),
+        "{said}"
+    );
+    let strict = [
+        "--close-borders",
+        "--wall",
+        "0.05",
+        "--min-wall",
+        "0.1",
+        "-q",
+    ];
+    let arguments = [&["repair", "sheet.ply", "-o", "thin.stl"], &strict[..]].concat();
+    assert_code(&desk.run(&arguments), 3);
+}
+
+#[test]
+fn foil_is_a_no_that_says_what_to_do() {
+    let desk = Desk::new();
+    let pair = joined(&sheet(12, 0.0), &sheet(12, 1e-3));
+    desk.save("pair.ply", &pair, Format::Ply);
+    let arguments = ["repair", "pair.ply", "-o", "out.ply", "--close-borders"];
+    let done = desk.run(&arguments);
+    assert_code(&done, 3);
+    let said = text(&done.stderr);
+    let last = said.lines().last().unwrap();
+    for word in [
+        "no, because walls that the repair made",
+        "component 2: ",
+        "flat base",
+    ] {
+        assert!(last.contains(word), "{said}");
+    }
+    assert!(
+        said.contains("--flat-base") && said.contains("--wall"),
+        "{said}"
+    );
+    // A limit of the caller's own is what counts then, and a check without one only tells.
+    let arguments = [&arguments[..], &["--min-wall", "1e-5"]].concat();
+    assert_code(&desk.run(&arguments), 0);
+    assert_code(&desk.run(&["check", "out.ply", "-q"]), 0);
+}
