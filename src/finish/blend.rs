@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::candidates::{Models, Surface, candidates, models};
+use super::candidates::{Continuation, Models, candidates, models};
 use super::params::{FinishMethod, FinishParams};
 use super::patch::{Patch, rings_tried};
 use super::report::{Candidate, Refusal};
@@ -16,7 +16,7 @@ pub(super) fn blend(
     patch: &Patch,
     minimum: &[DVec3],
     params: &FinishParams,
-) -> (Vec<Surface>, Result<Vec<DVec3>, Refusal>) {
+) -> (Vec<Continuation>, Result<Vec<DVec3>, Refusal>) {
     // Why there is no blend, if there is none: not asked for, or too many vertices to krige.
     let is_large = minimum.len() > params.most_blended;
     let reason = if params.method == FinishMethod::Willmore {
@@ -72,10 +72,10 @@ pub(super) fn blend(
 
 /// Sets the error of each surface, the geometric mean of its errors on the rings, and its weight, from these errors without the noise of
 /// the rings. A surface that has no error on one of the rings gets no weight.
-fn weigh(surfaces: &mut [Surface], tries: &[Errors]) {
+fn weigh(surfaces: &mut [Continuation], tries: &[Errors]) {
     let noise = noise_deviation(surfaces);
     let mut sum = 0.0;
-    for Surface { found, kriged, .. } in surfaces.iter_mut() {
+    for Continuation { found, kriged, .. } in surfaces.iter_mut() {
         let on = |errors: &Errors| {
             let own = errors.iter().find(|e| e.0 == found.candidate);
             own.map(|e| e.1)
@@ -104,7 +104,7 @@ fn weigh(surfaces: &mut [Surface], tries: &[Errors]) {
 }
 
 /// The standard deviation of the noise of the known vertices: the least that a kriging estimates. 0 where none is kriged.
-fn noise_deviation(surfaces: &[Surface]) -> f64 {
+fn noise_deviation(surfaces: &[Continuation]) -> f64 {
     let kriged = surfaces.iter().filter_map(|s| s.kriged.as_ref());
     let deviations = kriged.map(|k| k.kriging.noise_deviation());
     deviations
@@ -126,7 +126,7 @@ fn without_noise(error: f64, noise: f64) -> f64 {
 fn combined(
     patch: &Patch,
     minimum: &[DVec3],
-    surfaces: &[Surface],
+    surfaces: &[Continuation],
     params: &FinishParams,
 ) -> Vec<DVec3> {
     let mut shift = vec![DVec3::ZERO; minimum.len()];
@@ -180,14 +180,14 @@ impl Ring {
     }
 
     /// Root mean square of the distance along the normal between the ring and what surfaces have in its place.
-    fn errors(&self, patch: &Patch, tried: &[Surface]) -> Errors {
+    fn errors(&self, patch: &Patch, tried: &[Continuation]) -> Errors {
         let normals = super::geometry::vertex_normals(&patch.points, &patch.faces);
         let moving = &self.wider.closure;
         let place = |v: u32| {
             let own = |m: &u32| moving.vertices[*m as usize] < v;
             moving.moving.partition_point(own)
         };
-        let error = |surface: &Surface| {
+        let error = |surface: &Continuation| {
             let square = |&v: &u32| {
                 let i = v as usize;
                 let way = surface.shape[place(v)] - patch.points[i];

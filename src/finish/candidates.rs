@@ -22,7 +22,7 @@ fn kriged_candidates() -> [(Candidate, f64, f64); 2] {
 }
 
 /// A surface that may be part of the blend.
-pub(super) struct Surface {
+pub(super) struct Continuation {
     /// Positions of the vertices that move.
     pub(super) shape: Vec<DVec3>,
     pub(super) found: CandidateFound,
@@ -41,12 +41,12 @@ pub(super) struct Kriged {
 pub(super) type Models = Vec<(Candidate, Model)>;
 
 /// The models of kriged surfaces.
-pub(super) fn models(surfaces: &[Surface]) -> Models {
-    let model = |s: &Surface| Some((s.found.candidate, s.kriged.as_ref()?.model));
+pub(super) fn models(surfaces: &[Continuation]) -> Models {
+    let model = |s: &Continuation| Some((s.found.candidate, s.kriged.as_ref()?.model));
     surfaces.iter().filter_map(model).collect()
 }
 
-impl Surface {
+impl Continuation {
     /// One that is not kriged.
     fn new(candidate: Candidate, shape: Vec<DVec3>) -> Self {
         Self {
@@ -104,9 +104,9 @@ pub(super) fn candidates(
     others: bool,
     given: &Models,
     params: &FinishParams,
-) -> Vec<Surface> {
+) -> Vec<Continuation> {
     // The minimum of the energy has all of the weight until others are compared with it.
-    let mut all = vec![Surface::new(Candidate::Willmore, minimum.to_vec())];
+    let mut all = vec![Continuation::new(Candidate::Willmore, minimum.to_vec())];
     all[0].found.weight = 1.0;
     if !others || patch.cancel.is_cancelled() {
         return all;
@@ -115,10 +115,10 @@ pub(super) fn candidates(
     if is_slight(patch, minimum)
         && let Some(shape) = polyharmonic(patch, minimum, 2)
     {
-        all.push(Surface::new(Candidate::Biharmonic, shape));
+        all.push(Continuation::new(Candidate::Biharmonic, shape));
     }
     if let Some(shape) = polyharmonic(patch, minimum, 3) {
-        all.push(Surface::new(Candidate::Triharmonic, shape));
+        all.push(Continuation::new(Candidate::Triharmonic, shape));
     }
     // Kriging over a sphere and over a plane, from one collar of known vertices.
     all.extend(kriged_surfaces(patch, minimum, given, params));
@@ -131,7 +131,7 @@ fn kriged_surfaces(
     minimum: &[DVec3],
     given: &Models,
     params: &FinishParams,
-) -> Vec<Surface> {
+) -> Vec<Continuation> {
     let normals = patch.known_normals();
     let mut collars: Vec<Collar> = Vec::new();
     let mut lifted: Vec<(Candidate, Lifted)> = Vec::new();
@@ -165,7 +165,7 @@ fn kriged_surfaces(
     // With noise a kriged surface passes beside the rim: the difference decays into the patch.
     let mismatches: Vec<&[DVec3]> = lifted.iter().map(|(_, l)| &l.mismatch[..]).collect();
     let decayed = spread(patch, &mismatches).unwrap_or_default();
-    let mut all: Vec<Surface> = Vec::new();
+    let mut all: Vec<Continuation> = Vec::new();
     for ((candidate, surface), corrections) in lifted.into_iter().zip(decayed) {
         let Some(corrections) = corrections else {
             continue;
@@ -173,7 +173,7 @@ fn kriged_surfaces(
         let mut shape = surface.shape;
         shape.iter_mut().zip(corrections).for_each(|(x, c)| *x += c);
         if shape.iter().all(|p| p.is_finite()) {
-            all.push(Surface::kriged(candidate, shape, surface.kriged));
+            all.push(Continuation::kriged(candidate, shape, surface.kriged));
         }
     }
     let first = all.iter().find(|s| s.is_over_plane());

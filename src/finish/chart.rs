@@ -9,13 +9,13 @@ use crate::tuning::tuning;
 
 /// Plane coordinates and heights over a sphere or a plane, in diameters of the hole.
 pub(super) struct Chart {
-    surface: Surface,
+    surface: ChartSurface,
     /// Columns are the first two coordinates' directions and the direction of the chart's middle.
     frame: DMat3,
     unit: f64,
 }
 
-enum Surface {
+enum ChartSurface {
     Plane { origin: DVec3 },
     Sphere { centre: DVec3, radius: f64 },
 }
@@ -50,7 +50,7 @@ impl Chart {
         let (centre, radius) = through(&points, centre, radius, unit).unwrap_or((centre, radius));
         // The sphere is the chart if it is small enough and neither the data nor the patch are steep over it.
         if radius.abs() < largest * unit {
-            let surface = Surface::Sphere { centre, radius };
+            let surface = ChartSurface::Sphere { centre, radius };
             let over = |p: &DVec3| surface.over(*p);
             let middle: DVec3 = points.iter().map(over).sum();
             let mut data = points.iter().zip(&normals).map(|(p, n)| n.dot(over(p)));
@@ -74,7 +74,7 @@ impl Chart {
         let rim = patch.rim_points();
         let origin = rim.iter().sum::<DVec3>() / rim.len() as f64;
         Some(Self {
-            surface: Surface::Plane { origin },
+            surface: ChartSurface::Plane { origin },
             frame: frame(normal),
             unit,
         })
@@ -83,8 +83,8 @@ impl Chart {
     /// Which chart it is.
     pub(super) fn kind(&self) -> ChartKind {
         match self.surface {
-            Surface::Plane { .. } => ChartKind::Plane,
-            Surface::Sphere { radius, .. } => ChartKind::Sphere(radius / self.unit),
+            ChartSurface::Plane { .. } => ChartKind::Plane,
+            ChartSurface::Sphere { radius, .. } => ChartKind::Sphere(radius / self.unit),
         }
     }
 
@@ -92,11 +92,11 @@ impl Chart {
     /// distances from the middle.
     pub(super) fn coordinates(&self, point: DVec3) -> (DVec2, f64) {
         match self.surface {
-            Surface::Plane { origin } => {
+            ChartSurface::Plane { origin } => {
                 let v = self.frame.transpose() * (point - origin) / self.unit;
                 (v.truncate(), v.z)
             }
-            Surface::Sphere { centre, radius } => {
+            ChartSurface::Sphere { centre, radius } => {
                 let v = self.frame.transpose() * self.surface.over(point);
                 let sine = v.truncate().length();
                 let stretch = if sine > 1e-9 {
@@ -116,23 +116,23 @@ impl Chart {
     /// The point with a height over the same foot.
     pub(super) fn lifted(&self, point: DVec3, height: f64) -> DVec3 {
         match self.surface {
-            Surface::Plane { .. } => {
+            ChartSurface::Plane { .. } => {
                 let now = self.coordinates(point).1;
                 point + (height - now) * self.unit * self.frame.z_axis
             }
-            Surface::Sphere { centre, radius } => {
+            ChartSurface::Sphere { centre, radius } => {
                 centre + self.surface.over(point) * (radius + height * self.unit)
             }
         }
     }
 }
 
-impl Surface {
+impl ChartSurface {
     /// The unit normal of the chart's surface below a point.
     fn over(&self, point: DVec3) -> DVec3 {
         match *self {
-            Surface::Plane { .. } => DVec3::ZERO,
-            Surface::Sphere { centre, radius } => {
+            ChartSurface::Plane { .. } => DVec3::ZERO,
+            ChartSurface::Sphere { centre, radius } => {
                 (point - centre).normalize_or_zero() * radius.signum()
             }
         }

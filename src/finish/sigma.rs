@@ -11,13 +11,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::candidates::{Kriged, Surface};
+use super::candidates::{Continuation, Kriged};
 use super::geometry::{area_vector, corners};
 use super::patch::Patch;
 use crate::tuning::tuning;
 
 /// The expected error of each vertex that moves, in the patch's units.
-pub(super) fn sigma(patch: &Patch, shape: &[DVec3], surfaces: &[Surface]) -> Vec<f64> {
+pub(super) fn sigma(patch: &Patch, shape: &[DVec3], surfaces: &[Continuation]) -> Vec<f64> {
     let rules = &tuning().finish;
     let bend = bend(patch, shape);
     let best = surfaces

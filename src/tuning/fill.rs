@@ -68,7 +68,8 @@ thresholds! {
         /// Diagonals of the rims' bounding box: how far round the rims the mesh is known to the finish, which asks for 0.68 of a
         /// hole's diameter along the surface.
         rim_reach: f64 = 0.8,
-        /// Length of the patch's edges over that of the edges round the hole, where patches are finished.
+        /// Length of the patch's edges over that of the edges round the hole, where patches are finished. On 12 holes of scans 0.5
+        /// made patches 9 % worse, 1 made them 6 % worse.
         finished_edge_ratio: f64 = 0.7,
         /// Unknowns times steps for the square of a rim's number of edges: expected cost of a faired triangulation, most of it
         /// for the finish. 26 µs on 28 holes of scans and models.

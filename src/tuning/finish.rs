@@ -66,7 +66,8 @@ thresholds! {
         /// Points. Up to this many their diameter is that of all pairs; above, it is found by going to the farthest point
         /// repeatedly.
         all_pairs: usize = 1500,
-        /// Diameters. Width of the collar that data are taken from.
+        /// Diameters. Width of the collar that data are taken from. On 12 holes of scans 0.32 made patches 4 % worse, 0.63 changed
+        /// less than 1 %.
         collar: f64 = 0.45,
         /// Error of slope on the ring of a median patch, where no ring could be tested.
         median_slope: f64 = 0.25,
@@ -111,7 +112,8 @@ thresholds! {
         /// other. On four holes of scans 0.7, with which the ring of a small hole is empty, made the error larger by 9.5 %, 1.4 by
         /// 4.6 %.
         narrow_ring_edges: f64 = 1.01,
-        /// Diameters. Width of the wide ring of the test.
+        /// Diameters. Width of the wide ring of the test. On 12 holes of scans 0.08 made patches 3 % worse, 0.17 changed less than
+        /// 1 %.
         wide_ring: f64 = 0.12,
         /// Mean edges. Least width of the wide ring.
         wide_ring_edges: f64 = 1.5,

@@ -35,7 +35,7 @@ pub(super) enum Fate {
 }
 
 /// A closed surface of triangles, whole and divided, and the faces of which it was made.
-pub(super) struct Surface<'a> {
+pub(super) struct ClosedSurface<'a> {
     pub(super) points: &'a Points,
     pub(super) positions: &'a [DVec3],
     /// The corners of all triangles, and how often each is there, less how often it is there turned over.
@@ -52,7 +52,7 @@ pub(super) fn multiplicity(piece: &Piece) -> i32 {
     piece.faces.iter().map(one).sum()
 }
 
-impl Surface<'_> {
+impl ClosedSurface<'_> {
     /// What becomes of each triangle.
     pub(super) fn fates(&self) -> Result<Vec<Fate>, Stuck> {
         let (mut patches, turned) = self.patches()?;

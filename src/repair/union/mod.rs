@@ -39,7 +39,7 @@ use crate::spatial::{Bounds, BoxTree, intersecting_pairs};
 use crate::tuning::tuning;
 use arrange::arrange;
 use assemble::Union;
-use classify::{Surface, multiplicity};
+use classify::{ClosedSurface, multiplicity};
 use clusters::{Bodies, Clusters, clusters};
 use exact::Unit;
 use planar::Stuck;
@@ -180,7 +180,7 @@ impl Task<'_> {
         let whole = || own.iter().filter(|f| !is_divided[**f as usize]);
         let cluster = |f: u32| self.clusters.of_face[f as usize];
         let pieces = arrangement.pieces.iter();
-        let surface = Surface {
+        let surface = ClosedSurface {
             points: &arrangement.points,
             positions,
             triangles: (whole().map(|f| (self.faces[*f as usize], 1)))
