@@ -21,7 +21,7 @@ thresholds! {
         /// voxels do.
         short_rim: usize = 25,
         /// Voxels across a hole with a short rim whose patch is finished. On 43 such holes of scans patches were 1 % farther off
-        /// than with 16, in less than half the time.
+        /// than with 16.
         across_short: f64 = 12.0,
         /// Ratio of diameter to width. Slots are resolved across their width up to this ratio; where the patch is finished,
         /// across the geometric mean of both: on 143 holes of scans its square root gave patches as near to the truth in three
