@@ -99,16 +99,11 @@ fn build(edges: &mut [([f64; 6], u32)], axes: &mut [u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::shapes::noise;
 
     #[test]
     fn the_nearest_edge_is_that_of_a_search_through_all() {
-        let mut state = 7u64;
-        let mut noise = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut noise = noise(7);
         let mut point = || DVec3::new(noise(), noise(), noise());
         let edges: Vec<[DVec3; 2]> = (0..300).map(|_| [point(), point()]).collect();
         let tree = EdgeTree::new(edges.iter().copied());

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::{Defect, DefectKind, Subject};
-use crate::mesh::{Mesh, face_normal};
+use crate::mesh::{Mesh, Topology, face_normal};
 use crate::spatial::{Bvh, meets};
 
 /// A ray ends on faces that face the other way within 60 degrees: the cosine. Beyond it the two are the sides of an edge.
@@ -14,21 +14,13 @@ pub(super) const FACING: f64 = 0.5;
 pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
     let Subject { mesh, topology, .. } = *subject;
     let bvh = Bvh::new(mesh, topology.faces());
-    // Faces as they are given, not as they were turned: inward is against their own normals.
-    let normal = |f: u32| {
-        let side = if topology.turned[f as usize] {
-            -1.0
-        } else {
-            1.0
-        };
-        side * face_normal(mesh, f)
-    };
+    let normal = |f: u32| given_normal(mesh, topology, f);
     let is_thin = |&f: &u32| {
-        let (inward, corners) = (-normal(f), mesh.corners(f));
+        let inward = -normal(f);
         if inward == DVec3::ZERO {
             return false;
         }
-        let centre = corners.iter().sum::<DVec3>() / 3.0;
+        let centre = centroid(mesh, f);
         let end = centre + length * inward;
         let mut found = false;
         bvh.for_each_in_box(centre.min(end), centre.max(end), |g| {
@@ -42,6 +34,19 @@ pub(super) fn thin(subject: &Subject, length: f64) -> Defect {
     let all: Vec<u32> = topology.faces().collect();
     let faces: Vec<u32> = all.into_par_iter().filter(is_thin).collect();
     Defect::new(DefectKind::Thin, faces.len(), faces, mesh)
+}
+
+/// The unit normal of a face as it was given, not as it was turned: inward is against it.
+pub(super) fn given_normal(mesh: &Mesh, topology: &Topology, face: u32) -> DVec3 {
+    match topology.turned[face as usize] {
+        true => -face_normal(mesh, face),
+        false => face_normal(mesh, face),
+    }
+}
+
+/// The middle of a face, from which rays go inward.
+pub(super) fn centroid(mesh: &Mesh, face: u32) -> DVec3 {
+    mesh.corners(face).iter().sum::<DVec3>() / 3.0
 }
 
 fn shares_vertex(mesh: &Mesh, f: u32, g: u32) -> bool {

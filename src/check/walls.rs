@@ -3,15 +3,15 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::thin::FACING;
+use super::thin::{FACING, centroid, given_normal};
 use super::{Component, Defect, DefectKind, Subject, Verdict};
 use crate::mesh::topology::NONE;
-use crate::mesh::{Mesh, Topology, area_vector, face_normal, length, point};
+use crate::mesh::{Mesh, Topology, area_vector, length, point};
 use crate::spatial::Bvh;
 use crate::tuning::tuning;
 
 /// Most components that a reason names.
-const MOST_TOLD: usize = 3;
+const MOST_NAMED: usize = 3;
 
 /// The thickness of the walls of a mesh: the length of rays inward, against the faces' normals, to where they leave the body.
 pub(crate) struct Walls<'a> {
@@ -38,25 +38,21 @@ impl<'a> Walls<'a> {
         }
     }
 
-    /// The unit normal of a face as it was given, not as it was turned; the opposite one where the body is `inside_out`.
-    fn normal(&self, f: u32, inside_out: bool) -> DVec3 {
-        match self.topology.turned[f as usize] != inside_out {
-            true => -face_normal(self.mesh, f),
-            false => face_normal(self.mesh, f),
-        }
-    }
-
     /// The wall at the centre of a face; none where the ray leaves the body nowhere, or through a face that does not face the other way
     /// within 60 degrees. Of a body that is `inside_out` the faces' normals point inward.
     pub(crate) fn at(&self, f: u32, inside_out: bool) -> Option<Wall> {
-        let normal = |f: u32| self.normal(f, inside_out);
+        let normal = |f: u32| match inside_out {
+            true => -given_normal(self.mesh, self.topology, f),
+            false => given_normal(self.mesh, self.topology, f),
+        };
         let inward = -normal(f);
         if inward == DVec3::ZERO {
             return None;
         }
-        let centre = self.mesh.corners(f).iter().sum::<DVec3>() / 3.0;
         let leaves = |g: u32| g != f && normal(g).dot(inward) > 0.0;
-        let (g, thickness) = self.bvh.first_along(centre, inward, leaves)?;
+        let (g, thickness) = self
+            .bvh
+            .first_along(centroid(self.mesh, f), inward, leaves)?;
         let cosine = normal(g).dot(inward);
         (cosine > FACING).then_some(Wall {
             thickness,
@@ -105,8 +101,7 @@ pub(super) fn measure(
         });
         component.least_wall = least.map(|_| volume / area);
         component.mean_wall = least.map(|_| mean);
-        let centre = |s: &Sample| mesh.corners(s.face).iter().sum::<DVec3>() / 3.0;
-        component.thinnest_at = least.and(first).map(centre);
+        component.thinnest_at = least.and(first).map(|s| centroid(mesh, s.face));
     }
     let limit = limit?;
     let is_thin = |s: &&Sample| {
@@ -128,7 +123,7 @@ fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample
     if total == 0 {
         return Vec::new();
     }
-    // One face in so many of each component.
+    // Every face, or each n-th of a component.
     let step = |c: &Component| {
         let share = tuning().check.wall_samples * c.faces / total;
         match all {
@@ -195,10 +190,10 @@ impl Verdict {
             format!("component {number}: {least} at {}", point(at, 0.0))
         };
         let more = match thin.len() {
-            n if n > MOST_TOLD => format!("; {} more components", n - MOST_TOLD),
+            n if n > MOST_NAMED => format!("; {} more components", n - MOST_NAMED),
             _ => String::new(),
         };
-        let told: Vec<String> = thin.iter().take(MOST_TOLD).map(one).collect();
+        let named: Vec<String> = thin.iter().take(MOST_NAMED).map(one).collect();
         let (which, advice) = match self.foils.is_empty() {
             true => ("walls", ""),
             false => (
@@ -209,7 +204,7 @@ impl Verdict {
         format!(
             "{which} are thinner than {} ({}{more}{advice})",
             length(limit),
-            told.join("; ")
+            named.join("; ")
         )
     }
 }

@@ -37,6 +37,7 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
 /// Each rim closed by a faired triangulation.
 pub(super) fn make_each(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
     let (why, report) = so_far.without_level_set();
+    let why = why.unwrap_or(TryFailure::Stopped);
     problem.each_faired(why, report).into()
 }
 
@@ -92,7 +93,7 @@ impl RegionProblem<'_> {
     }
 
     /// Each hole closed by a faired triangulation; none where one cannot be, or two of them touch.
-    fn each_faired(&self, why: TryFailure, mut report: RegionReport) -> Option<RegionPatch> {
+    fn each_faired(&self, why: TryFailure, report: RegionReport) -> Option<RegionPatch> {
         // Rims that share a vertex cannot be filled one by one: two patches could have the same edge.
         let mut seen = HashSet::new();
         if !self
@@ -109,7 +110,6 @@ impl RegionProblem<'_> {
         let mut pieces = Vec::new();
         let (mut angles, mut shapes) = (0.0, 0.0);
         for hole in self.holes {
-            report.diameter = report.diameter.max(hole.diameter);
             let one = RegionProblem {
                 holes: &[hole],
                 ..*self

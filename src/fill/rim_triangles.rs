@@ -1,6 +1,6 @@
 //! Candidate: triangles between the vertices of each rim.
 
-use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason};
+use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason, TryFailure};
 use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
@@ -16,6 +16,7 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
         RegionPlan::Planar => (TriangulatedReason::Flat, problem.flat_report()),
         RegionPlan::Solve => {
             let (why, report) = so_far.without_level_set();
+            let why = why.unwrap_or(TryFailure::Stopped);
             (TriangulatedReason::NoSurface(why), report)
         }
         _ => (TriangulatedReason::FewEdges, RegionReport::default()),

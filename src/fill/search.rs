@@ -197,9 +197,8 @@ fn taken(problem: &RegionProblem<'_>, mut so_far: SoFar<'_>, place: usize) -> Re
         (Made::Region(region), _) => region,
         (Made::Finished(patch), Some(report)) => problem.accept(patch, report),
         (Made::Finished(patch), None) => {
-            let is_first = so_far.history().is_empty();
             let (why, report) = so_far.without_level_set();
-            problem.closed_by_fairing(patch, (!is_first).then_some(why), report)
+            problem.closed_by_fairing(patch, why, report)
         }
         // No strategy takes what has no patch, or was not finished.
         (Made::Nothing | Made::Joined(..), _) => problem.stopped(so_far.last),

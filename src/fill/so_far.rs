@@ -74,14 +74,13 @@ impl SoFar<'_> {
         best.map(|(_, patch, report)| (patch, report))
     }
 
-    /// Why no level set closed the region, and what is reported then.
-    pub(super) fn without_level_set(&self) -> (TryFailure, RegionReport) {
+    /// Why no level set closed the region, none where none was made, and what is reported then.
+    pub(super) fn without_level_set(&self) -> (Option<TryFailure>, RegionReport) {
         let report = RegionReport {
             earlier_tries: failures(&self.history()),
             ..self.last.clone()
         };
-        let why = report.earlier_tries.last().cloned();
-        (why.unwrap_or(TryFailure::Stopped), report)
+        (report.earlier_tries.last().cloned(), report)
     }
 }
 

@@ -6,6 +6,17 @@ use glam::DVec3;
 
 use super::Mesh;
 
+/// Numbers from 0 to 1 that look random, the same for a seed each time (D. E. Knuth, "The Art of Computer Programming" 2, section 3.3.4).
+pub fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (state >> 11) as f64 / (1u64 << 53) as f64
+    }
+}
+
 /// The mesh without the faces whose centroid `remove` holds for, and without vertices that are used no more.
 pub fn punch(mesh: &Mesh, mut remove: impl FnMut(DVec3) -> bool) -> Mesh {
     let mut renumber = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! The end of a repair: the mesh in its order, and what its report tells of all of it.
+//! The end of a repair: the mesh in its order, and what its report says of all of it.
 
 use std::collections::HashSet;
 
@@ -26,7 +26,7 @@ impl Run<'_> {
         lined
             .values_mut()
             .for_each(|v| *v = done.number[*v as usize]);
-        walls::tell(&done.mesh, &lined, self.params, &mut report)?;
+        walls::record(&done.mesh, &lined, self.params, &mut report)?;
         let living = done.origins.living(self.input.faces.len());
         report.lost_faces = living.iter().filter(|l| !**l).count();
         report.gone_components = report::gone_components(&self.components, &living);

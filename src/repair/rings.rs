@@ -26,7 +26,7 @@ impl Region {
         }
     }
 
-    /// Takes faces in until there are so many rings of them, or more than so many; says whether there were more.
+    /// Takes faces in until there are `rings` rings of them, or more than `most` faces; returns whether any were added.
     pub(super) fn grow(
         &mut self,
         found: &Inspection,

@@ -26,7 +26,7 @@ pub(super) fn places(draft: &Draft, walls: &[LinedWall]) -> HashMap<u32, u32> {
 
 /// Writes into a report which components of the result were lined, and whose walls are too thin. `places` holds a vertex of the result for the
 /// region of each lining.
-pub(super) fn tell(
+pub(super) fn record(
     result: &Mesh,
     places: &HashMap<u32, u32>,
     params: &RepairParams,

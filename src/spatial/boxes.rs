@@ -93,7 +93,7 @@ const MANY: usize = 4096;
 /// Entries of a stack of nodes to visit: one more than the depth of the tree, which 32-bit indices keep below it.
 const STACK: usize = 40;
 
-/// The number of nodes of a tree over so many items.
+/// The number of nodes of a tree over a number of items.
 fn node_count(items: usize) -> usize {
     match items {
         0 => 0,
@@ -369,16 +369,11 @@ impl<H: Fn(u32, u32) -> bool + Sync> Pairs<'_, H> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::shapes::noise;
 
     /// Boxes of edges of some length at random places of the unit cube, with the edges.
     fn edges(count: usize, length: f64) -> Vec<([DVec3; 2], Bounds)> {
-        let mut state = 11u64;
-        let mut noise = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
+        let mut noise = noise(11);
         let mut point = || DVec3::new(noise(), noise(), noise());
         let edge = |_| {
             let from = point();

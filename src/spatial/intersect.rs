@@ -258,6 +258,7 @@ fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::shapes::noise;
 
     const T: [DVec3; 3] = [DVec3::ZERO, DVec3::X, DVec3::Y];
 
@@ -323,13 +324,8 @@ mod tests {
 
     #[test]
     fn the_search_finds_what_all_pairs_find() {
-        let mut state = 3u64;
-        let mut noise = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        };
+        let mut noise = noise(3);
+        let mut noise = || 2.0 * noise() - 1.0;
         let positions: Vec<DVec3> = (0..300).map(|_| p(noise(), noise(), noise())).collect();
         let faces: Vec<[u32; 3]> = (0..100).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
         let small: Vec<DVec3> = (0..300)

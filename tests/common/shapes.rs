@@ -7,6 +7,25 @@ use std::f64::consts::{PI, TAU};
 use glam::{DMat3, DVec3};
 use isomend::Mesh;
 
+/// Numbers that look random, the same each time.
+pub struct Noise(pub u64);
+
+impl Noise {
+    /// From -1 to 1.
+    pub fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1);
+        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// Each coordinate from -1 to 1.
+    pub fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.next(), self.next(), self.next())
+    }
+}
+
 /// Turns shapes against the axes, so that no lattice is aligned with them.
 pub fn turn() -> DMat3 {
     DMat3::from_axis_angle(DVec3::new(3.0, -5.0, 8.0).normalize(), 0.65)

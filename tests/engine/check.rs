@@ -1,7 +1,7 @@
 //! `isomend check`: one verdict, with every defect told where it is.
 
 use crate::desk::{Desk, assert_code, text};
-use crate::shapes::{cut, joined, moved, polar, sphere, torus, turned};
+use crate::shapes::{Noise, cut, joined, moved, polar, sphere, torus, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::io::Format;
@@ -213,14 +213,8 @@ fn long_triangles_at_random_places_are_checked_in_time_that_grows_with_their_num
     let pool = pool.unwrap();
     let own = pool.install(this_thread);
     let time = |count: u32| {
-        let mut state = 3u64;
-        let mut noise = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
-        let corners = (0..3 * count).map(|_| DVec3::new(noise(), noise(), noise()));
+        let mut noise = Noise(3);
+        let corners = (0..3 * count).map(|_| 0.5 + 0.5 * noise.vector());
         let faces = (0..count).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]);
         let soup = Mesh::new(corners.collect(), faces.collect());
         let begun = cpu(&own);

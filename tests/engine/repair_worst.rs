@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::shapes::{cut, joined, moved, polar, sphere, turned};
+use crate::shapes::{Noise, cut, joined, moved, polar, sphere, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, DefectKind, Verdict};
 use isomend::{
@@ -275,24 +275,6 @@ fn a_face_that_hangs_on_a_sheet_stands_alone_where_the_sheet_gets_closed() {
     let r = &done.report;
     assert_eq!((r.lost_faces, r.non_manifold_faces), (0, 0));
     assert_eq!((r.fill.holes.len(), after.components.len()), (2, 2));
-}
-
-/// Numbers that look random, the same each time.
-struct Noise(u64);
-
-impl Noise {
-    /// From -1 to 1.
-    fn next(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.next(), self.next(), self.next())
-    }
 }
 
 #[test]
