@@ -1,6 +1,5 @@
 //! The regions of a fill: which holes are filled, together with which others, and what is made of their patches.
 
-use std::collections::HashSet;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::Instant;
@@ -217,11 +216,9 @@ impl<'a> Regions<'a> {
         Ok(filled)
     }
 
-    /// The holes that are filled each in a region of its own.
-    pub(crate) fn alone(&self) -> HashSet<HoleId> {
-        let single = self.groups.iter().filter(|group| group.len() == 1);
-        let holes = single.flatten().map(|h| self.found.holes[*h].id);
-        holes.collect()
+    /// The holes of each region.
+    pub(crate) fn hole_groups(&self) -> impl Iterator<Item = Vec<&Hole>> {
+        self.groups.iter().map(|group| self.holes(group))
     }
 
     /// About how much work each region is: the squares of voxels across its first grid.

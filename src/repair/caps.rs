@@ -1,6 +1,6 @@
 //! Flat caps of the borders of sheets and of the mouths of vessels: taken where they intersect nothing and leave no foil.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::Run;
 use super::draft::Draft;
@@ -8,21 +8,44 @@ use crate::check::Walls;
 use crate::fill::{ClosedBy, FillParams, HoleOutcome, LeftReason, RegionReport};
 use crate::mend::{FillError, FillReport, Filled, Inspection, Watch};
 use crate::mesh::topology::NONE;
-use crate::mesh::{HoleId, Mesh, area_vector};
+use crate::mesh::{Hole, HoleId, Mesh, area_vector};
 use crate::tuning::tuning;
 
-/// Asks for flat caps of the borders of sheets that are in no region with others, but of those that the caller asks for; returns their numbers.
+/// Asks for flat caps of the borders of sheets, but of those that the caller asks for and of those that are filled together with other
+/// holes; returns their numbers. Borders that merely come near each other are not filled together.
 pub(super) fn of_sheets(
     found: &Inspection,
     mut sheets: Vec<HoleId>,
     params: &mut FillParams,
 ) -> Result<Vec<HoleId>, FillError> {
     if !sheets.is_empty() {
-        let alone = found.regions(params)?.alone();
+        let regions = found.regions(params)?;
+        let stays = |group: &Vec<&Hole>| {
+            let is_sheet = |h: &&Hole| sheets.contains(&h.id);
+            match group[..] {
+                [] | [_] => true,
+                [one, other] if group.iter().all(is_sheet) => !is_gap(&found.mesh, one, other),
+                _ => false,
+            }
+        };
+        let alone = regions.hole_groups().filter(stays).flatten();
+        let alone: HashSet<HoleId> = alone.map(|h| h.id).collect();
         sheets.retain(|id| alone.contains(id) && !params.flat.contains(id));
         params.flat.extend(&sheets);
     }
     Ok(sheets)
+}
+
+/// Whether two borders are the sides of one gap: most of the shorter one lies near the other one.
+fn is_gap(mesh: &Mesh, one: &Hole, other: &Hole) -> bool {
+    let (short, long) = match one.rim.len() <= other.rim.len() {
+        true => (one, other),
+        false => (other, one),
+    };
+    let width = tuning().repair.gap * one.diameter.min(other.diameter);
+    let at = |v: &u32| mesh.positions[*v as usize];
+    let is_near = |v: &&u32| long.rim.iter().any(|w| at(v).distance(at(w)) < width);
+    2 * short.rim.iter().filter(is_near).count() > short.rim.len()
 }
 
 impl Run<'_> {

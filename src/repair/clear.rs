@@ -6,6 +6,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 
 use super::edges;
+use super::growing::GrowingTree;
 use super::known::Fast;
 use crate::check::is_flat;
 use crate::mend::Inspection;
@@ -24,14 +25,9 @@ pub(super) struct Ground<'a> {
     edges: HashMap<(u32, u32), u32, Fast>,
     degenerate: Vec<[u32; 3]>,
     new: Vec<[u32; 3]>,
-    new_boxes: Vec<Bounds>,
-    /// A tree over the boxes of the first new faces; it is built anew as they become more.
-    new_tree: BoxTree,
-    in_tree: usize,
+    /// The boxes of the new faces.
+    new_tree: GrowingTree,
 }
-
-/// So many new faces are looked through one by one before a tree is built over them.
-const FEW: usize = 64;
 
 /// How much of a ground is new.
 #[derive(Clone, Copy)]
@@ -60,9 +56,7 @@ impl<'a> Ground<'a> {
             degenerate,
             faces,
             new: Vec::new(),
-            new_boxes: Vec::new(),
-            new_tree: BoxTree::new(&[]),
-            in_tree: 0,
+            new_tree: GrowingTree::default(),
         }
     }
 
@@ -96,10 +90,7 @@ impl<'a> Ground<'a> {
                 }
             }
         }
-        self.new_boxes.truncate(to.faces);
-        if self.in_tree > to.faces {
-            (self.new_tree, self.in_tree) = (BoxTree::new(&[]), 0);
-        }
+        self.new_tree.truncate(to.faces);
         if self.mesh.positions.len() > to.vertices {
             self.mesh.to_mut().positions.truncate(to.vertices);
         }
@@ -122,7 +113,7 @@ impl<'a> Ground<'a> {
         let (mut old, mut new) = (Vec::new(), Vec::new());
         for own in boxes {
             self.tree.for_each(&own, |i| old.push(i));
-            self.new_near(&own, |i| new.push(i));
+            self.new_tree.for_each(&own, |i| new.push(i));
         }
         let unlike = |numbers: &mut Vec<u32>| {
             numbers.sort_unstable();
@@ -133,13 +124,6 @@ impl<'a> Ground<'a> {
         let old = old.iter().map(|i| self.faces[*i as usize]);
         old.chain(new.iter().map(|i| self.new[*i as usize]))
             .collect()
-    }
-
-    /// The numbers of new faces whose boxes meet one.
-    fn new_near(&self, own: &Bounds, mut visit: impl FnMut(u32)) {
-        self.new_tree.for_each(own, &mut visit);
-        let last = (self.in_tree..self.new.len()).filter(|i| self.new_boxes[*i].meets(own));
-        last.for_each(|i| visit(i as u32));
     }
 
     /// Adds faces if they cross nothing, nor one another; says whether it did.
@@ -188,11 +172,7 @@ impl<'a> Ground<'a> {
     pub(super) fn add(&mut self, face: [u32; 3]) {
         edges(&face).for_each(|e| *self.edges.entry(e).or_insert(0) += 1);
         self.new.push(face);
-        self.new_boxes.push(bounds(&self.mesh, face));
-        if self.new.len() > FEW + 2 * self.in_tree {
-            self.new_tree = BoxTree::new(&self.new_boxes);
-            self.in_tree = self.new.len();
-        }
+        self.new_tree.push(bounds(&self.mesh, face));
     }
 
     /// The faces whose boxes meet that of a face.
@@ -202,7 +182,7 @@ impl<'a> Ground<'a> {
         self.tree.for_each(&own, |i| {
             near.push(self.faces[i as usize]);
         });
-        self.new_near(&own, |i| near.push(self.new[i as usize]));
+        self.new_tree.for_each(&own, |i| near.push(self.new[i as usize]));
         near
     }
 

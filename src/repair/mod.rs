@@ -11,6 +11,7 @@ mod crossing;
 mod draft;
 mod finish;
 mod flat;
+mod growing;
 mod known;
 mod layer;
 mod lining;
@@ -389,10 +390,7 @@ impl Run<'_> {
                     ..self.params.fill.clone()
                 },
             };
-            let mut caps = match first {
-                true => caps::of_sheets(&found, sheets, &mut params)?,
-                false => Vec::new(),
-            };
+            let mut caps = caps::of_sheets(&found, sheets, &mut params)?;
             let regions = found.regions(&params)?;
             let watch = Watch::new(*self.control, regions.expected_work());
             let mut filled = regions.fill(&watch)?;
@@ -413,6 +411,7 @@ impl Run<'_> {
         } else {
             report::last_number(&self.report.fill)
         };
+        let caps: Vec<HoleId> = caps.iter().map(|id| HoleId(id.0 + holes)).collect();
         let known = self.draft.mesh.positions.len();
         self.draft.take(mesh, sigma, &report, regions);
         self.draft.round_from(known);

@@ -71,6 +71,9 @@ thresholds! {
         least_wall: f64 = 0.5,
         /// where they make up this part of their component's surface. A shell has its inner side and its outer one: a quarter of the sheet.
         thin_part: f64 = 0.125,
+        /// Diameters of the smaller one. Borders of two sheets are the sides of one gap where half of the shorter one is nearer to the other
+        /// than this; else each is capped, or its sheet gets walls.
+        gap: f64 = 0.25,
         /// Part of a flat cap's area at which the body under it is not foil, at least: else its sheet gets walls.
         thick_cap: f64 = 0.75,
         /// Steps of the search for a direction into the surface at a vertex, at most; twenty are rarely needed.

@@ -1,0 +1,86 @@
+//! Boxes that become more, kept in trees.
+
+use crate::spatial::{Bounds, BoxTree};
+
+/// So many boxes are looked through one by one before a tree is built over them.
+const FEW: usize = 64;
+
+/// Boxes in trees, each over more of them than the next one (J. L. Bentley and J. B. Saxe, "Decomposable searching problems I", Journal of
+/// Algorithms 1, 1980): each box is built into a logarithmic number of trees.
+#[derive(Default)]
+pub(super) struct GrowingTree {
+    boxes: Vec<Bounds>,
+    /// The trees, each with the number of its first box, in rising order; after the last one's boxes follow a few that are in none.
+    trees: Vec<(usize, BoxTree)>,
+    /// How many boxes are in trees.
+    in_trees: usize,
+}
+
+impl GrowingTree {
+    pub(super) fn push(&mut self, one: Bounds) {
+        self.boxes.push(one);
+        let count = self.boxes.len();
+        if count - self.in_trees < FEW {
+            return;
+        }
+        let mut first = self.in_trees;
+        while let Some((start, _)) = self.trees.last()
+            && first - start <= count - first
+        {
+            first = *start;
+            self.trees.pop();
+        }
+        self.trees
+            .push((first, BoxTree::new(&self.boxes[first..count])));
+        self.in_trees = count;
+    }
+
+    /// Takes all boxes but the first ones out.
+    pub(super) fn truncate(&mut self, count: usize) {
+        self.boxes.truncate(count);
+        while self.in_trees > count {
+            self.in_trees = self.trees.pop().map_or(0, |(first, _)| first);
+        }
+    }
+
+    /// Visits the numbers of the boxes that meet one.
+    pub(super) fn for_each(&self, query: &Bounds, mut visit: impl FnMut(u32)) {
+        for (first, tree) in &self.trees {
+            tree.for_each(query, |i| visit(*first as u32 + i));
+        }
+        let last = (self.in_trees..self.boxes.len()).filter(|i| self.boxes[*i].meets(query));
+        last.for_each(|i| visit(i as u32));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::mesh::shapes::noise;
+
+    #[test]
+    fn the_boxes_that_meet_one_are_those_of_a_search_through_all() {
+        let mut value = noise(7);
+        let mut next = || DVec3::new(value(), value(), value());
+        let mut tree = GrowingTree::default();
+        let mut all: Vec<Bounds> = Vec::new();
+        for count in [10, 700, 300, 301, 1500, 64, 200] {
+            tree.truncate(count);
+            all.truncate(count);
+            while all.len() < count {
+                let one = Bounds::of_ball(next(), 0.05);
+                tree.push(one);
+                all.push(one);
+            }
+            let query = Bounds::of_ball(next(), 0.3);
+            let mut found = Vec::new();
+            tree.for_each(&query, |i| found.push(i));
+            found.sort_unstable();
+            let meets = |i: &u32| all[*i as usize].meets(&query);
+            let expected: Vec<u32> = (0..count as u32).filter(meets).collect();
+            assert_eq!(found, expected, "{count} boxes");
+        }
+    }
+}
