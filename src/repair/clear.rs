@@ -182,7 +182,8 @@ impl<'a> Ground<'a> {
         self.tree.for_each(&own, |i| {
             near.push(self.faces[i as usize]);
         });
-        self.new_tree.for_each(&own, |i| near.push(self.new[i as usize]));
+        self.new_tree
+            .for_each(&own, |i| near.push(self.new[i as usize]));
         near
     }
 

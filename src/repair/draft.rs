@@ -132,6 +132,13 @@ impl Draft {
         self.inspected = Inspected::default();
     }
 
+    /// Forgets what was found while vertices were elsewhere.
+    pub(super) fn forget_positions(&mut self) {
+        self.forget_inspection();
+        self.known = Arc::default();
+        self.judged = None;
+    }
+
     /// Turns a face over.
     pub(super) fn turn(&mut self, face: usize) {
         self.mesh.faces[face].swap(1, 2);

@@ -3,6 +3,7 @@
 //! Faces that are no part of a defect stay as they are, bit for bit and in order.
 
 mod below;
+mod bodies;
 mod caps;
 mod choice;
 mod clean;
@@ -162,6 +163,7 @@ impl Run<'_> {
         let before = self.report.before.iter().flat_map(|v| &v.defects);
         let mut crossing = before.filter(|d| d.kind == DefectKind::Crossing);
         let crossing = crossing.next().map_or(&[][..], |d| &d.faces);
+        let crosses = !crossing.is_empty();
         self.draft.adopt(found, crossing);
         {
             let found = self.draft.inspect()?;
@@ -169,13 +171,11 @@ impl Run<'_> {
             self.draft.unit = weld_length(&found.mesh).max(self.draft.unit);
         }
         self.go_on()?;
-        clean::clean(&mut self.draft, params, carried.alike, &mut self.report)?;
-        self.go_on()?;
-        if params.orient {
-            self.report.turned_faces = orient::orient(&mut self.draft)?;
-        }
-        if params.crossings {
-            self.unite()?;
+        let given =
+            (crosses && params.crossings).then(|| (self.draft.clone(), self.report.clone()));
+        self.clean(carried)?;
+        if let Some(given) = given {
+            self.unite(given, carried)?;
         }
         if params.split {
             scraps::join(&mut self.draft)?;
@@ -189,22 +189,19 @@ impl Run<'_> {
         self.drop_components()
     }
 
-    /// Unites closed bodies that touch or intersect, if fewer faces intersect others then.
-    fn unite(&mut self) -> Result<(), FillError> {
-        let crossing = self.draft.crossing()?;
-        if crossing.is_empty() {
-            return Ok(());
+    /// What can be mended without cutting anything out, and faces turned to one side.
+    fn clean(&mut self, carried: &Carried) -> Result<(), FillError> {
+        clean::clean(
+            &mut self.draft,
+            self.params,
+            carried.alike,
+            &mut self.report,
+        )?;
+        self.go_on()?;
+        if self.params.orient {
+            self.report.turned_faces = orient::orient(&mut self.draft)?;
         }
-        let before = (self.draft.clone(), self.report.clone());
-        let count = crossing.len();
-        let left = union::unite(&mut self.draft, &mut self.report, crossing)?;
-        if left.is_some_and(|left| left >= count) {
-            (self.draft, self.report) = before;
-        }
-        if self.params.clean {
-            clean::drop_duplicates(&mut self.draft, &mut self.report)?;
-        }
-        self.go_on()
+        Ok(())
     }
 
     /// Takes debris and what lies inside out.

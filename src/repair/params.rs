@@ -126,6 +126,12 @@ pub struct RepairReport {
     pub gone_components: [usize; 3],
     /// Closed bodies that touched or intersected, or one that intersected itself, and were united.
     pub united_bodies: usize,
+    /// Vertices of faces in which bodies touch that were moved for their union, since these faces lie on each other but for rounding.
+    #[serde(default)]
+    pub moved_vertices: usize,
+    /// The longest way of one of these, in the mesh's units.
+    #[serde(default)]
+    pub largest_move: f64,
     /// Faces that were split where they intersected another body, and of which a part is left.
     pub split_faces: usize,
     /// Faces of united bodies of which nothing is left, since they lay inside others or on each other.

@@ -50,6 +50,13 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
                 r.split_faces, r.inner_faces
             ),
         ),
+        (
+            r.moved_vertices,
+            format!(
+                "vertices of faces in which bodies touch moved by up to {} for that",
+                length(r.largest_move)
+            ),
+        ),
         (crossing, cut_out(r)),
         (
             r.left_crossing,

@@ -11,6 +11,10 @@ thresholds! {
         /// Diagonals of the mesh's box. Edges of new vertices of unions that are shorter are taken out: they come from curves that pass a
         /// vertex by a rounding error.
         short_edge: f64 = 1e-9,
+        /// Units in the last place of the largest coordinate as a 32-bit float. Bodies that touch but for rounding grow by so much at least.
+        contact_units: f64 = 8.0,
+        /// Lengths by which they grow that are tried, each twice the one before, at most.
+        growths: usize = 3,
         /// Times that faces which intersect others are cut out and filled, with one more ring of faces each time, at most.
         passes: usize = 2,
         /// Rings of faces by which holes that nothing closes without intersections are widened, at most.

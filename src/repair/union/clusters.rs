@@ -8,8 +8,9 @@ use crate::mend::Inspection;
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Topology};
 
-/// Radians. Faces at an edge whose angles differ by less lie on each other.
-const FLAT: f64 = 1e-9;
+/// Radians. Faces at an edge whose angles differ by less lie on each other: 32-bit floats tilt faces of a hundredth of the size of the
+/// coordinates by as much.
+const FLAT: f64 = 1e-5;
 
 /// Components to be united.
 pub(super) struct Clusters {
@@ -108,7 +109,7 @@ pub(super) fn clusters(
 
 /// Components joined across edges with more than two faces, where a body lies between two of these. Of faces on each other each is taken
 /// for one of its own body.
-fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
+pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
     let mut sets = DisjointSets::new(topology.piece_faces.len());
     for edge in topology.crowded_edges(mesh) {
         let a = start(mesh, edge[0]);

@@ -23,6 +23,7 @@ mod arrange;
 mod assemble;
 mod classify;
 mod clusters;
+mod contact;
 mod exact;
 mod pairs;
 mod planar;
@@ -45,6 +46,7 @@ use exact::Unit;
 use planar::Stuck;
 
 pub(super) use clusters::walls;
+pub(super) use contact::grow;
 
 /// What a union did.
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,15 +56,18 @@ struct United {
     removed: usize,
 }
 
-/// Unites closed components that touch or intersect; `crossing` are the faces that intersect others. Returns how many still do; none where
-/// nothing was united.
+/// Unites closed components that touch or intersect; `crossing` are the faces that intersect others. New edges shorter than `reach` are
+/// taken out. Returns how many faces still intersect others; none where nothing was united.
 pub(super) fn unite(
     draft: &mut Draft,
     report: &mut RepairReport,
     mut crossing: Vec<u32>,
+    reach: f64,
 ) -> Result<Option<usize>, FillError> {
     let mut first: Option<United> = None;
     let known = draft.mesh.positions.len();
+    // Rounded vertices may let more faces intersect than before.
+    let mut best: Option<(Draft, usize)> = None;
     for _ in 0..tuning().repair.union_rounds {
         let union = united(draft, &*draft.inspect()?, &crossing);
         let Some(union) = union else {
@@ -80,17 +85,29 @@ pub(super) fn unite(
         );
         first.get_or_insert(done);
         if crossing.is_empty() {
+            best = None;
             break;
+        }
+        if best
+            .as_ref()
+            .is_none_or(|(_, count)| crossing.len() < *count)
+        {
+            best = Some((draft.clone(), crossing.len()));
         }
     }
     let Some(done) = first else {
         return Ok(None);
     };
-    tidy::collapse(draft, known)?;
+    if let Some((best, count)) = best
+        && count < crossing.len()
+    {
+        *draft = best;
+    }
+    tidy::collapse(draft, known, reach)?;
     report.united_bodies += done.bodies;
     report.split_faces += done.split;
     report.inner_faces += done.removed;
-    Ok(Some(crossing.len()))
+    Ok(Some(draft.crossing()?.len()))
 }
 
 /// The faces of closed clusters that intersect, united; none where there are none, or the arrangement cannot be made.

@@ -10,11 +10,11 @@ use crate::mesh::{Mesh, VertexFaces, area_vector};
 use crate::repair::draft::Draft;
 use crate::tuning::tuning;
 
-/// Moves vertices from `first` on into neighbours that are nearer than a part of the mesh's size, where the surface stays what it is. All
-/// is left as it was if more faces intersect others then.
-pub(super) fn collapse(draft: &mut Draft, first: usize) -> Result<(), FillError> {
+/// Moves vertices from `first` on into neighbours that are nearer than a part of the mesh's size, or than `reach`, where the surface stays
+/// what it is. All is left as it was if more faces intersect others then.
+pub(super) fn collapse(draft: &mut Draft, first: usize, reach: f64) -> Result<(), FillError> {
     let [low, high] = draft.mesh.bounds();
-    let reach = tuning().repair.short_edge * (high - low).length();
+    let reach = reach.max(tuning().repair.short_edge * (high - low).length());
     let mut before: Option<(Draft, usize)> = None;
     for _ in 0..tuning().repair.clean_rounds {
         let moves = {

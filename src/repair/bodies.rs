@@ -1,0 +1,76 @@
+//! Bodies that touch or intersect, united before anything is cut out.
+
+use super::draft::Draft;
+use super::{Carried, RepairReport, Run, clean, union};
+use crate::mend::FillError;
+use crate::tuning::tuning;
+
+/// A draft before anything was done to it, and what was told of it.
+pub(super) type Given = (Draft, RepairReport);
+
+impl Run<'_> {
+    /// Unites closed bodies that touch or intersect, if fewer faces intersect others then. Where the exact union leaves some that do, bodies
+    /// grow a little in the faces in which they touch, in the mesh as it was `given`.
+    pub(super) fn unite(&mut self, given: Given, carried: &Carried) -> Result<(), FillError> {
+        let crossing = self.draft.crossing()?;
+        if crossing.is_empty() {
+            return Ok(());
+        }
+        let before = (self.draft.clone(), self.report.clone());
+        let count = crossing.len();
+        let left = union::unite(&mut self.draft, &mut self.report, crossing, 0.0)?;
+        let left = left.filter(|left| *left < count);
+        if left.is_none() {
+            (self.draft, self.report) = before;
+        }
+        let mut left = left.unwrap_or(count);
+        for growth in (0..tuning().repair.growths).map(|i| f64::from(1u32 << i.min(16))) {
+            if left == 0 {
+                break;
+            }
+            left = self.unite_grown(&given, carried, (left, growth))?;
+        }
+        if self.params.clean {
+            clean::drop_duplicates(&mut self.draft, &mut self.report)?;
+        }
+        self.go_on()
+    }
+
+    /// Unites bodies that grew where they touch, by `growth` times the least length, if fewer than `most` faces intersect others then; returns how
+    /// many do.
+    fn unite_grown(
+        &mut self,
+        (given, report): &Given,
+        carried: &Carried,
+        (most, growth): (usize, f64),
+    ) -> Result<usize, FillError> {
+        let mut grown = given.clone();
+        let Some(moved) = union::grow(&mut grown, growth)? else {
+            return Ok(most);
+        };
+        let before = (
+            std::mem::replace(&mut self.draft, grown),
+            std::mem::replace(&mut self.report, report.clone()),
+        );
+        self.clean(carried)?;
+        let crossing = self.draft.crossing()?;
+        let reach = moved.reach();
+        let left = union::unite(&mut self.draft, &mut self.report, crossing, reach)?;
+        log::debug!(
+            "{} vertices of faces that touch moved by up to {:e} for the union: {left:?} faces intersect others, {most} without",
+            moved.vertices,
+            moved.largest
+        );
+        match left.filter(|left| *left < most) {
+            Some(left) => {
+                self.report.moved_vertices = moved.vertices;
+                self.report.largest_move = moved.largest;
+                Ok(left)
+            }
+            None => {
+                (self.draft, self.report) = before;
+                Ok(most)
+            }
+        }
+    }
+}
