@@ -1,7 +1,7 @@
 //! Bodies that touch or intersect, united before anything is cut out.
 
 use super::draft::Draft;
-use super::{Carried, RepairReport, Run, clean, union};
+use super::{Carried, RepairReport, Run, clean, sheets, union};
 use crate::mend::FillError;
 use crate::tuning::tuning;
 
@@ -19,7 +19,7 @@ impl Run<'_> {
         let before = (self.draft.clone(), self.report.clone());
         let count = crossing.len();
         let left = union::unite(&mut self.draft, &mut self.report, crossing, 0.0)?;
-        let left = left.filter(|left| *left < count);
+        let left = self.left_wrong(left)?.filter(|left| *left < count);
         if left.is_none() {
             (self.draft, self.report) = before;
         }
@@ -36,8 +36,23 @@ impl Run<'_> {
         self.go_on()
     }
 
-    /// Unites bodies that grew where they touch, by `growth` times the least length, if fewer than `most` faces intersect others then; returns how
-    /// many do.
+    /// How much is wrong after a union that left some faces which intersect others: these, and edges and vertices in which the surface meets itself
+    /// and cannot be separated.
+    fn left_wrong(&self, left: Option<usize>) -> Result<Option<usize>, FillError> {
+        let Some(left) = left.filter(|_| self.params.split) else {
+            return Ok(left);
+        };
+        let mut trial = self.draft.clone();
+        if trial.faults()?.is_manifold() {
+            return Ok(Some(left));
+        }
+        sheets::separate(&mut trial, &mut self.report.clone())?;
+        let faults = trial.faults()?;
+        Ok(Some(left.max(faults.crossing_or_not_manifold())))
+    }
+
+    /// Unites bodies that grew where they touch, by `growth` times the least length, if less than `most` is wrong then; returns how
+    /// much is.
     fn unite_grown(
         &mut self,
         (given, report): &Given,
@@ -56,8 +71,9 @@ impl Run<'_> {
         let crossing = self.draft.crossing()?;
         let reach = moved.reach();
         let left = union::unite(&mut self.draft, &mut self.report, crossing, reach)?;
+        let left = self.left_wrong(left)?;
         log::debug!(
-            "{} vertices of faces that touch moved by up to {:e} for the union: {left:?} faces intersect others, {most} without",
+            "{} vertices of faces that touch moved by up to {:e} for the union: {left:?} defects are left, {most} without",
             moved.vertices,
             moved.largest
         );

@@ -80,6 +80,11 @@ impl Faults {
         self.non_manifold == 0
     }
 
+    /// Faces that cross others, and edges and vertices where surfaces meet.
+    pub(super) fn crossing_or_not_manifold(&self) -> usize {
+        self.crossing + self.non_manifold
+    }
+
     /// Whether no more is wrong, but for how many holes there are.
     pub(super) fn is_no_worse_but_for_holes(&self, than: &Self) -> bool {
         self.lost_components <= than.lost_components
