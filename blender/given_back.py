@@ -90,12 +90,12 @@ def give_back(item, taken, mended):
     number[change.new] = len(mesh.vertices) + np.arange(len(change.new))
     faces = np.concatenate([change.again, change.patch])
     corners = number[mended.faces[faces]]
-    first = [len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons)]
-    add_elements(mesh, taken.own_coordinates(mended.vertices[change.new]), corners, first)
-    fill_points(item, taken, mended, change, first[0])
-    fill_corners(mesh, taken, mended, change, first[2])
-    fill_faces(mesh, taken, mended, change, first[3])
-    mark(item, taken, mended, change, corners[len(change.again) :], first[0])
+    vertices, loops, polygons = len(mesh.vertices), len(mesh.loops), len(mesh.polygons)
+    add_elements(mesh, taken.own_coordinates(mended.vertices[change.new]), corners)
+    fill_points(item, taken, mended, change, vertices)
+    fill_corners(mesh, taken, mended, change, loops)
+    fill_faces(mesh, taken, mended, change, polygons)
+    mark(item, taken, mended, change, corners[len(change.again) :], vertices)
     mesh.update()
     return len(change.new), len(change.patch)
 
@@ -130,36 +130,31 @@ def remove(mesh, taken, change):
     return places
 
 
-def add_elements(mesh, positions, corners, first):
-    """Adds vertices, triangles, and the edges that these lack."""
-    vertices, edges, loops, polygons = first
-    count = len(corners)
-    if len(positions):
-        mesh.vertices.add(len(positions))
-        everything = at.numbers(mesh.vertices, "co", 3, np.float32)
-        everything[vertices:] = positions
-        mesh.vertices.foreach_set("co", everything.ravel())
-    if count == 0:
+def add_elements(mesh, positions, corners):
+    """Adds vertices and triangles, with the edges that these lack, after all others. Values of attributes of what is new are zero."""
+    if len(corners) == 0:
         return
-    total = np.int64(len(mesh.vertices))
-    there = np.sort(at.numbers(mesh.edges, "vertices", 2).astype(np.int64), axis=1)
-    pairs = np.sort(np.stack([corners, np.roll(corners, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    keys, wanted = there[:, 0] * total + there[:, 1], pairs[:, 0] * total + pairs[:, 1]
-    new = np.setdiff1d(wanted, keys)
-    mesh.edges.add(len(new))
-    ends = np.concatenate([at.numbers(mesh.edges, "vertices", 2)[:edges], np.column_stack([new // total, new % total])])
-    mesh.edges.foreach_set("vertices", ends.astype(np.int32).ravel())
-    keys = np.concatenate([keys, new])
-    order = np.argsort(keys, kind="stable")
-    of_loops = order[np.searchsorted(keys, wanted, sorter=order)]
+    # By bmesh: `mesh.edges.add` of Blender 5.2 leaves values of attributes undefined, and fails on large meshes.
+    bm = bmesh.new()
+    try:
+        bm.from_mesh(mesh, face_normals=False, vertex_normals=False)
+        for position in positions.tolist():
+            bm.verts.new(position)
+        bm.verts.ensure_lookup_table()
+        vertices = bm.verts[:]
+        for a, b, c in corners.tolist():
+            bm.faces.new((vertices[a], vertices[b], vertices[c]))
+        bm.to_mesh(mesh)
+    finally:
+        bm.free()
 
-    old = {name: at.numbers(mesh.loops, name) for name in ("vertex_index", "edge_index")}
-    starts = at.numbers(mesh.polygons, "loop_start")
-    mesh.loops.add(3 * count)
-    mesh.polygons.add(count)
-    for name, more in (("vertex_index", corners.ravel()), ("edge_index", of_loops)):
-        mesh.loops.foreach_set(name, np.concatenate([old[name], more]).astype(np.int32))
-    mesh.polygons.foreach_set("loop_start", np.concatenate([starts, loops + 3 * np.arange(count)]).astype(np.int32))
+
+def append(mesh, name, first, values):
+    """Sets the values of an attribute from an element on, if it has survived."""
+    if name in mesh.attributes and len(values):
+        everything = at.values_of(mesh, name)
+        everything[first:] = values.reshape(-1, everything.shape[1])
+        at.set_values(mesh, name, everything)
 
 
 def fill_points(item, taken, mended, change, first):
