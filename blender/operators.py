@@ -158,25 +158,24 @@ class ISOMEND_OT_fill(Mending, bpy.types.Operator):
 
         def fill(progress):
             found = taken.model().inspect()
-            holes = [hole for hole in found.holes if chosen_alone or not hole.is_border]
-            if chosen_alone:
-                numbers = set(taken.chosen_holes(found.holes))
-                holes = [hole for hole in holes if hole.id in numbers]
-            wide = [hole for hole in holes if widest is not None and hole.diameter > widest]
-            holes = [hole.id for hole in holes if hole not in wide]
-            if not holes:
-                raise NothingToDo(reason_for_none(found.holes, chosen_alone, wide))
-            return found.fill(holes=holes, flat=holes if flat else (), progress=progress, **options)
+            chosen = taken.chosen_holes(found.holes) if chosen_alone else [hole.id for hole in found.holes if not hole.is_border]
+            fits = [hole.id for hole in found.holes if hole.id in chosen and not (widest and hole.diameter > widest)]
+            if not fits:
+                raise NothingToDo(reason_for_none(found.holes, chosen_alone, len(chosen)))
+            caps = fits if flat else ()
+            return found.fill(
+                holes=fits if chosen_alone else None, max_diameter=widest, flat=caps, progress=progress, **options
+            )  # fmt: skip
 
         return fill
 
 
-def reason_for_none(holes, chosen_alone, wide):
+def reason_for_none(holes, chosen_alone, chosen):
     """Why there is no hole to fill."""
     if not holes:
         return "the mesh has no holes"
-    if wide:
-        return f"all {len(wide)} chosen holes are wider than the largest diameter"
+    if chosen:
+        return "all holes that were chosen are wider than the largest diameter"
     if chosen_alone:
         return "no hole is selected; select an edge of its rim, or choose all holes"
     return "the mesh has only outer borders of open sheets; select an edge of one to fill it"

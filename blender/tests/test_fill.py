@@ -5,6 +5,7 @@ import time
 import numpy as np
 import pytest
 import shapes
+from conftest import ROOT
 
 
 def filled_by_program(program, tmp_path, item, *options):
@@ -70,6 +71,16 @@ def test_same_positions_as_the_command_line_and_nothing_else_changed(bpy, scene,
     assert 0 < max(weights[count:]) < 0.25, "weights are continued on the patch"
 
 
+def test_an_island_in_a_hole_is_joined_as_by_the_command_line(bpy, scene, program, tmp_path):
+    import isomend
+
+    scan = isomend.read(str(ROOT / "data/scan.ply"))
+    item = shapes.added(bpy, scan.vertices, scan.faces)
+    expected, _ = filled_by_program(program, tmp_path, item)
+    bpy.ops.isomend.fill(scope="ALL")
+    assert np.array_equal(shapes.positions(item.data), expected) and shapes.is_closed(item.data)
+
+
 def test_patches_are_marked_and_values_continued(bpy, scene):
     item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
     mesh = item.data
@@ -119,7 +130,7 @@ def test_selected_holes_and_sizes(bpy, scene):
         item.data.edges.foreach_set("select", [False] * len(item.data.edges))
         item.data.vertices.foreach_set("select", [False] * len(item.data.vertices))
         bpy.ops.isomend.fill(scope="SELECTED")
-    with pytest.raises(RuntimeError, match="wider than the largest diameter"):
+    with pytest.raises(RuntimeError, match="are wider than the largest diameter"):
         bpy.ops.isomend.fill(max_diameter=between)
     assert bpy.ops.isomend.fill(max_diameter=2 * between) == {"FINISHED"} and shapes.is_closed(item.data)
 
@@ -146,7 +157,7 @@ def test_units_and_scales_of_objects(bpy, scene):
     item = shapes.added(bpy, 2 * vertices, faces)
     item.scale = (0.5, 0.5, 0.5)
     bpy.context.view_layer.update()
-    with pytest.raises(RuntimeError, match="wider than the largest diameter"):
+    with pytest.raises(RuntimeError, match="are wider than the largest diameter"):
         bpy.ops.isomend.fill(max_diameter=0.5)
     assert bpy.ops.isomend.fill(max_diameter=2) == {"FINISHED"}
     assert len(item.data.vertices) == count
