@@ -125,6 +125,10 @@ blender() {
     "$python" scripts/blender_test.py --isomend "$ISOMEND" --wheel .venv/wheels/*.whl
 }
 
+site() {
+    "$python" scripts/site.py target/ci/book
+}
+
 stage 'build' build
 stage 'tests of the library and the program' rust_tests
 stage 'examples in the documentation' documented_examples
@@ -138,5 +142,6 @@ if [ -n "$all" ]; then
     stage 'written files, by other programs' written_files
     stage 'pages in a browser' browser
     stage 'Blender extension' blender
+    stage 'site of the pages' site
     stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 60
 fi
