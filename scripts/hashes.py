@@ -1,4 +1,4 @@
-"""Hashes of what isomend writes of the meshes in data/: the same on every system.
+"""Hashes of what isomend writes of the meshes in data/, to compare systems. They are the same where the C library rounds exp, ln and sin alike.
 
     cargo build --release && python3 scripts/hashes.py [--isomend PROGRAM] [--runner WINE] [--out FILE] [--against FILE]
 
