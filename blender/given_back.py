@@ -1,4 +1,4 @@
-"""A result of isomend in a Blender mesh. What is kept stays as it is, with all that it carries; what is new comes after it."""
+"""Writes a result of isomend into a Blender mesh: kept elements stay with all their attributes, new ones are added after them."""
 
 from dataclasses import dataclass
 

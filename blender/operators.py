@@ -182,7 +182,7 @@ def reason_for_none(holes, chosen_alone, chosen):
 
 
 class ISOMEND_OT_restore(Mending, bpy.types.Operator):
-    """Cut the selected faces out and continue the surface from what is round them"""
+    """Cut the selected faces out and fill the region so that it continues its surroundings"""
 
     bl_idname = "isomend.restore"
     bl_label = "Restore selected faces"

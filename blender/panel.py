@@ -66,7 +66,7 @@ class ISOMEND_PT_panel(bpy.types.Panel):
 
 
 def lines(text, width):
-    """A text in lines of at most so many letters, which the panel cannot break by itself."""
+    """A text in lines of at most `width` letters, since labels of a panel do not wrap."""
     import textwrap
 
     return textwrap.wrap(text, width)

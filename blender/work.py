@@ -11,7 +11,7 @@ class Work:
         self.done = self.all = 0
         self._function = function
         self._cancelled = False
-        self._result = self._error = None
+        self._result = self._error = self._on_progress = None
         self._thread = threading.Thread(target=self._run, name="isomend", daemon=True)
 
     def start(self):
@@ -19,9 +19,9 @@ class Work:
         self._thread.start()
         return self
 
-    def run(self, told=None):
-        """Does the work in the calling thread, which `told(part)` tells how far it is, and returns what came of it."""
-        self._told = told
+    def run(self, on_progress=None):
+        """Does the work in the calling thread and returns its result; `on_progress(part)` is called with the part that is done, 0 to 1."""
+        self._on_progress = on_progress
         self._run()
         return self.result()
 
@@ -44,8 +44,6 @@ class Work:
         regions = f", region {min(self.done + 1, self.all)} of {self.all}" if self.all > 1 else ""
         return f"isomend: {round(100 * self.part)} %{regions}"
 
-    _told = None
-
     def _run(self):
         try:
             self._result = self._function(self._progress)
@@ -54,6 +52,6 @@ class Work:
 
     def _progress(self, part, done, all_regions):
         self.part, self.done, self.all = part, done, all_regions
-        if self._told is not None:
-            self._told(part)
+        if self._on_progress is not None:
+            self._on_progress(part)
         return not self._cancelled

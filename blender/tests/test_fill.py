@@ -108,8 +108,8 @@ def test_patches_are_marked_and_values_continued(bpy, scene):
     assert abs(shapes.values(mesh, "height", "value")[vertices:, 0] - z).max() < 0.02
     loops = [n for p in mesh.polygons if new[p.index] for n in p.loop_indices]
     place = np.array([mesh.vertices[mesh.loops[n].vertex_index].co[:2] for n in loops])
-    told = np.array([mesh.uv_layers["UVMap"].data[n].uv for n in loops])
-    assert abs(told - place).max() < 0.05, "texture coordinates are continued"
+    values = np.array([mesh.uv_layers["UVMap"].data[n].uv for n in loops])
+    assert abs(values - place).max() < 0.05, "texture coordinates are continued"
     assert {p.material_index for p in mesh.polygons if new[p.index]} == {1}
 
 

@@ -20,15 +20,15 @@ def of_the_readme():
 
 
 def test_it_reproduces_the_figures_of_the_readme(tmp_path, capsys):
-    told = of_the_readme()
-    assert len(told) == 6
+    expected = of_the_readme()
+    assert len(expected) == 6
     pattern = "^sphere 60°$|^sphere 60°, (noise 3 %|ragged)$|^torus, outer, fine$"
     assert bench.main(["--set", "exact", "--cases", pattern, "--alone", "--out", str(tmp_path)]) == 0
     rows = json.loads((tmp_path / "bench.json").read_text())["exact"]
     assert len(rows) == 4
     for row in rows:
         # Half of the last digit of the README, and 1 %.
-        assert row["scores"]["isomend"]["rms"] == pytest.approx(told[row["case"]], rel=0.01, abs=0.005)
+        assert row["scores"]["isomend"]["rms"] == pytest.approx(expected[row["case"]], rel=0.01, abs=0.005)
         assert 0 < np.mean(row["below"][0]) <= np.mean(row["below"][1]) <= 1
     page = (tmp_path / "bench.md").read_text()
     assert "| sphere 60° | **0." in page and "nearer than 2 σ" in page and page in capsys.readouterr().out
