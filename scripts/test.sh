@@ -126,7 +126,11 @@ blender() {
 }
 
 site() {
-    "$python" scripts/site.py target/ci/book
+    local program
+    program=$(command -v mdbook || echo "$PWD/.venv/mdbook/bin/mdbook")
+    [ -x "$program" ] || cargo install --quiet --locked --debug --no-default-features --features search --root .venv/mdbook \
+        --version 0.5.4 mdbook || echo "mdbook could not be installed"
+    "$python" scripts/site.py target/ci/book --mdbook "$program"
 }
 
 stage 'build' build
