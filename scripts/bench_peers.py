@@ -39,6 +39,7 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
+from benchmark import cases as benchmark  # noqa: E402
 from summary import renew_summary  # noqa: E402
 from tables import renew  # noqa: E402
 
@@ -176,21 +177,6 @@ def marked(case, v, f):
     truth = case.whole[1]
     expected = len(np.unique(truth)) - 3 * len(truth) // 2 + len(truth)
     return patch, bool((count == 2).all() and euler == expected)
-
-
-def ragged():
-    """The sphere without its cap and without some of the faces round it; rims touch themselves."""
-    import compare_libigl as other
-
-    case = next(case for case in other.cases("sphere 60°") if case.name == "sphere 60°")
-    v, f = other.data.sphere_mesh(2000, 21)
-    gone = other.cap(v, f, 60)
-    near = np.isin(f, np.unique(f[gone])).any(axis=1) & ~gone
-    gone |= near & (np.random.default_rng(8).random(len(f)) < 0.4)
-    piece = other.data.pieces(f[~gone])
-    kept = np.flatnonzero(~gone)
-    gone[kept[piece != np.bincount(piece).argmax()]] = True
-    return other.Case("sphere 60°, ragged", v, f, gone, case.truth)
 
 
 def bench_case(case, tools, program, cgal, folder, rounds):
@@ -415,7 +401,7 @@ def main():
             tools = [tool for tool in TOOLS if cgal or not tool.startswith("cgal")]
             made = [case for case in compare_libigl.cases() if case.name in arguments.cases]
             if "sphere 60°, ragged" in arguments.cases:
-                made.append(ragged())
+                made.append(benchmark.ragged())
             made.sort(key=lambda case: arguments.cases.index(case.name))
             rows = []
             for case in made:

@@ -124,7 +124,7 @@ def main():
     parser.add_argument("pages", nargs="*", type=Path, help="pages whose commands are run [default: all]")
     arguments = parser.parse_args()
     program = arguments.isomend.resolve()
-    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+    pages = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md", *sorted((ROOT / "docs").glob("*.md"))]
     wrong = check_tables()
     size = (ROOT / "README.md").stat().st_size
     if size > MOST_BYTES:

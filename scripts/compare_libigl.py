@@ -39,15 +39,18 @@ from pathlib import Path
 
 import igl
 import numpy as np
-from meshlib import mrmeshnumpy, mrmeshpy
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 import make_data as data  # noqa: E402
+from benchmark import cases as known  # noqa: E402
+from benchmark import peers  # noqa: E402
 from tables import renew  # noqa: E402
 
-NECK = 0.55
-ELLIPSOID = np.array([1.0, 0.7, 0.5])
+Case, Exact, boundary, cap, spread, unit, vertex_normals = (
+    known.Case, known.Exact, known.boundary, known.cap, known.spread, known.unit, known.vertex_normals
+)  # fmt: skip
+fair, mean_edge, triangulate = peers.fair, peers.mean_edge, peers.triangulate
 METHODS = {
     "k2": "libigl k = 2",
     "k2x10": "libigl k = 2 × 10",
@@ -57,56 +60,6 @@ METHODS = {
     "variation": "isomend, curvature-variation",
 }
 TIMES = 3
-
-
-# --- exact surfaces: nearest points and unit normals ----------------------------------------------------------------
-
-
-def unit(v):
-    return v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-300)
-
-
-def on_sphere(p):
-    return unit(p), unit(p)
-
-
-def on_torus(p):
-    ring = unit(p * [1, 1, 0]) * data.BIG
-    return ring + unit(p - ring), unit(p - ring)
-
-
-def on_ellipsoid(p):
-    squares = ELLIPSOID**2
-    low = np.full(len(p), -squares.min() * (1 - 1e-9))
-    high = np.linalg.norm(p, axis=1) + 1e-9
-    for _ in range(80):
-        middle = (low + high) / 2
-        outside = (squares * p * p / (middle[:, None] + squares) ** 2).sum(axis=1) > 1
-        low, high = np.where(outside, middle, low), np.where(outside, high, middle)
-    q = squares * p / (low[:, None] + squares)
-    return q, unit(q / squares)
-
-
-def on_catenoid(p):
-    r, z = np.hypot(p[:, 0], p[:, 1]), p[:, 2]
-    t = np.clip(z, -1.2, 1.2)
-    for _ in range(80):
-        c, s = np.cosh(t), np.sinh(t)
-        t = t - np.clip(((c - r) * s + t - z) / np.maximum(s * s + 1 + (c - r) * c, 0.1), -0.2, 0.2)
-    out = unit(p * [1, 1, 0])
-    q = out * np.cosh(t)[:, None] + np.outer(t, [0, 0, 1])
-    return q, unit(out - np.outer(np.sinh(t), [0, 0, 1]))
-
-
-class Exact:
-    """A surface turned against the axes."""
-
-    def __init__(self, project):
-        self.project = project
-
-    def nearest(self, p):
-        q, n = self.project(p @ data.TURN)
-        return q @ data.TURN.T, n @ data.TURN.T
 
 
 class Triangles:
@@ -125,162 +78,12 @@ class Triangles:
         return q, unit(sum(w[:, None] * self.smooth[self.f[face, k]] for k, w in enumerate(weights)))
 
 
-# --- cases ----------------------------------------------------------------------------------------------------------
-
-
-class Case:
-    """An input with a hole, the truth, points spread on what is missing, and the removed triangles."""
-
-    def __init__(self, name, v, f, gone, truth, turned=True, noise=0.0, bridge=False):
-        self.name = name
-        self.bridge = bridge
-        v = v @ data.TURN.T if turned else v
-        kept = v
-        if noise:
-            edge = np.linalg.norm(v[f] - v[np.roll(f, 1, axis=1)], axis=2).mean()
-            rng = np.random.default_rng(0)
-            kept = v + truth.nearest(v)[1] * rng.normal(scale=noise * edge, size=(len(v), 1))
-        kept = kept.astype(np.float32).astype(float)
-        self.v, self.f = data.cut(kept, f, gone)
-        self.truth = truth
-        self.whole = (kept, f, gone)
-        missing = data.cut(v, f, ~gone)
-        self.points = truth.nearest(spread(*missing, 20_000, np.random.default_rng(1)))[0]
-        rim = self.v[np.unique(boundary(self.f))]
-        self.diameter = max(np.linalg.norm(rim - p, axis=1).max() for p in rim)
-
-
-def boundary(f):
-    half = np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]])
-    keys = np.sort(half, axis=1)
-    _, number, count = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-    return half[count[number.reshape(-1)] == 1]
-
-
-def spread(v, f, count, rng):
-    """Points on the faces, evenly by area."""
-    area = np.linalg.norm(np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1)
-    pick = rng.choice(len(f), count, p=area / area.sum())
-    a, b = np.sqrt(rng.random(count)), rng.random(count)
-    return np.einsum("nk,nkd->nd", np.stack([1 - a, a * (1 - b), a * b], axis=1), v[f[pick]])
-
-
-def cap(v, f, degrees):
-    centre = unit(v[f].mean(axis=1))
-    return np.degrees(np.arccos(centre[:, 2])) < degrees
-
-
-def closed_torus(around, across):
-    """data.torus without its holes."""
-    held, data.cut = data.cut, lambda v, f, removed: (v, f)
-    try:
-        return data.torus(around, across)
-    finally:
-        data.cut = held
-
-
-def dumb_bell(spacing):
-    """Two balls joined by a catenoid, all of it."""
-    ball = np.cosh(data.JOIN) ** 2
-    centre = data.JOIN + np.cosh(data.JOIN) * np.sinh(data.JOIN)
-    start = np.arccos(-np.tanh(data.JOIN))
-    arc = np.linspace(start, 0, round(ball * start / (0.87 * spacing)) + 1)[1:]
-    half = np.arcsinh(np.linspace(0, np.sinh(data.JOIN), round(np.sinh(data.JOIN) / (0.87 * spacing)) + 1))
-    neck = np.concatenate([-half[:0:-1], half])
-    profile = [(ball * np.sin(a), -centre - ball * np.cos(a)) for a in arc[::-1]] + [(np.cosh(z), z) for z in neck]
-    profile += [(ball * np.sin(a), centre + ball * np.cos(a)) for a in arc]
-    return data.revolve(profile, spacing)
-
-
-def bunny():
-    import pymeshlab
-
-    path = Path(pymeshlab.__file__).parent / "tests/sample_meshes/bunny.obj"
-    rows = {"v": [], "f": []}
-    for line in path.read_text().splitlines():
-        words = line.split()
-        if words and words[0] in rows:
-            rows[words[0]].append([word.split("/")[0] for word in words[1:4]])
-    return np.array(rows["v"], float), np.array(rows["f"], int) - 1
-
-
-BUNNY = {  # where, as parts of the bounding box; radius over the diagonal
-    "back": ((0.72, 0.62, 0.30), 0.06),
-    "haunch": ((0.80, 0.25, 0.75), 0.06),
-    "chest": ((0.12, 0.35, 0.55), 0.05),
-    "ear": ((0.45, 0.95, 0.40), 0.035),
-}
-
-
 def cases(pattern=""):
-    """Makes the cases whose names match the regular expression, one after the other."""
-    spheres = {}
-
-    def sphere(count):
-        if count not in spheres:
-            spheres[count] = data.sphere_mesh(count, 21)
-        return spheres[count]
-
-    def capped(name, count, degrees, noise=0.0):
-        v, f = sphere(count)
-        return Case(name, v, f, cap(v, f, degrees), Exact(on_sphere), noise=noise)
-
-    def torus(name, size, outer):
-        v, f = closed_torus(*size)
-        middle, radius = ([data.BIG + 1, 0, 0], 0.8) if outer else ([1 - data.BIG, 0, 0], 0.35)
-        return Case(name, v, f, np.linalg.norm(v[f].mean(axis=1) - middle, axis=1) < radius, Exact(on_torus))
-
-    def catenoid(name, spacing):
-        v, f = dumb_bell(spacing)
-        return Case(name, v, f, np.abs(v[f].mean(axis=1)[:, 2]) < NECK, Exact(on_catenoid), bridge=True)
-
-    def ellipsoid(name, count):
-        v, f = sphere(count)
-        v = v * ELLIPSOID
-        gone = np.linalg.norm(v[f].mean(axis=1) - [0, ELLIPSOID[1], 0], axis=1) < 0.4
-        return Case(name, v, f, gone, Exact(on_ellipsoid))
-
-    def real(name):
-        v, f = bunny()
-        at, radius = BUNNY[name.split(", ")[1]]
-        size = np.ptp(v, axis=0)
-        target = v[np.argmin(np.linalg.norm(v - (v.min(axis=0) + np.array(at) * size), axis=1))]
-        gone = np.linalg.norm(v[f].mean(axis=1) - target, axis=1) < radius * np.linalg.norm(size)
-        piece = data.pieces(f[gone])
-        number = np.bincount(piece).argmax()
-        gone[np.flatnonzero(gone)[piece != number]] = False
-        return Case(name, v, f, gone, Triangles(v, f), turned=False)
-
-    makers = {
-        "sphere 30°": lambda n: capped(n, 2000, 30),
-        "sphere 60°": lambda n: capped(n, 2000, 60),
-        "sphere 60°, fine": lambda n: capped(n, 8000, 60),
-        "sphere 90°": lambda n: capped(n, 2000, 90),
-        "sphere 60°, noise 3 %": lambda n: capped(n, 2000, 60, 0.03),
-        "sphere 60°, noise 10 %": lambda n: capped(n, 2000, 60, 0.10),
-        "torus, outer": lambda n: torus(n, (64, 46), True),
-        "torus, outer, fine": lambda n: torus(n, (128, 92), True),
-        "torus, inner": lambda n: torus(n, (128, 92), False),
-        "catenoid neck": lambda n: catenoid(n, 0.13),
-        "catenoid neck, fine": lambda n: catenoid(n, 0.065),
-        "ellipsoid": lambda n: ellipsoid(n, 2000),
-        "ellipsoid, fine": lambda n: ellipsoid(n, 8000),
-        **{f"bunny, {place}": real for place in BUNNY},
-    }
-    for name, make in makers.items():
-        if re.search(pattern, name):
-            yield make(name)
+    """The cases of the benchmark whose names match the regular expression, one after the other."""
+    return known.cases(pattern, Triangles)
 
 
 # --- fills ----------------------------------------------------------------------------------------------------------
-
-
-def vertex_normals(v, f):
-    normals = np.zeros_like(v)
-    area = np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]])
-    for k in range(3):
-        np.add.at(normals, f[:, k], area)
-    return unit(normals)
 
 
 def quickest(run, at):
@@ -304,57 +107,6 @@ def fill_isomend(program, case, options=()):
     v[: len(case.v)] = case.v
     outcomes = {hole["outcome"] for hole in report["holes"]}
     return v, f, report["seconds"], ", ".join(sorted(outcomes - {"filled"}))
-
-
-def triangulate(case, longest, smooth):
-    """MeshLib's filling: vertices and faces of the mesh, which of the faces are new, seconds."""
-    mesh = mrmeshnumpy.meshFromFacesVerts(case.f.astype(np.int32), case.v.astype(np.float32))
-    start = time.perf_counter()
-    rims = list(mesh.topology.findHoleRepresentiveEdges())
-    settings = mrmeshpy.StitchHolesNicelySettings() if case.bridge else mrmeshpy.FillHoleNicelySettings()
-    settings.triangulateOnly = False
-    settings.smoothCurvature = smooth
-    settings.subdivideSettings.maxEdgeLen = longest
-    settings.subdivideSettings.maxEdgeSplits = 200_000
-    settings.triangulateParams.metric = mrmeshpy.getUniversalMetric(mesh)
-    if case.bridge:
-        new = [mrmeshpy.stitchHolesNicely(mesh, rims[0], rims[1], settings)]
-    else:
-        new = [mrmeshpy.fillHoleNicely(mesh, rim, settings) for rim in rims]
-    seconds = time.perf_counter() - start
-    v, f = mrmeshnumpy.getNumpyVerts(mesh).astype(float), mrmeshnumpy.getNumpyFaces(mesh.topology).astype(np.int64)
-    v[: len(case.v)] = case.v
-    patch = np.zeros(len(f), bool)
-    for faces in new:
-        marks = mrmeshnumpy.getNumpyBitSet(faces)[: len(f)]
-        patch[: len(marks)] |= marks
-    return v, f, patch, seconds
-
-
-def mean_edge(v, f):
-    return np.linalg.norm(v[f] - v[np.roll(f, 1, axis=1)], axis=2).mean()
-
-
-def fair(case, v, f, k, solves):
-    """k-harmonic positions of the new vertices, all others fixed; seconds."""
-    start = time.perf_counter()
-    v = v.copy()
-    known = len(case.v)
-    near = np.zeros(len(v), bool)
-    near[known:] = True
-    for _ in range(6):
-        near[f[near[f].any(axis=1)]] = True
-    crop = np.ascontiguousarray(f[near[f].any(axis=1)])
-    used, local = np.unique(crop, return_inverse=True)
-    crop = local.reshape(-1, 3).astype(np.int64)
-    fixed = np.flatnonzero(used < known).astype(np.int64)
-    p = v[used]
-    for _ in range(solves):
-        p = igl.harmonic(np.ascontiguousarray(p), crop, fixed, np.ascontiguousarray(p[fixed]), k)
-        if not np.isfinite(p).all():
-            return None, time.perf_counter() - start
-    v[used[used >= known]] = p[used >= known]
-    return v, time.perf_counter() - start
 
 
 # --- scores ---------------------------------------------------------------------------------------------------------

@@ -23,81 +23,16 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import pymeshlab
 import pyvista as pv
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "scripts"))
 import compare_libigl as libigl  # noqa: E402
 import make_data as data  # noqa: E402
+from benchmark import cases as known  # noqa: E402
 from tables import renew  # noqa: E402
 
-MESHES = ["bunny.obj", "bone.ply", "cow.obj"]
-CENTRES = 18
-RADII = (0.025, 0.04, 0.06)  # over the diagonal of the bounding box
-FEWEST = 12  # faces of a hole
 TOOLS = {"isomend": "isomend", "k2": "libigl k = 2", "k3": "libigl k = 3", "meshlib": "MeshLib"}
-
-
-def read(name):
-    """Vertices and triangles, vertices at one place being one, in an order that only the positions tell."""
-    meshes = pymeshlab.MeshSet()
-    meshes.load_new_mesh(str(Path(pymeshlab.__file__).parent / "tests/sample_meshes" / name))
-    mesh = meshes.current_mesh()
-    v, number = np.unique(np.asarray(mesh.vertex_matrix(), float), axis=0, return_inverse=True)
-    f = number.reshape(-1)[np.asarray(mesh.face_matrix(), np.int64)]
-    f = f[(f[:, 0] != f[:, 1]) & (f[:, 1] != f[:, 2]) & (f[:, 2] != f[:, 0])]
-    f = f[np.sort(np.unique(np.sort(f, axis=1), axis=0, return_index=True)[1])]
-    used, number = np.unique(f, return_inverse=True)
-    return v[used], number.reshape(f.shape)
-
-
-def centres(v, count):
-    """Vertices as far from each other as they can be, from the one that is farthest from the middle on."""
-    near = np.linalg.norm(v - v.mean(axis=0), axis=1)
-    chosen = [int(near.argmax())]
-    distance = np.linalg.norm(v - v[chosen[0]], axis=1)
-    while len(chosen) < count:
-        chosen.append(int(distance.argmax()))
-        distance = np.minimum(distance, np.linalg.norm(v - v[chosen[-1]], axis=1))
-    return chosen
-
-
-def is_disc(f):
-    """Whether triangles are one disc: every edge with two of them at most, one simple border."""
-    half = np.concatenate([f[:, [0, 1]], f[:, [1, 2]], f[:, [2, 0]]])
-    edges, number = np.unique(np.sort(half, axis=1), axis=0, return_counts=True)
-    border = libigl.boundary(f)
-    simple = len(np.unique(border[:, 0])) == len(border)
-    return simple and number.max() <= 2 and len(np.unique(f)) - len(edges) + len(f) == 1
-
-
-def cases():
-    for name in MESHES:
-        v, f = read(name)
-        size = np.linalg.norm(np.ptp(v, axis=0))
-        middle = v[f].mean(axis=1)
-        for number, centre in enumerate(centres(v, CENTRES)):
-            gone = np.linalg.norm(middle - v[centre], axis=1) < RADII[number % len(RADII)] * size
-            if gone.sum() < FEWEST:
-                continue
-            piece = data.pieces(f[gone])
-            gone[np.flatnonzero(gone)[piece != np.bincount(piece).argmax()]] = False
-            # What is left must be bounded by the ball alone.
-            before, after = len(libigl.boundary(f)), len(libigl.boundary(f[~gone]))
-            if not is_disc(f[gone]) or after - before != len(libigl.boundary(f[gone])):
-                continue
-            if before:
-                rim = np.unique(libigl.boundary(f[gone]))
-                if np.isin(rim, np.unique(libigl.boundary(f))).any():
-                    continue
-            case = libigl.Case(f"{name.split('.')[0]} {number}", v, f, gone, libigl.Triangles(v, f), turned=False)
-            normals = libigl.vertex_normals(v, f[~gone])[np.unique(libigl.boundary(f[gone]))]
-            mean = libigl.unit(normals.sum(axis=0)[None])[0]
-            case.curved = float(np.degrees(np.arccos(np.clip(normals @ mean, -1, 1))).mean())
-            case.rim = len(libigl.boundary(f[gone]))
-            case.centre = v[centre]
-            yield case
 
 
 def fill(program, case):
@@ -188,7 +123,7 @@ def main():
     parser.add_argument("--docs", action="store_true", help="put the tables into docs/accuracy.md")
     arguments = parser.parse_args()
     rows = []
-    for case in cases():
+    for case in known.real_cases(libigl.Triangles):
         row = measured(str(arguments.isomend), case)
         rows.append(row)
         found = "  ".join(f"{t} {row['scores'][t]['rms']:.2f}" for t in TOOLS if t in row["scores"])

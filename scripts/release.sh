@@ -5,12 +5,18 @@
 #   isomend-*.whl             the Python package for Linux (manylinux), for Python 3.10 and later
 #   isomend-*.tar.gz          its source
 #   isomend-*.crate           the Rust package
+#   isomend-blender-*.zip     the Blender extension for Linux, with the wheel inside
+#   isomend.cdx.json, isomend-python.cdx.json    bills of materials (CycloneDX) of the program and of the wheel
+#   SHA256SUMS                hashes of all of these
+#
+# The program is built twice, in two folders, and must come out the same: scripts/release.sh DIR --once leaves the second build out.
 #
 # All is built from what is committed, in a folder of its own. It needs Rust, a C compiler, Python 3.10 or newer and, for maturin and
 # zig, the Python package index. Nothing is published.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-out=${1:?usage: scripts/release.sh DIR}
+out=${1:?usage: scripts/release.sh DIR [--once]}
+once=${2:-}
 mkdir -p "$out"
 out=$(cd "$out" && pwd)
 clean=$(mktemp -d)
@@ -21,20 +27,43 @@ export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
 target=$(rustc -vV | sed -n 's/^host: //p')
 say() { printf '\n== %s\n' "$*"; }
 
+# The program, from a folder of sources into a folder of builds. Their names, and that of Cargo's own folder, do not get into it.
+program() {
+    (cd "$1" && CARGO_TARGET_DIR=$2 RUSTFLAGS="-C target-feature=+crt-static --remap-path-prefix=$1=/isomend \
+        --remap-path-prefix=$2=/target --remap-path-prefix=${CARGO_HOME:-$HOME/.cargo}=/cargo" \
+        cargo build --quiet --locked --profile dist --target "$target" --package isomend)
+}
+
 say "the program"
-(cd "$clean/source" &&
-    RUSTFLAGS="-C target-feature=+crt-static" cargo build --quiet --locked --profile dist --target "$target" --package isomend)
+program "$clean/source" "$CARGO_TARGET_DIR"
 cp "$CARGO_TARGET_DIR/$target/dist/isomend" "$out/"
+
+if [ "$once" != --once ]; then
+    say "the program once more, in other folders: the same bytes"
+    mkdir "$clean/again"
+    git archive HEAD | tar -x -C "$clean/again"
+    program "$clean/again" "$clean/target-again"
+    cmp "$out/isomend" "$clean/target-again/$target/dist/isomend"
+    rm -rf "$clean/target-again"
+fi
 
 say "the Python package and its source"
 python3 -m venv "$clean/tools"
 "$clean/tools/bin/pip" install --quiet --disable-pip-version-check maturin==1.16.0 ziglang==0.17.1
 PATH="$clean/tools/bin:$PATH"
-rm -f "$out"/isomend-*
+rm -f "$out"/isomend-*.whl "$out"/isomend-*.tar.gz "$out"/isomend-*.crate "$out"/isomend-blender-*.zip
 # zig links against an old C library, so that the wheel runs wherever that is or a later one.
 (cd "$clean/source/python" &&
     maturin build --quiet --locked --profile dist --zig --compatibility manylinux2014 --target "$target" --out "$out" &&
     maturin sdist --out "$out")
+
+say "the Blender extension"
+(cd "$clean/source" && python3 scripts/blender_extension.py --out "$out" "$out"/isomend-*.whl)
+
+say "the bills of materials"
+(cd "$clean/source" &&
+    python3 scripts/sbom.py --target "$target" "$out/isomend.cdx.json" &&
+    python3 scripts/sbom.py --target "$target" --package isomend-python "$out/isomend-python.cdx.json")
 
 say "the Rust package"
 # It is built when it is installed below.
@@ -70,6 +99,9 @@ mkdir "$clean/crate"
 tar -x -C "$clean/crate" --strip-components 1 -f "$(ls "$out"/isomend-*.crate)"
 cargo install --quiet --locked --path "$clean/crate" --root "$clean/installed"
 mends "$clean/installed/bin/isomend" | cmp - "$clean/program"
+
+say "hashes"
+(cd "$out" && rm -f SHA256SUMS && sha256sum -- * > "$clean/sums" && mv "$clean/sums" SHA256SUMS && sha256sum --check --quiet SHA256SUMS)
 
 say "made, all with the same result"
 ls -l "$out"

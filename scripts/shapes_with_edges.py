@@ -45,7 +45,7 @@ import bench_peers as peers  # noqa: E402
 import compare_libigl as libigl  # noqa: E402
 import edged_solids as solids  # noqa: E402
 import make_data as data  # noqa: E402
-from real_meshes import is_disc  # noqa: E402
+from benchmark import cases as benchmark  # noqa: E402
 from tables import renew  # noqa: E402
 
 FLOOR = "cut-out faces"
@@ -95,7 +95,7 @@ def removed(v, f, middle, site, truth):
         piece = data.pieces(f[gone])
         gone[inside[piece != piece[np.linalg.norm(centre[inside] - middle, axis=1).argmin()]]] = False
         kept = data.pieces(f[~gone])
-        if is_disc(f[gone]) and (kept == kept[0]).all():
+        if benchmark.is_disc(f[gone]) and (kept == kept[0]).all():
             return gone
     return None
 

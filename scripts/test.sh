@@ -3,8 +3,8 @@
 #
 #   scripts/test.sh          a few minutes
 #   scripts/test.sh --all    also the parts of the library by themselves, the Python wheel with the packages that it works with, the checks of
-#                            written files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, and a
-#                            minute of fuzzing. Where a check cannot run, that is printed; with CI=true it is a failure.
+#                            written files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, the
+#                            Blender extension in Blender's Python module, and a minute of fuzzing. Where a check cannot run, that is printed; with CI=true it is a failure.
 #
 # Each stage prints its seconds, and the end a table of them.
 set -euo pipefail
@@ -121,6 +121,18 @@ browser() {
     "$python" scripts/view_test.py --isomend "$ISOMEND"
 }
 
+blender() {
+    "$python" scripts/blender_test.py --isomend "$ISOMEND" --wheel .venv/wheels/*.whl
+}
+
+site() {
+    local program
+    program=$(command -v mdbook || echo "$PWD/.venv/mdbook/bin/mdbook")
+    [ -x "$program" ] || cargo install --quiet --locked --debug --no-default-features --features search --root .venv/mdbook \
+        --version 0.5.4 mdbook || echo "mdbook could not be installed"
+    "$python" scripts/site.py target/ci/book --mdbook "$program"
+}
+
 stage 'build' build
 stage 'tests of the library and the program' rust_tests
 stage 'examples in the documentation' documented_examples
@@ -133,5 +145,7 @@ if [ -n "$all" ]; then
     stage 'Python wheel and its tests' wheel
     stage 'written files, by other programs' written_files
     stage 'pages in a browser' browser
+    stage 'Blender extension' blender
+    stage 'site of the pages' site
     stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 60
 fi

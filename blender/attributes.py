@@ -1,0 +1,81 @@
+"""Attributes of Blender meshes as arrays, and which of them isomend continues on patches."""
+
+import numpy as np
+
+# For each type of attribute: the property of its values, how many numbers each has, and the numbers' type.
+KINDS = {
+    "FLOAT": ("value", 1, np.float32),
+    "INT": ("value", 1, np.int32),
+    "INT8": ("value", 1, np.int32),
+    "BOOLEAN": ("value", 1, bool),
+    "FLOAT_VECTOR": ("vector", 3, np.float32),
+    "FLOAT2": ("vector", 2, np.float32),
+    "FLOAT_COLOR": ("color", 4, np.float32),
+    # As stored: 8-bit values come back exactly.
+    "BYTE_COLOR": ("color_srgb", 4, np.float32),
+    "INT32_2D": ("value", 2, np.int32),
+    "QUATERNION": ("value", 4, np.float32),
+    "FLOAT4X4": ("value", 16, np.float32),
+}
+
+# Types whose values are continued smoothly. Values of others are copied from the nearest vertex of the rim.
+SMOOTH = ("FLOAT", "FLOAT_VECTOR", "FLOAT2", "FLOAT_COLOR", "BYTE_COLOR")
+
+PATCH = "isomend_patch"
+SIGMA = "isomend_sigma"
+
+
+def carried(mesh, domain):
+    """Names of the attributes of a domain that a mesh carries, without those that are its geometry or belong to isomend."""
+    return [
+        a.name
+        for a in mesh.attributes
+        if a.domain == domain
+        and a.data_type in KINDS
+        and not a.name.startswith(".")
+        and a.name not in ("position", PATCH, SIGMA)
+    ]
+
+
+def values_of(mesh, name):
+    """Values of an attribute, (n, components)."""
+    attribute = mesh.attributes[name]
+    prop, components, dtype = KINDS[attribute.data_type]
+    values = np.zeros(len(attribute.data) * components, dtype)
+    attribute.data.foreach_get(prop, values)
+    return values.reshape(-1, components)
+
+
+def set_values(mesh, name, values):
+    """Sets all values of an attribute, (n, components)."""
+    attribute = mesh.attributes[name]
+    prop, _, dtype = KINDS[attribute.data_type]
+    attribute.data.foreach_set(prop, np.ascontiguousarray(values, dtype).reshape(-1))
+
+
+def numbers(collection, prop, components=1, dtype=np.int32):
+    """A property of all elements of a mesh, (n,) or (n, components)."""
+    values = np.zeros(len(collection) * components, dtype)
+    collection.foreach_get(prop, values)
+    return values if components == 1 else values.reshape(-1, components)
+
+
+def attribute_named(mesh, name, data_type, domain):
+    """An attribute of a name, which is made where it is missing or of another kind."""
+    attribute = mesh.attributes.get(name)
+    if attribute is not None and (attribute.data_type, attribute.domain) != (data_type, domain):
+        mesh.attributes.remove(attribute)
+        attribute = None
+    return attribute or mesh.attributes.new(name, data_type, domain)
+
+
+def weights_of(item):
+    """Weights of all vertex groups of an object, (vertices, groups)."""
+    vertices = item.data.vertices
+    weights = np.zeros((len(vertices), len(item.vertex_groups)), np.float32)
+    if weights.shape[1]:
+        for vertex in vertices:
+            for element in vertex.groups:
+                if element.group < weights.shape[1]:
+                    weights[vertex.index, element.group] = element.weight
+    return weights

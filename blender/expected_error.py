@@ -1,0 +1,81 @@
+"""The expected error of patches as colours: a material with a colour ramp over the attribute `isomend_sigma`, in place of all others
+while it is shown. The objects' own materials stay as they are."""
+
+import bpy
+
+from . import attributes as at
+
+NAME = "isomend expected error"
+
+# The ramp from an error of 0 to the largest: place, colour (linear RGBA).
+RAMP = [(0.0, (0.8, 0.8, 0.8, 1)), (0.05, (0.05, 0.15, 0.6, 1)), (0.5, (0.95, 0.75, 0.1, 1)), (1.0, (0.7, 0.02, 0.02, 1))]
+
+
+def material_for(largest):
+    """The material, with its ramp up to an error in the units of the scene."""
+    material = bpy.data.materials.get(NAME) or bpy.data.materials.new(NAME)
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    nodes.clear()
+    value = nodes.new("ShaderNodeAttribute")
+    value.attribute_name = at.SIGMA
+    scaled = nodes.new("ShaderNodeMapRange")
+    scaled.inputs["From Max"].default_value = largest
+    ramp = nodes.new("ShaderNodeValToRGB")
+    elements = ramp.color_ramp.elements
+    while len(elements) < len(RAMP):
+        elements.new(0.5)
+    for element, (position, colour) in zip(elements, RAMP):
+        element.position, element.color = position, colour
+    shader = nodes.new("ShaderNodeBsdfPrincipled")
+    output = nodes.new("ShaderNodeOutputMaterial")
+    links.new(value.outputs["Fac"], scaled.inputs["Value"])
+    links.new(scaled.outputs["Result"], ramp.inputs["Fac"])
+    links.new(ramp.outputs["Color"], shader.inputs["Base Color"])
+    links.new(shader.outputs["BSDF"], output.inputs["Surface"])
+    for place, node in enumerate((value, scaled, ramp, shader, output)):
+        node.location = (300 * place, 0)
+    return material
+
+
+class ISOMEND_OT_show_error(bpy.types.Operator):
+    """Show the expected error of patches as colours, in the material preview and in renderings; once more to end it"""
+
+    bl_idname = "isomend.show_error"
+    bl_label = "Show expected error"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context):
+        item = context.active_object
+        return item is not None and item.type == "MESH" and (at.SIGMA in item.data.attributes or is_shown(context))
+
+    def execute(self, context):
+        if is_shown(context):
+            context.view_layer.material_override = None
+            return {"FINISHED"}
+        if context.active_object.mode == "EDIT":
+            context.active_object.update_from_editmode()
+        largest = float(at.values_of(context.active_object.data, at.SIGMA).max(initial=0))
+        if largest <= 0:
+            self.report({"WARNING"}, "Nothing is known of the errors of this mesh's patches")
+            return {"CANCELLED"}
+        context.view_layer.material_override = material_for(largest)
+        for area in context.screen.areas if context.screen else []:
+            if area.type == "VIEW_3D" and area.spaces.active.shading.type in ("WIREFRAME", "SOLID"):
+                area.spaces.active.shading.type = "MATERIAL"
+        return {"FINISHED"}
+
+
+def is_shown(context):
+    """Whether the material is shown in place of all others."""
+    override = context.view_layer.material_override
+    return override is not None and override.name == NAME
+
+
+def register():
+    bpy.utils.register_class(ISOMEND_OT_show_error)
+
+
+def unregister():
+    bpy.utils.unregister_class(ISOMEND_OT_show_error)

@@ -1,0 +1,251 @@
+"""Writes a result of isomend into a Blender mesh: kept elements stay with all their attributes, new ones are added after them."""
+
+from dataclasses import dataclass
+
+import bmesh
+import numpy as np
+
+from . import attributes as at
+from .taken import TRIANGLE, VERTEX
+
+# Value of the expected error where nothing can be said, as in files that isomend writes.
+UNKNOWN = -1.0
+
+
+@dataclass
+class Change:
+    """What a result changes.
+
+    Attributes:
+        sources: (n,), the vertex of the mesh that each vertex of the result is, or for a new one that is nearest on the rim.
+        new: Numbers of the result's vertices that are to be added: those at other places, and copies.
+        removed: bool, polygons that go. Of those with triangles that stay, these are added again.
+        turned: Numbers of the polygons that stay and are turned over.
+        again: Numbers of the result's faces that are triangles of removed polygons, or parts of such triangles.
+        origins: (m,), the triangle of the mesh of which each face of the result is that is not a patch's.
+        patch: Numbers of the result's faces that are new.
+        needed: bool, vertices of the mesh that stay: those of the result's faces, and those of no polygon.
+    """
+
+    sources: np.ndarray
+    new: np.ndarray
+    removed: np.ndarray
+    turned: np.ndarray
+    again: np.ndarray
+    origins: np.ndarray
+    patch: np.ndarray
+    needed: np.ndarray
+
+
+class NothingKept(Exception):
+    """A result in which no face of the mesh is left, so that nothing of what it carries would be either."""
+
+
+def change_of(taken, mended):
+    """What a result changes in the mesh that it was made of."""
+    if mended.is_patch.all():
+        raise NothingKept("no face of the mesh would stay, and with them UV maps and attributes; select a part of the faces")
+    sources = mended.point_data[VERTEX].astype(np.int64)
+    kept, used = own_vertices(taken, mended, sources)
+    faces = mended.faces[~mended.is_patch]
+    origins = mended.cell_data[TRIANGLE][: len(faces)].astype(np.int64)
+
+    own = np.where(kept[faces], sources[faces], -1)
+    before = taken.triangles[origins]
+    same, flipped = turns(own, before), turns(own, before[:, ::-1])
+    polygons, count = taken.polygons[origins], len(taken.chosen_faces)
+    whole = np.bincount(taken.polygons, minlength=count)
+    is_same = np.bincount(polygons[same], minlength=count) == whole
+    is_turned = ~is_same & (np.bincount(polygons[flipped], minlength=count) == whole)
+    removed = ~(is_same | is_turned)
+
+    needed = np.ones(len(taken.vertices), bool)
+    needed[taken.triangles.ravel()] = False
+    needed[sources[kept & used]] = True
+    return Change(
+        sources=sources, new=np.flatnonzero(used & ~kept), removed=removed, turned=np.flatnonzero(is_turned),
+        again=np.flatnonzero(removed[polygons]), origins=origins, patch=np.flatnonzero(mended.is_patch), needed=needed,
+    )  # fmt: skip
+
+
+def own_vertices(taken, mended, sources):
+    """bool twice: which vertices of a result are the mesh's, at the same place and the first there, and which faces use."""
+    first = np.zeros(len(sources), bool)
+    first[np.unique(sources, return_index=True)[1]] = True
+    used = np.zeros(len(sources), bool)
+    used[mended.faces.ravel()] = True
+    return first & np.all(mended.vertices == taken.vertices[sources], axis=1), used
+
+
+def turns(a, b):
+    """bool: which rows of three numbers are the same but for the corner that they begin with."""
+    return np.any([np.all(a == np.roll(b, shift, axis=1), axis=1) for shift in range(3)], axis=0)
+
+
+def give_back(item, taken, mended):
+    """Puts a result in the place of the object's mesh. Returns the numbers of new vertices and faces."""
+    change = change_of(taken, mended)
+    mesh = item.data
+    number = remove(mesh, taken, change)[change.sources]
+    number[change.new] = len(mesh.vertices) + np.arange(len(change.new))
+    faces = np.concatenate([change.again, change.patch])
+    corners = number[mended.faces[faces]]
+    vertices, loops, polygons = len(mesh.vertices), len(mesh.loops), len(mesh.polygons)
+    add_elements(mesh, taken.own_coordinates(mended.vertices[change.new]), corners)
+    fill_points(item, taken, mended, change, vertices)
+    fill_corners(mesh, taken, mended, change, loops)
+    fill_faces(mesh, taken, mended, change, polygons)
+    mark(item, taken, mended, change, corners[len(change.again) :], vertices)
+    mesh.update()
+    return len(change.new), len(change.patch)
+
+
+def remove(mesh, taken, change):
+    """Takes out what does not stay, and turns polygons. Returns for each vertex of the mesh its number afterwards."""
+    for polygon in change.turned:
+        mesh.polygons[int(polygon)].flip()
+    places = np.cumsum(change.needed) - 1
+    if not change.removed.any() and change.needed.all():
+        return places
+    # Edges go with their last polygon, unless a triangle that is added again has them.
+    again = taken.triangles[change.origins[change.again]]
+    ends = np.sort(np.stack([again, np.roll(again, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    wanted = set(map(tuple, ends.tolist()))
+    bm = bmesh.new()
+    try:
+        bm.from_mesh(mesh, face_normals=False, vertex_normals=False)
+        polygons, edges, vertices = bm.faces[:], bm.edges[:], bm.verts[:]
+        loose = {edge for edge in edges if not edge.link_faces}
+        for number in np.flatnonzero(change.removed):
+            bm.faces.remove(polygons[number])
+        for edge in edges:
+            if not edge.link_faces and edge not in loose:
+                if tuple(sorted(vertex.index for vertex in edge.verts)) not in wanted:
+                    bm.edges.remove(edge)
+        for number in np.flatnonzero(~change.needed):
+            bm.verts.remove(vertices[number])
+        bm.to_mesh(mesh)
+    finally:
+        bm.free()
+    return places
+
+
+def add_elements(mesh, positions, corners):
+    """Adds vertices and triangles, with the edges that these lack, after all others. Values of attributes of what is new are zero."""
+    if len(corners) == 0:
+        return
+    # By bmesh: `mesh.edges.add` of Blender 5.2 leaves values of attributes undefined, and fails on large meshes.
+    bm = bmesh.new()
+    try:
+        bm.from_mesh(mesh, face_normals=False, vertex_normals=False)
+        for position in positions.tolist():
+            bm.verts.new(position)
+        bm.verts.ensure_lookup_table()
+        vertices = bm.verts[:]
+        for a, b, c in corners.tolist():
+            bm.faces.new((vertices[a], vertices[b], vertices[c]))
+        bm.to_mesh(mesh)
+    finally:
+        bm.free()
+
+
+def append(mesh, name, first, values):
+    """Sets the values of an attribute from an element on, if it has survived."""
+    if name in mesh.attributes and len(values):
+        everything = at.values_of(mesh, name)
+        everything[first:] = values.reshape(-1, everything.shape[1])
+        at.set_values(mesh, name, everything)
+
+
+def fill_points(item, taken, mended, change, first):
+    """Values of new vertices: continued smoothly, or as at the nearest vertex of the rim; weights of vertex groups too."""
+    mesh, new = item.data, change.new
+    for name, values in taken.of_points.items():
+        key = f"point {name}"
+        append(mesh, name, first, mended.point_data[key][new] if key in mended.point_data else values[change.sources[new]])
+    if taken.weights.shape[1]:
+        weights = mended.point_data["weights"].reshape(-1, taken.weights.shape[1])[new]
+        for group in item.vertex_groups:
+            if group.name == at.PATCH:
+                continue
+            for vertex in np.flatnonzero(weights[:, group.index] > 0):
+                group.add([first + int(vertex)], float(weights[vertex, group.index]), "REPLACE")
+
+
+def fill_corners(mesh, taken, mended, change, first):
+    """Values of face corners: of triangles that stay those they had, of patches continued, or as at the nearest vertex of the rim."""
+    loops, shares = corner_sources(taken, mended, change)
+    main = np.take_along_axis(loops, np.argmax(shares, axis=1)[:, None], axis=1)[:, 0]
+    patch = mended.faces[change.patch].ravel()
+    for name, values in taken.of_corners.items():
+        key = f"corner {name}"
+        smooth = key in mended.point_data
+        own = np.einsum("nk,nkc->nc", shares, values[loops]) if smooth else values[main]
+        new = mended.point_data[key][patch] if smooth else values[taken.a_loop[change.sources[patch]]]
+        append(mesh, name, first, np.concatenate([own, new.reshape(-1, values.shape[1])]))
+
+
+def corner_sources(taken, mended, change):
+    """For each corner of the triangles that are added again the three loops of the triangle that it lies in, and their shares
+    (barycentric coordinates)."""
+    origins = np.repeat(change.origins[change.again], 3)
+    places = mended.vertices[mended.faces[change.again].ravel()]
+    before = taken.vertices[taken.triangles[origins]]
+    a, b, c = before[:, 0], before[:, 1], before[:, 2]
+    normal = np.cross(b - a, c - a)
+    area = np.maximum(np.einsum("ij,ij->i", normal, normal), np.finfo(float).tiny)
+    second = np.einsum("ij,ij->i", np.cross(places - a, c - a), normal) / area
+    third = np.einsum("ij,ij->i", np.cross(b - a, places - a), normal) / area
+    shares = np.clip(np.column_stack([1 - second - third, second, third]), 0, 1)
+    shares /= np.maximum(shares.sum(axis=1, keepdims=True), np.finfo(float).tiny)
+    # Corners that are vertices of the triangle have exactly its values.
+    at_corner = np.all(places[:, None] == before, axis=2)
+    shares[at_corner.any(axis=1)] = at_corner[at_corner.any(axis=1)]
+    return taken.loops[origins], shares
+
+
+def fill_faces(mesh, taken, mended, change, first):
+    """Values of faces, materials among them: of triangles that stay those they had, of patches those at the nearest part of the rim."""
+    a_polygon = np.zeros(len(taken.vertices), np.int64)
+    a_polygon[taken.triangles.ravel()] = np.repeat(taken.polygons, 3)
+    kept = taken.polygons[change.origins]
+    a_polygon[taken.triangles[change.origins].ravel()] = np.repeat(kept, 3)
+    near = a_polygon[change.sources[mended.faces[change.patch, 0]]]
+    sources = np.concatenate([kept[change.again], near])
+    for name, values in taken.of_faces.items():
+        append(mesh, name, first, values[sources])
+
+
+def mark(item, taken, mended, change, corners, first):
+    """Marks patches: an attribute of faces, a vertex group, expected errors, and the selection."""
+    mesh = item.data
+    start = len(mesh.polygons) - len(corners)
+    marks = at.attribute_named(mesh, at.PATCH, "BOOLEAN", "FACE").name
+    values = at.values_of(mesh, marks)
+    values[start:] = True
+    at.set_values(mesh, marks, values)
+
+    errors = at.attribute_named(mesh, at.SIGMA, "FLOAT", "POINT").name
+    values = at.values_of(mesh, errors)
+    new = mended.sigma[change.new] * taken.scale
+    values[first:, 0] = np.where(np.isfinite(new), new, UNKNOWN)
+    at.set_values(mesh, errors, values)
+
+    group = item.vertex_groups.get(at.PATCH) or item.vertex_groups.new(name=at.PATCH)
+    of_patch = np.unique(corners)
+    group.add(of_patch.tolist(), 1.0, "REPLACE")
+    select(mesh, start, of_patch)
+
+
+def select(mesh, start, vertices):
+    """Selects the faces from one on, with their edges and vertices, and nothing else."""
+    chosen = np.zeros(len(mesh.vertices), bool)
+    chosen[vertices] = True
+    mesh.vertices.foreach_set("select", chosen)
+    polygons = np.arange(len(mesh.polygons)) >= start
+    mesh.polygons.foreach_set("select", polygons)
+    edges = np.zeros(len(mesh.edges), bool)
+    loops = at.numbers(mesh.loops, "edge_index")
+    # The loops of the last polygons are the last loops.
+    edges[loops[mesh.polygons[start].loop_start :] if start < len(mesh.polygons) else []] = True
+    mesh.edges.foreach_set("select", edges)

@@ -1,0 +1,98 @@
+"""The list of holes: found, shown with their sizes, and selected."""
+
+import json
+
+import bpy
+import numpy as np
+from bpy.props import IntProperty
+
+from . import attributes as at
+from .refusals import reason_against
+from .taken import Taken
+
+
+class ISOMEND_OT_find_holes(bpy.types.Operator):
+    """List the holes of the active mesh with their sizes"""
+
+    bl_idname = "isomend.find_holes"
+    bl_label = "Find holes"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.type == "MESH"
+
+    def execute(self, context):
+        import isomend
+
+        item, settings = context.active_object, context.scene.isomend
+        settings.holes.clear()
+        reason = reason_against(item)
+        if reason:
+            self.report({"ERROR"}, reason)
+            return {"CANCELLED"}
+        try:
+            taken = Taken(item)
+            found = taken.model().inspect().holes
+        except (isomend.IsomendError, ValueError) as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        for hole in found:
+            row = settings.holes.add()
+            row.number, row.edges, row.diameter = hole.id, hole.edges, hole.diameter * taken.scale
+            row.is_border, row.rim = hole.is_border, json.dumps(hole.rim.tolist())
+        settings.holes_of = item.name
+        self.report({"INFO"}, f"{len(found)} {'hole' if len(found) == 1 else 'holes'}")
+        return {"FINISHED"}
+
+
+class ISOMEND_OT_select_hole(bpy.types.Operator):
+    """Select the rim of a hole of the list"""
+
+    bl_idname = "isomend.select_hole"
+    bl_label = "Select hole"
+    bl_options = {"REGISTER", "UNDO"}
+
+    index: IntProperty(name="Row", description="Row of the list, from 0", min=0)
+
+    @classmethod
+    def poll(cls, context):
+        return context.active_object is not None and context.active_object.type == "MESH"
+
+    def execute(self, context):
+        item, settings = context.active_object, context.scene.isomend
+        rim = json.loads(settings.holes[self.index].rim) if self.index < len(settings.holes) else []
+        if not rim or settings.holes_of != item.name or max(rim) >= len(item.data.vertices):
+            self.report({"WARNING"}, "The list is not of this mesh as it is now; find the holes again")
+            return {"CANCELLED"}
+        mode = item.mode
+        if mode != "OBJECT":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        mesh = item.data
+        chosen = np.zeros(len(mesh.vertices), bool)
+        chosen[rim] = True
+        ends = at.numbers(mesh.edges, "vertices", 2)
+        pairs = {tuple(sorted(pair)) for pair in zip(rim, rim[1:] + rim[:1])}
+        near = np.flatnonzero(chosen[ends].all(axis=1))
+        edges = np.zeros(len(mesh.edges), bool)
+        edges[[n for n in near if tuple(sorted(ends[n].tolist())) in pairs]] = True
+        mesh.vertices.foreach_set("select", chosen)
+        mesh.edges.foreach_set("select", edges)
+        mesh.polygons.foreach_set("select", np.zeros(len(mesh.polygons), bool))
+        mesh.update()
+        if mode != "OBJECT":
+            bpy.ops.object.mode_set(mode=mode)
+        return {"FINISHED"}
+
+
+CLASSES = (ISOMEND_OT_find_holes, ISOMEND_OT_select_hole)
+
+
+def register():
+    for one in CLASSES:
+        bpy.utils.register_class(one)
+
+
+def unregister():
+    for one in reversed(CLASSES):
+        bpy.utils.unregister_class(one)

@@ -1,0 +1,116 @@
+"""Settings of the panel, kept with the scene. Lengths are in the units of the scene."""
+
+import bpy
+from bpy.props import BoolProperty, CollectionProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
+
+ENERGIES = [
+    ("willmore", "Willmore", "Least bending: patches continue spheres, saddles and free forms"),
+    ("curvature-variation", "Curvature variation", "Least variation of curvature: patches continue cylinders, cones and ellipsoids"),
+]
+SCOPES = [
+    ("SELECTED", "Selected", "Holes with a selected edge in their rim; without such ones, with a selected vertex"),
+    ("ALL", "All", "All holes, but not the outer border of an open sheet"),
+]
+SHARP = [
+    ("auto", "Continue", "Sharp edges that end at a hole are continued across it where the faces round it say so"),
+    ("off", "Off", "Patches are smooth"),
+]
+
+
+def common():
+    """Properties that the operators have in common, as annotations of a class."""
+    return {
+        "energy": EnumProperty(name="Energy", description="What the patch makes small", items=ENERGIES),
+        "sharp": EnumProperty(name="Sharp edges", description="Sharp edges at holes", items=SHARP),
+        "voxel": FloatProperty(
+            name="Voxel size", description="Grid spacing of the level set; 0 chooses one for each hole", min=0, unit="LENGTH"
+        ),
+    }
+
+
+def of_fill():
+    """Properties of filling."""
+    return {
+        "scope": EnumProperty(name="Holes", description="Which holes are filled", items=SCOPES, default="ALL"),
+        "max_diameter": FloatProperty(
+            name="Largest diameter", description="Wider holes stay open; 0 for no limit", min=0, unit="LENGTH"
+        ),
+        "flat": BoolProperty(name="Flat caps", description="Close by nearly flat caps: necks, bases and mouths of vessels"),
+    }
+
+
+def of_restore():
+    """Properties of restoring."""
+    return {
+        "keep_shape": FloatProperty(
+            name="Keep shape",
+            description="0 continues the surroundings only; towards 1 the shape that was there is kept, without its noise",
+            min=0, max=1,
+        )
+    }  # fmt: skip
+
+
+def of_fair():
+    """Properties of fairing."""
+    return {
+        "strength": FloatProperty(
+            name="Strength", description="Width of the features that go; 0 for eight mean edges", min=0, unit="LENGTH"
+        )
+    }
+
+
+def of_repair():
+    """Properties of repairing."""
+    return {
+        "close_borders": BoolProperty(
+            name="Close borders", description="Also close outer borders of open sheets, by caps or a wall along the sheet"
+        ),
+        "keep_holes": BoolProperty(name="Keep holes", description="Leave holes open; those that the repair makes are filled"),
+        "weld": FloatProperty(
+            name="Weld", description="Merge border vertices that are no farther apart; 0 merges those that coincide", min=0, unit="LENGTH"
+        ),
+        "debris": FloatProperty(
+            name="Debris", description="Remove components with less than this part of the largest one's area", min=0, max=1
+        ),
+    }
+
+
+class IsomendHole(bpy.types.PropertyGroup):
+    """A hole that was found."""
+
+    number: IntProperty()
+    edges: IntProperty()
+    diameter: FloatProperty(unit="LENGTH")
+    is_border: BoolProperty()
+    rim: StringProperty()
+
+
+class IsomendSettings(bpy.types.PropertyGroup):
+    """What the panel shows."""
+
+    __annotations__ = {**common(), **of_fill(), **of_restore(), **of_fair(), **of_repair()}
+
+    # How far a run is, which the panel draws as a bar; negative when none runs.
+    progress: FloatProperty(default=-1, options={"SKIP_SAVE"})
+    progress_text: StringProperty(options={"SKIP_SAVE"})
+    holes: CollectionProperty(type=IsomendHole, options={"SKIP_SAVE"})
+    holes_of: StringProperty(options={"SKIP_SAVE"})
+    active_hole: IntProperty(options={"SKIP_SAVE"}, update=lambda settings, context: selected_in_list(settings, context))
+
+
+def selected_in_list(settings, context):
+    """Selects the rim of the hole that was chosen in the list."""
+    if 0 <= settings.active_hole < len(settings.holes) and context.view_layer.objects.active is not None:
+        bpy.ops.isomend.select_hole(index=settings.active_hole)
+
+
+def register():
+    bpy.utils.register_class(IsomendHole)
+    bpy.utils.register_class(IsomendSettings)
+    bpy.types.Scene.isomend = PointerProperty(type=IsomendSettings)
+
+
+def unregister():
+    del bpy.types.Scene.isomend
+    bpy.utils.unregister_class(IsomendSettings)
+    bpy.utils.unregister_class(IsomendHole)

@@ -1,0 +1,110 @@
+"""A Blender mesh as the arrays that isomend works on."""
+
+import numpy as np
+
+from . import attributes as at
+
+# Scales along the axes that differ by no more than this part are one scale.
+SAME_SCALE = 1e-5
+
+# Names under which numbers of vertices and triangles go through isomend, which copies them to what is made of them.
+VERTEX, TRIANGLE = "isomend_vertex_number", "isomend_triangle_number"
+
+
+class Taken:
+    """The mesh of an object: its polygons as triangles, selections, and values that patches continue. Blender's data is read here once;
+    the arrays may be used in other threads.
+
+    Attributes:
+        scale: Blender units (of the scene) in a unit of the arrays' coordinates.
+        vertices: float64 (n, 3). The mesh's own coordinates; in objects scaled unequally along the axes, stretched as they are seen.
+        triangles: int64 (m, 3), vertices of the triangles of all polygons.
+        loops: (m, 3), the loops (face corners) of these triangles.
+        polygons: (m,), their polygons.
+        chosen_vertices, chosen_edges, chosen_faces: bool, what is selected.
+    """
+
+    def __init__(self, item):
+        if item.mode == "EDIT":
+            item.update_from_editmode()
+        mesh = item.data
+        mesh.calc_loop_triangles()
+        self.own = at.numbers(mesh.vertices, "co", 3, np.float32)
+        self.stretch, self.scale = stretch_of(item.matrix_world)
+        self.vertices = self.own.astype(np.float64)
+        if self.stretch is not None:
+            self.vertices = self.vertices @ self.stretch
+        self.triangles = at.numbers(mesh.loop_triangles, "vertices", 3).astype(np.int64)
+        self.loops = at.numbers(mesh.loop_triangles, "loops", 3)
+        self.polygons = at.numbers(mesh.loop_triangles, "polygon_index")
+        self.edges = at.numbers(mesh.edges, "vertices", 2)
+        self.chosen_vertices = at.numbers(mesh.vertices, "select", dtype=bool)
+        self.chosen_edges = at.numbers(mesh.edges, "select", dtype=bool)
+        self.chosen_faces = at.numbers(mesh.polygons, "select", dtype=bool)
+        self.sizes = (len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons))
+        self._read_values(item)
+
+    def _read_values(self, item):
+        mesh = item.data
+        self.of_points = {name: at.values_of(mesh, name) for name in at.carried(mesh, "POINT")}
+        self.of_corners = {name: at.values_of(mesh, name) for name in at.carried(mesh, "CORNER")}
+        self.of_faces = {name: at.values_of(mesh, name) for name in at.carried(mesh, "FACE")}
+        self.weights = at.weights_of(item)
+        is_smooth = {a.name: a.data_type in at.SMOOTH for a in mesh.attributes}
+        self.smooth_points = [name for name in self.of_points if is_smooth[name]]
+        self.smooth_corners = [name for name in self.of_corners if is_smooth[name]]
+        # One loop of each vertex: of several values at a seam one is continued.
+        self.a_loop = np.full(self.sizes[0], -1, np.int64)
+        self.a_loop[self.triangles.ravel()] = self.loops.ravel()
+
+    def model(self):
+        """The mesh for isomend, with the values that patches continue."""
+        import isomend
+
+        values = {VERTEX: np.arange(self.sizes[0])}
+        values |= {f"point {name}": self.of_points[name] for name in self.smooth_points}
+        for name in self.smooth_corners:
+            values[f"corner {name}"] = self.of_corners[name][self.a_loop]
+        if self.weights.shape[1]:
+            values["weights"] = self.weights
+        numbers = {TRIANGLE: np.arange(len(self.triangles))}
+        return isomend.Model(self.vertices, self.triangles, point_data=values, cell_data=numbers)
+
+    def marks(self):
+        """bool (m,): which triangles are of selected faces."""
+        return self.chosen_faces[self.polygons]
+
+    def chosen_holes(self, holes):
+        """Numbers of the holes of which an edge of the rim is selected; without such ones, of which a vertex is."""
+        pairs = np.sort(self.edges[self.chosen_edges].astype(np.int64), axis=1)
+        keys = pairs[:, 0] * self.sizes[0] + pairs[:, 1]
+
+        def by_edges(hole):
+            ends = np.sort(np.column_stack([hole.rim, np.roll(hole.rim, -1)]), axis=1)
+            return np.isin(ends[:, 0] * self.sizes[0] + ends[:, 1], keys).any()
+
+        found = [hole.id for hole in holes if by_edges(hole)]
+        return found or [hole.id for hole in holes if self.chosen_vertices[hole.rim].any()]
+
+    def own_coordinates(self, vertices):
+        """Coordinates of the arrays as those of the mesh."""
+        if self.stretch is not None:
+            vertices = vertices @ np.linalg.inv(self.stretch)
+        return vertices.astype(np.float32)
+
+    def is_same(self, item):
+        """Whether the mesh is still the one that was read."""
+        mesh = item.data
+        sizes = (len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons))
+        return sizes == self.sizes and np.array_equal(at.numbers(mesh.vertices, "co", 3, np.float32), self.own)
+
+
+def stretch_of(matrix):
+    """How an object is stretched in the scene: with one scale along all axes (None, scale), else (3 × 3 for rows of coordinates, 1)."""
+    linear = np.array([list(row)[:3] for row in matrix][:3], np.float64)
+    _, scales, axes = np.linalg.svd(linear)
+    if scales[0] - scales[2] <= SAME_SCALE * scales[0]:
+        return None, float(scales[0]) or 1.0
+    if scales[2] <= SAME_SCALE * scales[0]:
+        raise ValueError("The object is scaled to nothing along an axis; apply the scale first")
+    return axes.T @ np.diag(scales) @ axes, 1.0

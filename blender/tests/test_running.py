@@ -1,0 +1,181 @@
+"""How a run goes: in a thread, with progress, cancelled by Escape, undone; the panel and the colours of expected errors."""
+
+import sys
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import shapes
+
+
+@pytest.fixture
+def extension(bpy):
+    """The modules of the extension."""
+    name = next(name for name in sys.modules if name.endswith(".user_default.isomend"))
+    return sys.modules[name]
+
+
+class Operator:
+    """What Blender would call: an operator in its modal run."""
+
+    def __init__(self, extension, **properties):
+        self.said = []
+        self.report = lambda kind, text: self.said.append((kind, text))
+        for name in ("fill", "restore", "fair", "repair"):
+            if name in properties:
+                of = getattr(extension.settings, f"of_{name}")()
+                common = {} if name == "fair" else extension.settings.common()
+                chosen = {"scope": "ALL", "energy": "willmore", "sharp": "auto"}
+                for key in {**of, **common}:
+                    setattr(self, key, chosen.get(key, 0))
+                kind = getattr(extension.operators, f"ISOMEND_OT_{name}")
+        for name in ("work", "begun", "ended", "invoke", "modal", "tell", "over", "cancel", "length", "solving"):
+            setattr(self, name, getattr(kind, name).__get__(self))
+
+
+def context_of(bpy, item):
+    """A context whose window has timers and progress."""
+    window = SimpleNamespace(
+        event_timer_add=lambda pause, window: "timer", event_timer_remove=lambda timer: None, modal_handler_add=lambda operator: None
+    )
+    texts = []
+    workspace = SimpleNamespace(status_text_set=texts.append)
+    return texts, SimpleNamespace(
+        active_object=item, scene=bpy.context.scene, window_manager=window, window=None, workspace=workspace, screen=None
+    )
+
+
+def event(kind, value="NOTHING"):
+    return SimpleNamespace(type=kind, value=value)
+
+
+def test_a_run_shows_progress_and_ends(bpy, scene, extension):
+    item = shapes.plane_with_holes(bpy, 120, 3)
+    count = len(item.data.polygons)
+    texts, context = context_of(bpy, item)
+    operator = Operator(extension, fill=True)
+    assert operator.invoke(context, event("LEFTMOUSE")) == {"RUNNING_MODAL"}
+    assert operator.modal(context, event("MIDDLEMOUSE")) == {"PASS_THROUGH"}, "the view can be moved"
+    assert operator.modal(context, event("X", "PRESS")) == {"RUNNING_MODAL"}, "the mesh cannot be changed"
+    seen = set()
+    while (answer := operator.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
+        seen.add(scene.isomend.progress)
+        time.sleep(0.01)
+    assert answer == {"FINISHED"} and len(item.data.polygons) > count
+    assert len(seen) > 2 and all(0 <= part <= 1 for part in seen) and scene.isomend.progress == -1
+    assert any("region" in (text or "") and "Esc cancels" in text for text in texts) and texts[-1] is None
+    assert operator.said[0][1].startswith("9 of 9 holes closed")
+
+
+def test_escape_cancels_and_nothing_is_changed(bpy, scene, extension):
+    item = shapes.plane_with_holes(bpy, 300, 8)
+    before = shapes.positions(item.data)
+    texts, context = context_of(bpy, item)
+    operator = Operator(extension, fill=True)
+    operator.invoke(context, event("LEFTMOUSE"))
+    operator.modal(context, event("ESC", "PRESS"))
+    start = time.monotonic()
+    while (answer := operator.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
+        time.sleep(0.01)
+    assert answer == {"CANCELLED"} and time.monotonic() - start < 5
+    assert np.array_equal(shapes.positions(item.data), before) and "Cancelled" in operator.said[0][1]
+
+
+def test_a_mesh_that_changed_meanwhile_is_left_alone(bpy, scene, extension):
+    item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
+    count = len(item.data.polygons)
+    texts, context = context_of(bpy, item)
+    operator = Operator(extension, fill=True)
+    operator.invoke(context, event("LEFTMOUSE"))
+    item.data.vertices[0].co.x += 1
+    while (answer := operator.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
+        time.sleep(0.01)
+    assert answer == {"CANCELLED"} and "changed meanwhile" in operator.said[0][1] and len(item.data.polygons) == count
+
+
+def test_undo_takes_a_fill_back(bpy, scene):
+    item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
+    count, name = len(item.data.polygons), item.name
+    bpy.ops.ed.undo_push(message="before")
+    bpy.ops.isomend.fill()
+    bpy.ops.ed.undo_push(message="Fill holes")
+    assert len(bpy.data.objects[name].data.polygons) > count
+    bpy.ops.ed.undo()
+    assert len(bpy.data.objects[name].data.polygons) == count
+    assert "isomend_patch" not in bpy.data.objects[name].data.attributes
+    bpy.ops.ed.redo()
+    assert len(bpy.data.objects[name].data.polygons) > count
+
+
+class Layout:
+    """A layout that notes what is drawn into it."""
+
+    def __init__(self, drawn):
+        self.drawn = drawn
+
+    def box(self):
+        return self
+
+    row = box
+
+    def label(self, text="", icon=""):
+        self.drawn.append(text)
+
+    def prop(self, data, name, **options):
+        assert name in data.bl_rna.properties
+        self.drawn.append(name)
+
+    def progress(self, factor, text):
+        self.drawn.append(("progress", round(factor, 3), text))
+
+    def template_list(self, *names, rows):
+        self.drawn.append(names[0])
+
+    def operator(self, name, depress=False):
+        self.drawn.append(name)
+        return SimpleNamespace()
+
+
+def test_the_panel(bpy, scene, extension):
+    def drawn():
+        made = []
+        panel = SimpleNamespace(layout=Layout(made))
+        for name in ("draw_fill", "draw_one"):
+            setattr(panel, name, getattr(extension.panel.ISOMEND_PT_panel, name).__get__(panel))
+        extension.panel.ISOMEND_PT_panel.draw(panel, bpy.context)
+        return made
+
+    item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
+    names = {"isomend.fill", "isomend.restore", "isomend.fair", "isomend.repair", "isomend.find_holes"}
+    assert names <= set(drawn()) and "isomend.show_error" not in drawn()
+    bpy.ops.isomend.find_holes()
+    assert "ISOMEND_UL_holes" in drawn()
+    bpy.ops.isomend.fill()
+    assert "isomend.show_error" in drawn() and "ISOMEND_UL_holes" not in drawn()
+    scene.isomend.progress, scene.isomend.progress_text = 0.25, "isomend: 25 %"
+    assert drawn() == [("progress", 0.25, "isomend: 25 %")]
+    scene.isomend.progress = -1
+    item.shape_key_add(name="Basis")
+    assert "shape keys" in " ".join(drawn()) and "isomend.fill" not in drawn()
+
+
+def test_expected_errors_are_shown_and_hidden(bpy, scene):
+    item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
+    item.data.materials.append(bpy.data.materials.new("own"))
+    bpy.ops.isomend.fill()
+    layer = bpy.context.view_layer
+    assert bpy.ops.isomend.show_error() == {"FINISHED"} and layer.material_override.name == "isomend expected error"
+    largest = float(shapes.values(item.data, "isomend_sigma", "value").max())
+    nodes = layer.material_override.node_tree.nodes
+    assert nodes["Map Range"].inputs["From Max"].default_value == pytest.approx(largest)
+    assert len(nodes["Color Ramp" if "Color Ramp" in nodes else "ColorRamp"].color_ramp.elements) == 4
+    assert bpy.ops.isomend.show_error() == {"FINISHED"} and layer.material_override is None
+    assert [m.name for m in item.data.materials] == ["own"]
+
+
+def test_switched_off_and_on(bpy, extension):
+    extension.unregister()
+    assert not hasattr(bpy.types.Scene, "isomend")
+    extension.register()
+    assert hasattr(bpy.types.Scene, "isomend")

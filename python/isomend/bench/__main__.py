@@ -1,0 +1,163 @@
+"""Fills holes whose truth is known with isomend and all other programs that are installed, and scores the patches.
+
+    python -m isomend.bench [--set exact|real|solids]... [--cases REGEX] [--only TOOL]... [--out DIR]
+
+exact: spheres, tori, catenoids, ellipsoids, with noise and with a ragged rim; and holes of the bunny. real: holes all over the meshes that the
+package pymeshlab holds. solids: holes over edges and corners. Distances are root mean squares in 1/1000 of the hole's diameter, the
+larger of patch to truth and truth to mesh; the nearest is bold, an open hole or another topology a dash. Expected errors: the part of
+all new vertices that are nearer to the truth than `isomend_sigma`, and than twice that. --out writes tables and figures."""
+
+import argparse
+import importlib.util
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import isomend
+
+from . import cases as known
+from .peers import TOOLS, mean_edge
+from .score import Reference, marked, score, to_truth
+
+LEAST = 1e-4  # geometric means take smaller distances as this, in 1/1000 of the diameter
+SETS = {"exact": "exact surfaces, and the bunny", "real": "real meshes", "solids": "solids with sharp edges"}
+
+
+def cases_of(name, pattern):
+    """The cases of a set whose names match a regular expression."""
+    if name == "exact":
+        made = [*known.cases(pattern, Reference)]
+        if re.search(pattern, "sphere 60°, ragged"):
+            made.append(known.ragged())
+        yield from made
+    elif name == "real":
+        yield from (case for case in known.real_cases(Reference) if re.search(pattern, case.name))
+    else:
+        yield from (case for case in known.solid_cases(Reference) if re.search(pattern, case.name))
+
+
+def installed(packages):
+    return all(importlib.util.find_spec(name) for name in packages)
+
+
+def filled(case):
+    """isomend's result: of a mesh with other holes the one that was cut alone."""
+    found = isomend.Model(case.v, case.f).inspect()
+    holes = None
+    if hasattr(case, "centre"):
+        wanted = min(found.holes, key=lambda h: (h.edges != case.rim, np.linalg.norm(np.array(h.centre) - case.centre)))
+        holes = [wanted.id]
+    return found.fill(holes=holes)
+
+
+def by_tool(case, tool, aim):
+    """The score of another program; none where it fails or leaves the hole open."""
+    v, f, patch, seconds = TOOLS[tool][2](case, aim)
+    v, f = np.ascontiguousarray(v, float), np.ascontiguousarray(f, np.int64)
+    if patch is None or not hasattr(case, "centre"):
+        patch, closed = marked(case, v, f)
+    else:
+        closed = True
+    if hasattr(case, "centre"):
+        # Some close every hole; only the one that was cut is looked at.
+        patch = patch & (np.linalg.norm(v[f].mean(axis=1) - case.centre, axis=1) < 2 * case.diameter)
+    elif not closed:
+        return None
+    return {**score(case, v, f, patch), "seconds": seconds} if patch.any() else None
+
+
+def measured(case, tools):
+    """The scores of a case, and how isomend's expected errors compare with its distances."""
+    mended = filled(case)
+    patch = mended.is_patch
+    scores = {"isomend": {**score(case, mended.vertices, mended.faces, patch), "seconds": mended.report["seconds"]}}
+    new = np.arange(len(case.v), len(mended.vertices))
+    sigma, off = mended.sigma[new], to_truth(case, mended.vertices[new])
+    known_ones = np.isfinite(sigma) & (sigma > 0)
+    below = [(off[known_ones] < times * sigma[known_ones]).tolist() for times in (1, 2)]
+    aim = float(mean_edge(mended.vertices, mended.faces[patch]))
+    for tool in tools:
+        try:
+            found = by_tool(case, tool, aim)
+        except Exception as error:  # Programs of others fail in their own ways; the table has a dash for them.
+            print(f"{case.name}: {TOOLS[tool][0]} failed: {error}", file=sys.stderr)
+            found = None
+        if found:
+            scores[tool] = found
+    return {"case": case.name, "diameter": float(case.diameter), "scores": scores, "below": below}
+
+
+def mean(values):
+    """Geometric mean."""
+    return float(np.exp(np.mean(np.log(np.maximum(values, LEAST)))))
+
+
+def titles(tools):
+    return {"isomend": "isomend", **{tool: TOOLS[tool][0] for tool in tools}}
+
+
+def table(rows, tools):
+    """Distances and seconds of each case, and geometric means over the cases that all programs closed."""
+    names = titles(tools)
+    lines = ["| hole | " + " | ".join(names.values()) + " |", "|---|" + "---:|" * len(names)]
+    for row in rows:
+        best = min(s["rms"] for s in row["scores"].values())
+        cells = []
+        for tool in names:
+            s = row["scores"].get(tool)
+            text = "–" if s is None else f"{s['rms']:.2f} ‰"
+            bold = "**" if s is not None and s["rms"] == best else ""
+            cells.append(text if s is None else f"{bold}{text}{bold}, {s['seconds']:.2f} s")
+        lines.append(f"| {row['case']} | " + " | ".join(cells) + " |")
+    common = [row for row in rows if all(tool in row["scores"] for tool in names)]
+    if common:
+        means = (f"{mean([row['scores'][tool]['rms'] for row in common]):.1f} ‰" for tool in names)
+        lines.append(f"| geometric mean of {len(common)} | " + " | ".join(means) + " |")
+    return "\n".join(lines)
+
+
+def calibration(rows):
+    """How often the expected errors hold."""
+    one, two = (np.concatenate([np.array(row["below"][k], bool) for row in rows]) for k in (0, 1))
+    shares = f"{100 * one.mean():.0f} % | {100 * two.mean():.0f} %" if len(one) else "– | –"
+    return f"| new vertices | nearer than σ | nearer than 2 σ |\n|---:|---:|---:|\n| {len(one)} | {shares} |"
+
+
+def main(words=None):
+    parser = argparse.ArgumentParser(prog="python -m isomend.bench", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--set", action="append", choices=SETS, dest="sets", help="which holes [default: all]")
+    parser.add_argument("--cases", default="", help="regular expression on names of holes")
+    parser.add_argument("--only", action="append", choices=TOOLS, help="another program to run [default: all that are installed]")
+    parser.add_argument("--alone", action="store_true", help="isomend alone")
+    parser.add_argument("--out", type=Path, help="folder for bench.md and bench.json")
+    arguments = parser.parse_args(words)
+    tools = [] if arguments.alone else [tool for tool in arguments.only or TOOLS if installed(TOOLS[tool][1])]
+    for tool in () if arguments.alone else arguments.only or TOOLS:
+        if tool not in tools:
+            print(f"{TOOLS[tool][0]} is LEFT OUT: it takes {' and '.join(TOOLS[tool][1])}", file=sys.stderr)
+    results, pages = {}, []
+    for name in arguments.sets or SETS:
+        if name == "real" and not installed(["pymeshlab"]) or name == "exact" and not installed(["pymeshlab"]) and not arguments.cases:
+            print(f"{SETS[name]}: LEFT OUT, the meshes are those of the package pymeshlab", file=sys.stderr)
+            continue
+        rows = []
+        for case in cases_of(name, arguments.cases):
+            rows.append(measured(case, tools))
+            print(f"{case.name}: {rows[-1]['scores']['isomend']['rms']:.2f} ‰", file=sys.stderr)
+        if rows:
+            results[name] = rows
+            pages.append(f"## {SETS[name].capitalize()}\n\n{table(rows, tools)}\n\n{calibration(rows)}\n")
+    page = f"# isomend {isomend.__version__}\n\n" + "\n".join(pages)
+    print(page)
+    if arguments.out:
+        arguments.out.mkdir(parents=True, exist_ok=True)
+        (arguments.out / "bench.md").write_text(page, encoding="utf-8")
+        (arguments.out / "bench.json").write_text(json.dumps(results) + "\n", encoding="utf-8")
+    return 0 if results else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,75 @@
+#!/usr/bin/env bash
+# Builds the program for Windows and macOS on Linux, with zig as the linker, into DIR: scripts/release_systems.sh DIR [PROFILE]
+#
+#   isomend-windows-x64.exe                           tried under wine, where that is
+#   isomend-macos-arm64, isomend-macos-x64            built, but not run: there is no way to do that here
+#
+# All is built from what is committed, by default with the profile dist. It needs Rust with rustup, Python and its package index, and for the
+# trial wine (Debian: apt install wine64) and the program of this system, which ISOMEND names (target/release/isomend by default). Wheels
+# for these systems, and runs on them, are made by hosted machines: .github/workflows/systems.yml.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+out=${1:?usage: scripts/release_systems.sh DIR [PROFILE]}
+profile=${2:-dist}
+mkdir -p "$out"
+out=$(cd "$out" && pwd)
+program=${ISOMEND:-$PWD/target/release/isomend}
+clean=$(mktemp -d)
+trap 'rm -rf "$clean"' EXIT
+mkdir "$clean/source"
+git archive HEAD | tar -x -C "$clean/source"
+export CARGO_TARGET_DIR=${CARGO_TARGET_DIR:-$PWD/target}
+say() { printf '\n== %s\n' "$*"; }
+
+python3 -m venv "$clean/tools"
+"$clean/tools/bin/pip" install --quiet --disable-pip-version-check ziglang==0.17.0 cargo-zigbuild
+PATH="$clean/tools/bin:$PATH"
+
+# The program for a system.
+build() {
+    rustup target add "$1"
+    (cd "$clean/source" && cargo zigbuild --quiet --locked --profile "$profile" --target "$1" --package isomend --bin isomend)
+}
+
+say "Windows"
+build x86_64-pc-windows-gnu
+cp "$CARGO_TARGET_DIR/x86_64-pc-windows-gnu/$profile/isomend.exe" "$out/isomend-windows-x64.exe"
+
+if command -v wine > /dev/null; then
+    say "Windows' program under wine"
+    export WINEPREFIX=$clean/wine WINEDEBUG=-all
+    cp "$out/isomend-windows-x64.exe" "$clean/isomend.exe"
+    wine "$clean/isomend.exe" --version > /dev/null 2>&1 || {
+        # Wine 8 lacks the library that random numbers come from in Rust: one with that function alone stands beside the copy that is tried.
+        cat > "$clean/random.c" << 'C'
+#include <stddef.h>
+__declspec(dllimport) unsigned char __stdcall SystemFunction036(void *, unsigned long);
+__declspec(dllexport) int __stdcall ProcessPrng(unsigned char *data, size_t length) {
+    return SystemFunction036(data, (unsigned long)length);
+}
+C
+        python3 -m ziglang cc -target x86_64-windows-gnu -shared -O1 "$clean/random.c" -o "$clean/bcryptprimitives.dll" -ladvapi32
+    }
+    wine "$clean/isomend.exe" --version
+    # The page answers with its secret, and not without.
+    timeout 60 wine "$clean/isomend.exe" view data/sphere.ply --no-browser > "$clean/view" 2>&1 &
+    for _ in $(seq 50); do grep -q http "$clean/view" 2> /dev/null && break; sleep 1; done
+    address=$(grep -o 'http://[^[:space:]]*' "$clean/view" | head -n 1)
+    curl --silent --fail --location --cookie-jar "$clean/cookies" "$address" | grep -q '<title>isomend view'
+    [ "$(curl --silent --output /dev/null --write-out '%{http_code}' "${address%/*/}/")" = 403 ]
+    python3 scripts/hashes.py --isomend "$program" --out "$clean/here.json" > /dev/null
+    # Where Windows' C library rounds exp, ln or sin otherwise the bytes differ.
+    python3 scripts/hashes.py --isomend "$clean/isomend.exe" --runner wine --against "$clean/here.json" || echo "see docs/release.md"
+    wineserver -k || true
+else
+    echo "not tried: there is no wine"
+fi
+
+say "macOS"
+for system in aarch64:arm64 x86_64:x64; do
+    build "${system%:*}-apple-darwin"
+    cp "$CARGO_TARGET_DIR/${system%:*}-apple-darwin/$profile/isomend" "$out/isomend-macos-${system#*:}"
+done
+
+say "made"
+(cd "$out" && sha256sum isomend-windows-x64.exe isomend-macos-* | tee SHA256SUMS-systems)

@@ -1,0 +1,197 @@
+"""Makes the site out of docs/ with mdBook: a page for each task, all pages with search, a gallery, and the API of the public part.
+
+    python3 scripts/site.py DIR [--mdbook PROGRAM] [--api]
+
+mdBook comes with `cargo install --locked mdbook`. The pages are those of the repository, with their links turned to places in the site; a
+link that leads nowhere in it is a failure. --api adds cargo's documentation of the library. It needs nothing else beside Python."""
+
+import argparse
+import html.parser
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import urllib.parse
+from pathlib import Path
+
+from left_out import left_out
+
+ROOT = Path(__file__).resolve().parent.parent
+BOOK = """[book]
+title = "isomend"
+language = "en"
+src = "src"
+
+[output.html]
+default-theme = "light"
+
+[output.html.search]
+limit-results = 20
+"""
+# Chapters: their titles, and the pages with theirs.
+CHAPTERS = {
+    "": {"index.md": "isomend", "gallery.md": "Gallery"},
+    "Tasks": {
+        "printing.md": "To print a scan",
+        "restoration.md": "To restore what is damaged",
+        "reverse.md": "To rebuild man-made parts",
+        "photogrammetry.md": "To finish photogrammetry",
+        "research.md": "To do research",
+    },
+    "Where it runs": {
+        "options.md": "Commands and options",
+        "view.md": "The page in the browser",
+        "blender.md": "Blender",
+        "comfyui.md": "ComfyUI",
+        "python.md": "Python",
+        "library.md": "Rust library",
+        "fleets.md": "Fleets",
+    },
+    "What it does": {
+        "check.md": "Checking",
+        "repair.md": "Repair",
+        "formats.md": "Formats and attributes",
+        "json.md": "JSON reports",
+        "method.md": "Method",
+    },
+    "How well": {
+        "accuracy.md": "Accuracy",
+        "speed.md": "Speed",
+        "benchmark.md": "The benchmark",
+        "experiments.md": "Experiments of the paper",
+    },
+    "The project": {
+        "CHANGELOG.md": "Changelog",
+        "CONTRIBUTING.md": "Contributing",
+        "ARCHITECTURE.md": "Architecture",
+        "SECURITY.md": "Security",
+        "fuzzing.md": "Fuzzing",
+        "release.md": "Releases",
+    },
+}
+# Pictures of the gallery, each drawn by a script of the repository.
+GALLERY = {
+    "mended.png": ("A scan with holes and the same filled, patches in orange", "readme_picture.py"),
+    "blender.png": ("In Blender: with holes, filled, and the expected error of the patches", "blender_picture.py"),
+    "edges.png": ("Holes cut out of solids with sharp edges, filled, beside other programs", "edges_picture.py"),
+    "libigl.png": ("Fills beside the truth and libigl's, coloured by their distance from the truth", "compare_libigl.py"),
+    "view_holes.png": ("Holes in the page of isomend view", "view_picture.py"),
+    "view_paint.png": ("A painted region that is to be replaced", "view_picture.py"),
+    "view_preview.png": ("One hole with two settings side by side", "view_picture.py"),
+    "report.png": ("A report", "report_picture.py"),
+}
+
+
+def places():
+    """For each page of the repository its name in the site."""
+    pages = {Path(f"docs/{path.name}"): path.name for path in (ROOT / "docs").glob("*.md")}
+    pages |= {Path(name): name for name in ("CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")}
+    return pages | {Path("README.md"): "index.md"}
+
+
+def turned(page, text, names):
+    """The text of a page with its links turned to places in the site. Links to files that are not in it lose the link."""
+
+    def link(match):
+        shown, target = match[1], match[2]
+        if "://" in target or target.startswith("#"):
+            return match[0]
+        path, _, anchor = target.partition("#")
+        aim = Path(os.path.normpath(page.parent / path))
+        if aim in names:
+            return f"{shown}({names[aim]}{'#' + anchor if anchor else ''})"
+        if aim.parts[0] == "data" and aim.suffix == ".png":
+            return f"{shown}({aim})"
+        return re.sub(r"^!?\[(.*)\]$", r"\1", shown, flags=re.S)
+
+    return re.sub(r"(!?\[[^\]]*\])\(([^)\s]+)\)", link, text)
+
+
+def gallery():
+    rows = [f"## {title}\n\n![{title}](data/{name})\n\n*Drawn by `scripts/{script}`.*\n" for name, (title, script) in GALLERY.items()]
+    return "# Gallery\n\n" + "\n".join(rows)
+
+
+def summary(names):
+    """The list of chapters; every page stands in it."""
+    listed = [page for pages in CHAPTERS.values() for page in pages]
+    missing = set(names.values()) | {"gallery.md"}
+    if sorted(listed) != sorted(missing):
+        sys.exit(f"not listed once in scripts/site.py: {sorted(missing ^ set(listed)) or 'a page that is there twice'}")
+    lines = ["# Summary", ""]
+    for chapter, pages in CHAPTERS.items():
+        lines += ["", f"# {chapter}", ""] if chapter else []
+        lines += [f"{'- ' if chapter else ''}[{title}]({page})" for page, title in pages.items()]
+    return "\n".join(lines) + "\n"
+
+
+class Page(html.parser.HTMLParser):
+    """Where a page leads, and the places in it."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.ids = [], set()
+        self.feed(text)
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        self.links += [given[name] for name in ("href", "src") if given.get(name)]
+        self.ids |= {given[name] for name in ("id", "name") if given.get(name)}
+
+
+def check(site):
+    """Links that lead nowhere. Those of print.html are those of the pages."""
+    read = {path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html") if "api" not in path.parts}
+    wrong = []
+    for path, page in read.items():
+        for link in page.links if path.name not in ("print.html", "404.html", "toc.html") else ():
+            parts = urllib.parse.urlsplit(link)
+            if parts.scheme or parts.netloc or parts.path.startswith("api/"):
+                continue
+            aim = (path.parent / urllib.parse.unquote(parts.path)).resolve() if parts.path else path
+            if not aim.exists():
+                wrong.append(f"{path.name}: {link}")
+            elif parts.fragment and aim in read and urllib.parse.unquote(parts.fragment) not in read[aim].ids:
+                wrong.append(f"{path.name}: there is no place {link}")
+    if wrong:
+        sys.exit("links that lead nowhere:\n" + "\n".join(sorted(set(wrong))))
+    return len(read)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=Path, help="folder of the site, made anew")
+    parser.add_argument("--mdbook", default="mdbook", help="the program mdbook")
+    parser.add_argument("--api", action="store_true", help="add cargo's documentation, under api/isomend")
+    arguments = parser.parse_args()
+    if arguments.out.exists() and any(arguments.out.iterdir()) and not (arguments.out / "index.html").exists():
+        sys.exit(f"{arguments.out} has something else in it; name a new folder, or that of an earlier site")
+    names = places()
+    listed = summary(names)
+    if not shutil.which(arguments.mdbook):
+        left_out("The site", "mdbook is not installed (cargo install --locked mdbook)")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder) / "src"
+        shutil.copytree(ROOT / "data", source / "data", ignore=lambda _, files: [f for f in files if not f.endswith(".png")])
+        for page, name in names.items():
+            text = turned(page, (ROOT / page).read_text(encoding="utf-8"), names)
+            (source / name).write_text(text, encoding="utf-8")
+        (source / "gallery.md").write_text(gallery(), encoding="utf-8")
+        (source / "SUMMARY.md").write_text(listed, encoding="utf-8")
+        (Path(folder) / "book.toml").write_text(BOOK)
+        subprocess.run([arguments.mdbook, "build", folder, "--dest-dir", str(Path(folder) / "out")], check=True)
+        if arguments.api:
+            target = Path(folder) / "target"
+            subprocess.run(["cargo", "doc", "--no-deps", "--package", "isomend", "--target-dir", target], cwd=ROOT, check=True)
+            shutil.copytree(target / "doc", Path(folder) / "out/api")
+        count = check(Path(folder).resolve() / "out")
+        shutil.rmtree(arguments.out, ignore_errors=True)
+        shutil.copytree(Path(folder) / "out", arguments.out)
+    print(f"{arguments.out}: {count} pages, all links lead somewhere")
+
+
+if __name__ == "__main__":
+    main()
