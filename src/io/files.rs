@@ -55,7 +55,10 @@ fn within(stream: impl Read, most: u64) -> std::io::Result<Vec<u8>> {
 }
 
 /// The bytes of a file, or of what a pipe brings. Devices, which may have no end, are refused.
-fn bytes_of(path: &Path) -> Result<Vec<u8>, IoError> {
+///
+/// # Errors
+/// When it cannot be read or is a device.
+pub fn bytes_of(path: &Path) -> Result<Vec<u8>, IoError> {
     let read = || {
         let file = fs::File::open(path)?;
         let kind = file.metadata()?.file_type();

@@ -41,7 +41,7 @@ mod vtk;
 pub use self::gltf::{Document, Image};
 pub use error::{IoError, Location};
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
-pub(crate) use files::{beside, read_stream};
+pub(crate) use files::{beside, bytes_of, read_as, read_stream};
 pub use files::{
     read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
 };

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::deliver::{Deliverables, Delivered, forget_clock};
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
@@ -38,6 +39,9 @@ pub struct Mended<'s> {
     pub(super) kept: Option<Kept>,
     /// For each face of `first` the face of the input that it is or was made of.
     pub(super) face_origins: Vec<u32>,
+    /// SHA-256 of what was read, where it was a file or bytes.
+    #[serde(default)]
+    pub(super) sha256: Option<String>,
     /// What was done beside filling.
     pub extent: Extent,
     /// What was found and done.
@@ -84,9 +88,23 @@ impl<'s> Mended<'s> {
             whole: self.whole,
             kept: self.kept,
             face_origins: self.face_origins,
+            sha256: self.sha256,
             extent: self.extent,
             report: self.report,
         }
+    }
+
+    /// The same, with this handed on beside it when it is written, and reported so.
+    ///
+    /// # Errors
+    /// [`JobError::Deliverable`] where that makes no sense.
+    pub fn delivering(mut self, deliverables: Deliverables) -> Result<Self, JobError> {
+        deliverables.check(&self.spec)?;
+        if deliverables.is_filed() {
+            forget_clock(&mut self.report);
+        }
+        self.spec.to_mut().deliverables = deliverables;
+        Ok(self)
     }
 
     /// The same, to be written elsewhere.
@@ -240,12 +258,17 @@ impl<'s> Mended<'s> {
         let output = self.spec.output.clone().ok_or_else(|| JobError::Places {
             what: "the job names no output; set one with `Mended::to`".to_owned(),
         })?;
+        let components = self.components();
+        let mut delivered = Delivered {
+            invented: self.invented(&components),
+            ..Delivered::default()
+        };
         let regions: &mut [RegionReport] = &mut self.report.regions;
         let own = std::mem::take(&mut self.made);
-        let (mesh, notes, bytes) = match &self.extent {
+        let (mesh, notes, bytes, sha256) = match &self.extent {
             Extent::Copied => {
-                let (notes, bytes) = output.write_copy(&self.first)?;
-                (None, notes, bytes)
+                let stored = output.write_copy(&self.first)?;
+                (None, stored.notes, stored.bytes, stored.sha256)
             }
             _ => {
                 // Only where another has the mesh too, as the page's step has, is it copied.
@@ -255,14 +278,17 @@ impl<'s> Mended<'s> {
                     whole: self.whole,
                     sigma: &self.sigma,
                     judges: self.extent.judged_by(),
+                    components: &components,
+                    mark: self.spec.deliverables.mark,
                 };
                 let saved = output.write_mended(own, &saving, regions)?;
+                self.deliver(&saved, &components, &mut delivered)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;
-                (Some(saved.mesh), saved.notes, saved.bytes)
+                (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
             }
         };
         let notes_read = self.first.notes.len();
-        let notes = [&self.first.notes[..], &notes].concat();
+        let notes = [&self.first.notes[..], &notes, &delivered.notes].concat();
         let drawings = &self.spec.drawings;
         match &mesh {
             None if !drawings.is_wanted() => {}
@@ -279,6 +305,8 @@ impl<'s> Mended<'s> {
             bytes,
             notes,
             notes_read,
+            sha256: [self.sha256, Some(sha256)],
+            delivered,
         })
     }
 }

@@ -20,6 +20,8 @@ pub const NONE: u32 = u32::MAX;
 pub const PATCH_NAME: &str = "isomend_patch";
 /// The name of the expected errors of vertices: 0 for those of the input, negative where nothing can be said.
 pub const SIGMA_NAME: &str = "isomend_sigma";
+/// The name of the numbers of holes in files of patches alone.
+pub(crate) const HOLE_NAME: &str = "isomend_hole";
 
 /// What the numbers of an attribute mean, as far as it matters for carrying them over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
