@@ -49,6 +49,11 @@ impl Model {
         }
     }
 
+    /// A mesh with what it carries, without a file.
+    pub fn of_model(model: isomend::Model) -> Self {
+        Self::made(model.mesh, model.attributes)
+    }
+
     /// A mesh that carries nothing.
     pub fn of_mesh(mesh: Mesh) -> Self {
         Self::made(mesh, Attributes::default())

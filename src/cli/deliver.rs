@@ -1,6 +1,6 @@
 //! Options of what is handed on beside the mended mesh.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueHint};
 use isomend::job::{Deliverables, Mark, Output};
@@ -34,15 +34,16 @@ impl DeliverArgs {
     /// # Errors
     /// When a name does not tell a format.
     pub fn deliverables(&self) -> anyhow::Result<Deliverables> {
-        let mut deliverables = Deliverables::default();
-        deliverables.patches = self.patches.as_ref().map(output).transpose()?;
-        deliverables.mark = self.mark;
-        deliverables.tolerance = self.tolerance;
-        Ok(deliverables)
+        Ok(Deliverables {
+            patches: self.patches.as_deref().map(output).transpose()?,
+            mark: self.mark,
+            tolerance: self.tolerance,
+            ..Deliverables::default()
+        })
     }
 }
 
 /// The output that a path stands for.
-pub fn output(path: &PathBuf) -> anyhow::Result<Output> {
-    Output::new(path.clone(), None).map_err(super::told)
+pub fn output(path: &Path) -> anyhow::Result<Output> {
+    Output::new(path, None).map_err(super::told)
 }

@@ -79,7 +79,7 @@ impl RestoreArgs {
 /// Reads, cuts, fills, writes.
 pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
     let mut deliverables = args.deliver.deliverables()?;
-    deliverables.piece = args.piece.as_ref().map(deliver::output).transpose()?;
+    deliverables.piece = args.piece.as_deref().map(deliver::output).transpose()?;
     let task = Task {
         work: args.work()?,
         common: &args.common,

@@ -197,7 +197,9 @@ pub enum JobError {
         what: String,
     },
     /// Patches or a piece of several meshes.
-    #[error("the patches and the piece are those of one mesh, but there are several inputs; do them one by one")]
+    #[error(
+        "the patches and the piece are those of one mesh, but there are several inputs; do them one by one"
+    )]
     SeveralDelivered,
     /// A picture could not be made.
     #[error(transparent)]

@@ -258,6 +258,7 @@ impl<'s> Mended<'s> {
         let output = self.spec.output.clone().ok_or_else(|| JobError::Places {
             what: "the job names no output; set one with `Mended::to`".to_owned(),
         })?;
+        self.spec.deliverables.check(&self.spec)?;
         let components = self.components();
         let mut delivered = Delivered {
             invented: self.invented(&components),
@@ -267,7 +268,7 @@ impl<'s> Mended<'s> {
         let own = std::mem::take(&mut self.made);
         let (mesh, notes, bytes, sha256) = match &self.extent {
             Extent::Copied => {
-                let stored = output.write_copy(&self.first)?;
+                let stored = output.write_copy(&self.first, self.spec.deliverables.unit)?;
                 (None, stored.notes, stored.bytes, stored.sha256)
             }
             _ => {
@@ -280,6 +281,7 @@ impl<'s> Mended<'s> {
                     judges: self.extent.judged_by(),
                     components: &components,
                     mark: self.spec.deliverables.mark,
+                    unit: self.spec.deliverables.unit,
                 };
                 let saved = output.write_mended(own, &saving, regions)?;
                 self.deliver(&saved, &components, &mut delivered)?;

@@ -1,5 +1,6 @@
 //! Writing.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
@@ -18,7 +19,7 @@ use crate::io::{
 };
 use crate::mend::Inspection;
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
-use crate::mesh::{Attributes, Mesh, Model};
+use crate::mesh::{Attributes, Mesh, Model, Unit};
 use crate::stitch::count_crossing;
 
 /// The file that describes the material of patches, beside an OBJ file that has material files.
@@ -71,6 +72,8 @@ pub(super) struct Saving<'a> {
     /// The components of the patches, and how they are marked.
     pub(super) components: &'a [Component],
     pub(super) mark: Option<Mark>,
+    /// The unit of the coordinates, where it was given.
+    pub(super) unit: Option<Unit>,
 }
 
 /// Bytes that were written.
@@ -112,6 +115,7 @@ impl Output {
         let other = match self.format {
             Format::Glb => Some("gltf"),
             Format::Vtp => Some("vtk"),
+            Format::ThreeMf => Some("off"),
             _ => None,
         };
         if let Some(other) = other.filter(|_| self.ascii) {
@@ -130,8 +134,8 @@ impl Output {
 
     /// Whether what is written is text.
     pub fn is_text(&self) -> bool {
-        let text = matches!(self.format, Format::Obj | Format::Gltf | Format::Vtp);
-        text || (self.ascii && self.format != Format::Glb)
+        let text = [Format::Obj, Format::Gltf, Format::Vtp, Format::Off].contains(&self.format);
+        text || (self.ascii && !matches!(self.format, Format::Glb | Format::ThreeMf))
     }
 
     /// Whether it is glTF, whose documents go through as they are.
@@ -147,7 +151,7 @@ impl Output {
                 None => DMat4::IDENTITY,
             }),
             Format::Stl if !self.ascii => Some(DMat4::IDENTITY),
-            Format::Obj => None,
+            Format::Obj | Format::Off | Format::ThreeMf => None,
             _ => input.f32_exact.then_some(DMat4::IDENTITY),
         }
     }
@@ -166,7 +170,8 @@ impl Output {
         let kept = if whole { 0 } else { input.mesh.positions.len() };
         let rounds = matches!(self.format, Format::Gltf | Format::Glb | Format::Stl);
         let rounded = |p: &DVec3| p.as_vec3().as_dvec3();
-        if input.f32_exact && self.format != Format::Obj {
+        let is_exact = matches!(self.format, Format::Obj | Format::Off | Format::ThreeMf);
+        if input.f32_exact && !is_exact {
             for position in &mut mesh.positions[kept..] {
                 *position = rounded(position);
             }
@@ -180,6 +185,9 @@ impl Output {
             return self.write_whole(mesh, saving);
         }
         let mut done = transfer(&input.mesh, &input.attributes, mesh);
+        if saving.unit.is_some() {
+            done.attributes.unit = saving.unit;
+        }
         if let Some(mark) = saving.mark {
             let kept = input.mesh.faces.len();
             let notes = mark.apply(&mut done, kept, saving.components, self.format);
@@ -201,10 +209,18 @@ impl Output {
     }
 
     /// Writes a mesh as it was read: remarks, and the bytes where they are the caller's.
-    pub(super) fn write_copy(&self, input: &Loaded) -> Result<Stored, JobError> {
+    pub(super) fn write_copy(
+        &self,
+        input: &Loaded,
+        unit: Option<Unit>,
+    ) -> Result<Stored, JobError> {
+        let mut attributes = Cow::Borrowed(&input.attributes);
+        if unit.is_some() && self.format == Format::ThreeMf {
+            attributes.to_mut().unit = unit;
+        }
         let model = Contents {
             mesh: &input.mesh,
-            attributes: &input.attributes,
+            attributes: &attributes,
             document: input.document.as_ref(),
         };
         let mut stored = self.write_contents(&model, precision_of(input))?;
@@ -214,7 +230,11 @@ impl Output {
 
     /// Writes level sets by themselves.
     fn write_whole(&self, mesh: Mesh, saving: &Saving) -> Result<Saved, JobError> {
-        let mut saved = self.write_model(mesh, Attributes::default(), None, saving)?;
+        let attributes = Attributes {
+            unit: saving.unit.or(saving.input.attributes.unit),
+            ..Attributes::default()
+        };
+        let mut saved = self.write_model(mesh, attributes, None, saving)?;
         let listed = saving.input.attributes.listed();
         if !listed.is_empty() {
             let what = format!("left out, because a whole level set has none: {listed}");

@@ -8,9 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::hash::sha256;
 use super::output::{PATCH_LIBRARY, PATCH_MATERIAL};
 use super::{JobError, Place};
-use crate::io::{
-    Format, IoError, Loaded, beside, bytes_of, no_side_files, read_as, read_bytes,
-};
+use crate::io::{Format, IoError, Loaded, beside, bytes_of, no_side_files, read_as, read_bytes};
 
 /// What is read: a file, bytes, or a mesh that is there already.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -54,6 +54,18 @@ impl Unit {
         }
     }
 
+    /// How many metres it is.
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Micrometre => 1e-6,
+            Self::Millimetre => 1e-3,
+            Self::Centimetre => 1e-2,
+            Self::Metre => 1.0,
+            Self::Inch => 0.0254,
+            Self::Foot => 0.3048,
+        }
+    }
+
     /// A length in this unit as text, as [`length`] has it; without a unit where none is known.
     pub(crate) fn text(unit: Option<Self>, x: f64) -> String {
         match unit {

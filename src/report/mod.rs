@@ -23,7 +23,7 @@ pub(crate) use {
     plan::{left_holes, plan_lines},
     repair::{repair_lines, repair_lines_in},
     text::{
-        chain_lines, counted, defect_lines, level_lines, lost_creases, ranges, reason, reason_lines,
-        region_lines, region_lines_in,
+        chain_lines, counted, defect_lines, level_lines, lost_creases, ranges, reason,
+        reason_lines, region_lines, region_lines_in,
     },
 };

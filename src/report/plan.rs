@@ -2,8 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::text::{chain_lines, joined, ranges};
 use super::defect_lines;
+use super::text::{chain_lines, joined, ranges};
 use crate::fill::{HoleOutcome, LeftReason};
 use crate::mend::{FillPlan, FillReport, HolePlan};
 use crate::mesh::{HoleId, Unit};

@@ -73,7 +73,11 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
 fn lining_lines(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     let mut lined: Vec<&(usize, Component)> = r.linings.iter().collect();
     lined.sort_by(|a, b| b.1.area.total_cmp(&a.1.area).then(a.0.cmp(&b.0)));
-    let mut lines: Vec<String> = lined.iter().take(MOST_LINED).map(|l| lining(l, unit)).collect();
+    let mut lines: Vec<String> = lined
+        .iter()
+        .take(MOST_LINED)
+        .map(|l| lining(l, unit))
+        .collect();
     if let Some(more) = lined.get(MOST_LINED..).filter(|more| !more.is_empty()) {
         let least = more.iter().filter_map(|(_, c)| c.least_wall);
         lines.push(format!(

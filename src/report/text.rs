@@ -429,7 +429,11 @@ pub fn tally_line(report: &FillReport) -> String {
         (_, 1) => "; 1 patch intersects other faces".to_owned(),
         (_, n) => format!("; {n} patches intersect other faces"),
     };
-    line + &format!("; {:.2} s", report.seconds)
+    // A report to be filed has no clock in it.
+    match report.seconds {
+        0.0 => line,
+        seconds => line + &format!("; {seconds:.2} s"),
+    }
 }
 
 #[cfg(test)]

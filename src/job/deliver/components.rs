@@ -78,11 +78,7 @@ fn rim_places(
 }
 
 /// The holes two or more of whose rim vertices a component has: a rim that it merely touches has one.
-fn holes_of(
-    mesh: &Mesh,
-    faces: &[u32],
-    rims: &BTreeMap<[u64; 3], Vec<HoleId>>,
-) -> Vec<HoleId> {
+fn holes_of(mesh: &Mesh, faces: &[u32], rims: &BTreeMap<[u64; 3], Vec<HoleId>>) -> Vec<HoleId> {
     let corners = faces.iter().flat_map(|f| mesh.faces[*f as usize]);
     let mut vertices: Vec<u32> = corners.collect();
     vertices.sort_unstable();

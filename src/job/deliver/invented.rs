@@ -143,7 +143,9 @@ impl Measured<'_> {
         let mut corners = corners.flat_map(|f| self.mesh.faces[*f as usize]);
         let is_known = corners.any(|v| own(v).flatten().is_some());
         // The true surface over a hole is hardly farther from triangles between its vertices than the hole is wide.
-        let spans_little = self.tolerance.is_some_and(|t| self.diameter(component) <= t);
+        let spans_little = self
+            .tolerance
+            .is_some_and(|t| self.diameter(component) <= t);
         let mut sums = Sums::default();
         for &f in &component.faces {
             let part = area_vector(self.mesh.corners(f)).length() / 6.0;
@@ -170,7 +172,11 @@ impl Measured<'_> {
     }
 
     fn diameter(&self, component: &Component) -> f64 {
-        let region = self.report.regions.iter().find(|r| r.id == component.region);
+        let region = self
+            .report
+            .regions
+            .iter()
+            .find(|r| r.id == component.region);
         region.map_or(f64::INFINITY, |r| r.diameter)
     }
 }

@@ -71,7 +71,11 @@ impl Mark {
         let plain = if textured { [255.0; 3] } else { [200.0; 3] };
         let on_faces = has_face_colours(format);
         let mut vertex = colours(&mut attributes.vertex, mesh.positions.len(), plain);
+        let has_own = attributes.face.iter().any(|a| a.role == Role::Colour);
         let mut face = on_faces.then(|| colours(&mut attributes.face, mesh.faces.len(), plain));
+        if let Some(face) = face.as_mut().filter(|_| !has_own) {
+            mean_of_corners(face, &vertex, mesh);
+        }
         let mut hidden = 0;
         for component in components {
             let stripes = Stripes::new(mesh, component);
@@ -108,14 +112,16 @@ pub(in crate::job) fn has_colours(format: Format) -> bool {
 }
 
 /// Whether files of a format hold colours of faces.
-fn has_face_colours(format: Format) -> bool {
-    matches!(format, Format::Ply | Format::Vtk | Format::Vtp)
+pub(super) fn has_face_colours(format: Format) -> bool {
+    matches!(
+        format,
+        Format::Ply | Format::Vtk | Format::Vtp | Format::Off | Format::ThreeMf
+    )
 }
 
 /// Takes the colours out of a list, or makes some: grey where there is nothing, and where values are missing.
 fn colours(all: &mut Vec<Attribute>, count: usize, plain: [f64; 3]) -> Attribute {
-    let is_colour =
-        |a: &Attribute| a.role == Role::Colour && (3..=4).contains(&a.components);
+    let is_colour = |a: &Attribute| a.role == Role::Colour && (3..=4).contains(&a.components);
     let mut colours = match all.iter().position(is_colour) {
         Some(place) => all.remove(place),
         None => Attribute::new("colour", Role::Colour, Scalar::U8, 3),
@@ -135,6 +141,20 @@ fn colours(all: &mut Vec<Attribute>, count: usize, plain: [f64; 3]) -> Attribute
         all.for_each(|value| *value = scalar.nearest(*value));
     }
     colours
+}
+
+/// Gives faces without colours those of their corners in the mean.
+fn mean_of_corners(face: &mut Attribute, vertex: &Attribute, mesh: &Mesh) {
+    let (unit, part) = (face.unit(), 1.0 / (3.0 * vertex.unit()));
+    let count = vertex.components;
+    for (f, corners) in mesh.faces.iter().enumerate() {
+        for k in 0..face.components {
+            let sum: f64 = (corners.iter())
+                .map(|v| vertex.values[*v as usize * count + k])
+                .sum();
+            face.values[3 * f + k] = face.scalar.nearest(unit * part * sum);
+        }
+    }
 }
 
 /// Gives an item a colour, opaque; without one it keeps its own.
@@ -179,7 +199,9 @@ impl Stripes {
         let fine: f64 = t.stripe_edges * edges / f64::max(count, 1.0);
         Self {
             across,
-            width: fine.max((ends[1] - ends[0]) / t.stripes).max(f64::MIN_POSITIVE),
+            width: fine
+                .max((ends[1] - ends[0]) / t.stripes)
+                .max(f64::MIN_POSITIVE),
         }
     }
 

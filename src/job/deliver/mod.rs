@@ -50,7 +50,9 @@ impl Deliverables {
     pub(super) fn check(&self, spec: &JobSpec) -> Result<(), JobError> {
         let wrong = |what: String| Err(JobError::Deliverable { what });
         if let Some(tolerance) = self.tolerance.filter(|t| !(t.is_finite() && *t > 0.0)) {
-            return wrong(format!("the tolerance must be a positive number, but is {tolerance}"));
+            return wrong(format!(
+                "the tolerance must be a positive number, but is {tolerance}"
+            ));
         }
         if self.piece.is_some() && !matches!(spec.work, Work::Restore(..)) {
             return wrong(
@@ -60,11 +62,12 @@ impl Deliverables {
         }
         let makes_patches = !matches!(spec.work, Work::Copy);
         if !makes_patches && (self.patches.is_some() || self.mark.is_some()) {
-            return wrong("there are no patches in a mesh that is written as it was read".to_owned());
+            return wrong(
+                "there are no patches in a mesh that is written as it was read".to_owned(),
+            );
         }
-        let main = spec.output.iter();
-        let marked = main.chain(&self.patches).filter(|_| self.mark.is_some());
-        for output in marked.filter(|o| !mark::has_colours(o.format)) {
+        let marked = spec.output.as_ref().filter(|_| self.mark.is_some());
+        if let Some(output) = marked.filter(|o| !mark::has_colours(o.format)) {
             return wrong(format!(
                 "{} has no colours, so patches cannot be marked in {}; write PLY, OBJ, glTF or VTK, or the patches alone into a file of their \
                  own",
@@ -90,7 +93,10 @@ impl Deliverables {
             output.check()?;
             let place = &output.place;
             if let Some((what, _)) = taken.iter().find(|(_, t)| place.is_same_file(t)) {
-                let what = format!("{name} {} would be {what} too; name another file", place.name());
+                let what = format!(
+                    "{name} {} would be {what} too; name another file",
+                    place.name()
+                );
                 return Err(JobError::Deliverable { what });
             }
             taken.push((name, place.clone()));

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::components::Component;
+use super::mark::has_face_colours;
 use crate::io::Format;
 use crate::mesh::attributes::{
     Attribute, HOLE_NAME, LabelKind, Labels, PATCH_NAME, Role, SIGMA_NAME, Scalar,
@@ -52,6 +53,9 @@ impl Whole<'_> {
         // All faces are of patches: marks would say nothing.
         attributes.face.retain(|a| a.name != PATCH_NAME);
         attributes.vertex.retain(|a| a.name != SIGMA_NAME);
+        if !has_face_colours(format) {
+            attributes.face.retain(|a| a.role != Role::Colour);
+        }
         let groups = |l: &Labels| l.kind != LabelKind::Group;
         attributes.labels.retain(groups);
         match format {

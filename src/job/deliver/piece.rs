@@ -30,19 +30,23 @@ pub(in crate::job) fn piece(
     stored: Option<DMat4>,
     control: &Control,
 ) -> Result<Piece, String> {
-    let between = joined(patches, cut);
+    let mut between = joined(patches, cut);
     if between.faces.is_empty() {
-        return Err("nothing was cut out".to_owned());
+        return Err("nothing lies between the patch and the faces that were cut out".to_owned());
     }
     let (verdict, topology) = judged(&between)?;
-    let open: usize = verdict.holes;
-    let plain = verdict.defects.iter().all(|d| d.kind == DefectKind::InsideOut);
+    let open = verdict.holes;
+    let plain = verdict
+        .defects
+        .iter()
+        .all(|d| d.kind == DefectKind::InsideOut);
     if plain {
         let mesh = outward(&between, &verdict, &topology).ok_or(BELOW)?;
         return finished(mesh, Vec::new());
     }
-    if verdict.is_closed() && volume(&between) <= 0.0 {
-        return Err(BELOW.to_owned());
+    if verdict.is_watertight() {
+        // A repair would turn components that are inside out.
+        between = outward(&between, &verdict, &topology).ok_or(BELOW)?;
     }
     let carried = Carried {
         stored,
@@ -69,14 +73,16 @@ pub(in crate::job) fn piece(
 }
 
 /// Why there is no piece where nothing is missing.
-const BELOW: &str =
-    "the patch lies below the faces that were cut out, so nothing is missing that a piece could be put in for";
+const BELOW: &str = "the patch lies below the faces that were cut out, so nothing is missing that a piece could be put in for";
 
 /// The patches and the faces that were cut out, turned over, on common vertices.
 fn joined(patches: &Mesh, cut: &Mesh) -> Mesh {
     let base = patches.positions.len() as u32;
     let positions = [&patches.positions[..], &cut.positions[..]].concat();
-    let turned = cut.faces.iter().map(|[a, b, c]| [a + base, c + base, b + base]);
+    let turned = cut
+        .faces
+        .iter()
+        .map(|[a, b, c]| [a + base, c + base, b + base]);
     let faces = patches.faces.iter().copied().chain(turned).collect();
     let mut all = Mesh::new(positions, faces);
     let weld = weld_map(&all);
@@ -99,7 +105,8 @@ fn without_pairs(mesh: &mut Mesh) {
     let mut order: Vec<u32> = (0..mesh.faces.len() as u32).collect();
     order.sort_by_key(|f| (sorted(&mesh.faces[*f as usize]), *f));
     let mut gone = vec![false; mesh.faces.len()];
-    let is_same_way = |a: [u32; 3], b: [u32; 3]| (0..3).any(|k| [b[k], b[(k + 1) % 3]] == [a[0], a[1]]);
+    let is_same_way =
+        |a: [u32; 3], b: [u32; 3]| (0..3).any(|k| [b[k], b[(k + 1) % 3]] == [a[0], a[1]]);
     for pair in order.windows(2) {
         let [a, b] = [pair[0] as usize, pair[1] as usize];
         let (f, g) = (mesh.faces[a], mesh.faces[b]);
@@ -137,18 +144,6 @@ fn judged(mesh: &Mesh) -> Result<(Verdict, Topology), String> {
     let found = Inspection::new(mesh).map_err(|error| error.to_string())?;
     let verdict = found.check(&CheckParams::default());
     Ok((verdict, found.topology))
-}
-
-/// The volume that a closed mesh encloses, negative where it is inside out.
-fn volume(mesh: &Mesh) -> f64 {
-    let Some(&origin) = mesh.positions.first() else {
-        return 0.0;
-    };
-    let part = |f: u32| {
-        let [a, b, c] = mesh.corners(f).map(|p| p - origin);
-        a.dot(b.cross(c)) / 6.0
-    };
-    (0..mesh.faces.len() as u32).map(part).sum()
 }
 
 /// The components that enclose something from outside, without slivers beside the largest one; none where there is no such component.
@@ -202,6 +197,18 @@ mod tests {
             }
         }
         mesh
+    }
+
+    /// The volume that a closed mesh encloses, negative where it is inside out.
+    fn volume(mesh: &Mesh) -> f64 {
+        let Some(&origin) = mesh.positions.first() else {
+            return 0.0;
+        };
+        let part = |f: u32| {
+            let [a, b, c] = mesh.corners(f).map(|p| p - origin);
+            a.dot(b.cross(c)) / 6.0
+        };
+        (0..mesh.faces.len() as u32).map(part).sum()
     }
 
     fn made(patch: &Mesh, cut: &Mesh) -> Result<Piece, String> {

@@ -43,7 +43,9 @@ impl Delivered {
     /// Whether all that was asked for was handed on, and errors are within the tolerance.
     pub(in crate::job) fn is_complete(&self) -> bool {
         let beyond = self.invented.as_ref().map(|i| &i.beyond_tolerance);
-        let beyond = beyond.and_then(Option::as_ref).is_some_and(|holes| !holes.is_empty());
+        let beyond = beyond
+            .and_then(Option::as_ref)
+            .is_some_and(|holes| !holes.is_empty());
         !beyond && !matches!(self.piece, Some(PieceRow::Refused { .. }))
     }
 
@@ -74,7 +76,10 @@ impl Delivered {
         let mut lines = Vec::new();
         if let (Some(invented), Some(tolerance)) = (&self.invented, tolerance) {
             let limit = Unit::text(unit, tolerance);
-            let beyond = invented.patches.iter().filter(|p| p.is_within == Some(false));
+            let beyond = invented
+                .patches
+                .iter()
+                .filter(|p| p.is_within == Some(false));
             for patch in beyond {
                 let part = 100.0 - patch.expected_error.within_percent.unwrap_or(0.0);
                 let holes: Vec<String> = patch.holes.iter().map(ToString::to_string).collect();
@@ -203,7 +208,9 @@ impl Mended<'_> {
             let model = whole.patches(components, output.format);
             if model.mesh.faces.is_empty() {
                 let name = output.place.name();
-                delivered.notes.push(format!("{name} was not written: there are no patches"));
+                delivered
+                    .notes
+                    .push(format!("{name} was not written: there are no patches"));
             } else {
                 let file = write_aside(output, &model, &self.first, delivered)?;
                 delivered.patches = Some(file);
@@ -215,7 +222,9 @@ impl Mended<'_> {
                 Err(reason) => PieceRow::Refused { reason },
                 Ok(made) => {
                     delivered.notes.extend(made.notes);
-                    PieceRow::File(write_aside(output, &made.mesh.into(), &self.first, delivered)?)
+                    let mut model = Model::from(made.mesh);
+                    model.attributes.unit = saved.attributes.unit;
+                    PieceRow::File(write_aside(output, &model, &self.first, delivered)?)
                 }
             });
         }

@@ -39,7 +39,9 @@ impl FiledRow {
         let options_sha256 = sha256(options.to_string().as_bytes());
         for command in ["restore", "fair"] {
             let faces = options.pointer_mut(&format!("/work/{command}/0/faces"));
-            if let Some(faces) = faces.filter(|f| f.as_array().is_some_and(|f| f.len() > MOST_FACES)) {
+            if let Some(faces) =
+                faces.filter(|f| f.as_array().is_some_and(|f| f.len() > MOST_FACES))
+            {
                 *faces = Value::Null;
             }
         }

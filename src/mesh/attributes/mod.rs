@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{FaceOrigin, Origins};
+use super::{FaceOrigin, Origins, Unit};
 
 pub use scalar::Scalar;
 
@@ -288,6 +288,9 @@ pub struct Attributes {
     pub copies: Vec<(u32, u32)>,
     /// Where faces were taken out: which of the faces of the file are still there, in the file's order.
     pub kept_of_file: Option<Vec<bool>>,
+    /// The unit of the coordinates, where it is known.
+    #[serde(default)]
+    pub unit: Option<Unit>,
 }
 
 impl Attributes {
@@ -350,6 +353,7 @@ impl Attributes {
             textures: self.textures.clone(),
             copies: self.copies.clone(),
             kept_of_file: Some(kept_of_file),
+            unit: self.unit,
         }
     }
 
@@ -411,6 +415,7 @@ impl Attributes {
                 .filter_map(|&(copy, of)| Some((at(copy)?, at(of)?)))
                 .collect(),
             kept_of_file: self.with_faces(kept).kept_of_file,
+            unit: self.unit,
         }
     }
 
