@@ -154,7 +154,7 @@ class _Shape:
         """Writes the mesh with all that it carries, whole or not at all; the same bytes as the command line's.
 
         Args:
-            path: The file. Its extension tells the format: obj, ply, stl, gltf, glb, vtk or vtp.
+            path: The file. Its extension tells the format: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
             format: The format, whatever the extension.
             ascii: Text instead of binary: PLY, STL and VTK legacy.
             report: A page to look at, in one HTML file: a 3D view, plots and tables of the mesh as it is written.

@@ -22,7 +22,7 @@ use super::{CommonArgs, End, Usage, arguments, messages};
 /// What is read and written.
 #[derive(Debug, Args)]
 pub struct FilesArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input. Several go into a folder.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. Several go into a folder.
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 
@@ -32,7 +32,7 @@ pub struct FilesArgs {
     #[arg(short, long, value_name = "OUT", required_unless_present = "dry_run")]
     output: Option<PathBuf>,
 
-    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk or vtp.
+    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
     to: Option<Format>,
 
@@ -42,8 +42,8 @@ pub struct FilesArgs {
 
     /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft.
     ///
-    /// It stands with every length in messages, --json and --report, and in 3MF files. Reports then have no run times, so that the same run
-    /// gives the same bytes.
+    /// It stands with every length in messages, --json and --report, and in 3MF files. Reports then have no run times, so that the same
+    /// run gives the same bytes.
     #[arg(long, value_name = "UNIT")]
     unit: Option<Unit>,
 

@@ -116,7 +116,7 @@ enum Command {
 /// Options of every command.
 #[derive(Debug, Args)]
 struct CommonArgs {
-    /// Format of the input: obj, ply, stl, gltf, glb, vtk or vtp.
+    /// Format of the input: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
     ///
     /// By default it is told from the content, else from the extension.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]

@@ -309,11 +309,11 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(message.contains("folder"), "{message}");
-        let message = write_path(Path::new("mesh.off"), &mesh, None, &options)
+        let message = write_path(Path::new("mesh.xyz"), &mesh, None, &options)
             .unwrap_err()
             .to_string();
         assert!(
-            message.contains("mesh.off") && message.contains(Format::LIST),
+            message.contains("mesh.xyz") && message.contains(Format::LIST),
             "{message}"
         );
         assert!(write_path(&folder.path().join("no/mesh.ply"), &mesh, None, &options).is_err());

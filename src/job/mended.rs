@@ -203,7 +203,7 @@ impl<'s> Mended<'s> {
             Extent::Copied => self.unchanged(|drawn| Ok(drawn.page(command_line))),
             _ => {
                 let (nowhere, notes) = (nowhere(), &self.first.notes);
-                let drawn = self.drawing(&self.made, &nowhere, notes);
+                let drawn = self.drawing(&self.made, &nowhere, notes, self.filed_facts(None, None));
                 Ok(drawn.page(command_line))
             }
         }
@@ -216,7 +216,7 @@ impl<'s> Mended<'s> {
     pub fn picture(&self) -> Result<Vec<u8>, JobError> {
         match self.extent {
             Extent::Copied => self.unchanged(|drawn| drawn.picture()),
-            _ => Ok(self.drawing(&self.made, &nowhere(), &[]).picture()?),
+            _ => Ok((self.drawing(&self.made, &nowhere(), &[], Vec::new())).picture()?),
         }
     }
 
@@ -236,7 +236,13 @@ impl<'s> Mended<'s> {
     }
 
     /// What is drawn: `after` is the mesh in the positions that are shown, `output` where it goes.
-    fn drawing<'a>(&'a self, after: &'a Mesh, output: &'a Place, notes: &'a [String]) -> Drawn<'a> {
+    fn drawing<'a>(
+        &'a self,
+        after: &'a Mesh,
+        output: &'a Place,
+        notes: &'a [String],
+        filed: Vec<(&'static str, String)>,
+    ) -> Drawn<'a> {
         Drawn {
             command: self.spec.work.name(),
             places: [&self.spec.source.place, output],
@@ -246,6 +252,7 @@ impl<'s> Mended<'s> {
             kept: self.kept_size()[1],
             errors: &self.sigma,
             notes,
+            filed,
             report: &self.report,
         }
     }
@@ -295,7 +302,10 @@ impl<'s> Mended<'s> {
         match &mesh {
             None if !drawings.is_wanted() => {}
             None => self.unchanged(|drawn| drawings.write_unchanged(drawn))?,
-            Some(mesh) => drawings.write(&self.drawing(mesh, &output.place, &notes))?,
+            Some(mesh) => {
+                let filed = self.filed_facts(Some(&delivered), Some(&sha256));
+                drawings.write(&self.drawing(mesh, &output.place, &notes, filed))?;
+            }
         }
         Ok(JobResult {
             spec: self.spec,

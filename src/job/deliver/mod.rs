@@ -55,10 +55,7 @@ impl Deliverables {
             ));
         }
         if self.piece.is_some() && !matches!(spec.work, Work::Restore(..)) {
-            return wrong(
-                "only a restoration makes a piece: it lies between the faces cut out and the patches"
-                    .to_owned(),
-            );
+            return wrong(write::ONLY_RESTORED.to_owned());
         }
         let makes_patches = !matches!(spec.work, Work::Copy);
         if !makes_patches && (self.patches.is_some() || self.mark.is_some()) {

@@ -13,6 +13,10 @@ use crate::job::{JobError, Mended, Output};
 use crate::mend::Control;
 use crate::mesh::{Mesh, Model, Part, Unit};
 
+/// Why other work makes no piece.
+pub(super) const ONLY_RESTORED: &str =
+    "only a restoration makes a piece: it lies between the faces cut out and the patches";
+
 /// What was handed on beside a mended mesh.
 #[derive(Clone, Debug, Default)]
 pub(in crate::job) struct Delivered {
@@ -179,8 +183,9 @@ impl Mended<'_> {
         stored: Option<glam::DMat4>,
         control: &Control,
     ) -> Result<Piece, String> {
-        let Some(before) = &self.before else {
-            return Err("what was cut out is not known".to_owned());
+        let is_restored = matches!(self.extent, crate::job::Extent::Region(_));
+        let Some(before) = self.before.as_ref().filter(|_| is_restored) else {
+            return Err(ONLY_RESTORED.to_owned());
         };
         let first = self.kept_size()[1].min(mesh.faces.len());
         let patches = Part::of_faces(&mesh.positions, &mesh.faces[first..], std::iter::empty());
@@ -188,6 +193,46 @@ impl Mended<'_> {
         let cut: Vec<u32> = cut.map(|(_, f)| f).collect();
         let cut = Part::new(&before.loaded.mesh, &cut, std::iter::empty());
         piece(&patches.mesh, &cut.mesh, stored, control)
+    }
+
+    /// What a page says of units, hashes and of what is invented; measured where that is not known yet.
+    pub(in crate::job) fn filed_facts(
+        &self,
+        delivered: Option<&Delivered>,
+        written: Option<&str>,
+    ) -> Vec<(&'static str, String)> {
+        let wanted = &self.spec.deliverables;
+        let measured = || Delivered {
+            invented: self.invented(&self.components()),
+            ..Delivered::default()
+        };
+        let delivered = delivered.cloned().unwrap_or_else(measured);
+        let mut facts = Vec::new();
+        if let Some(unit) = wanted.unit {
+            facts.push(("unit of lengths", unit.to_string()));
+        }
+        for line in delivered.lines(wanted.unit, wanted.tolerance) {
+            if let Some((name, text)) = line.split_once(": ") {
+                let name = match name {
+                    "invented" => "invented",
+                    _ => "expected error",
+                };
+                facts.push((name, text.to_owned()));
+            }
+        }
+        for line in delivered.warnings(wanted.unit, wanted.tolerance) {
+            facts.push(("beyond what was asked for", line));
+        }
+        let hashes = [
+            ("SHA-256 of the input", self.sha256.as_deref()),
+            ("SHA-256 of the output", written),
+        ];
+        facts.extend(
+            hashes
+                .into_iter()
+                .filter_map(|(name, hash)| Some((name, hash?.to_owned()))),
+        );
+        facts
     }
 
     /// Writes the patches and the piece of a mesh that was saved.
@@ -221,7 +266,9 @@ impl Mended<'_> {
             delivered.piece = Some(match self.piece_of(&saved.mesh, stored, &Control::new()) {
                 Err(reason) => PieceRow::Refused { reason },
                 Ok(made) => {
-                    delivered.notes.extend(made.notes);
+                    let name = output.place.name();
+                    let notes = made.notes.iter().map(|note| format!("{name}: {note}"));
+                    delivered.notes.extend(notes);
                     let mut model = Model::from(made.mesh);
                     model.attributes.unit = saved.attributes.unit;
                     PieceRow::File(write_aside(output, &model, &self.first, delivered)?)
