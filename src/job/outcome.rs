@@ -86,10 +86,14 @@ impl JobResult<'_> {
         self.delivered.is_complete()
     }
 
-    /// How much is invented and how sure it is, in lines.
+    /// How much is invented and how sure it is, in lines: in all, and in a report that is to be filed for each hole.
     pub fn delivery_lines(&self) -> Vec<String> {
         let wanted = &self.spec.deliverables;
-        self.delivered.lines(wanted.unit, wanted.tolerance)
+        let mut lines = self.delivered.lines(wanted.unit, wanted.tolerance);
+        if wanted.is_filed() {
+            lines.extend(self.delivered.hole_lines(wanted.unit));
+        }
+        lines
     }
 
     /// What of [`JobResult::delivered`] does not hold, in lines.

@@ -7,7 +7,6 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::super::{Format, IoError, Location, text};
 use super::fault;
-use super::package::part_name;
 use crate::mesh::Unit;
 use crate::mesh::attributes::NONE;
 
@@ -317,6 +316,11 @@ fn each(tag: &BytesStart<'_>, mut take: impl FnMut(&str, &str)) -> Result<(), St
         take(attribute.key.local_name().as_ref(), &attribute.value);
     }
     Ok(())
+}
+
+/// A name of a part in the form in which names are compared.
+pub(super) fn part_name(name: &str) -> String {
+    name.trim_start_matches('/').to_ascii_lowercase()
 }
 
 fn whole(value: &str) -> Option<u32> {

@@ -8,7 +8,7 @@ use zip::ZipArchive;
 
 use super::super::IoError;
 use super::fault;
-use super::model::{Part, parse};
+use super::model::{Part, parse, part_name};
 
 /// What all parts may take unpacked: this many bytes, and this many times the size of the file. XML of meshes packs by 5 to 20.
 const ALLOWANCE: [u64; 2] = [64 << 20, 100];
@@ -127,9 +127,4 @@ impl<'a> Package<'a> {
         let text = super::super::text::decode(&bytes);
         Ok(String::from_utf8_lossy(&text).into_owned())
     }
-}
-
-/// A name of a part in the form in which names are compared.
-pub(super) fn part_name(name: &str) -> String {
-    name.trim_start_matches('/').to_ascii_lowercase()
 }

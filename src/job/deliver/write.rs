@@ -3,16 +3,18 @@
 use serde::Serialize;
 
 use super::components::{Component, components};
-use super::invented::{Invented, Measured};
+use super::invented::{Expected, Invented, Measured, Patch};
 use super::patches::Whole;
 use super::piece::{Piece, piece};
-use crate::io::{Loaded, Precision};
+use crate::io::Precision;
 use crate::job::documents::FileInfo;
 use crate::job::output::Saved;
 use crate::job::{JobError, Mended, Output};
 use crate::mend::Control;
 use crate::mesh::{Mesh, Model, Part, Unit};
 
+/// Most patches with a line of their own.
+const MOST_PATCHES: usize = 30;
 /// Why other work makes no piece.
 pub(super) const ONLY_RESTORED: &str =
     "only a restoration makes a piece: it lies between the faces cut out and the patches";
@@ -66,7 +68,33 @@ impl Delivered {
                 "invented: {patches}, area {:.6}{square}, {:.4} % of the surface",
                 invented.area, invented.percent
             ));
-            lines.push(expected(invented, unit, tolerance));
+            lines.push(expected(&invented.expected_error, unit, tolerance));
+        }
+        lines
+    }
+
+    /// How much is invented for each hole, in lines, the largest patches first.
+    pub(in crate::job) fn hole_lines(&self, unit: Option<Unit>) -> Vec<String> {
+        let square = unit.map_or(String::new(), |unit| format!(" {unit}²"));
+        let patches = self.invented.iter().flat_map(|i| &i.patches);
+        let mut patches: Vec<&Patch> = patches.collect();
+        patches.sort_by(|a, b| b.area.total_cmp(&a.area));
+        let line = |patch: &&Patch| {
+            let holes: Vec<String> = patch.holes.iter().map(ToString::to_string).collect();
+            format!(
+                "hole {}: area {:.6}{square}, {:.4} % of the surface, {}",
+                holes.join("+"),
+                patch.area,
+                patch.percent,
+                expected(&patch.expected_error, unit, None)
+            )
+        };
+        let mut lines: Vec<String> = patches.iter().take(MOST_PATCHES).map(line).collect();
+        if let Some(more) = patches.get(MOST_PATCHES..).filter(|more| !more.is_empty()) {
+            lines.push(format!(
+                "{} smaller patches are in the JSON report",
+                more.len()
+            ));
         }
         lines
     }
@@ -105,8 +133,7 @@ impl Delivered {
 }
 
 /// The expected errors in a line.
-fn expected(invented: &Invented, unit: Option<Unit>, tolerance: Option<f64>) -> String {
-    let all = &invented.expected_error;
+fn expected(all: &Expected, unit: Option<Unit>, tolerance: Option<f64>) -> String {
     let mut line = match (all.mean, all.largest) {
         (Some(mean), Some(largest)) => format!(
             "expected error: mean {}, largest {}",
@@ -257,7 +284,7 @@ impl Mended<'_> {
                     .notes
                     .push(format!("{name} was not written: there are no patches"));
             } else {
-                let file = write_aside(output, &model, &self.first, delivered)?;
+                let file = write_aside(output, &model, delivered)?;
                 delivered.patches = Some(file);
             }
         }
@@ -271,7 +298,7 @@ impl Mended<'_> {
                     delivered.notes.extend(notes);
                     let mut model = Model::from(made.mesh);
                     model.attributes.unit = saved.attributes.unit;
-                    PieceRow::File(write_aside(output, &model, &self.first, delivered)?)
+                    PieceRow::File(write_aside(output, &model, delivered)?)
                 }
             });
         }
@@ -283,14 +310,9 @@ impl Mended<'_> {
 fn write_aside(
     output: &Output,
     model: &Model,
-    input: &Loaded,
     delivered: &mut Delivered,
 ) -> Result<FileInfo, JobError> {
-    let precision = match input.f32_exact {
-        true => Precision::F32,
-        false => Precision::F64,
-    };
-    let stored = output.write_beside(model, precision)?;
+    let stored = output.write_beside(model, Precision::of(&model.mesh))?;
     let name = output.place.name();
     let notes = stored.notes.iter().map(|note| format!("{name}: {note}"));
     delivered.notes.extend(notes);
