@@ -225,7 +225,7 @@ fn three_mf_keeps_the_unit_and_says_where_it_is_not_known() {
     assert!(!(0..kept).any(is_patch) && (kept..filled.mesh.faces.len()).all(is_patch));
     fs::write(
         desk.path("bad.3mf"),
-        &[&b"PK\x03\x04"[..], b"model.model"].concat(),
+        [&b"PK\x03\x04"[..], b"model.model"].concat(),
     )
     .unwrap();
     let done = desk.run(&["inspect", "bad.3mf"]);
