@@ -142,7 +142,7 @@ impl Model {
     }
 
     fn point_data<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        attributes::list(py, &self.loaded.attributes.vertex)
+        attributes::list_with_errors(py, &self.loaded.attributes.vertex)
     }
 
     fn cell_data<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
