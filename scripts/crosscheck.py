@@ -31,7 +31,7 @@ except ImportError as error:
     left_out("MeshLab's checks", f"pymeshlab cannot be loaded ({error}); on Debian, apt install libgl1 libopengl0")
 
 ROOT = Path(__file__).resolve().parent.parent
-FORMATS = ["ply", "obj", "stl", "gltf", "glb", "vtk", "vtp"]
+FORMATS = ["ply", "obj", "stl", "gltf", "glb", "vtk", "vtp", "off"]
 TEXT = ["ply", "stl", "vtk"]
 # name: Euler number of the filled mesh, its volume (None: not known)
 CASES = {

@@ -18,7 +18,7 @@ from math import cos, pi, sin
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-FORMATS = ["ply", "obj", "stl", "gltf", "glb", "vtk", "vtp"]
+FORMATS = ["ply", "obj", "stl", "gltf", "glb", "vtk", "vtp", "off", "3mf"]
 TEXT = ["ply", "stl", "vtk"]
 
 
@@ -366,18 +366,28 @@ def files(program, folder):
     return made, volumes + [("vti", target.read_bytes())]
 
 
+# Two objects of which one consists of the other, twice, with colours.
+MODEL = """<?xml version="1.0"?>
+<model unit="inch" xmlns="c" xmlns:m="m"><resources><m:colorgroup id="4"><m:color color="#FF0000"/><m:color color="#00FF0080"/></m:colorgroup>
+<object id="1" name="a" pid="4" pindex="0"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices>
+<triangles><triangle v1="0" v2="1" v3="2" pid="4" p1="0" p2="1" p3="1"/></triangles></mesh></object>
+<object id="2"><components><component objectid="1"/><component objectid="1" transform="-1 0 0 0 1 0 0 0 1 3 0 0"/></components></object>
+</resources><build><item objectid="2"/></build></model>"""
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=ROOT / "fuzz/corpus")
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     arguments = parser.parse_args()
-    seeds = {name: [] for name in "obj ply stl gltf vtk vtk_xml rewrite fill mask toml".split()}
-    target_of = {"glb": "gltf", "vtp": "vtk_xml", "vti": "vtk_xml"}
+    seeds = {name: [] for name in "obj ply stl gltf vtk vtk_xml off threemf rewrite fill mask toml".split()}
+    target_of = {"glb": "gltf", "3mf": "threemf", "vtp": "vtk_xml", "vti": "vtk_xml"}
     with tempfile.TemporaryDirectory() as folder:
         meshes, volumes = files(arguments.isomend.resolve(), Path(folder))
     for suffix, data in meshes + volumes:
         seeds[target_of.get(suffix, suffix)].append(data)
     seeds["rewrite"] = [data for _, data in meshes]
+    seeds["threemf"] += [MODEL.encode()]
     seeds["toml"] = [text.encode() for text in OPTIONS]
     chance = random.Random(1)
     for name in ("fill", "mask"):

@@ -3,18 +3,21 @@
 #
 #   scripts/test.sh          a few minutes
 #   scripts/test.sh --all    also the parts of the library by themselves, the Python wheel with the packages that it works with, the checks of
-#                            written files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, the
-#                            Blender extension in Blender's Python module, and a minute of fuzzing. Where a check cannot run, that is printed; with CI=true it is a failure.
+#                            written files by trimesh, MeshLab, libigl, VTK and the glTF validator, the pages in a headless Chromium, and a
+#                            minute of fuzzing. Where a check cannot run, that is printed; with CI=true it is a failure.
+#   scripts/test.sh --apps   also, beside all that, what takes large downloads: the Blender extension in Blender's Python module, the site
+#                            by mdBook
 #
 # Each stage prints its seconds, and the end a table of them.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-all=
+all= apps=
 case "${1:-}" in
     '') ;;
     --all) all=yes ;;
-    *) echo "usage: scripts/test.sh [--all]" >&2; exit 2 ;;
+    --apps) all=yes apps=yes ;;
+    *) echo "usage: scripts/test.sh [--all|--apps]" >&2; exit 2 ;;
 esac
 
 table=()
@@ -145,7 +148,9 @@ if [ -n "$all" ]; then
     stage 'Python wheel and its tests' wheel
     stage 'written files, by other programs' written_files
     stage 'pages in a browser' browser
+    stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 60
+fi
+if [ -n "$apps" ]; then
     stage 'Blender extension' blender
     stage 'site of the pages' site
-    stage 'fuzz targets on mutated seeds' scripts/fuzz.sh 60
 fi

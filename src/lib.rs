@@ -151,7 +151,7 @@ pub use mesh::mask::{Mask, MaskError, Selection, Selector};
 pub use mesh::triangulate::TriangulationError;
 pub use mesh::{
     ChainReason, Defects, FaceOrigin, Hole, HoleId, Mesh, MeshError, Model, OpenChain, Origins,
-    Topology, cut::Remainder,
+    Topology, Unit, cut::Remainder,
 };
 pub use region::{LevelReport, VoxelSize};
 pub use repair::{Carried, CrossingPass, RepairParams, RepairReport, Repaired, repair};

@@ -50,6 +50,58 @@ pub fn vtk_xml(data: &[u8]) {
     }
 }
 
+/// Reads OFF.
+pub fn off(data: &[u8]) {
+    mesh(data, Format::Off);
+}
+
+/// Reads 3MF: a package where the bytes begin as one does, else the markup of a model, which is packed first.
+pub fn threemf(data: &[u8]) {
+    if data.starts_with(b"PK") {
+        return mesh(data, Format::ThreeMf);
+    }
+    mesh(&packed(data), Format::ThreeMf);
+}
+
+/// A package with one part, stored as it is.
+fn packed(model: &[u8]) -> Vec<u8> {
+    let name = b"3D/3dmodel.model";
+    let checksum = crc32(model).to_le_bytes();
+    let size = (model.len() as u32).to_le_bytes();
+    let length = (name.len() as u16).to_le_bytes();
+    // Version, flags, method, time, date; checksum, sizes, length of the name, of more.
+    let middle = [
+        &[20, 0, 0, 0, 0, 0, 0, 0, 0x21, 0][..],
+        &checksum,
+        &size,
+        &size,
+        &length,
+    ]
+    .concat();
+    let mut bytes = [b"PK\x03\x04", &middle[..], &[0; 2], name, model].concat();
+    let start = (bytes.len() as u32).to_le_bytes();
+    let entry = [b"PK\x01\x02\x14\0", &middle[..], &[0; 16], name].concat();
+    bytes.extend(&entry);
+    let room = (entry.len() as u32).to_le_bytes();
+    bytes.extend(
+        [
+            b"PK\x05\x06\0\0\0\0\x01\0\x01\0",
+            &room[..],
+            &start,
+            &[0; 2],
+        ]
+        .concat(),
+    );
+    bytes
+}
+
+/// The checksum of ZIP archives, bit by bit.
+fn crc32(bytes: &[u8]) -> u32 {
+    let step = |sum: u32| (sum >> 1) ^ (0xedb8_8320 & (sum & 1).wrapping_neg());
+    let byte = |sum: u32, byte: &u8| (0..8).fold(sum ^ u32::from(*byte), |sum, _| step(sum));
+    !bytes.iter().fold(!0, byte)
+}
+
 /// Reads a mesh of any format, writes it in every format, and reads that again.
 pub fn rewrite(data: &[u8]) {
     let Ok(format) = Format::detect(data, Path::new("mesh.obj")) else {
@@ -129,7 +181,8 @@ fn write_and_read(loaded: &Loaded, format: Format, options: &WriteOptions) {
     let single = match format {
         Format::Gltf | Format::Glb => true,
         Format::Stl => !options.ascii || options.precision == Precision::F32,
-        _ => options.precision == Precision::F32 && format != Format::Obj,
+        Format::Obj | Format::Off | Format::ThreeMf => false,
+        _ => options.precision == Precision::F32,
     };
     let back = match read_bytes(&written.bytes, format, &no_side_files) {
         Ok(back) => back,
@@ -153,17 +206,23 @@ fn write_and_read(loaded: &Loaded, format: Format, options: &WriteOptions) {
             assert_eq!(at(old, *a), at(new, *b), "{format} {options:?}, face {f}");
         }
     }
-    if format != Format::Stl {
+    if format != Format::Stl && !has_objects(loaded, format) {
         let count = old.positions.len();
         let same = (0..count as u32).all(|v| at(old, v) == at(new, v));
         assert!(same, "{format} {options:?}: the vertices are not in order");
     }
-    if !matches!(format, Format::Stl | Format::Gltf | Format::Glb) {
+    let renumbers = matches!(format, Format::Stl | Format::Gltf | Format::Glb);
+    if !renumbers && !has_objects(loaded, format) {
         assert_eq!(new.faces, old.faces, "{format} {options:?}");
     }
 }
 
-/// The order in which the faces are written. A new glTF scene has a primitive for each material, and for patches.
+/// Whether the format has objects that the mesh is divided into, each with its own vertices.
+fn has_objects(loaded: &Loaded, format: Format) -> bool {
+    format == Format::ThreeMf && loaded.attributes.labels_of(LabelKind::Object).is_some()
+}
+
+/// The order in which the faces are written. A new glTF scene has a primitive for each material, and for patches; 3MF has objects.
 fn order(loaded: &Loaded, format: Format) -> Vec<usize> {
     let mut order: Vec<usize> = (0..loaded.mesh.faces.len()).collect();
     if matches!(format, Format::Gltf | Format::Glb) && loaded.document.is_none() {
@@ -177,6 +236,15 @@ fn order(loaded: &Loaded, format: Format) -> Vec<usize> {
             firsts.entry(key(*f)).or_insert(*f);
         }
         order.sort_by_key(|f| firsts[&key(*f)]);
+    }
+    if let Some(objects) = loaded.attributes.labels_of(LabelKind::Object)
+        && format == Format::ThreeMf
+    {
+        let mut firsts = HashMap::new();
+        for f in &order {
+            firsts.entry(objects.of_face[*f]).or_insert(*f);
+        }
+        order.sort_by_key(|f| firsts[&objects.of_face[*f]]);
     }
     order
 }

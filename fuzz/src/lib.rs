@@ -8,7 +8,7 @@ mod mask;
 mod options;
 mod shapes;
 
-pub use files::{gltf, obj, ply, rewrite, stl, vtk, vtk_xml};
+pub use files::{gltf, obj, off, ply, rewrite, stl, threemf, vtk, vtk_xml};
 pub use fill::{as_obj, fill};
 pub use mask::mask;
 pub use options::toml;
@@ -17,13 +17,15 @@ pub use options::toml;
 pub type Target = fn(&[u8]);
 
 /// The functions by the names of their targets.
-pub const TARGETS: [(&str, Target); 10] = [
+pub const TARGETS: [(&str, Target); 12] = [
     ("obj", obj),
     ("ply", ply),
     ("stl", stl),
     ("gltf", gltf),
     ("vtk", vtk),
     ("vtk_xml", vtk_xml),
+    ("off", off),
+    ("threemf", threemf),
     ("rewrite", rewrite),
     ("fill", fill),
     ("mask", mask),

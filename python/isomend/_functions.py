@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def read(source: str | os.PathLike[str] | bytes, *, format: str | None = None) -> Model:
-    """Reads a mesh with all that it carries: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP.
+    """Reads a mesh with all that it carries: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF.
 
     Args:
         source: A path, or the bytes of a file.
@@ -322,7 +322,7 @@ def convert(
         source: A path, or the bytes of a file.
         output: The file to write, in the format of its extension.
         from_: The format of the source; by default it is told from the content, else from the extension.
-        to: The format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk or vtp.
+        to: The format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
         ascii: Text instead of binary: PLY, STL and VTK legacy.
         report: A page to look at, in one HTML file.
         picture: A picture of the mesh, in a PNG file.

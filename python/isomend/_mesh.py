@@ -154,7 +154,7 @@ class _Shape:
         """Writes the mesh with all that it carries, whole or not at all; the same bytes as the command line's.
 
         Args:
-            path: The file. Its extension tells the format: obj, ply, stl, gltf, glb, vtk or vtp.
+            path: The file. Its extension tells the format: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
             format: The format, whatever the extension.
             ascii: Text instead of binary: PLY, STL and VTK legacy.
             report: A page to look at, in one HTML file: a 3D view, plots and tables of the mesh as it is written.
@@ -424,6 +424,54 @@ class Mended(_Shape, Drawn):
     def model(self) -> Model:
         """The mended mesh as a model of its own, to be mended again."""
         return Model._of(CoreModel.of(self._core))
+
+    def patches(self) -> Model:
+        """The new faces alone, one component for each hole: ``cell_data["isomend_hole"]`` has the numbers of the holes,
+        ``point_data["isomend_sigma"]`` the expected errors, -1 where nothing can be said."""
+        return Model._of(self._core.patches())
+
+    def piece(self) -> Model:
+        """After a restoration the solid between the faces that were cut out and the patches: the missing piece, to print.
+
+        Raises:
+            ParameterError: There is no such solid; the message says why.
+        """
+        return Model._of(self._core.piece())
+
+    def delivering(
+        self,
+        *,
+        patches: str | os.PathLike[str] | None = None,
+        piece: str | os.PathLike[str] | None = None,
+        mark: str | None = None,
+        unit: Literal["um", "mm", "cm", "m", "in", "ft"] | None = None,
+        tolerance: float | None = None,
+    ) -> Mended:
+        """The same result, handed on as the options of the same names of ``isomend restore`` do it.
+
+        Args:
+            patches: A file that :meth:`write` writes the new faces to.
+            piece: A file that it writes the missing piece to.
+            mark: How it colours the patches: ``"colour=RRGGBB"`` or ``"hatch"``.
+            unit: The unit of the coordinates. With a unit or a tolerance ``report`` and pages have no run times, so that the same run
+                gives the same bytes.
+            tolerance: The largest error that is allowed: ``report["invented"]`` then lists the holes that are beyond it.
+
+        Raises:
+            ParameterError: That makes no sense.
+
+        >>> import isomend
+        >>> vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        >>> filled = isomend.fill(vertices, [[0, 2, 1], [0, 1, 3], [0, 3, 2]], holes=[1])
+        >>> report = filled.delivering(unit="mm", tolerance=2).report
+        >>> report["unit"], round(report["invented"]["area"], 3), report["invented"]["beyond_tolerance"]
+        ('mm', 0.866, [])
+        """
+        files = [None if path is None else os.fspath(path) for path in (patches, piece)]
+        core = self._core.delivering(*files, mark, unit, None if tolerance is None else float(tolerance))
+        mended = Mended.__new__(Mended)
+        mended._core, mended._made, mended._given = core, {}, self._given
+        return mended
 
 
 def _templates(given: Any) -> Any:

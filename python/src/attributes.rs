@@ -72,9 +72,21 @@ fn taken<'py>(py: Python<'py>, a: &Attribute) -> Taken<'py> {
     )
 }
 
-/// A list of values, but for those that mark patches and tell their errors.
+/// A list of values, but for those that mark patches and tell the errors of patches of earlier runs.
 pub fn list<'py>(py: Python<'py>, all: &[Attribute]) -> PyResult<Bound<'py, PyList>> {
-    let own = |a: &&Attribute| a.name != PATCH_NAME && a.name != SIGMA_NAME;
+    listed(py, all, |a| a.name != PATCH_NAME && a.name != SIGMA_NAME)
+}
+
+/// A list of values, but for those that mark patches: expected errors that a file has, or patches alone, are values like others.
+pub fn list_with_errors<'py>(py: Python<'py>, all: &[Attribute]) -> PyResult<Bound<'py, PyList>> {
+    listed(py, all, |a| a.name != PATCH_NAME)
+}
+
+fn listed<'py>(
+    py: Python<'py>,
+    all: &[Attribute],
+    own: impl Fn(&&Attribute) -> bool,
+) -> PyResult<Bound<'py, PyList>> {
     PyList::new(
         py,
         all.iter()

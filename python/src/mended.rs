@@ -13,8 +13,9 @@ use crate::arrays;
 use crate::attributes;
 use crate::drawings::{call, drawings};
 use crate::errors::Failure;
+use crate::model::Model;
 use crate::packed::{json_of, packed, unpacked};
-use crate::spec::output;
+use crate::spec::{deliverables, output};
 use crate::worker;
 
 /// A mended mesh.
@@ -127,6 +128,36 @@ impl Mended {
             *value = told.unwrap_or(f64::NAN);
         }
         Ok(PyArray1::from_vec(py, sigma))
+    }
+
+    /// The new faces alone.
+    fn patches(&self, py: Python<'_>) -> PyResult<Model> {
+        let mended = self.mended.clone();
+        worker::run(py, None, None, move |_| {
+            Ok(Model::of_model(mended.patches()))
+        })
+    }
+
+    /// The solid between the faces that were cut out and the patches.
+    fn piece(&self, py: Python<'_>) -> PyResult<Model> {
+        let mended = self.mended.clone();
+        worker::run(py, None, None, move |control| {
+            Ok(Model::of_model(mended.piece(control)?))
+        })
+    }
+
+    /// The same with this handed on beside it, and reported so.
+    fn delivering(
+        &self,
+        patches: Option<PathBuf>,
+        piece: Option<PathBuf>,
+        mark: Option<&str>,
+        unit: Option<&str>,
+        tolerance: Option<f64>,
+    ) -> PyResult<Self> {
+        let wanted = deliverables([patches, piece], mark, unit, tolerance)?;
+        let mended = (*self.mended).clone().delivering(wanted);
+        Ok(Self::new(mended.map_err(Failure::from)?))
     }
 
     fn document(&self) -> PyResult<String> {

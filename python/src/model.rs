@@ -49,6 +49,11 @@ impl Model {
         }
     }
 
+    /// A mesh with what it carries, without a file.
+    pub fn of_model(model: isomend::Model) -> Self {
+        Self::made(model.mesh, model.attributes)
+    }
+
     /// A mesh that carries nothing.
     pub fn of_mesh(mesh: Mesh) -> Self {
         Self::made(mesh, Attributes::default())
@@ -137,7 +142,7 @@ impl Model {
     }
 
     fn point_data<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        attributes::list(py, &self.loaded.attributes.vertex)
+        attributes::list_with_errors(py, &self.loaded.attributes.vertex)
     }
 
     fn cell_data<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {

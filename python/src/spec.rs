@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use isomend::FillParams;
 use isomend::io::Format;
-use isomend::job::{JobSpec, Output, Place, Work};
+use isomend::job::{Deliverables, JobSpec, Output, Place, Work};
 
 use crate::errors::Failure;
 
@@ -46,6 +46,29 @@ pub fn output(path: Option<PathBuf>, to: Option<&str>, ascii: bool) -> Result<Ou
     output.ascii = ascii;
     output.check()?;
     Ok(output)
+}
+
+/// What is handed on beside a mended mesh: the files of the patches and of the piece, the mark of patches, unit and tolerance.
+pub fn deliverables(
+    [patches, piece]: [Option<PathBuf>; 2],
+    mark: Option<&str>,
+    unit: Option<&str>,
+    tolerance: Option<f64>,
+) -> Result<Deliverables, Failure> {
+    let file = |path: PathBuf| Output::new(path, None);
+    let mut wanted = Deliverables::default();
+    wanted.patches = patches.map(file).transpose()?;
+    wanted.piece = piece.map(file).transpose()?;
+    wanted.mark = mark
+        .map(str::parse)
+        .transpose()
+        .map_err(Failure::parameter)?;
+    wanted.unit = unit
+        .map(str::parse)
+        .transpose()
+        .map_err(Failure::parameter)?;
+    wanted.tolerance = tolerance;
+    Ok(wanted)
 }
 
 /// The parameters of a fill as JSON, such as `{"max_diameter": 2.0}`.

@@ -10,7 +10,7 @@ from conftest import DATA
 import isomend
 
 
-@pytest.mark.parametrize("kind", ["obj", "ply", "stl", "gltf", "glb", "vtk", "vtp"])
+@pytest.mark.parametrize("kind", ["obj", "ply", "stl", "gltf", "glb", "vtk", "vtp", "off", "3mf"])
 @pytest.mark.parametrize("name", ["sphere.ply", "sheet.obj"])
 def test_a_filled_file_is_that_of_the_command_line(tmp_path, program, name, kind):
     theirs, own = tmp_path / "theirs", tmp_path / "own"

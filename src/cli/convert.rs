@@ -1,7 +1,7 @@
 //! `isomend convert`: a mesh in another format.
 
 use clap::Args;
-use isomend::job::Work;
+use isomend::job::{Deliverables, Work};
 
 use super::console::Console;
 use super::files::{FilesArgs, Task};
@@ -34,6 +34,7 @@ pub fn run(args: &ConvertArgs, console: &Console) -> anyhow::Result<End> {
         work: Work::Copy,
         common: &args.common,
         strict: false,
+        deliverables: Deliverables::default(),
     };
     args.files.each(&task, console)
 }

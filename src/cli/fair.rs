@@ -1,7 +1,7 @@
 //! `isomend fair`: fairs a surface, or a marked region of it.
 
 use clap::Args;
-use isomend::job::Work;
+use isomend::job::{Deliverables, Work};
 
 use super::console::Console;
 use super::files::{FilesArgs, Task};
@@ -53,6 +53,7 @@ pub fn run(args: &FairArgs, console: &Console) -> anyhow::Result<End> {
         work: args.work()?,
         common: &args.common,
         strict: false,
+        deliverables: Deliverables::default(),
     };
     args.files.each(&task, console)
 }

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use isomend::io::{Format, Loaded};
 use isomend::job::{
-    Batch, BatchObserver, BatchResult, JobError, JobPlan, JobResult, JobSpec, Output, Place, Work,
+    Batch, BatchObserver, BatchResult, Deliverables, JobError, JobPlan, JobResult, JobSpec, Output,
+    Place, Work,
 };
-use isomend::report::region_lines;
-use isomend::{Control, Step};
+use isomend::report::region_lines_in;
+use isomend::{Control, RegionReport, Step, Unit};
 
 use super::console::{self, Console};
 use super::input::{self, is_stream};
@@ -21,7 +22,7 @@ use super::{CommonArgs, End, Usage, arguments, messages};
 /// What is read and written.
 #[derive(Debug, Args)]
 pub struct FilesArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input. Several go into a folder.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. Several go into a folder.
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 
@@ -31,13 +32,20 @@ pub struct FilesArgs {
     #[arg(short, long, value_name = "OUT", required_unless_present = "dry_run")]
     output: Option<PathBuf>,
 
-    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk or vtp.
+    /// Format of the output, whatever its extension: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
     to: Option<Format>,
 
     /// Write text instead of binary: PLY, STL and VTK legacy.
     #[arg(long)]
     ascii: bool,
+
+    /// The unit of the mesh's coordinates: mm, cm, m, in, um or ft.
+    ///
+    /// It stands with every length in messages, --json and --report, and in 3MF files. Reports then have no run times, so that the same
+    /// run gives the same bytes.
+    #[arg(long, value_name = "UNIT")]
+    unit: Option<Unit>,
 
     #[command(flatten)]
     report: ReportArgs,
@@ -55,6 +63,8 @@ pub struct Task<'a> {
     pub common: &'a CommonArgs,
     /// Whether anything but steady surfaces that are joined and cross nothing counts as done in part.
     pub strict: bool,
+    /// What is handed on beside the mesh; the unit is that of the options of files.
+    pub deliverables: Deliverables,
 }
 
 impl FilesArgs {
@@ -71,11 +81,12 @@ impl FilesArgs {
                 input::fetch(source)?;
             }
         }
-        let line = match task.work {
-            Work::Fair(..) => messages::faired_region_line,
-            _ => region_lines,
+        let is_fair = matches!(task.work, Work::Fair(..));
+        let line = |region: &RegionReport| match is_fair {
+            true => messages::faired_region_line(region),
+            false => region_lines_in(region, self.unit),
         };
-        let shown = RegionProgress::new(*console, line);
+        let shown = RegionProgress::new(*console, &line);
         let show = |step: &Step| shown.step(step);
         let mut printer = Printer {
             console,
@@ -124,6 +135,8 @@ impl FilesArgs {
         batch.document = common.json.as_ref().map(Target::place);
         batch.drawings = self.report.drawings(common.json.as_ref())?;
         batch.strict = task.strict;
+        batch.deliverables = task.deliverables.clone();
+        batch.deliverables.unit = self.unit;
         Ok(batch)
     }
 }
@@ -165,7 +178,7 @@ fn check_terminal(output: &Output) -> anyhow::Result<()> {
 /// Says what the jobs of a command do.
 struct Printer<'a> {
     console: &'a Console,
-    shown: &'a RegionProgress,
+    shown: &'a RegionProgress<'a>,
     several: bool,
     /// Whether plans are printed: standard output is not the JSON report's.
     prints_plans: bool,

@@ -6,6 +6,7 @@ use isomend::{FillParams, RepairParams, SurfaceKind};
 use serde_json::Value;
 
 use super::console::Console;
+use super::deliver::DeliverArgs;
 use super::files::{FilesArgs, Task};
 use super::parameters::{Fill, ParameterArgs};
 use super::{CommonArgs, End, Usage, solve};
@@ -40,6 +41,9 @@ pub struct FillArgs {
     /// joined to its rim, that crosses no face, and sharp edges that end at its rim were continued.
     #[arg(long)]
     strict: bool,
+
+    #[command(flatten)]
+    deliver: DeliverArgs,
 
     #[command(flatten)]
     pub(super) common: CommonArgs,
@@ -83,6 +87,7 @@ pub fn run(args: &FillArgs, console: &Console) -> anyhow::Result<End> {
         work,
         common: &args.common,
         strict: args.strict,
+        deliverables: args.deliver.deliverables()?,
     };
     args.files.each(&task, console)
 }

@@ -33,7 +33,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct InspectArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input. Of several a table is printed.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input. Of several a table is printed.
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
 

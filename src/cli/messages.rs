@@ -3,11 +3,11 @@
 use isomend::io::{Format, Precision};
 use isomend::job::{Extent, JobPlan, JobResult, WorkPlan};
 use isomend::report::{
-    counted, length, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines,
+    counted, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines_in,
     tally_line,
 };
 use isomend::{
-    FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan,
+    FairPlan, FairReport, FillReport, HoleOutcome, RegionReport, RepairReport, RestorePlan, Unit,
 };
 
 use super::console::Console;
@@ -20,15 +20,16 @@ const MOST_PLACES: usize = 20;
 
 /// What would be done.
 pub fn plan(plan: &JobPlan) -> String {
+    let unit = plan.spec.deliverables.unit;
     match &plan.plan {
-        WorkPlan::Fair(plan) => fair_plan(plan),
+        WorkPlan::Fair(plan) => fair_plan(plan, unit),
         WorkPlan::Copy => format!(
             "{} vertices and {} faces would be written as they are\n",
             plan.size[0], plan.size[1]
         ),
-        WorkPlan::Restore(plan) => cut_plan(plan) + &lines(plan_lines(&plan.fill)),
-        WorkPlan::Repair { before, fill } => before.line() + "\n" + &lines(plan_lines(fill)),
-        WorkPlan::Fill(fill) => lines(plan_lines(fill)),
+        WorkPlan::Restore(plan) => cut_plan(plan) + &lines(plan_lines(&plan.fill, unit)),
+        WorkPlan::Repair { before, fill } => before.line() + "\n" + &lines(plan_lines(fill, unit)),
+        WorkPlan::Fill(fill) => lines(plan_lines(fill, unit)),
     }
 }
 
@@ -43,7 +44,7 @@ fn cut_plan(cut: &RestorePlan) -> String {
     )
 }
 
-fn fair_plan(report: &FairPlan) -> String {
+fn fair_plan(report: &FairPlan, unit: Option<Unit>) -> String {
     let what = match report.whole {
         true => "all of the surface would be replaced".to_owned(),
         false => format!(
@@ -53,9 +54,9 @@ fn fair_plan(report: &FairPlan) -> String {
     };
     format!(
         "features narrower than {} would go, time {:.4e}, voxel {}\n{what}\n",
-        length(report.strength),
+        Unit::text(unit, report.strength),
         report.time,
-        length(report.voxel)
+        Unit::text(unit, report.voxel)
     )
 }
 
@@ -76,13 +77,14 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
         _ => {}
     }
     let report = &done.report;
+    let unit = done.spec.deliverables.unit;
     // Holes with higher numbers were made by the repair and cannot be named on the command line.
     let chosen = match &done.extent {
         Extent::Repaired(report) => report.before.as_ref().map_or(0, |v| v.holes),
         _ => usize::MAX,
     };
     let is_verbose = console.is_verbose();
-    for line in outcome::lines(report, &done.spec.work, chosen, is_verbose) {
+    for line in outcome::lines(done, chosen, is_verbose) {
         console.say(&line);
     }
     if is_verbose {
@@ -90,10 +92,16 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
             console.detail(&line);
         }
         for region in &report.regions {
-            for line in level_lines(region) {
+            for line in level_lines(region, unit) {
                 console.detail(&line);
             }
         }
+    }
+    for line in done.delivery_lines() {
+        console.say(&line);
+    }
+    for line in done.delivery_warnings() {
+        console.warn(&format!("{name}{line}"));
     }
     still_open(report, name, console);
     let file = written(done);
@@ -101,7 +109,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     match &done.extent {
         Extent::Repaired(report) => {
             console.say(&verdict);
-            repaired(report, &file, console);
+            repaired(report, &file, unit, console);
         }
         Extent::Holes if report.holes.is_empty() && report.open_chains.is_empty() => {
             let what = match is_rounded(done) {
@@ -153,11 +161,11 @@ fn written(done: &JobResult) -> String {
 const FOIL: &str = "walls came out too thin: --flat-base puts a sheet on a flat base, --wall makes walls thicker where there is room, and \
                     --min-wall says how thin they may be";
 
-fn repaired(report: &RepairReport, file: &str, console: &Console) {
+fn repaired(report: &RepairReport, file: &str, unit: Option<Unit>, console: &Console) {
     if let Some(before) = &report.before {
         console.detail(&format!("before: {}", before.line()));
     }
-    for line in repair_lines(report) {
+    for line in repair_lines_in(report, unit) {
         console.say(&line);
     }
     console.say(&format!(
@@ -197,11 +205,16 @@ fn gone_components([count, least, most]: [usize; 3]) -> String {
 }
 
 fn faired(report: &FairReport, done: &JobResult, console: &Console) {
+    let unit = done.spec.deliverables.unit;
+    let moved = |x: f64| {
+        let text = length_beside(x, report.strength);
+        unit.map_or(text.clone(), |unit| format!("{text} {unit}"))
+    };
     console.say(&format!(
         "features narrower than {} went, time {:.4e}, voxel {}",
-        length(report.strength),
+        Unit::text(unit, report.strength),
         report.time,
-        length(report.voxel)
+        Unit::text(unit, report.voxel)
     ));
     if !report.whole {
         console.say(&format!(
@@ -216,15 +229,15 @@ fn faired(report: &FairReport, done: &JobResult, console: &Console) {
         ));
     }
     for region in &done.report.regions {
-        for line in level_lines(region) {
+        for line in level_lines(region, unit) {
             console.detail(&line);
         }
     }
     let mut line = format!(
         "{}moved by {} at most, {} root mean square",
         written(done),
-        length_beside(report.moved_max, report.strength),
-        length_beside(report.moved_rms, report.strength)
+        moved(report.moved_max),
+        moved(report.moved_rms)
     );
     let intersecting: usize = done
         .report

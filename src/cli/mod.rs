@@ -6,6 +6,7 @@ mod compare;
 mod config;
 mod console;
 mod convert;
+mod deliver;
 mod fair;
 mod files;
 mod fill;
@@ -115,7 +116,7 @@ enum Command {
 /// Options of every command.
 #[derive(Debug, Args)]
 struct CommonArgs {
-    /// Format of the input: obj, ply, stl, gltf, glb, vtk or vtp.
+    /// Format of the input: obj, ply, stl, gltf, glb, vtk, vtp, off or 3mf.
     ///
     /// By default it is told from the content, else from the extension.
     #[arg(long, value_name = "FORMAT", value_parser = arguments::format)]
@@ -186,6 +187,11 @@ fn told(error: JobError) -> anyhow::Error {
             "--report and --picture show one mesh, but there are several inputs; run them one by one"
                 .to_owned(),
         ),
+        JobError::SeveralDelivered => usage(
+            "--patches and --piece are of one mesh, but there are several inputs; run them one by one"
+                .to_owned(),
+        ),
+        JobError::Deliverable { what } => usage(what),
         JobError::DocumentOverMesh { .. } => anyhow!("--json {error}"),
         JobError::Observer(error) => anyhow::Error::from(error).context(console::NO_OUTPUT),
         // Only where no format was given is it told from the content.

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use isomend::job::Work;
+use isomend::job::{JobResult, Work};
 use isomend::report::{chain_lines, defect_lines, left_holes, lost_creases, ranges};
 use isomend::{
     ClosedBy, FillReport, HoleId, HoleOutcome, HoleReport, LeftReason, RegionReport,
-    TriangulatedReason,
+    TriangulatedReason, Unit,
 };
 
 /// Rows of the table without a problem: the widest holes.
@@ -229,12 +229,14 @@ fn holes(ids: &[HoleId]) -> String {
 }
 
 /// All that is said of a fill but its verdict. Holes up to `last` have numbers that options take.
-pub fn lines(report: &FillReport, work: &Work, last: usize, verbose: bool) -> Vec<String> {
+pub fn lines(done: &JobResult, last: usize, verbose: bool) -> Vec<String> {
+    let (report, work) = (&done.report, &done.spec.work);
     let mut lines = defect_lines(&report.defects);
     lines.extend(chain_lines(&report.open_chains));
     let rows = rows(report);
     let (shown, hidden) = shown(&rows, verbose);
     if !shown.is_empty() {
+        lines.extend(done.spec.deliverables.unit.map(lengths_in));
         lines.push(HEADING.line());
         lines.extend(shown.iter().map(|row| row.line()));
     }
@@ -263,6 +265,11 @@ pub fn lines(report: &FillReport, work: &Work, last: usize, verbose: bool) -> Ve
     lines.extend(advice(&rows, work, last));
     lines.extend(left(report, work));
     lines
+}
+
+/// The unit of the lengths in the table.
+fn lengths_in(unit: Unit) -> String {
+    format!("lengths in {unit}:")
 }
 
 /// The regions; without those that closed nothing and whose holes others closed later, as walls do where a flat cap intersects the sheet.

@@ -26,15 +26,15 @@ pub fn clear() {
 
 /// What is shown of the regions of a job. On a terminal a bar says how much is done, which holes are worked on and the time left;
 /// with `-v` there is a line for each region that ends.
-pub struct RegionProgress {
+pub struct RegionProgress<'a> {
     console: Console,
-    line: fn(&RegionReport) -> String,
+    line: &'a (dyn Fn(&RegionReport) -> String + Sync),
     busy: Mutex<BTreeSet<HoleId>>,
 }
 
-impl RegionProgress {
+impl<'a> RegionProgress<'a> {
     /// Nothing is shown yet; `line` makes the line of a region.
-    pub fn new(console: Console, line: fn(&RegionReport) -> String) -> Self {
+    pub fn new(console: Console, line: &'a (dyn Fn(&RegionReport) -> String + Sync)) -> Self {
         Self {
             console,
             line,

@@ -5,6 +5,7 @@ use isomend::RepairParams;
 use isomend::job::Work;
 
 use super::console::Console;
+use super::deliver::DeliverArgs;
 use super::files::{FilesArgs, Task};
 use super::parameters::{ParameterArgs, Repair};
 use super::{CommonArgs, End, solve};
@@ -38,6 +39,9 @@ pub struct RepairArgs {
     strict: bool,
 
     #[command(flatten)]
+    deliver: DeliverArgs,
+
+    #[command(flatten)]
     pub(super) common: CommonArgs,
 }
 
@@ -59,6 +63,7 @@ pub fn run(args: &RepairArgs, console: &Console) -> anyhow::Result<End> {
         work: args.work()?,
         common: &args.common,
         strict: args.strict,
+        deliverables: args.deliver.deliverables()?,
     };
     args.files.each(&task, console)
 }

@@ -1,11 +1,14 @@
 //! `isomend restore`: replaces a marked region.
 
+use std::path::PathBuf;
+
 use anyhow::bail;
-use clap::Args;
+use clap::{Args, ValueHint};
 use isomend::RestoreParams;
 use isomend::job::Work;
 
 use super::console::Console;
+use super::deliver::{self, DeliverArgs};
 use super::files::{FilesArgs, Task};
 use super::mask::MaskArgs;
 use super::parameters::{ParameterArgs, Restore};
@@ -16,6 +19,7 @@ Examples:
   isomend restore scan.ply -o out.ply --ball 10,4,2,3.5          replace what lies in a ball
   isomend restore scan.ply -o out.ply --colour ff0000,40 --grow 1   what is painted red, and a margin
   isomend restore scan.ply -o out.ply --box 0,0,0,9,9,2 --keep-shape 0.9   smooth it, but keep its shape
+  isomend restore bust.stl -o bust.ply --ball 0,9,2,3 --piece nose.stl --mark hatch   the missing piece, to print
   isomend inspect scan.ply --ball 10,4,2,3.5                     what a mask marks";
 
 /// Replace a marked region of the surface.
@@ -36,6 +40,16 @@ pub struct RestoreArgs {
     /// joined to its rim, that crosses no face, and sharp edges that end at its rim were continued.
     #[arg(long)]
     strict: bool,
+
+    /// Write the solid between the faces that were cut out and the patches: the missing piece, to print. Exit with 3 where there is none.
+    ///
+    /// It has the rim of the patch, is watertight, and no faces of it intersect. Where the patch passes below what was cut out the piece is
+    /// what the patch adds.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    piece: Option<PathBuf>,
+
+    #[command(flatten)]
+    deliver: DeliverArgs,
 
     #[command(flatten)]
     pub(super) common: CommonArgs,
@@ -64,10 +78,13 @@ impl RestoreArgs {
 
 /// Reads, cuts, fills, writes.
 pub fn run(args: &RestoreArgs, console: &Console) -> anyhow::Result<End> {
+    let mut deliverables = args.deliver.deliverables()?;
+    deliverables.piece = args.piece.as_deref().map(deliver::output).transpose()?;
     let task = Task {
         work: args.work()?,
         common: &args.common,
         strict: args.strict,
+        deliverables,
     };
     args.files.each(&task, console)
 }

@@ -28,7 +28,7 @@ Examples:
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct SdfArgs {
-    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy or VTP; `-` is standard input.
+    /// The mesh: OBJ, PLY, STL, glTF, GLB, VTK legacy, VTP, OFF or 3MF; `-` is standard input.
     #[arg(value_name = "IN")]
     input: PathBuf,
 

@@ -9,8 +9,11 @@ impl Format {
     /// Tells the format from the content where the content is unmistakable.
     ///
     /// # Errors
-    /// When the content is unmistakably of a kind that is not supported, such as OFF or a compressed archive.
+    /// When the content is unmistakably of a kind that is not supported, such as FBX or a compressed archive.
     pub fn sniff(bytes: &[u8]) -> Result<Option<Format>, IoError> {
+        if super::threemf::is_package(bytes) {
+            return Ok(Some(Format::ThreeMf));
+        }
         if let Some(name) = foreign(bytes) {
             return Err(IoError::UnknownFormat {
                 what: format!("the content is {name}, which is not supported"),
@@ -33,6 +36,10 @@ impl Format {
         }
         if start.starts_with(b"{") && text::find(start, b"\"asset\"").is_some() {
             return Ok(Some(Format::Gltf));
+        }
+        let first_word = start.split(u8::is_ascii_whitespace).next();
+        if first_word.is_some_and(super::off::is_first_word) {
+            return Ok(Some(Format::Off));
         }
         if starts_with_ignoring_case(start, b"solid") || super::stl::has_binary_size(bytes) {
             return Ok(Some(Format::Stl));
@@ -87,7 +94,7 @@ fn foreign(bytes: &[u8]) -> Option<&'static str> {
     const MAGIC: [(&[u8], &str); 8] = [
         (
             b"PK\x03\x04",
-            "a ZIP archive (3MF, or a packed mesh: unpack it first)",
+            "a ZIP archive without a 3MF model (unpack it first)",
         ),
         (b"\x1f\x8b", "gzip data (unpack it first)"),
         (b"Kaydara FBX", "FBX"),
@@ -103,10 +110,6 @@ fn foreign(bytes: &[u8]) -> Option<&'static str> {
     let first_word = text::skip_blank(bytes)
         .split(u8::is_ascii_whitespace)
         .next()?;
-    let off: [&[u8]; 6] = [b"OFF", b"COFF", b"NOFF", b"CNOFF", b"STOFF", b"4OFF"];
-    if off.contains(&first_word) {
-        return Some("OFF");
-    }
     (first_word == b"$MeshFormat").then_some("a Gmsh mesh")
 }
 
@@ -149,6 +152,9 @@ mod tests {
         );
         assert_eq!(Format::detect(b"solid name\n", path).unwrap(), Format::Stl);
         assert_eq!(Format::detect(b"v 0 0 0\n", path).unwrap(), Format::Obj);
+        for first in [&b"OFF\n3 1 0\n"[..], b"STCNOFF 3 1 0", b"4OFF\n"] {
+            assert_eq!(Format::detect(first, path).unwrap(), Format::Off);
+        }
     }
 
     #[test]
@@ -164,7 +170,7 @@ mod tests {
     #[test]
     fn unsupported_formats_are_refused_with_the_supported_ones_listed() {
         for (bytes, name) in [
-            (&b"OFF\n3 1 0\n"[..], "OFF"),
+            (&b"Kaydara FBX Binary"[..], "FBX"),
             (b"PK\x03\x04rest", "ZIP"),
             (b"hello", ".xyz"),
         ] {
@@ -182,7 +188,8 @@ mod tests {
     fn names_are_taken_with_or_without_the_dot_in_any_case() {
         assert_eq!(".PLY".parse::<Format>().unwrap(), Format::Ply);
         assert_eq!("glb".parse::<Format>().unwrap(), Format::Glb);
-        assert!("off".parse::<Format>().is_err());
+        assert!("fbx".parse::<Format>().is_err());
+        assert_eq!("3MF".parse::<Format>().unwrap(), Format::ThreeMf);
         for format in Format::ALL {
             assert_eq!(format.extension().parse::<Format>().unwrap(), format);
         }

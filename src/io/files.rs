@@ -55,7 +55,10 @@ fn within(stream: impl Read, most: u64) -> std::io::Result<Vec<u8>> {
 }
 
 /// The bytes of a file, or of what a pipe brings. Devices, which may have no end, are refused.
-fn bytes_of(path: &Path) -> Result<Vec<u8>, IoError> {
+///
+/// # Errors
+/// When it cannot be read or is a device.
+pub fn bytes_of(path: &Path) -> Result<Vec<u8>, IoError> {
     let read = || {
         let file = fs::File::open(path)?;
         let kind = file.metadata()?.file_type();
@@ -306,11 +309,11 @@ mod tests {
             .unwrap_err()
             .to_string();
         assert!(message.contains("folder"), "{message}");
-        let message = write_path(Path::new("mesh.off"), &mesh, None, &options)
+        let message = write_path(Path::new("mesh.xyz"), &mesh, None, &options)
             .unwrap_err()
             .to_string();
         assert!(
-            message.contains("mesh.off") && message.contains(Format::LIST),
+            message.contains("mesh.xyz") && message.contains(Format::LIST),
             "{message}"
         );
         assert!(write_path(&folder.path().join("no/mesh.ply"), &mesh, None, &options).is_err());

@@ -24,13 +24,18 @@ pub enum Format {
     Vtk,
     /// VTK XML poly data.
     Vtp,
+    /// OFF, text.
+    Off,
+    /// 3MF: a package of objects with a unit.
+    #[serde(rename = "3mf")]
+    ThreeMf,
     /// VTK XML image data: a volume, not a mesh.
     Vti,
 }
 
 impl Format {
     /// Every format of meshes, in the order in which they are listed to users.
-    pub const ALL: [Format; 7] = [
+    pub const ALL: [Format; 9] = [
         Format::Obj,
         Format::Ply,
         Format::Stl,
@@ -38,11 +43,13 @@ impl Format {
         Format::Glb,
         Format::Vtk,
         Format::Vtp,
+        Format::Off,
+        Format::ThreeMf,
     ];
 
     /// The formats as one line for messages and help texts.
-    pub const LIST: &'static str = "OBJ (.obj), PLY (.ply), STL (.stl), glTF (.gltf, .glb), VTK legacy (.vtk) \
-                                    and VTK XML poly data (.vtp)";
+    pub const LIST: &'static str = "OBJ (.obj), PLY (.ply), STL (.stl), glTF (.gltf, .glb), VTK legacy (.vtk), \
+                                    VTK XML poly data (.vtp), OFF (.off) and 3MF (.3mf)";
 
     /// The usual file name extension, lower case, without a dot.
     pub fn extension(self) -> &'static str {
@@ -54,6 +61,8 @@ impl Format {
             Format::Glb => "glb",
             Format::Vtk => "vtk",
             Format::Vtp => "vtp",
+            Format::Off => "off",
+            Format::ThreeMf => "3mf",
             Format::Vti => "vti",
         }
     }
@@ -74,6 +83,8 @@ impl fmt::Display for Format {
             Format::Glb => "GLB",
             Format::Vtk => "VTK legacy",
             Format::Vtp => "VTP",
+            Format::Off => "OFF",
+            Format::ThreeMf => "3MF",
             Format::Vti => "VTI",
         })
     }

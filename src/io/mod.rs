@@ -32,16 +32,18 @@ mod gltf;
 mod lost;
 mod mesh_builder;
 mod obj;
+mod off;
 mod ply;
 mod save;
 mod stl;
 mod text;
+mod threemf;
 mod vtk;
 
 pub use self::gltf::{Document, Image};
 pub use error::{IoError, Location};
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
-pub(crate) use files::{beside, read_stream};
+pub(crate) use files::{beside, bytes_of, read_as, read_stream};
 pub use files::{
     read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
 };
@@ -140,10 +142,10 @@ impl Precision {
 /// How a mesh is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WriteOptions {
-    /// The type of coordinates in PLY, VTK legacy, VTP and text STL. OBJ is always exact; binary STL, glTF and GLB
+    /// The type of coordinates in PLY, VTK legacy, VTP and text STL. OBJ, OFF and 3MF are always exact; binary STL, glTF and GLB
     /// always hold 32-bit floats.
     pub precision: Precision,
-    /// Text instead of binary, for PLY, STL and VTK legacy. OBJ is always text; glTF, GLB and VTP do not change.
+    /// Text instead of binary, for PLY, STL and VTK legacy. OBJ and OFF are always text; glTF, GLB, VTP and 3MF do not change.
     pub ascii: bool,
 }
 
@@ -207,6 +209,8 @@ pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result
         Format::Gltf | Format::Glb => gltf::read(bytes, format, resolve),
         Format::Vtk => vtk::read_legacy(bytes),
         Format::Vtp => vtk::read_xml(bytes),
+        Format::Off => off::read(bytes),
+        Format::ThreeMf => threemf::read(bytes),
         Format::Vti => Err(no_mesh()),
     }
 }
@@ -242,6 +246,8 @@ pub fn model_to_bytes(
         Format::Gltf | Format::Glb => gltf::write(model, format),
         Format::Vtk => vtk::write_legacy(model, options),
         Format::Vtp => vtk::write_xml(model, options),
+        Format::Off => Ok(off::write(model)),
+        Format::ThreeMf => threemf::write(model),
         Format::Vti => Err(no_mesh()),
     }
 }

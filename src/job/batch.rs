@@ -5,6 +5,7 @@ use std::error::Error;
 use std::io;
 use std::path::PathBuf;
 
+use super::deliver::Deliverables;
 use super::documents::{DocumentList, failed_document};
 use super::places::{in_folder, is_folder_name};
 use super::{
@@ -44,6 +45,8 @@ pub struct Batch {
     pub plan: bool,
     /// What is drawn of it: of a single mesh that is made.
     pub drawings: Drawings,
+    /// What is handed on beside the mesh, and how it is reported; patches and a piece of a single mesh.
+    pub deliverables: Deliverables,
     /// Where the JSON document goes: that of the only mesh, or a list of those of all.
     pub document: Option<Place>,
     /// Whether only flawless fills count as done, as [`FillReport::flawless`](crate::FillReport::flawless) says.
@@ -117,6 +120,7 @@ impl Batch {
             work,
             plan: false,
             drawings: Drawings::default(),
+            deliverables: Deliverables::default(),
             document: None,
             strict: false,
         }
@@ -194,7 +198,8 @@ impl Batch {
         documents
             .into_iter()
             .for_each(|all| all.add(&done.document()));
-        Ok(done.complete() && (!self.strict || done.report.flawless()))
+        let is_whole = done.complete() && done.delivered();
+        Ok(is_whole && (!self.strict || done.report.flawless()))
     }
 
     /// The jobs, checked.
@@ -206,12 +211,20 @@ impl Batch {
         let job = |(source, output): (&Source, Option<Output>)| JobSpec {
             output: output.filter(|_| !self.plan),
             drawings: self.drawings.clone(),
+            deliverables: self.deliverables.clone(),
             ..JobSpec::plan(source.clone(), self.work.clone())
         };
         let jobs: Vec<JobSpec> = jobs.map(job).collect();
         if let [job] = &jobs[..] {
             let mesh = job.output.as_ref().map(|o| &o.place);
             self.drawings.check(&job.source.place, mesh)?;
+        }
+        let extra = [&self.deliverables.patches, &self.deliverables.piece];
+        if jobs.len() > 1 && extra.into_iter().any(Option::is_some) {
+            return Err(JobError::SeveralDelivered);
+        }
+        for job in &jobs {
+            self.deliverables.check(job)?;
         }
         self.work.check()?;
         Ok(jobs)

@@ -84,6 +84,8 @@ pub(super) struct Drawn<'a> {
     pub(super) errors: &'a [Option<f64>],
     /// Remarks.
     pub(super) notes: &'a [String],
+    /// What is invented, units and hashes.
+    pub(super) filed: Vec<(&'static str, String)>,
     /// What was found and done.
     pub(super) report: &'a FillReport,
 }
@@ -188,8 +190,11 @@ impl Drawn<'_> {
                 (self.after.faces.len() - self.kept).to_string(),
             ),
             ("pieces", report.pieces.to_string()),
-            ("seconds", format!("{:.2}", report.seconds)),
         ];
+        if report.seconds > 0.0 {
+            facts.push(("seconds", format!("{:.2}", report.seconds)));
+        }
+        facts.extend(self.filed.clone());
         if let Some(before) = self.before {
             let gone = before.gone.iter().filter(|gone| **gone).count();
             facts.insert(5, ("faces cut out", gone.to_string()));

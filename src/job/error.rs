@@ -190,6 +190,17 @@ pub enum JobError {
         /// What is wrong, and what to do.
         what: String,
     },
+    /// Something beside the mesh that cannot be handed on so.
+    #[error("{what}")]
+    Deliverable {
+        /// What is wrong, and what to do.
+        what: String,
+    },
+    /// Patches or a piece of several meshes.
+    #[error(
+        "the patches and the piece are those of one mesh, but there are several inputs; do them one by one"
+    )]
+    SeveralDelivered,
     /// A picture could not be made.
     #[error(transparent)]
     Picture(#[from] PictureError),
@@ -205,6 +216,8 @@ impl JobError {
                 | Self::Places { .. }
                 | Self::PlanDrawn
                 | Self::SeveralDrawn
+                | Self::Deliverable { .. }
+                | Self::SeveralDelivered
                 | Self::EmptyMask
         )
     }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use super::deliver::{Deliverables, Delivered, forget_clock};
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
@@ -38,6 +39,9 @@ pub struct Mended<'s> {
     pub(super) kept: Option<Kept>,
     /// For each face of `first` the face of the input that it is or was made of.
     pub(super) face_origins: Vec<u32>,
+    /// SHA-256 of what was read, where it was a file or bytes.
+    #[serde(default)]
+    pub(super) sha256: Option<String>,
     /// What was done beside filling.
     pub extent: Extent,
     /// What was found and done.
@@ -84,9 +88,23 @@ impl<'s> Mended<'s> {
             whole: self.whole,
             kept: self.kept,
             face_origins: self.face_origins,
+            sha256: self.sha256,
             extent: self.extent,
             report: self.report,
         }
+    }
+
+    /// The same, with this handed on beside it when it is written, and reported so.
+    ///
+    /// # Errors
+    /// [`JobError::Deliverable`] where that makes no sense.
+    pub fn delivering(mut self, deliverables: Deliverables) -> Result<Self, JobError> {
+        deliverables.check(&self.spec)?;
+        if deliverables.is_filed() {
+            forget_clock(&mut self.report);
+        }
+        self.spec.to_mut().deliverables = deliverables;
+        Ok(self)
     }
 
     /// The same, to be written elsewhere.
@@ -185,7 +203,7 @@ impl<'s> Mended<'s> {
             Extent::Copied => self.unchanged(|drawn| Ok(drawn.page(command_line))),
             _ => {
                 let (nowhere, notes) = (nowhere(), &self.first.notes);
-                let drawn = self.drawing(&self.made, &nowhere, notes);
+                let drawn = self.drawing(&self.made, &nowhere, notes, self.filed_facts(None, None));
                 Ok(drawn.page(command_line))
             }
         }
@@ -198,7 +216,7 @@ impl<'s> Mended<'s> {
     pub fn picture(&self) -> Result<Vec<u8>, JobError> {
         match self.extent {
             Extent::Copied => self.unchanged(|drawn| drawn.picture()),
-            _ => Ok(self.drawing(&self.made, &nowhere(), &[]).picture()?),
+            _ => Ok((self.drawing(&self.made, &nowhere(), &[], Vec::new())).picture()?),
         }
     }
 
@@ -218,7 +236,13 @@ impl<'s> Mended<'s> {
     }
 
     /// What is drawn: `after` is the mesh in the positions that are shown, `output` where it goes.
-    fn drawing<'a>(&'a self, after: &'a Mesh, output: &'a Place, notes: &'a [String]) -> Drawn<'a> {
+    fn drawing<'a>(
+        &'a self,
+        after: &'a Mesh,
+        output: &'a Place,
+        notes: &'a [String],
+        filed: Vec<(&'static str, String)>,
+    ) -> Drawn<'a> {
         Drawn {
             command: self.spec.work.name(),
             places: [&self.spec.source.place, output],
@@ -228,6 +252,7 @@ impl<'s> Mended<'s> {
             kept: self.kept_size()[1],
             errors: &self.sigma,
             notes,
+            filed,
             report: &self.report,
         }
     }
@@ -240,12 +265,18 @@ impl<'s> Mended<'s> {
         let output = self.spec.output.clone().ok_or_else(|| JobError::Places {
             what: "the job names no output; set one with `Mended::to`".to_owned(),
         })?;
+        self.spec.deliverables.check(&self.spec)?;
+        let components = self.components();
+        let mut delivered = Delivered {
+            invented: self.invented(&components),
+            ..Delivered::default()
+        };
         let regions: &mut [RegionReport] = &mut self.report.regions;
         let own = std::mem::take(&mut self.made);
-        let (mesh, notes, bytes) = match &self.extent {
+        let (mesh, notes, bytes, sha256) = match &self.extent {
             Extent::Copied => {
-                let (notes, bytes) = output.write_copy(&self.first)?;
-                (None, notes, bytes)
+                let stored = output.write_copy(&self.first, self.spec.deliverables.unit)?;
+                (None, stored.notes, stored.bytes, stored.sha256)
             }
             _ => {
                 // Only where another has the mesh too, as the page's step has, is it copied.
@@ -255,19 +286,26 @@ impl<'s> Mended<'s> {
                     whole: self.whole,
                     sigma: &self.sigma,
                     judges: self.extent.judged_by(),
+                    components: &components,
+                    mark: self.spec.deliverables.mark,
+                    unit: self.spec.deliverables.unit,
                 };
                 let saved = output.write_mended(own, &saving, regions)?;
+                self.deliver(&saved, &components, &mut delivered)?;
                 self.extent.judge(&saved.mesh, saved.verdict)?;
-                (Some(saved.mesh), saved.notes, saved.bytes)
+                (Some(saved.mesh), saved.notes, saved.bytes, saved.sha256)
             }
         };
         let notes_read = self.first.notes.len();
-        let notes = [&self.first.notes[..], &notes].concat();
+        let notes = [&self.first.notes[..], &notes, &delivered.notes].concat();
         let drawings = &self.spec.drawings;
         match &mesh {
             None if !drawings.is_wanted() => {}
             None => self.unchanged(|drawn| drawings.write_unchanged(drawn))?,
-            Some(mesh) => drawings.write(&self.drawing(mesh, &output.place, &notes))?,
+            Some(mesh) => {
+                let filed = self.filed_facts(Some(&delivered), Some(&sha256));
+                drawings.write(&self.drawing(mesh, &output.place, &notes, filed))?;
+            }
         }
         Ok(JobResult {
             spec: self.spec,
@@ -279,6 +317,8 @@ impl<'s> Mended<'s> {
             bytes,
             notes,
             notes_read,
+            sha256: [self.sha256, Some(sha256)],
+            delivered,
         })
     }
 }

@@ -22,9 +22,11 @@
 //! [`measure`] that of a signed distance volume. A [`SurfaceSpec`] goes from a volume to the surface at one of its levels.
 
 mod batch;
+mod deliver;
 mod documents;
 mod draw;
 mod error;
+mod hash;
 mod inspection;
 mod marks;
 mod mended;
@@ -40,6 +42,7 @@ mod unchanged;
 mod volumes;
 
 pub use batch::{Batch, BatchObserver, BatchResult};
+pub use deliver::{Deliverables, Mark};
 pub use documents::{Document, FileInfo};
 pub use draw::Drawings;
 pub use error::JobError;

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use super::JobSpec;
+use super::deliver::Delivered;
 use super::result::Extent;
 use crate::check::Verdict;
 use crate::io::Format;
@@ -68,12 +69,37 @@ pub struct JobResult<'s> {
     pub notes: Vec<String>,
     /// How many of them are the reader's.
     pub notes_read: usize,
+    /// SHA-256 of what was read and of what was written, where they are files or bytes.
+    pub(super) sha256: [Option<String>; 2],
+    /// What was handed on beside the mesh.
+    pub(super) delivered: Delivered,
 }
 
 impl JobResult<'_> {
     /// The remarks of the writer.
     pub fn notes_written(&self) -> &[String] {
         &self.notes[self.notes_read..]
+    }
+
+    /// Whether all that was asked for beside the mesh was handed on, and expected errors are within the tolerance.
+    pub fn delivered(&self) -> bool {
+        self.delivered.is_complete()
+    }
+
+    /// How much is invented and how sure it is, in lines: in all, and in a report that is to be filed for each hole.
+    pub fn delivery_lines(&self) -> Vec<String> {
+        let wanted = &self.spec.deliverables;
+        let mut lines = self.delivered.lines(wanted.unit, wanted.tolerance);
+        if wanted.is_filed() {
+            lines.extend(self.delivered.hole_lines(wanted.unit));
+        }
+        lines
+    }
+
+    /// What of [`JobResult::delivered`] does not hold, in lines.
+    pub fn delivery_warnings(&self) -> Vec<String> {
+        let wanted = &self.spec.deliverables;
+        self.delivered.warnings(wanted.unit, wanted.tolerance)
     }
 
     /// Whether nothing that was to be filled is still open.

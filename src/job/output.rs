@@ -1,11 +1,14 @@
 //! Writing.
 
+use std::borrow::Cow;
 use std::fs;
 use std::path::Path;
 
 use glam::{DMat4, DVec3};
 use serde::{Deserialize, Serialize};
 
+use super::deliver::{Component, Mark};
+use super::hash::sha256;
 use super::{JobError, Place};
 use crate::attributes::transfer;
 use crate::check::{CheckParams, Verdict};
@@ -16,7 +19,7 @@ use crate::io::{
 };
 use crate::mend::Inspection;
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
-use crate::mesh::{Attributes, Mesh};
+use crate::mesh::{Attributes, Mesh, Model, Unit};
 use crate::stitch::count_crossing;
 
 /// The file that describes the material of patches, beside an OBJ file that has material files.
@@ -43,10 +46,14 @@ pub struct Output {
 pub(super) struct Saved {
     /// The mesh, its new vertices as they were rounded.
     pub(super) mesh: Mesh,
+    /// What it carries.
+    pub(super) attributes: Attributes,
     /// Remarks.
     pub(super) notes: Vec<String>,
     /// The bytes, where they are the caller's.
     pub(super) bytes: Vec<u8>,
+    /// Their hash.
+    pub(super) sha256: String,
     /// The verdict on the bytes, where it was asked for and they can be read without other files.
     pub(super) verdict: Option<Verdict>,
 }
@@ -62,6 +69,21 @@ pub(super) struct Saving<'a> {
     pub(super) sigma: &'a [Option<f64>],
     /// How the bytes are to be judged once they are read again, if they are.
     pub(super) judges: Option<CheckParams>,
+    /// The components of the patches, and how they are marked.
+    pub(super) components: &'a [Component],
+    pub(super) mark: Option<Mark>,
+    /// The unit of the coordinates, where it was given.
+    pub(super) unit: Option<Unit>,
+}
+
+/// Bytes that were written.
+pub(super) struct Stored {
+    /// They, where they are the caller's.
+    pub(super) bytes: Vec<u8>,
+    /// Their hash.
+    pub(super) sha256: String,
+    /// Remarks.
+    pub(super) notes: Vec<String>,
 }
 
 impl Output {
@@ -93,6 +115,7 @@ impl Output {
         let other = match self.format {
             Format::Glb => Some("gltf"),
             Format::Vtp => Some("vtk"),
+            Format::ThreeMf => Some("off"),
             _ => None,
         };
         if let Some(other) = other.filter(|_| self.ascii) {
@@ -111,8 +134,8 @@ impl Output {
 
     /// Whether what is written is text.
     pub fn is_text(&self) -> bool {
-        let text = matches!(self.format, Format::Obj | Format::Gltf | Format::Vtp);
-        text || (self.ascii && self.format != Format::Glb)
+        let text = [Format::Obj, Format::Gltf, Format::Vtp, Format::Off].contains(&self.format);
+        text || (self.ascii && !matches!(self.format, Format::Glb | Format::ThreeMf))
     }
 
     /// Whether it is glTF, whose documents go through as they are.
@@ -128,7 +151,7 @@ impl Output {
                 None => DMat4::IDENTITY,
             }),
             Format::Stl if !self.ascii => Some(DMat4::IDENTITY),
-            Format::Obj => None,
+            Format::Obj | Format::Off | Format::ThreeMf => None,
             _ => input.f32_exact.then_some(DMat4::IDENTITY),
         }
     }
@@ -147,7 +170,8 @@ impl Output {
         let kept = if whole { 0 } else { input.mesh.positions.len() };
         let rounds = matches!(self.format, Format::Gltf | Format::Glb | Format::Stl);
         let rounded = |p: &DVec3| p.as_vec3().as_dvec3();
-        if input.f32_exact && self.format != Format::Obj {
+        let is_exact = matches!(self.format, Format::Obj | Format::Off | Format::ThreeMf);
+        if input.f32_exact && !is_exact {
             for position in &mut mesh.positions[kept..] {
                 *position = rounded(position);
             }
@@ -161,13 +185,21 @@ impl Output {
             return self.write_whole(mesh, saving);
         }
         let mut done = transfer(&input.mesh, &input.attributes, mesh);
+        if saving.unit.is_some() {
+            done.attributes.unit = saving.unit;
+        }
+        if let Some(mark) = saving.mark {
+            let kept = input.mesh.faces.len();
+            let notes = mark.apply(&mut done, kept, saving.components, self.format);
+            done.notes.extend(notes);
+        }
         if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
             done.tell_errors(kept, saving.sigma);
         }
         let in_file = self.format == Format::Obj && self.place.folder().is_some();
         let material = in_file && refer_to_material(&mut done.attributes);
         let document = input.document.as_ref();
-        let mut saved = self.write_model(done.mesh, &done.attributes, document, saving)?;
+        let mut saved = self.write_model(done.mesh, done.attributes, document, saving)?;
         saved.notes = [done.notes, saved.notes].concat();
         if material {
             self.write_material()?;
@@ -177,20 +209,32 @@ impl Output {
     }
 
     /// Writes a mesh as it was read: remarks, and the bytes where they are the caller's.
-    pub(super) fn write_copy(&self, input: &Loaded) -> Result<(Vec<String>, Vec<u8>), JobError> {
+    pub(super) fn write_copy(
+        &self,
+        input: &Loaded,
+        unit: Option<Unit>,
+    ) -> Result<Stored, JobError> {
+        let mut attributes = Cow::Borrowed(&input.attributes);
+        if unit.is_some() && self.format == Format::ThreeMf {
+            attributes.to_mut().unit = unit;
+        }
         let model = Contents {
             mesh: &input.mesh,
-            attributes: &input.attributes,
+            attributes: &attributes,
             document: input.document.as_ref(),
         };
-        let (mut notes, bytes) = self.write(&model, precision_of(input))?;
-        notes.extend(self.side_files(input));
-        Ok((notes, bytes))
+        let mut stored = self.write_contents(&model, precision_of(input))?;
+        stored.notes.extend(self.side_files(input));
+        Ok(stored)
     }
 
     /// Writes level sets by themselves.
     fn write_whole(&self, mesh: Mesh, saving: &Saving) -> Result<Saved, JobError> {
-        let mut saved = self.write_model(mesh, &Attributes::default(), None, saving)?;
+        let attributes = Attributes {
+            unit: saving.unit.or(saving.input.attributes.unit),
+            ..Attributes::default()
+        };
+        let mut saved = self.write_model(mesh, attributes, None, saving)?;
         let listed = saving.input.attributes.listed();
         if !listed.is_empty() {
             let what = format!("left out, because a whole level set has none: {listed}");
@@ -211,13 +255,13 @@ impl Output {
     fn write_model(
         &self,
         mesh: Mesh,
-        attributes: &Attributes,
+        attributes: Attributes,
         document: Option<&Document>,
         saving: &Saving,
     ) -> Result<Saved, JobError> {
         let model = Contents {
             mesh: &mesh,
-            attributes,
+            attributes: &attributes,
             document,
         };
         let Written { bytes, mut notes } = self.encode(&model, precision_of(saving.input))?;
@@ -233,11 +277,14 @@ impl Output {
                 None
             }
         };
+        let sha256 = sha256(&bytes);
         let bytes = self.store(bytes)?;
         Ok(Saved {
             mesh,
+            attributes,
             notes,
             bytes,
+            sha256,
             verdict,
         })
     }
@@ -251,8 +298,35 @@ impl Output {
         model: &Contents<'_>,
         precision: Precision,
     ) -> Result<(Vec<String>, Vec<u8>), JobError> {
+        let stored = self.write_contents(model, precision)?;
+        Ok((stored.notes, stored.bytes))
+    }
+
+    /// Writes a model that is handed on beside the mesh.
+    pub(super) fn write_beside(
+        &self,
+        model: &Model,
+        precision: Precision,
+    ) -> Result<Stored, JobError> {
+        let contents = Contents {
+            mesh: &model.mesh,
+            attributes: &model.attributes,
+            document: None,
+        };
+        self.write_contents(&contents, precision)
+    }
+
+    fn write_contents(
+        &self,
+        model: &Contents<'_>,
+        precision: Precision,
+    ) -> Result<Stored, JobError> {
         let written = self.encode(model, precision)?;
-        Ok((written.notes, self.store(written.bytes)?))
+        Ok(Stored {
+            sha256: sha256(&written.bytes),
+            notes: written.notes,
+            bytes: self.store(written.bytes)?,
+        })
     }
 
     /// A mesh and what it carries as the bytes of a file.

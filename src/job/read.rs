@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::hash::sha256;
 use super::output::{PATCH_LIBRARY, PATCH_MATERIAL};
 use super::{JobError, Place};
-use crate::io::{Format, IoError, Loaded, beside, no_side_files, read_bytes, read_path};
+use crate::io::{Format, IoError, Loaded, beside, bytes_of, no_side_files, read_as, read_bytes};
 
 /// What is read: a file, bytes, or a mesh that is there already.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -46,14 +47,25 @@ impl Source {
     /// # Errors
     /// When it cannot be read, its format is not supported, or its content is damaged or holds no surface.
     pub fn read(&self) -> Result<Arc<Loaded>, JobError> {
+        Ok(self.read_hashed()?.0)
+    }
+
+    /// The same, and the SHA-256 of the file or the bytes where it was read from such.
+    pub(super) fn read_hashed(&self) -> Result<(Arc<Loaded>, Option<String>), JobError> {
+        let mut hash = None;
         let loaded = match (&self.mesh, &self.place) {
             (Some(mesh), _) => mesh.clone(),
             (None, Place::File(path)) if path.is_dir() => {
                 let path = path.clone();
                 return Err(JobError::IsFolder { path });
             }
-            (None, Place::File(path)) => Arc::new(read_path(path, self.format)?),
+            (None, Place::File(path)) => {
+                let bytes = bytes_of(path)?;
+                hash = Some(sha256(&bytes));
+                Arc::new(read_as(path, &bytes, self.format, &beside(path))?)
+            }
             (None, Place::Memory { name, folder }) => {
+                hash = Some(sha256(&self.bytes));
                 let read = self.read_bytes(folder.as_deref());
                 Arc::new(read.map_err(|error| JobError::Bytes {
                     name: name.clone(),
@@ -63,7 +75,7 @@ impl Source {
         };
         let vertices = u32::try_from(loaded.mesh.positions.len());
         match vertices {
-            Ok(n) if n < u32::MAX / 4 => Ok(loaded),
+            Ok(n) if n < u32::MAX / 4 => Ok((loaded, hash)),
             _ => Err(JobError::TooManyVertices {
                 name: self.place.name(),
             }),

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::deliver::Deliverables;
 use super::draw::Drawings;
 use super::{JobError, MaskSpec, Output, Place, Source};
 use crate::fill::FillParams;
@@ -73,6 +74,9 @@ pub struct JobSpec {
     pub work: Work,
     /// What is drawn of it.
     pub drawings: Drawings,
+    /// What is handed on beside the mesh, and how it is reported.
+    #[serde(default)]
+    pub deliverables: Deliverables,
 }
 
 impl JobSpec {
@@ -99,6 +103,7 @@ impl JobSpec {
             output: None,
             work,
             drawings: Drawings::default(),
+            deliverables: Deliverables::default(),
         }
     }
 
@@ -112,6 +117,7 @@ impl JobSpec {
         }
         let mesh = self.output.as_ref().map(|o| &o.place);
         self.drawings.check(&self.source.place, mesh)?;
+        self.deliverables.check(self)?;
         self.work.check()
     }
 }

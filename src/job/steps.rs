@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 
+use super::deliver::forget_clock;
 use super::draw::Before;
 use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
@@ -18,6 +19,8 @@ use crate::mesh::Mesh;
 /// A job whose mesh was read.
 pub struct Read<'s> {
     spec: Cow<'s, JobSpec>,
+    /// SHA-256 of the file or the bytes, where it was read from such.
+    sha256: Option<String>,
     /// What was read. It is shared with whatever else has it.
     pub loaded: Arc<Loaded>,
 }
@@ -41,7 +44,11 @@ impl JobSpec {
     /// # Errors
     /// As [`super::Source::read`].
     pub fn read(&self) -> Result<Read<'_>, JobError> {
-        Ok(self.with(self.source.read()?))
+        let (loaded, sha256) = self.source.read_hashed()?;
+        Ok(Read {
+            sha256,
+            ..self.with(loaded)
+        })
     }
 
     /// What the job would do, whether it has an output or not.
@@ -57,6 +64,7 @@ impl JobSpec {
     pub fn with(&self, loaded: impl Into<Arc<Loaded>>) -> Read<'_> {
         Read {
             spec: Cow::Borrowed(self),
+            sha256: None,
             loaded: loaded.into(),
         }
     }
@@ -98,7 +106,7 @@ impl<'s> Read<'s> {
     /// # Errors
     /// When the mask or the parameters do not fit the mesh.
     pub fn plan(self) -> Result<JobPlan<'s>, JobError> {
-        let Self { spec, loaded } = self;
+        let Self { spec, loaded, .. } = self;
         Ok(JobPlan {
             plan: planned(&spec.work, &loaded)?,
             spec,
@@ -141,7 +149,7 @@ impl<'s> Read<'s> {
     }
 
     fn make(&self, found: &Inspection, control: &Control) -> Result<Made, JobError> {
-        let Self { spec, loaded } = self;
+        let Self { spec, loaded, .. } = self;
         let keep_vertices = spec.keeps_vertices(loaded);
         Ok(match &spec.work {
             Work::Fill(params) => found.fill(params, control)?.into(),
@@ -162,15 +170,23 @@ impl<'s> Read<'s> {
         })
     }
 
-    fn mended(self, made: Made) -> Mended<'s> {
-        let Self { spec, loaded } = self;
+    fn mended(self, mut made: Made) -> Mended<'s> {
+        let Self {
+            spec,
+            sha256,
+            loaded,
+        } = self;
+        if spec.deliverables.is_filed() {
+            forget_clock(&mut made.report);
+        }
         let whole = match (&spec.work, &made.extent) {
             (Work::Fill(params), _) => params.surface == SurfaceKind::Whole,
             (_, Extent::Faired(_)) => matches!(made.first, First::All),
             _ => false,
         };
         let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];
-        let wanted = spec.drawings.is_wanted() || spec.drawings.may_follow;
+        let drawn = spec.drawings.is_wanted() || spec.drawings.may_follow;
+        let wanted = drawn || spec.deliverables.piece.is_some();
         let gone = wanted.then(|| made.first.gone(size[1])).flatten();
         let before = gone.map(|gone| Before {
             loaded: loaded.clone(),
@@ -192,6 +208,7 @@ impl<'s> Read<'s> {
             whole,
             kept,
             face_origins,
+            sha256,
             extent: made.extent,
             report: made.report,
         }

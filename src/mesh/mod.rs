@@ -21,6 +21,7 @@ pub(crate) mod shapes;
 mod tests;
 pub mod topology;
 pub mod triangulate;
+mod unit;
 mod weld;
 
 use glam::DVec3;
@@ -40,6 +41,7 @@ pub use origins::{FaceOrigin, Origins};
 pub use part::Part;
 pub use sets::DisjointSets;
 pub use topology::{Defects, Topology};
+pub use unit::Unit;
 #[cfg(feature = "io")]
 pub(crate) use weld::Welder;
 pub use weld::{weld_map, welded};

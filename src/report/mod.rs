@@ -12,9 +12,7 @@ pub(crate) mod scripts;
 mod text;
 
 pub use check::verdict_lines;
-pub use plan::plan_lines;
-pub use repair::repair_lines;
-pub use text::{region_lines, summary_lines, tally_line};
+pub use text::{summary_lines, tally_line};
 
 #[cfg_attr(not(feature = "cli"), allow(unused_imports))]
 pub(crate) use {
@@ -22,8 +20,10 @@ pub(crate) use {
     check::verdict_rows,
     holes::{crease_end_line, crease_end_table, hole_table},
     missed::missed_lines,
-    plan::left_holes,
+    plan::{left_holes, plan_lines},
+    repair::{repair_lines, repair_lines_in},
     text::{
-        chain_lines, counted, defect_lines, level_lines, lost_creases, ranges, reason, reason_lines,
+        chain_lines, counted, defect_lines, level_lines, lost_creases, ranges, reason,
+        reason_lines, region_lines, region_lines_in,
     },
 };

@@ -2,14 +2,14 @@
 
 use std::collections::HashSet;
 
+use super::defect_lines;
 use super::text::{chain_lines, joined, ranges};
-use super::{defect_lines, length};
 use crate::fill::{HoleOutcome, LeftReason};
 use crate::mend::{FillPlan, FillReport, HolePlan};
-use crate::mesh::HoleId;
+use crate::mesh::{HoleId, Unit};
 
 /// A plan in lines: defects, then the regions, then the holes that would stay open.
-pub fn plan_lines(plan: &FillPlan) -> Vec<String> {
+pub fn plan_lines(plan: &FillPlan, unit: Option<Unit>) -> Vec<String> {
     let mut lines = defect_lines(&plan.defects);
     lines.extend(chain_lines(&plan.open_chains));
     // Without a grid: rims of few edges that get a smooth surface, and what is closed between the vertices that there are.
@@ -24,8 +24,8 @@ pub fn plan_lines(plan: &FillPlan) -> Vec<String> {
             lines.push(format!(
                 "hole {}: would be filled; diameter {}, voxel {} ({:.0} across), in a box of {x} x {y} x {z} nodes",
                 joined(&r.holes),
-                length(r.diameter),
-                length(voxel),
+                Unit::text(unit, r.diameter),
+                Unit::text(unit, voxel),
                 r.diameter / voxel
             ));
         }

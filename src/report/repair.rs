@@ -1,7 +1,7 @@
 //! What a repair did, in lines.
 
 use crate::check::Component;
-use crate::mesh::length;
+use crate::mesh::Unit;
 use crate::repair::RepairReport;
 
 /// Most lined components that get a line of their own.
@@ -9,6 +9,11 @@ const MOST_LINED: usize = 5;
 
 /// What was done, one line for each step that found something.
 pub fn repair_lines(r: &RepairReport) -> Vec<String> {
+    repair_lines_in(r, None)
+}
+
+/// The same with the unit of lengths.
+pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     let crossing: usize = r.passes.first().map_or(0, |p| p.crossing_faces);
     let all = [
         (r.merged_vertices, "coinciding vertices merged".to_owned()),
@@ -67,32 +72,36 @@ pub fn repair_lines(r: &RepairReport) -> Vec<String> {
     let mut lines: Vec<String> = some
         .map(|(count, what)| format!("{count} {what}"))
         .collect();
-    lines.extend(lining_lines(r));
+    lines.extend(lining_lines(r, unit));
     lines
 }
 
 /// The components that were lined, the largest first.
-fn lining_lines(r: &RepairReport) -> Vec<String> {
+fn lining_lines(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     let mut lined: Vec<&(usize, Component)> = r.linings.iter().collect();
     lined.sort_by(|a, b| b.1.area.total_cmp(&a.1.area).then(a.0.cmp(&b.0)));
-    let mut lines: Vec<String> = lined.iter().take(MOST_LINED).map(|l| lining(l)).collect();
+    let mut lines: Vec<String> = lined
+        .iter()
+        .take(MOST_LINED)
+        .map(|l| lining(l, unit))
+        .collect();
     if let Some(more) = lined.get(MOST_LINED..).filter(|more| !more.is_empty()) {
         let least = more.iter().filter_map(|(_, c)| c.least_wall);
         lines.push(format!(
             "{} more components were lined: walls {} thick at least",
             more.len(),
-            length(least.fold(f64::INFINITY, f64::min))
+            Unit::text(unit, least.fold(f64::INFINITY, f64::min))
         ));
     }
     lines
 }
 
 /// A component that was lined, and how thick its walls are.
-fn lining((number, component): &(usize, Component)) -> String {
+fn lining((number, component): &(usize, Component), unit: Option<Unit>) -> String {
     format!(
         "component {number} was lined: walls {} thick in the mean, {} at least",
-        length(component.mean_wall.unwrap_or_default()),
-        length(component.least_wall.unwrap_or_default())
+        Unit::text(unit, component.mean_wall.unwrap_or_default()),
+        Unit::text(unit, component.least_wall.unwrap_or_default())
     )
 }
 

@@ -8,7 +8,7 @@ use crate::fill::{
 use crate::finish::{FinishFound, FinishResult};
 use crate::flow::Energy;
 use crate::mend::FillReport;
-use crate::mesh::{Defects, HoleId, OpenChain, length, point};
+use crate::mesh::{Defects, HoleId, OpenChain, Unit, point};
 
 /// Most numbers of one region, ranges of numbers and boundary chains in a line or a list of them.
 const MOST_JOINED: usize = 12;
@@ -50,33 +50,38 @@ pub fn defect_lines(d: &Defects) -> Vec<String> {
 }
 
 /// The sharp edges that a region's sides meet in.
-fn sharp(r: &RegionReport) -> String {
+fn sharp(r: &RegionReport, unit: Option<Unit>) -> String {
     let total: f64 = r.creases.iter().map(|c| c.length).sum();
     match &r.creases[..] {
         [] => "closed by the smooth sides round its rim".to_owned(),
         [one] => format!(
             "closed by two sides that meet in a sharp edge of {:.0}°, {} long",
             one.angle,
-            length(total)
+            Unit::text(unit, total)
         ),
         all => format!(
             "closed by sides that meet in {} sharp edges, {} long in all",
             all.len(),
-            length(total)
+            Unit::text(unit, total)
         ),
     }
 }
 
 /// A line for a region: what closed it, and how.
 pub fn region_lines(r: &RegionReport) -> String {
+    region_lines_in(r, None)
+}
+
+/// The same with the unit of lengths.
+pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     let mut line = format!(
         "hole {}: diameter {}, ",
         joined(&r.holes),
-        length(r.diameter)
+        Unit::text(unit, r.diameter)
     );
     line += &match r.closed_by {
         Some(ClosedBy::LevelSet) => solved(r),
-        Some(ClosedBy::Sides) => sharp(r),
+        Some(ClosedBy::Sides) => sharp(r, unit),
         Some(ClosedBy::Faired) => "closed by a faired triangulation of its rim".to_owned(),
         Some(ClosedBy::Flat) => "closed by a nearly flat cap".to_owned(),
         Some(ClosedBy::Base) => "closed by a flat base with walls".to_owned(),
@@ -86,7 +91,7 @@ pub fn region_lines(r: &RegionReport) -> String {
         Some(ClosedBy::Nothing) | None => "not closed".to_owned(),
     };
     if let Some(finish) = &r.finish {
-        line += &finished(finish);
+        line += &finished(finish, unit);
     }
     line += &format!(", {} faces, {:.2} s", r.new_faces, r.seconds);
     if r.closed_by == Some(ClosedBy::LevelSet) && !r.levels.is_empty() && !r.converged {
@@ -121,7 +126,7 @@ pub fn lost_creases(r: &RegionReport) -> Option<String> {
 }
 
 /// How a patch was finished.
-fn finished(finish: &FinishReport) -> String {
+fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
     let blended = |p: &FinishFound| p.result == FinishResult::Blend;
     let mut text = match finish.pieces.iter().any(blended) {
         true => ", finished with its surroundings",
@@ -140,7 +145,7 @@ fn finished(finish: &FinishReport) -> String {
         text += " from a triangulation";
     }
     if let Some(sigma) = finish.largest_sigma() {
-        text += &format!(", expected error up to {}", length(sigma));
+        text += &format!(", expected error up to {}", Unit::text(unit, sigma));
     }
     text
 }
@@ -188,7 +193,7 @@ fn solved(r: &RegionReport) -> String {
 }
 
 /// The levels of a region's solve, the coarsest first, and the tries that came before.
-pub fn level_lines(r: &RegionReport) -> Vec<String> {
+pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     let mut lines = vec![format!("region {} (hole {}):", r.id, joined(&r.holes))];
     for why in &r.earlier_tries {
         lines.push(format!("  tried again: {why}"));
@@ -200,7 +205,7 @@ pub fn level_lines(r: &RegionReport) -> Vec<String> {
         lines.push(format!(
             "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last movement {:.1e} voxels{}, \
              sampled in {:.2} s, solved in {:.2} s",
-            length(level.voxel),
+            Unit::text(unit, level.voxel),
             match flow.energy {
                 Energy::Willmore => "",
                 Energy::CurvatureVariation => ", variation of curvature",
@@ -424,7 +429,11 @@ pub fn tally_line(report: &FillReport) -> String {
         (_, 1) => "; 1 patch intersects other faces".to_owned(),
         (_, n) => format!("; {n} patches intersect other faces"),
     };
-    line + &format!("; {:.2} s", report.seconds)
+    // A report to be filed has no clock in it.
+    match report.seconds {
+        0.0 => line,
+        seconds => line + &format!("; {seconds:.2} s"),
+    }
 }
 
 #[cfg(test)]

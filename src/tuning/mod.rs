@@ -39,6 +39,7 @@ macro_rules! thresholds {
 }
 
 mod check;
+mod deliver;
 mod fill;
 mod finish;
 mod flow;
@@ -49,6 +50,7 @@ mod repair;
 mod stitch;
 
 pub use check::CheckTuning;
+pub use deliver::DeliverTuning;
 pub use fill::FillTuning;
 pub use finish::FinishTuning;
 pub use flow::FlowTuning;
@@ -61,6 +63,8 @@ pub use stitch::StitchTuning;
 pub struct Tuning {
     /// Thresholds of what nearly closes a border (`check`).
     pub check: CheckTuning,
+    /// Thresholds of what is handed on beside a mended mesh (`job`).
+    pub deliver: DeliverTuning,
     /// Thresholds of the search for a closure of a region (`fill`).
     pub fill: FillTuning,
     /// Thresholds of the finish of a patch on its own triangles (`finish`).
@@ -79,6 +83,7 @@ impl Tuning {
     /// The values that were chosen.
     pub(crate) const CHOSEN: Self = Self {
         check: CheckTuning::CHOSEN,
+        deliver: DeliverTuning::CHOSEN,
         fill: FillTuning::CHOSEN,
         finish: FinishTuning::CHOSEN,
         flow: FlowTuning::CHOSEN,
@@ -92,6 +97,7 @@ impl Tuning {
     fn set(&mut self, name: &str, value: f64) -> bool {
         match name.split_once('.') {
             Some(("check", name)) => self.check.set(name, value),
+            Some(("deliver", name)) => self.deliver.set(name, value),
             Some(("fill", name)) => self.fill.set(name, value),
             Some(("finish", name)) => self.finish.set(name, value),
             Some(("flow", name)) => self.flow.set(name, value),

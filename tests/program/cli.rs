@@ -213,7 +213,7 @@ fn wrong_usage_exits_with_2() {
         ("--threads", "0"),
         ("--variant", "III"),
         ("--surface", "half"),
-        ("--from", "off"),
+        ("--from", "fbx"),
         ("--to", "png"),
     ];
     for (option, value) in wrong {
@@ -254,7 +254,7 @@ fn malformed_files_end_in_one_clear_line_and_leave_the_output_alone() {
     huge.extend([0; 40]);
     let mut facets = vec![0; 84];
     facets[80..].copy_from_slice(&u32::MAX.to_le_bytes());
-    let files: [(&str, &[u8], &str); 11] = [
+    let files: [(&str, &[u8], &str); 12] = [
         ("cut.ply", &whole[..whole.len() / 2], "cut.ply"),
         ("empty.obj", b"", "empty"),
         (
@@ -271,11 +271,8 @@ fn malformed_files_end_in_one_clear_line_and_leave_the_output_alone() {
         ("flat.obj", b"v 0 0 0\nv 1 0 0\nf 1 2 1\n", "degenerate"),
         ("huge.glb", &huge, "huge.glb"),
         ("facets.stl", &facets, "4294967295"),
-        (
-            "mesh.off",
-            b"OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-            "OFF",
-        ),
+        ("mesh.fbx", b"Kaydara FBX Binary\n", "FBX"),
+        ("short.off", b"OFF\n3 1 0\n0 0 0\n1 0 0\n", "line 4"),
         (
             "short.vtk",
             b"# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 9 float\n1",

@@ -8,6 +8,7 @@ mod shapes;
 
 mod cli;
 mod creases;
+mod deliver;
 mod manual;
 mod report;
 mod several;

@@ -2,18 +2,21 @@
 //! that they are made from.
 
 mod check;
+mod filed;
 mod plan;
 mod repair;
 mod rows;
 
 use serde::Serialize;
 
+use super::deliver::Delivered;
 use super::result::Extent;
 use super::{JobResult, JobSpec, Mended, Place};
 use crate::fill::Tally;
 use crate::io::Format;
 use crate::mend::{FairReport, FillReport, RestoreReport};
 use crate::mesh::{Defects, Mesh, OpenChain};
+use filed::FiledRow;
 use repair::RepairRow;
 use rows::{OutcomeRow, RegionRow};
 
@@ -49,6 +52,8 @@ pub struct FileInfo {
     format: &'static str,
     vertices: usize,
     faces: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    sha256: Option<String>,
 }
 
 impl FileInfo {
@@ -64,7 +69,14 @@ impl FileInfo {
             format: format.extension(),
             vertices,
             faces,
+            sha256: None,
         }
+    }
+
+    /// The same with the hash of the file.
+    pub(super) fn hashed(mut self, sha256: Option<String>) -> Self {
+        self.sha256 = sha256;
+        self
     }
 }
 
@@ -79,13 +91,15 @@ pub(super) fn shown(place: &Place) -> String {
 impl JobResult<'_> {
     /// The document.
     pub fn document(&self) -> Document<impl Serialize> {
+        let [read, written] = &self.sha256;
         let input = FileInfo::of(&self.spec.source.place, self.format, self.size);
         let output = self.spec.output.as_ref();
         let output = output.map(|o| FileInfo::new(&o.place, o.format, &self.mesh));
         let files = Files {
-            input,
-            output,
+            input: input.hashed(read.clone()),
+            output: output.map(|o| o.hashed(written.clone())),
             notes: &self.notes,
+            filed: FiledRow::new(&self.spec, self.delivered.clone()),
         };
         files.document(&self.spec, &self.extent, &self.report)
     }
@@ -96,10 +110,16 @@ impl Mended<'_> {
     pub fn document(&self) -> Document<impl Serialize> {
         let (source, format) = (&self.spec.source.place, self.first.format);
         let here = Place::memory("");
+        let delivered = Delivered {
+            invented: self.invented(&self.components()),
+            ..Delivered::default()
+        };
+        let input = FileInfo::of(source, format, self.size);
         let files = Files {
-            input: FileInfo::of(source, format, self.size),
+            input: input.hashed(self.sha256.clone()),
             output: Some(FileInfo::new(&here, format, self.mesh())),
             notes: &self.first.notes,
+            filed: FiledRow::new(&self.spec, delivered),
         };
         files.document(&self.spec, &self.extent, &self.report)
     }
@@ -112,6 +132,8 @@ struct Files<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     output: Option<FileInfo>,
     notes: &'a [String],
+    #[serde(flatten)]
+    filed: FiledRow,
 }
 
 impl<'a> Files<'a> {

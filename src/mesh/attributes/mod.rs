@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{FaceOrigin, Origins};
+use super::{FaceOrigin, Origins, Unit};
 
 pub use scalar::Scalar;
 
@@ -20,6 +20,8 @@ pub const NONE: u32 = u32::MAX;
 pub const PATCH_NAME: &str = "isomend_patch";
 /// The name of the expected errors of vertices: 0 for those of the input, negative where nothing can be said.
 pub const SIGMA_NAME: &str = "isomend_sigma";
+/// The name of the numbers of holes in files of patches alone.
+pub(crate) const HOLE_NAME: &str = "isomend_hole";
 
 /// What the numbers of an attribute mean, as far as it matters for carrying them over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -286,6 +288,9 @@ pub struct Attributes {
     pub copies: Vec<(u32, u32)>,
     /// Where faces were taken out: which of the faces of the file are still there, in the file's order.
     pub kept_of_file: Option<Vec<bool>>,
+    /// The unit of the coordinates, where it is known.
+    #[serde(default)]
+    pub unit: Option<Unit>,
 }
 
 impl Attributes {
@@ -348,6 +353,7 @@ impl Attributes {
             textures: self.textures.clone(),
             copies: self.copies.clone(),
             kept_of_file: Some(kept_of_file),
+            unit: self.unit,
         }
     }
 
@@ -409,6 +415,7 @@ impl Attributes {
                 .filter_map(|&(copy, of)| Some((at(copy)?, at(of)?)))
                 .collect(),
             kept_of_file: self.with_faces(kept).kept_of_file,
+            unit: self.unit,
         }
     }
 

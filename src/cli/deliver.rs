@@ -1,0 +1,49 @@
+//! Options of what is handed on beside the mended mesh.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, ValueHint};
+use isomend::job::{Deliverables, Mark, Output};
+
+use super::arguments;
+
+/// Options of commands that make patches.
+#[derive(Debug, Args)]
+pub struct DeliverArgs {
+    /// Write the new faces alone to another file: one component for each hole.
+    ///
+    /// PLY, VTK and glTF files have the number of the hole as `isomend_hole` and the expected errors as `isomend_sigma`.
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    patches: Option<PathBuf>,
+
+    /// Colour the patches in the file, so that what was added is seen: `colour=RRGGBB`, or `hatch` for orange stripes.
+    ///
+    /// STL has no colours; write the patches alone with --patches.
+    #[arg(long, value_name = "colour=RRGGBB|hatch")]
+    mark: Option<Mark>,
+
+    /// The largest error that is allowed, in the mesh's units: exit with 3 and list the holes where twice the expected error is larger
+    /// on more than 5 % of their patches.
+    #[arg(long, value_name = "LENGTH", value_parser = arguments::positive)]
+    tolerance: Option<f64>,
+}
+
+impl DeliverArgs {
+    /// What is handed on.
+    ///
+    /// # Errors
+    /// When a name does not tell a format.
+    pub fn deliverables(&self) -> anyhow::Result<Deliverables> {
+        Ok(Deliverables {
+            patches: self.patches.as_deref().map(output).transpose()?,
+            mark: self.mark,
+            tolerance: self.tolerance,
+            ..Deliverables::default()
+        })
+    }
+}
+
+/// The output that a path stands for.
+pub fn output(path: &Path) -> anyhow::Result<Output> {
+    Output::new(path, None).map_err(super::told)
+}

@@ -1,0 +1,299 @@
+//! The build of a 3MF package as one mesh: objects put where they are used, with colours and materials.
+
+use std::collections::BTreeMap;
+
+use glam::{DAffine3, DVec3};
+
+use super::super::mesh_builder::MeshBuilder;
+use super::super::{Format, IoError, Loaded};
+use super::fault;
+use super::model::{Group, Object, Part, Use};
+use super::package::Models;
+use crate::mesh::Unit;
+use crate::mesh::attributes::{
+    Attribute, CornerAttribute, LabelKind, Labels, Material, NONE, PATCH_NAME, Role, Scalar,
+};
+
+/// What the objects of a build may take where they are used several times: this many bytes, and this many times the size of the file.
+const ALLOWANCE: [usize; 2] = [256 << 20, 64];
+/// Bytes of a vertex and of a face.
+const BYTES: [usize; 2] = [24, 64];
+/// Objects in objects, at most.
+const MOST_DEPTH: usize = 32;
+/// Objects put somewhere, at most.
+const MOST_USES: usize = 100_000;
+
+/// Puts all items of the main model together.
+pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
+    let main = &models.parts[&models.main];
+    let [least, times] = ALLOWANCE;
+    let mut build = Build {
+        models: &models,
+        unit: main.unit,
+        surface: MeshBuilder::new(Format::ThreeMf),
+        left: least.max(times.saturating_mul(file)),
+        uses: 0,
+        colours: Colours::default(),
+        objects: Labels::new(LabelKind::Object),
+        materials: Labels::new(LabelKind::Material),
+        looks: BTreeMap::new(),
+        patches: Vec::new(),
+        passed_over: 0,
+    };
+    let all: Vec<Use> = match main.items.is_empty() {
+        false => main.items.clone(),
+        // Without a build all objects that are no part of others are meant.
+        true => top_objects(main),
+    };
+    for item in &all {
+        let name = build.name_of(item);
+        build.place(&models.main, item, DAffine3::IDENTITY, &name, 0)?;
+    }
+    build.finish()
+}
+
+fn top_objects(part: &Part) -> Vec<Use> {
+    let components = part.objects.values().flat_map(|o| &o.components);
+    let inner: Vec<u32> = components.map(|c| c.object).collect();
+    let top = part.objects.keys().filter(|id| !inner.contains(id));
+    let used = |id: &u32| Use {
+        object: *id,
+        part: None,
+        transform: DAffine3::IDENTITY,
+    };
+    top.map(used).collect()
+}
+
+struct Build<'a> {
+    models: &'a Models,
+    unit: Unit,
+    surface: MeshBuilder,
+    /// Bytes that what is put somewhere may still take.
+    left: usize,
+    uses: usize,
+    colours: Colours,
+    objects: Labels,
+    materials: Labels,
+    looks: BTreeMap<String, [u8; 4]>,
+    patches: Vec<bool>,
+    /// Triangles with properties that are not read.
+    passed_over: usize,
+}
+
+/// The colours of corners.
+#[derive(Default)]
+struct Colours {
+    pool: Vec<[u8; 4]>,
+    /// The first place in the pool of the colours of each group: by part, and by number.
+    first: BTreeMap<(String, u32), u32>,
+    corners: Vec<[u32; 3]>,
+}
+
+impl<'a> Build<'a> {
+    fn object(&self, part: &str, id: u32) -> Result<(&'a Part, &'a Object), IoError> {
+        let models: &'a Models = self.models;
+        let missing = || fault(format!("there is no object {id}, which the build uses"));
+        let part = models.parts.get(part).ok_or_else(missing)?;
+        Ok((part, part.objects.get(&id).ok_or_else(missing)?))
+    }
+
+    /// The name of an item: that of its object, or its number.
+    fn name_of(&self, item: &Use) -> String {
+        let part = item.part.as_ref().unwrap_or(&self.models.main);
+        let object = self.object(part, item.object).ok();
+        let name = object.map(|(_, o)| o.name.trim().to_owned());
+        let name = name.filter(|name| !name.is_empty());
+        name.unwrap_or_else(|| format!("object_{}", item.object))
+    }
+
+    /// Puts an object, named in `part`, and what it consists of somewhere.
+    fn place(
+        &mut self,
+        part: &str,
+        used: &Use,
+        outer: DAffine3,
+        name: &str,
+        depth: usize,
+    ) -> Result<(), IoError> {
+        self.uses += 1;
+        if depth > MOST_DEPTH {
+            let what = format!("objects lie in each other more than {MOST_DEPTH} times");
+            return Err(fault(what));
+        }
+        if self.uses > MOST_USES {
+            return Err(fault(format!(
+                "it uses objects more than {MOST_USES} times"
+            )));
+        }
+        let own = used.part.as_deref().unwrap_or(part);
+        let (model, object) = self.object(own, used.object)?;
+        // A translation is in the unit of the model that it stands in.
+        let outside = self.models.parts.get(part).map_or(self.unit, |p| p.unit);
+        let mut transform = used.transform;
+        transform.translation *= ratio(outside, self.unit);
+        let transform = outer * transform;
+        for component in &object.components {
+            self.place(own, component, transform, name, depth + 1)?;
+        }
+        let scale = ratio(model.unit, self.unit);
+        self.add(own, model, object, transform, scale, name)
+    }
+
+    fn add(
+        &mut self,
+        part: &str,
+        model: &Part,
+        object: &Object,
+        transform: DAffine3,
+        scale: f64,
+        name: &str,
+    ) -> Result<(), IoError> {
+        if object.triangles.is_empty() {
+            return Ok(());
+        }
+        let bytes = BYTES[0].saturating_mul(object.positions.len())
+            + BYTES[1].saturating_mul(object.triangles.len());
+        self.left = self.left.checked_sub(bytes).ok_or_else(|| {
+            fault("its objects are used so often that they do not fit into memory")
+        })?;
+        let after = self.surface.positions.len() + object.positions.len();
+        if u32::try_from(after).is_err() {
+            return Err(fault("it has more vertices than can be numbered"));
+        }
+        let base = (after - object.positions.len()) as u32;
+        let is_plain = transform == DAffine3::IDENTITY && scale == 1.0;
+        let placed = |p: &DVec3| match is_plain {
+            true => *p,
+            false => transform.transform_point3(scale * *p),
+        };
+        self.surface
+            .positions
+            .extend(object.positions.iter().map(placed));
+        let is_mirrored = transform.matrix3.determinant() < 0.0;
+        let label = self.objects.place(name);
+        let first = self.surface.face_count();
+        for triangle in &object.triangles {
+            let count = object.positions.len();
+            if let Some(v) = triangle.corners.iter().find(|v| **v as usize >= count) {
+                let what = format!("a triangle uses vertex {v}, but its object has only {count}");
+                return Err(fault(what));
+            }
+            let [a, b, c] = triangle.corners.map(|v| v + base);
+            let turned = |[p, q, r]: [u32; 3]| if is_mirrored { [p, r, q] } else { [p, q, r] };
+            self.surface.push_triangle(turned([a, b, c]));
+            self.objects.of_face.push(label);
+            let turned_places = turned(triangle.places);
+            self.add_property(
+                part,
+                model,
+                triangle.group,
+                turned_places,
+                triangle.places[0],
+            );
+        }
+        self.mark(object, first);
+        Ok(())
+    }
+
+    /// Takes the property of the last triangle: the places in its group of its corners, and of its first corner in the file.
+    fn add_property(
+        &mut self,
+        part: &str,
+        model: &Part,
+        id: u32,
+        places: [u32; 3],
+        first_place: u32,
+    ) {
+        let (mut colours, mut material) = ([NONE; 3], NONE);
+        match model.groups.get(&id) {
+            Some(Group::Colours(all)) => {
+                let first = self.colours.first_of(part, id, all);
+                let known = |k: u32| (k as usize) < all.len();
+                colours = places.map(|k| if known(k) { first + k } else { NONE });
+            }
+            Some(Group::Materials(all)) => {
+                if let Some((name, colour)) = all.get(first_place as usize) {
+                    material = self.materials.place(name);
+                    self.looks.entry(name.clone()).or_insert(*colour);
+                }
+            }
+            None => self.passed_over += usize::from(id != NONE),
+        }
+        self.colours.corners.push(colours);
+        self.materials.of_face.push(material);
+    }
+
+    /// Marks the faces of an object that are of patches.
+    fn mark(&mut self, object: &Object, first: usize) {
+        self.patches.resize(self.surface.face_count(), false);
+        let own = &mut self.patches[first..];
+        for range in object.patches.split(',') {
+            let (from, to) = range.split_once('-').unwrap_or((range, range));
+            let [from, to] = [from, to].map(|word| word.trim().parse::<usize>().ok());
+            if let (Some(from), Some(to)) = (from, to)
+                && from <= to
+                && to < own.len()
+            {
+                own[from..=to].fill(true);
+            }
+        }
+    }
+
+    fn finish(self) -> Result<Loaded, IoError> {
+        let mut loaded = self.surface.finish()?;
+        let all = &mut loaded.attributes;
+        all.unit = Some(self.unit);
+        if self.objects.names.len() > 1 {
+            all.labels.push(self.objects);
+        }
+        if !self.materials.names.is_empty() {
+            let look = |(name, [r, g, b, a]): (String, [u8; 4])| Material {
+                name,
+                colour: Some([r, g, b].map(|x| f32::from(x) / 255.0)),
+                opacity: Some(f32::from(a) / 255.0),
+                ..Material::default()
+            };
+            all.materials = self.looks.into_iter().map(look).collect();
+            all.labels.push(self.materials);
+        }
+        if !self.colours.pool.is_empty() {
+            let mut pool = Attribute::new("colour", Role::Colour, Scalar::U8, 4);
+            for colour in &self.colours.pool {
+                pool.push(Some(&colour.map(f64::from)));
+            }
+            let corners = self.colours.corners;
+            all.corner.push(CornerAttribute { pool, corners });
+        }
+        if self.patches.contains(&true) {
+            let mut marks = Attribute::new(PATCH_NAME, Role::Other, Scalar::U8, 1);
+            let marked = self.patches.iter().map(|patch| f64::from(u8::from(*patch)));
+            marked.for_each(|mark| marks.push(Some(&[mark])));
+            all.face.push(marks);
+        }
+        if self.passed_over > 0 {
+            let what = "triangles with properties that are not read, such as textures";
+            loaded.notes.push(format!("{what}: {}", self.passed_over));
+        }
+        Ok(loaded)
+    }
+}
+
+impl Colours {
+    /// The first place of the colours of a group in the pool, where they are put when they are first used.
+    fn first_of(&mut self, part: &str, group: u32, colours: &[[u8; 4]]) -> u32 {
+        let pool = &mut self.pool;
+        *(self.first.entry((part.to_owned(), group))).or_insert_with(|| {
+            pool.extend_from_slice(colours);
+            (pool.len() - colours.len()) as u32
+        })
+    }
+}
+
+/// How many of one unit another is.
+fn ratio(of: Unit, to: Unit) -> f64 {
+    if of == to {
+        1.0
+    } else {
+        of.metres() / to.metres()
+    }
+}

@@ -1,0 +1,130 @@
+//! The parts of a 3MF package: which of them are models, unpacked within limits.
+
+use std::collections::BTreeMap;
+use std::io::{Cursor, Read};
+
+use quick_xml::events::Event;
+use zip::ZipArchive;
+
+use super::super::IoError;
+use super::fault;
+use super::model::{Part, parse, part_name};
+
+/// What all parts may take unpacked: this many bytes, and this many times the size of the file. XML of meshes packs by 5 to 20.
+const ALLOWANCE: [u64; 2] = [64 << 20, 100];
+/// Most model parts that are read: slicers write one for each object.
+const MOST_PARTS: usize = 10_000;
+/// The type of the relationship that names the main model.
+const MAIN: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
+/// The usual name of the main model, for packages without relationships.
+const USUAL: &str = "3D/3dmodel.model";
+
+/// The models of a package by the names of their parts, in lower case, and which of them is the main one.
+pub(super) struct Models {
+    pub(super) parts: BTreeMap<String, Part>,
+    pub(super) main: String,
+}
+
+/// A package that is being read.
+pub(super) struct Package<'a> {
+    archive: ZipArchive<Cursor<&'a [u8]>>,
+    /// Bytes that may still be unpacked.
+    left: u64,
+}
+
+impl<'a> Package<'a> {
+    pub(super) fn open(bytes: &'a [u8]) -> Result<Self, IoError> {
+        let archive = ZipArchive::new(Cursor::new(bytes));
+        let [least, times] = ALLOWANCE;
+        Ok(Self {
+            archive: archive
+                .map_err(|error| fault(format!("the ZIP archive is damaged ({error})")))?,
+            left: least.max(times * bytes.len() as u64),
+        })
+    }
+
+    /// The main model and all others that its components name, directly or through others.
+    pub(super) fn models(&mut self) -> Result<Models, IoError> {
+        let main = self.main_name()?;
+        let mut parts = BTreeMap::new();
+        let mut wanted = vec![main.clone()];
+        while let Some(name) = wanted.pop() {
+            if parts.contains_key(&name) {
+                continue;
+            }
+            if parts.len() >= MOST_PARTS {
+                return Err(fault(format!(
+                    "there are more than {MOST_PARTS} models in it"
+                )));
+            }
+            let part = parse(&self.text(&name)?)?;
+            wanted.extend(part.other_parts());
+            parts.insert(name, part);
+        }
+        Ok(Models { parts, main })
+    }
+
+    /// The name of the main model's part.
+    fn main_name(&mut self) -> Result<String, IoError> {
+        let Some(index) = self.index("_rels/.rels") else {
+            return Ok(part_name(USUAL));
+        };
+        let relationships = self.unpacked(index)?;
+        let mut reader = quick_xml::Reader::from_str(&relationships);
+        loop {
+            let damaged = |e| fault(format!("the XML of its relationships is damaged ({e})"));
+            match reader.read_event().map_err(damaged)? {
+                Event::Eof => return Ok(part_name(USUAL)),
+                Event::Start(tag) | Event::Empty(tag) => {
+                    let value = |name: &str| {
+                        let found = tag.try_get_attribute(name).ok().flatten();
+                        found.map(|attribute| attribute.value.to_string())
+                    };
+                    if value("Type").as_deref() == Some(MAIN)
+                        && let Some(target) = value("Target")
+                    {
+                        return Ok(part_name(&target));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The place of a part; names are the same in upper and lower case.
+    fn index(&self, name: &str) -> Option<usize> {
+        let wanted = part_name(name);
+        let names = 0..self.archive.len();
+        let is_wanted = |i: &usize| {
+            let name = self.archive.name_for_index(*i);
+            name.is_some_and(|name| name.is_ok_and(|name| part_name(&name) == wanted))
+        };
+        names.into_iter().find(is_wanted)
+    }
+
+    fn text(&mut self, name: &str) -> Result<String, IoError> {
+        let index = self.index(name);
+        let index = index.ok_or_else(|| fault(format!("there is no part '{name}' in it")))?;
+        self.unpacked(index)
+    }
+
+    fn unpacked(&mut self, index: usize) -> Result<String, IoError> {
+        let damaged = |what: String| fault(format!("a part of it cannot be unpacked ({what})"));
+        let part = self
+            .archive
+            .by_index(index)
+            .map_err(|e| damaged(e.to_string()))?;
+        let mut bytes = Vec::new();
+        let read = part.take(self.left + 1).read_to_end(&mut bytes);
+        read.map_err(|e| damaged(e.to_string()))?;
+        self.left = self.left.checked_sub(bytes.len() as u64).ok_or_else(|| {
+            let [least, times] = ALLOWANCE;
+            fault(format!(
+                "its parts are larger unpacked than {} MB and {times} times the file, which no mesh is",
+                least >> 20
+            ))
+        })?;
+        let text = super::super::text::decode(&bytes);
+        Ok(String::from_utf8_lossy(&text).into_owned())
+    }
+}

@@ -1,0 +1,318 @@
+//! Writing a mesh as a 3MF package.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::io::{Cursor, Write as _};
+
+use quick_xml::escape::escape;
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, DateTime, ZipWriter};
+
+use super::super::{Contents, Format, IoError, Written, lost};
+use super::model::{PATCH_FACES, UNITS};
+use crate::mesh::Unit;
+use crate::mesh::attributes::{Attribute, LabelKind, Labels, NONE, PATCH_NAME, Role};
+
+const CORE: &str = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02";
+const MATERIAL: &str = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02";
+const CONTENT_TYPES: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types"><Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/><Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>
+"#;
+const RELATIONSHIPS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>
+"#;
+/// Colours of base materials that say nothing else, and of patches.
+const GREY: [u8; 4] = [200, 200, 200, 255];
+const ORANGE: [u8; 4] = [0xe6, 0x78, 0x14, 255];
+/// The number of the group of properties; those of objects follow.
+const GROUP: u32 = 1;
+
+/// Writes a package with an object for each label of that kind.
+pub(in super::super) fn write(model: &Contents<'_>) -> Result<Written, IoError> {
+    let unit = model.attributes.unit;
+    let properties = Properties::new(model);
+    let text = markup(model, unit.unwrap_or(Unit::Millimetre), &properties);
+    let bytes = packed(&text).map_err(|error| IoError::NotWritable {
+        format: Format::ThreeMf,
+        what: error.to_string(),
+        advice: "write PLY instead",
+    })?;
+    let mut notes: Vec<String> = Vec::new();
+    if unit.is_none() {
+        notes.push(
+            "the unit of the coordinates is not known, so millimetres are written".to_owned(),
+        );
+    }
+    let is_colour = |a: &Attribute| a.role == Role::Colour;
+    let is_label = |k: LabelKind| matches!(k, LabelKind::Object | LabelKind::Material);
+    let listed = model
+        .attributes
+        .listed_where(|a| !is_colour(a), |k| !is_label(k));
+    notes.extend(lost::note(&listed, Format::ThreeMf));
+    Ok(Written { bytes, notes })
+}
+
+fn packed(model: &str) -> Result<Vec<u8>, zip::result::ZipError> {
+    let mut package = ZipWriter::new(Cursor::new(Vec::new()));
+    // The same bytes each time: no clock.
+    let options = SimpleFileOptions::default()
+        .compression_method(CompressionMethod::Deflated)
+        .last_modified_time(DateTime::default());
+    for (name, text) in [
+        ("[Content_Types].xml", CONTENT_TYPES),
+        ("_rels/.rels", RELATIONSHIPS),
+        ("3D/3dmodel.model", model),
+    ] {
+        package.start_file(name, options)?;
+        package.write_all(text.as_bytes())?;
+    }
+    Ok(package.finish()?.into_inner())
+}
+
+fn markup(model: &Contents<'_>, unit: Unit, properties: &Properties) -> String {
+    let mesh = model.mesh;
+    let word = UNITS
+        .iter()
+        .find(|(_, u)| *u == unit)
+        .map_or("millimeter", |(word, _)| word);
+    let mut out = String::with_capacity(mesh.positions.len() * 60 + mesh.faces.len() * 50);
+    // Writing to a string does not fail.
+    let _ = writeln!(
+        out,
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<model unit=\"{word}\" xml:lang=\"en-US\" xmlns=\"{CORE}\" xmlns:m=\"{MATERIAL}\" \
+         xmlns:isomend=\"urn:isomend\">\n<metadata name=\"Application\">isomend</metadata>\n<resources>"
+    );
+    properties.write(&mut out);
+    let objects = objects(model);
+    for (number, (name, faces)) in (GROUP + 1..).zip(&objects) {
+        object(
+            &mut out,
+            model,
+            properties,
+            (number, name),
+            faces,
+            objects.len() == 1,
+        );
+    }
+    out.push_str("</resources>\n<build>\n");
+    for number in (GROUP + 1..).take(objects.len()) {
+        let _ = writeln!(out, "<item objectid=\"{number}\"/>");
+    }
+    out.push_str("</build>\n</model>\n");
+    out
+}
+
+/// The names of objects with their faces, in the order of their first faces.
+fn objects<'a>(model: &Contents<'a>) -> Vec<(&'a str, Vec<u32>)> {
+    let labels = model.attributes.labels_of(LabelKind::Object);
+    let mut all: Vec<(&str, Vec<u32>)> = Vec::new();
+    let mut place: BTreeMap<u32, usize> = BTreeMap::new();
+    for f in 0..model.mesh.faces.len() {
+        let label = labels.map_or(NONE, |l| l.of_face[f]);
+        let own = *place.entry(label).or_insert_with(|| {
+            let name = labels.and_then(|l| l.get(f)).unwrap_or_default();
+            all.push((name, Vec::new()));
+            all.len() - 1
+        });
+        all[own].1.push(f as u32);
+    }
+    all
+}
+
+fn object(
+    out: &mut String,
+    model: &Contents<'_>,
+    properties: &Properties,
+    (number, name): (u32, &str),
+    faces: &[u32],
+    is_only: bool,
+) {
+    let mesh = model.mesh;
+    let _ = write!(out, "<object id=\"{number}\" type=\"model\"");
+    if !name.is_empty() {
+        let _ = write!(out, " name=\"{}\"", escape(name));
+    }
+    if let Some(place) = properties.usual() {
+        let _ = write!(out, " pid=\"{GROUP}\" pindex=\"{place}\"");
+    }
+    out.push_str(">\n");
+    let patches = ranges(faces.iter().map(|f| model.attributes.is_patch(*f as usize)));
+    if !patches.is_empty() {
+        let _ = writeln!(
+            out,
+            "<metadatagroup><metadata name=\"{PATCH_FACES}\" type=\"xs:string\" preserve=\"1\">{patches}</metadata></metadatagroup>"
+        );
+    }
+    // Vertices that no face uses are kept where there is one object.
+    let mut number = vec![if is_only { 0 } else { NONE }; mesh.positions.len()];
+    let corners = faces.iter().flat_map(|f| mesh.faces[*f as usize]);
+    corners.for_each(|v| number[v as usize] = 0);
+    out.push_str("<mesh>\n<vertices>\n");
+    let used = number
+        .iter_mut()
+        .zip(&mesh.positions)
+        .filter(|(new, _)| **new == 0);
+    for (next, (new, p)) in (0..).zip(used) {
+        *new = next;
+        let _ = writeln!(out, "<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", p.x, p.y, p.z);
+    }
+    out.push_str("</vertices>\n<triangles>\n");
+    for &f in faces {
+        let [a, b, c] = mesh.faces[f as usize].map(|v| number[v as usize]);
+        let _ = write!(out, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"");
+        properties.of_face(out, f as usize);
+        out.push_str("/>\n");
+    }
+    out.push_str("</triangles>\n</mesh>\n</object>\n");
+}
+
+/// The places of true values as ranges, such as `3-5,9`.
+fn ranges(marks: impl Iterator<Item = bool>) -> String {
+    let mut all: Vec<[usize; 2]> = Vec::new();
+    for (f, _) in marks.enumerate().filter(|(_, mark)| *mark) {
+        match all.last_mut() {
+            Some([_, last]) if *last + 1 == f => *last = f,
+            _ => all.push([f, f]),
+        }
+    }
+    let text = |[from, to]: &[usize; 2]| match from == to {
+        true => from.to_string(),
+        false => format!("{from}-{to}"),
+    };
+    all.iter().map(text).collect::<Vec<_>>().join(",")
+}
+
+/// The properties of triangles: colours where there are any, else materials; without either patches are orange beside grey.
+enum Properties<'a> {
+    Colours {
+        palette: Vec<[u8; 4]>,
+        /// For each face the places of its corners in the palette.
+        of_face: Vec<[u32; 3]>,
+    },
+    Materials(&'a Labels, Vec<[u8; 4]>),
+    Patches(Vec<bool>),
+    Nothing,
+}
+
+impl<'a> Properties<'a> {
+    fn new(model: &Contents<'a>) -> Self {
+        let all = model.attributes;
+        if let Some(colours) = Self::colours(model) {
+            return colours;
+        }
+        let labels = all.labels_of(LabelKind::Material);
+        if let Some(labels) = labels.filter(|l| !l.names.is_empty()) {
+            let look = |name: &String| {
+                let look = all.materials.iter().find(|m| m.name == *name);
+                let byte = |x: f32| (255.0 * x).round().clamp(0.0, 255.0) as u8;
+                let patch = if name == PATCH_NAME { ORANGE } else { GREY };
+                look.and_then(|m| Some((m, m.colour?)))
+                    .map_or(patch, |(m, [r, g, b])| {
+                        [r, g, b, m.opacity.unwrap_or(1.0)].map(byte)
+                    })
+            };
+            return Self::Materials(labels, labels.names.iter().map(look).collect());
+        }
+        let patches: Vec<bool> = (0..model.mesh.faces.len())
+            .map(|f| all.is_patch(f))
+            .collect();
+        match patches.contains(&true) {
+            true => Self::Patches(patches),
+            false => Self::Nothing,
+        }
+    }
+
+    /// The colours of corners: those of their faces on patches, else of the corners, the vertices or the faces.
+    fn colours(model: &Contents<'a>) -> Option<Self> {
+        let all = model.attributes;
+        let is_colour = |a: &&Attribute| a.role == Role::Colour && (3..=4).contains(&a.components);
+        let vertex = all.vertex.iter().find(is_colour);
+        let face = all.face.iter().find(is_colour);
+        let corner = all.corner.iter().find(|c| is_colour(&&c.pool));
+        if vertex.is_none() && face.is_none() && corner.is_none() {
+            return None;
+        }
+        let bytes = |a: &Attribute, value: &[f64]| {
+            let unit = a.unit();
+            let byte = |x: f64| (255.0 * x / unit).round().clamp(0.0, 255.0) as u8;
+            let opacity = value.get(3).map_or(255, |x| byte(*x));
+            [byte(value[0]), byte(value[1]), byte(value[2]), opacity]
+        };
+        let mut palette = Vec::new();
+        let mut known: BTreeMap<[u8; 4], u32> = BTreeMap::new();
+        let mut place = |colour: [u8; 4]| {
+            *known.entry(colour).or_insert_with(|| {
+                palette.push(colour);
+                (palette.len() - 1) as u32
+            })
+        };
+        let mut of_face = Vec::with_capacity(model.mesh.faces.len());
+        for (f, vertices) in model.mesh.faces.iter().enumerate() {
+            let own = face.and_then(|a| Some(bytes(a, a.get(f)?)));
+            let first = own.filter(|_| all.is_patch(f));
+            let colour = |k: usize| {
+                let at_corner = || corner.and_then(|c| Some(bytes(&c.pool, c.get(f, k)?)));
+                let v = vertices[k] as usize;
+                let at_vertex = || vertex.and_then(|a| Some(bytes(a, a.get(v)?)));
+                let found = first.or_else(at_corner).or_else(at_vertex);
+                found.or(own).unwrap_or(GREY)
+            };
+            of_face.push([0, 1, 2].map(|k| place(colour(k))));
+        }
+        Some(Self::Colours { palette, of_face })
+    }
+
+    /// The place of the property that faces without one have.
+    fn usual(&self) -> Option<u32> {
+        matches!(self, Self::Patches(_)).then_some(0)
+    }
+
+    fn write(&self, out: &mut String) {
+        let hex = |colour: &[u8; 4]| {
+            let digits: String = colour.iter().map(|byte| format!("{byte:02X}")).collect();
+            format!("#{digits}")
+        };
+        let base = |out: &mut String, name: &str, colour: &[u8; 4]| {
+            let (name, colour) = (escape(name), hex(colour));
+            let _ = writeln!(out, "<base name=\"{name}\" displaycolor=\"{colour}\"/>");
+        };
+        match self {
+            Self::Nothing => {}
+            Self::Colours { palette, .. } => {
+                let _ = writeln!(out, "<m:colorgroup id=\"{GROUP}\">");
+                for colour in palette {
+                    let _ = writeln!(out, "<m:color color=\"{}\"/>", hex(colour));
+                }
+                out.push_str("</m:colorgroup>\n");
+            }
+            Self::Materials(labels, looks) => {
+                let _ = writeln!(out, "<basematerials id=\"{GROUP}\">");
+                for (name, look) in labels.names.iter().zip(looks) {
+                    base(out, name, look);
+                }
+                out.push_str("</basematerials>\n");
+            }
+            Self::Patches(_) => {
+                let _ = writeln!(out, "<basematerials id=\"{GROUP}\">");
+                base(out, "surface", &GREY);
+                base(out, PATCH_NAME, &ORANGE);
+                out.push_str("</basematerials>\n");
+            }
+        }
+    }
+
+    /// The attributes of a triangle.
+    fn of_face(&self, out: &mut String, f: usize) {
+        let _ = match self {
+            Self::Colours { of_face, .. } => match of_face[f] {
+                [a, b, c] if a == b && b == c => write!(out, " pid=\"{GROUP}\" p1=\"{a}\""),
+                [a, b, c] => write!(out, " pid=\"{GROUP}\" p1=\"{a}\" p2=\"{b}\" p3=\"{c}\""),
+            },
+            Self::Materials(labels, _) if labels.of_face[f] != NONE => {
+                write!(out, " pid=\"{GROUP}\" p1=\"{}\"", labels.of_face[f])
+            }
+            Self::Patches(patches) if patches[f] => write!(out, " pid=\"{GROUP}\" p1=\"1\""),
+            _ => Ok(()),
+        };
+    }
+}

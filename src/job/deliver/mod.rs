@@ -1,0 +1,112 @@
+//! What is handed on beside the mended mesh: the patches alone, the piece that is missing, marks, units and what is invented.
+
+mod components;
+mod invented;
+mod mark;
+mod patches;
+mod piece;
+mod write;
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::{JobError, JobSpec, Output, Place, Work};
+use crate::mend::FillReport;
+use crate::mesh::Unit;
+
+pub(super) use components::Component;
+pub(super) use invented::Invented;
+pub use mark::Mark;
+pub(super) use write::{Delivered, PieceRow};
+
+/// What is handed on beside a mended mesh, and how it is reported.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+#[non_exhaustive]
+pub struct Deliverables {
+    /// Where the new faces go alone: one component for each hole, with the number of the hole and the expected errors where the format has
+    /// a place for them.
+    pub patches: Option<Output>,
+    /// Where the solid between the faces cut out and the patches goes; after a restoration.
+    pub piece: Option<Output>,
+    /// How patches are marked in the files.
+    pub mark: Option<Mark>,
+    /// The unit of the mesh's coordinates, which stands with every length in reports. With a unit or a tolerance reports have no run times, so
+    /// that the same run gives the same bytes.
+    pub unit: Option<Unit>,
+    /// The largest error that is allowed, in the mesh's units: holes are listed where twice the expected error is larger on more than a
+    /// twentieth of their patches.
+    pub tolerance: Option<f64>,
+}
+
+impl Deliverables {
+    /// Whether reports are to be filed: they have no run times.
+    pub fn is_filed(&self) -> bool {
+        self.unit.is_some() || self.tolerance.is_some()
+    }
+
+    /// Checks what can be known before anything is read.
+    pub(super) fn check(&self, spec: &JobSpec) -> Result<(), JobError> {
+        let wrong = |what: String| Err(JobError::Deliverable { what });
+        if let Some(tolerance) = self.tolerance.filter(|t| !(t.is_finite() && *t > 0.0)) {
+            return wrong(format!(
+                "the tolerance must be a positive number, but is {tolerance}"
+            ));
+        }
+        if self.piece.is_some() && !matches!(spec.work, Work::Restore(..)) {
+            return wrong(write::ONLY_RESTORED.to_owned());
+        }
+        let makes_patches = !matches!(spec.work, Work::Copy);
+        if !makes_patches && (self.patches.is_some() || self.mark.is_some()) {
+            return wrong(
+                "there are no patches in a mesh that is written as it was read".to_owned(),
+            );
+        }
+        let marked = spec.output.as_ref().filter(|_| self.mark.is_some());
+        if let Some(output) = marked.filter(|o| !mark::has_colours(o.format)) {
+            return wrong(format!(
+                "{} has no colours, so patches cannot be marked in {}; write PLY, OBJ, glTF or VTK, or the patches alone into a file of their \
+                 own",
+                output.format,
+                output.place.name()
+            ));
+        }
+        self.check_places(spec)
+    }
+
+    /// Refuses files that cannot be written or are another file of the job.
+    fn check_places(&self, spec: &JobSpec) -> Result<(), JobError> {
+        let mut taken = vec![("the input", spec.source.place.clone())];
+        taken.extend(spec.output.iter().map(|o| ("the mesh", o.place.clone())));
+        let drawn = [&spec.drawings.page, &spec.drawings.picture];
+        let file = |path: &PathBuf| ("a drawing", Place::from(path.clone()));
+        taken.extend(drawn.into_iter().flatten().map(file));
+        let own = [("the patches", &self.patches), ("the piece", &self.piece)];
+        for (name, output) in own {
+            let Some(output) = output else {
+                continue;
+            };
+            output.check()?;
+            let place = &output.place;
+            if let Some((what, _)) = taken.iter().find(|(_, t)| place.is_same_file(t)) {
+                let what = format!(
+                    "{name} {} would be {what} too; name another file",
+                    place.name()
+                );
+                return Err(JobError::Deliverable { what });
+            }
+            taken.push((name, place.clone()));
+        }
+        Ok(())
+    }
+}
+
+/// Sets the run times of a report to 0.
+pub(super) fn forget_clock(report: &mut FillReport) {
+    report.seconds = 0.0;
+    for region in &mut report.regions {
+        region.seconds = 0.0;
+        region.levels.iter_mut().for_each(|l| l.seconds = [0.0; 2]);
+    }
+}

@@ -1,0 +1,238 @@
+//! The solid between the faces that were cut out and the patches: what is missing, as a piece to print.
+
+use glam::DMat4;
+
+use crate::check::{CheckParams, DefectKind, Verdict};
+use crate::mend::{Control, Inspection};
+use crate::mesh::{Mesh, Topology, weld_map};
+use crate::repair::{Carried, RepairParams, repair};
+use crate::tuning::tuning;
+
+/// A solid that lies between two surfaces with a common rim.
+pub(in crate::job) struct Piece {
+    /// It, closed and oriented outward.
+    pub(in crate::job) mesh: Mesh,
+    /// Remarks.
+    pub(in crate::job) notes: Vec<String>,
+}
+
+/// Builds the solid between `patches`, the new faces of a mesh, and `cut`, the faces that they replace. Vertices of the common rim are at
+/// the same positions. `stored` is as in [`Carried::stored`].
+///
+/// The patches are its outside, the faces that were cut out turned over its inside. Where they intersect, what the patches add is kept
+/// and what they take away goes: a point belongs to the solid where its winding number is positive. Holes in what was cut out are filled.
+///
+/// # Errors
+/// With the reason why there is no such solid, in words.
+pub(in crate::job) fn piece(
+    patches: &Mesh,
+    cut: &Mesh,
+    stored: Option<DMat4>,
+    control: &Control,
+) -> Result<Piece, String> {
+    let mut between = joined(patches, cut);
+    if between.faces.is_empty() {
+        return Err("nothing lies between the patch and the faces that were cut out".to_owned());
+    }
+    let (verdict, topology) = judged(&between)?;
+    let open = verdict.holes;
+    let plain = verdict
+        .defects
+        .iter()
+        .all(|d| d.kind == DefectKind::InsideOut);
+    if plain {
+        let mesh = outward(&between, &verdict, &topology).ok_or(BELOW)?;
+        return finished(mesh, Vec::new());
+    }
+    if verdict.is_watertight() {
+        // A repair would turn components that are inside out.
+        between = outward(&between, &verdict, &topology).ok_or(BELOW)?;
+    }
+    let carried = Carried {
+        stored,
+        ..Carried::default()
+    };
+    let params = RepairParams::default();
+    let repaired =
+        repair(&between, &params, &carried, control).map_err(|error| error.to_string())?;
+    let mut notes = Vec::new();
+    if open > 0 {
+        notes.push(format!(
+            "holes in the faces that were cut out were filled for the piece: {open}"
+        ));
+    }
+    if repaired.report.united_bodies > 0 {
+        notes.push(
+            "the patch passes below the faces that were cut out in places: the piece is what it adds to them"
+                .to_owned(),
+        );
+    }
+    let (verdict, topology) = judged(&repaired.mesh)?;
+    let mesh = outward(&repaired.mesh, &verdict, &topology).ok_or(BELOW)?;
+    finished(mesh, notes)
+}
+
+/// Why there is no piece where nothing is missing.
+const BELOW: &str = "the patch lies below the faces that were cut out, so nothing is missing that a piece could be put in for";
+
+/// The patches and the faces that were cut out, turned over, on common vertices.
+fn joined(patches: &Mesh, cut: &Mesh) -> Mesh {
+    let base = patches.positions.len() as u32;
+    let positions = [&patches.positions[..], &cut.positions[..]].concat();
+    let turned = cut
+        .faces
+        .iter()
+        .map(|[a, b, c]| [a + base, c + base, b + base]);
+    let faces = patches.faces.iter().copied().chain(turned).collect();
+    let mut all = Mesh::new(positions, faces);
+    let weld = weld_map(&all);
+    for face in &mut all.faces {
+        *face = face.map(|v| weld[v as usize]);
+    }
+    // Where both have the same face there is nothing between.
+    all.faces.retain(|[a, b, c]| a != b && b != c && a != c);
+    without_pairs(&mut all);
+    compact(&all, |_| true)
+}
+
+/// Takes out pairs of faces on the same vertices that face each other.
+fn without_pairs(mesh: &mut Mesh) {
+    let sorted = |face: &[u32; 3]| {
+        let mut corners = *face;
+        corners.sort_unstable();
+        corners
+    };
+    let mut order: Vec<u32> = (0..mesh.faces.len() as u32).collect();
+    order.sort_by_key(|f| (sorted(&mesh.faces[*f as usize]), *f));
+    let mut gone = vec![false; mesh.faces.len()];
+    let is_same_way =
+        |a: [u32; 3], b: [u32; 3]| (0..3).any(|k| [b[k], b[(k + 1) % 3]] == [a[0], a[1]]);
+    for pair in order.windows(2) {
+        let [a, b] = [pair[0] as usize, pair[1] as usize];
+        let (f, g) = (mesh.faces[a], mesh.faces[b]);
+        if !gone[a] && sorted(&f) == sorted(&g) && !is_same_way(f, g) {
+            gone[a] = true;
+            gone[b] = true;
+        }
+    }
+    let mut f = 0;
+    mesh.faces.retain(|_| {
+        f += 1;
+        !gone[f - 1]
+    });
+}
+
+/// The faces that a function chooses, with the vertices that they use.
+fn compact(mesh: &Mesh, keep: impl Fn(usize) -> bool) -> Mesh {
+    let mut number = vec![u32::MAX; mesh.positions.len()];
+    let mut out = Mesh::default();
+    for (_, face) in mesh.faces.iter().enumerate().filter(|(f, _)| keep(*f)) {
+        let face = face.map(|v| {
+            let new = &mut number[v as usize];
+            if *new == u32::MAX {
+                *new = out.positions.len() as u32;
+                out.positions.push(mesh.positions[v as usize]);
+            }
+            *new
+        });
+        out.faces.push(face);
+    }
+    out
+}
+
+fn judged(mesh: &Mesh) -> Result<(Verdict, Topology), String> {
+    let found = Inspection::new(mesh).map_err(|error| error.to_string())?;
+    let verdict = found.check(&CheckParams::default());
+    Ok((verdict, found.topology))
+}
+
+/// The components that enclose something from outside, without slivers beside the largest one; none where there is no such component.
+fn outward(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> {
+    let volumes: Vec<f64> = verdict.components.iter().map(|c| c.volume).collect();
+    let largest = volumes.iter().copied().fold(0.0, f64::max);
+    let least = largest * tuning().deliver.piece_part;
+    let stays = |f: usize| {
+        let volume = volumes.get(topology.piece[f] as usize);
+        volume.is_some_and(|v| *v > least)
+    };
+    let out = compact(mesh, stays);
+    (largest > 0.0 && !out.faces.is_empty()).then_some(out)
+}
+
+/// The piece, once it was judged like any mesh.
+fn finished(mesh: Mesh, notes: Vec<String>) -> Result<Piece, String> {
+    let (verdict, _) = judged(&mesh)?;
+    match verdict.is_sound() {
+        true => Ok(Piece { mesh, notes }),
+        false => Err(format!(
+            "the solid between the patch and what was cut out is not sound: {}",
+            verdict.reasons().join(", ")
+        )),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    /// A square of `2 n²` faces over [0, 1]², at a height that is 0 on its border.
+    fn sheet(n: usize, height: impl Fn(f64, f64) -> f64) -> Mesh {
+        let mut mesh = Mesh::default();
+        for j in 0..=n {
+            for i in 0..=n {
+                let [x, y] = [i, j].map(|k| k as f64 / n as f64);
+                let inside = i > 0 && j > 0 && i < n && j < n;
+                let z = if inside { height(x, y) } else { 0.0 };
+                mesh.positions.push(DVec3::new(x, y, z));
+            }
+        }
+        let at = |i: usize, j: usize| (j * (n + 1) + i) as u32;
+        for j in 0..n {
+            for i in 0..n {
+                let [a, b] = [at(i, j), at(i + 1, j)];
+                let [c, d] = [at(i, j + 1), at(i + 1, j + 1)];
+                mesh.faces.extend([[a, b, c], [b, d, c]]);
+            }
+        }
+        mesh
+    }
+
+    /// The volume that a closed mesh encloses, negative where it is inside out.
+    fn volume(mesh: &Mesh) -> f64 {
+        let Some(&origin) = mesh.positions.first() else {
+            return 0.0;
+        };
+        let part = |f: u32| {
+            let [a, b, c] = mesh.corners(f).map(|p| p - origin);
+            a.dot(b.cross(c)) / 6.0
+        };
+        (0..mesh.faces.len() as u32).map(part).sum()
+    }
+
+    fn made(patch: &Mesh, cut: &Mesh) -> Result<Piece, String> {
+        piece(patch, cut, None, &Control::new())
+    }
+
+    #[test]
+    fn between_two_sheets_lies_what_the_upper_one_adds() {
+        let (upper, lower) = (sheet(8, |_, _| 0.3), sheet(8, |_, _| -0.1));
+        let piece = made(&upper, &lower).unwrap();
+        let (verdict, _) = judged(&piece.mesh).unwrap();
+        assert!(verdict.is_sound());
+        assert!(volume(&piece.mesh) > 0.2);
+        assert_eq!(made(&lower, &upper).err().as_deref(), Some(BELOW));
+        assert!(made(&upper, &upper).is_err());
+    }
+
+    #[test]
+    fn where_they_cross_what_is_taken_away_goes() {
+        let upper = sheet(12, |x, _| 0.25 * (x - 0.3));
+        let lower = sheet(12, |_, _| 0.0);
+        let piece = made(&upper, &lower).unwrap();
+        assert!(judged(&piece.mesh).unwrap().0.is_sound());
+        assert!(piece.mesh.positions.iter().all(|p| p.z >= 0.0));
+        assert!(!piece.notes.is_empty());
+    }
+}

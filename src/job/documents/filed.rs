@@ -1,0 +1,58 @@
+//! What makes a report one to be filed: the options and their hash, the unit, and what is invented.
+
+use serde::Serialize;
+use serde_json::{Value, json};
+
+use super::FileInfo;
+use crate::job::JobSpec;
+use crate::job::deliver::{Delivered, Invented, PieceRow};
+use crate::job::hash::sha256;
+use crate::mesh::Unit;
+
+/// Longer lists of face numbers are left out of the options.
+const MOST_FACES: usize = 100;
+
+#[derive(Serialize)]
+pub(super) struct FiledRow {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    unit: Option<Unit>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tolerance: Option<f64>,
+    /// The work with its parameters, and how it is marked and reported; of long lists of face numbers nothing.
+    options: Value,
+    /// The hash of all of them, as JSON without blanks.
+    options_sha256: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    patches: Option<FileInfo>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    piece: Option<PieceRow>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    invented: Option<Invented>,
+}
+
+impl FiledRow {
+    pub(super) fn new(spec: &JobSpec, delivered: Delivered) -> Self {
+        let wanted = &spec.deliverables;
+        let mut options = json!({
+            "work": spec.work, "mark": wanted.mark, "unit": wanted.unit, "tolerance": wanted.tolerance,
+        });
+        let options_sha256 = sha256(options.to_string().as_bytes());
+        for command in ["restore", "fair"] {
+            let faces = options.pointer_mut(&format!("/work/{command}/0/faces"));
+            if let Some(faces) =
+                faces.filter(|f| f.as_array().is_some_and(|f| f.len() > MOST_FACES))
+            {
+                *faces = Value::Null;
+            }
+        }
+        Self {
+            unit: wanted.unit,
+            tolerance: wanted.tolerance,
+            options_sha256,
+            options,
+            patches: delivered.patches,
+            piece: delivered.piece,
+            invented: delivered.invented,
+        }
+    }
+}

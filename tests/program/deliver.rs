@@ -1,0 +1,234 @@
+//! What is handed on beside the mesh: patches alone, the missing piece, marks, units, tolerances, hashes.
+
+use std::fs;
+
+use crate::desk::{Desk, assert_code, assert_usage, text};
+use crate::shapes::sphere;
+use glam::DVec3;
+use isomend::check::CheckParams;
+use isomend::io::{Format, Loaded, read_path};
+use isomend::{Inspection, Mesh, Unit};
+
+/// A sphere of which a chip is broken off: where it was, it is dented.
+fn chipped() -> Mesh {
+    let mut mesh = sphere(12);
+    for p in &mut mesh.positions {
+        let from = p.distance(DVec3::Z);
+        if from < 0.45 {
+            // A rough break, deep inside.
+            let rough = 0.02 * (40.0 * p.x).sin() * (37.0 * p.y).cos();
+            *p *= 1.0 - 0.25 * (1.0 - from / 0.45) + rough;
+        }
+        *p = p.as_vec3().as_dvec3();
+    }
+    mesh
+}
+
+fn loaded(desk: &Desk, name: &str) -> Loaded {
+    read_path(&desk.path(name), None).unwrap()
+}
+
+fn volume(mesh: &Mesh) -> f64 {
+    let part = |f: u32| {
+        let [a, b, c] = mesh.corners(f);
+        a.dot(b.cross(c)) / 6.0
+    };
+    (0..mesh.faces.len() as u32).map(part).sum()
+}
+
+#[test]
+fn patches_go_alone_with_their_holes_and_errors() {
+    let desk = Desk::new();
+    for format in ["ply", "vtp", "glb", "obj", "stl", "off", "3mf"] {
+        let name = format!("patches.{format}");
+        let done = desk.run(&["fill", "ball.ply", "-o", "out.ply", "--patches", &name]);
+        assert_code(&done, 0);
+        let (all, own) = (loaded(&desk, "out.ply"), loaded(&desk, &name));
+        let kept = loaded(&desk, "ball.ply").mesh.faces.len();
+        assert_eq!(own.mesh.faces.len(), all.mesh.faces.len() - kept, "{name}");
+        let found = Inspection::new(&own.mesh).unwrap();
+        assert_eq!(found.topology.piece_faces.len(), 2, "{name}");
+        let has = |name: &str| {
+            own.attributes
+                .vertex
+                .iter()
+                .any(|a| a.name.eq_ignore_ascii_case(name))
+        };
+        let errors = has("isomend_sigma") || has("_isomend_sigma");
+        assert_eq!(errors, ["ply", "vtp", "glb"].contains(&format), "{name}");
+        if format == "ply" {
+            let holes = own
+                .attributes
+                .face
+                .iter()
+                .find(|a| a.name == "isomend_hole")
+                .unwrap();
+            assert!(holes.values.contains(&1.0) && holes.values.contains(&2.0));
+        }
+    }
+    assert_usage(
+        &desk.run(&["fill", "ball.ply", "-o", "out.ply", "--patches", "out.ply"]),
+        &["the patches", "would be the mesh too"],
+    );
+}
+
+#[test]
+fn the_missing_piece_is_a_solid_that_has_the_rim() {
+    let desk = Desk::new();
+    desk.save("chipped.ply", &chipped(), Format::Ply);
+    let restore = [
+        "restore",
+        "chipped.ply",
+        "-o",
+        "out.ply",
+        "--ball",
+        "0,0,0.9,0.55",
+        "--piece",
+        "chip.stl",
+        "--json",
+        "out.json",
+    ];
+    let done = desk.run(&restore);
+    assert_code(&done, 0);
+    let piece = loaded(&desk, "chip.stl").mesh;
+    let verdict = Inspection::new(&piece)
+        .unwrap()
+        .check(&CheckParams::default());
+    assert!(verdict.is_sound(), "{}", verdict.line());
+    // What was broken off, but for what the patch does not know.
+    let missing = volume(&sphere(12)) - volume(&chipped());
+    let made = volume(&piece);
+    assert!((made / missing - 1.0).abs() < 0.2, "{made} of {missing}");
+    let document = desk.json("out.json");
+    assert_eq!(document["piece"]["path"], "chip.stl");
+    assert_eq!(document["piece"]["sha256"].as_str().unwrap().len(), 64);
+    // A bump that goes leaves nothing to put in.
+    let mut bump = sphere(12);
+    for p in bump
+        .positions
+        .iter_mut()
+        .filter(|p| p.distance(DVec3::Z) < 0.3)
+    {
+        *p = (*p * 1.1).as_vec3().as_dvec3();
+    }
+    desk.save("chipped.ply", &bump, Format::Ply);
+    fs::remove_file(desk.path("chip.stl")).unwrap();
+    let done = desk.run(&restore);
+    assert_code(&done, 3);
+    assert!(text(&done.stderr).contains("no piece was written: the patch lies below"));
+    assert!(!desk.path("chip.stl").exists());
+    let reason = &desk.json("out.json")["piece"]["reason"];
+    assert!(reason.as_str().unwrap().contains("nothing is missing"));
+}
+
+#[test]
+fn marks_are_seen_in_formats_with_colours_and_refused_in_others() {
+    let desk = Desk::new();
+    for format in ["ply", "obj", "glb", "vtp", "off", "3mf"] {
+        let name = format!("out.{format}");
+        let done = desk.run(&["fill", "ball.ply", "-o", &name, "--mark", "colour=ff0000"]);
+        assert_code(&done, 0);
+        let own = loaded(&desk, &name);
+        let kept = loaded(&desk, "ball.ply").mesh.positions.len();
+        let vertex = own.attributes.vertex.iter();
+        let corner = own.attributes.corner.iter().map(|c| &c.pool);
+        let all: Vec<_> = vertex.chain(corner).chain(&own.attributes.face).collect();
+        let colours = all
+            .iter()
+            .find(|a| (3..=4).contains(&a.components) && a.role == isomend::Role::Colour);
+        let colours = colours.unwrap_or_else(|| panic!("{name} has no colours"));
+        let red = |i: usize| {
+            colours
+                .get(i)
+                .is_some_and(|c| c[0] > c[1] && c[1] == 0.0 && c[2] == 0.0)
+        };
+        assert!((0..colours.len()).any(red), "{name}");
+        if format == "ply" {
+            assert!(!(0..kept).any(red) && (kept..colours.len()).all(red));
+        }
+    }
+    assert_usage(
+        &desk.run(&["fill", "ball.ply", "-o", "out.stl", "--mark", "hatch"]),
+        &["STL has no colours", "patches alone"],
+    );
+    let done = desk.run(&["fill", "ball.ply", "-o", "out.ply", "--mark", "hatch"]);
+    assert_code(&done, 0);
+    let done = desk.run(&["fill", "ball.ply", "-o", "out.ply", "--mark", "red"]);
+    assert_code(&done, 2);
+    assert!(text(&done.stderr).contains("'red' is no mark"));
+}
+
+#[test]
+fn a_report_to_be_filed_names_files_units_and_errors_and_no_time() {
+    let desk = Desk::new();
+    let fill = |more: &[&str]| {
+        let start = [
+            "fill", "ball.ply", "-o", "out.ply", "--json", "out.json", "--unit", "mm",
+        ];
+        desk.run(&[&start[..], more].concat())
+    };
+    let done = fill(&["--tolerance", "0.5"]);
+    assert_code(&done, 0);
+    let said = text(&done.stderr);
+    assert!(
+        said.contains("lengths in mm") && said.contains("mm²"),
+        "{said}"
+    );
+    assert!(!said.contains(" s\n"), "no run time: {said}");
+    let document = desk.json("out.json");
+    let first = fs::read(desk.path("out.json")).unwrap();
+    assert_eq!(document["unit"], "mm");
+    for file in ["input", "output"] {
+        let path = document[file]["path"].as_str().unwrap();
+        let hash = document[file]["sha256"].as_str().unwrap();
+        let sum = std::process::Command::new("sha256sum")
+            .arg(desk.path(path))
+            .output();
+        if let Ok(sum) = sum {
+            assert!(text(&sum.stdout).starts_with(hash), "{path}");
+        }
+    }
+    let invented = &document["invented"];
+    assert_eq!(invented["patches"].as_array().unwrap().len(), 2);
+    assert!(invented["percent"].as_f64().unwrap() > 5.0);
+    assert_eq!(invented["beyond_tolerance"].as_array().unwrap().len(), 0);
+    let done = fill(&["--tolerance", "0.5", "--threads", "1"]);
+    assert_code(&done, 0);
+    assert_eq!(fs::read(desk.path("out.json")).unwrap(), first);
+    // Nobody is that sure.
+    let done = fill(&["--tolerance", "1e-12"]);
+    assert_code(&done, 3);
+    assert!(text(&done.stderr).contains("may err by more than"));
+    let beyond = &desk.json("out.json")["invented"]["beyond_tolerance"];
+    assert!(!beyond.as_array().unwrap().is_empty());
+    assert_ne!(
+        desk.json("out.json")["options_sha256"],
+        document["options_sha256"]
+    );
+}
+
+#[test]
+fn three_mf_keeps_the_unit_and_says_where_it_is_not_known() {
+    let desk = Desk::new();
+    let done = desk.run(&["convert", "ball.ply", "-o", "ball.3mf"]);
+    assert_code(&done, 0);
+    assert!(text(&done.stderr).contains("millimetres are written"));
+    let done = desk.run(&["convert", "ball.ply", "-o", "ball.3mf", "--unit", "in"]);
+    assert_code(&done, 0);
+    assert_eq!(loaded(&desk, "ball.3mf").attributes.unit, Some(Unit::Inch));
+    let done = desk.run(&["fill", "ball.3mf", "-o", "filled.3mf"]);
+    assert_code(&done, 0);
+    let filled = loaded(&desk, "filled.3mf");
+    assert_eq!(filled.attributes.unit, Some(Unit::Inch));
+    let kept = loaded(&desk, "ball.ply").mesh.faces.len();
+    let is_patch = |f: usize| filled.attributes.is_patch(f);
+    assert!(!(0..kept).any(is_patch) && (kept..filled.mesh.faces.len()).all(is_patch));
+    fs::write(
+        desk.path("bad.3mf"),
+        [&b"PK\x03\x04"[..], b"model.model"].concat(),
+    )
+    .unwrap();
+    let done = desk.run(&["inspect", "bad.3mf"]);
+    assert_code(&done, 1);
+    assert!(text(&done.stderr).contains("ZIP archive is damaged"));
+}
