@@ -59,7 +59,7 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
             r.moved_vertices,
             format!(
                 "vertices of faces in which bodies touch moved by up to {} for that",
-                length(r.largest_move)
+                Unit::text(unit, r.largest_move)
             ),
         ),
         (crossing, cut_out(r)),

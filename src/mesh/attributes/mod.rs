@@ -3,6 +3,7 @@
 //! Numbers are held as `f64` together with the type they had in their file, which every type but 64-bit integers beyond
 //! 2⁵³ survives exactly.
 
+mod roles;
 mod scalar;
 
 use std::collections::BTreeMap;
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{FaceOrigin, Origins, Unit};
 
+pub use roles::{Active, Role};
 pub use scalar::Scalar;
 
 /// Marks a corner without a value, or a face without a label.
@@ -22,39 +24,6 @@ pub const PATCH_NAME: &str = "isomend_patch";
 pub const SIGMA_NAME: &str = "isomend_sigma";
 /// The name of the numbers of holes in files of patches alone.
 pub(crate) const HOLE_NAME: &str = "isomend_hole";
-
-/// What the numbers of an attribute mean, as far as it matters for carrying them over.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[non_exhaustive]
-pub enum Role {
-    /// A unit normal of three components.
-    Normal,
-    /// A colour of three or four components: 0 to 1 as floats, 0 to the largest number as integers.
-    Colour,
-    /// A texture coordinate of the set of this number.
-    Uv(u32),
-    /// A unit tangent and, as a fourth component, its handedness.
-    Tangent,
-    /// Anything else.
-    Other,
-}
-
-/// The part that an array plays for a viewer: of the arrays of a file one each may be the active scalars, vectors and so on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Active {
-    /// None in particular.
-    Plain,
-    /// The active scalars.
-    Scalars,
-    /// The active vectors.
-    Vectors,
-    /// The active normals.
-    Normals,
-    /// The active texture coordinates.
-    TextureCoordinates,
-    /// The active tensors.
-    Tensors,
-}
 
 /// Named values of equal length: one for each vertex or face, or a pool that corners choose from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
