@@ -11,3 +11,4 @@ mod shapes;
 mod recipes;
 mod requests;
 mod sessions;
+mod words;

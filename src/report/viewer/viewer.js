@@ -1,7 +1,7 @@
 // Draws meshes, in one pane or two.
 
 import { alongRay, ORIGIN, rimBuffer } from "./geometry.js";
-import { between, Camera, dot, HALF_FIELD, minus, plus, times } from "./camera.js";
+import { between, Camera, dot, minus, plus, times } from "./camera.js";
 import { NUMBER_FRAGMENT, NUMBER_VERTEX, RIM_FRAGMENT, RIM_VERTEX, SURFACE_FRAGMENT, SURFACE_VERTEX } from "./shaders.js";
 import { Surface } from "./surface.js";
 
@@ -51,13 +51,13 @@ export class Viewer {
 
   /**
    * Shows a mesh on a side: all of it, or ranges of its faces; with rims, for each the place of its colour in `kinds`. Those that
-   * share the mesh share what is on the card.
+   * share the mesh share what is on the card. `segments` are further lines: for each both ends and a number that does not count.
    */
-  setSide(name, { mesh, ranges, rims = [], kinds = [], colours = ["rim", "bad"], strength = 0.9 }) {
+  setSide(name, { mesh, ranges, rims = [], kinds = [], colours = ["rim", "bad"], strength = 0.9, segments = null }) {
     const old = this.sides[name];
     if (old) this.gl.deleteBuffer(old.rimBuffer);
     if (!this.surfaces.has(mesh)) this.surfaces.set(mesh, new Surface(this.gl, mesh));
-    const side = { mesh, surface: this.surfaces.get(mesh), ranges: ranges || [[0, mesh.faces.length / 3]], rims, kinds, colours, strength };
+    const side = { mesh, surface: this.surfaces.get(mesh), ranges: ranges || [[0, mesh.faces.length / 3]], rims, kinds, colours, strength, segments };
     this.sides[name] = side;
     this.putRims(side);
     if (old?.mesh !== mesh) this.costs = {};
@@ -79,7 +79,10 @@ export class Viewer {
     side.starts = starts;
     side.rimBuffer = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, side.rimBuffer);
-    gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+    const lines = side.segments || new Float32Array(), all = new Float32Array(values.length + lines.length);
+    all.set(values);
+    all.set(lines, values.length);
+    gl.bufferData(gl.ARRAY_BUFFER, all, gl.STATIC_DRAW);
   }
 
   program(vertex, fragment) {
@@ -167,7 +170,7 @@ export class Viewer {
       const [across, up] = [(x) => 2 * (x - under.left) / under.width - 1, (y) => 2 * y / size[1] - 1];
       const within = [across(left), up(bottom), across(right), up(top)];
       this.drawSurface(side, matrix, colours, fewer, within);
-      if (this.options.rims && side.rims.length) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
+      if (this.options.rims && side.rims.length || side.segments) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
     }
     if (!part) this.measure(start, fewer);
     this.frames++;
@@ -208,9 +211,17 @@ export class Viewer {
     if (palette.length) gl.uniform3fv(at("palette"), palette.flat());
     gl.uniform1f(at("earlier"), mesh.earlier || 0);
     gl.uniform1i(at("faceted"), options.flat);
+    gl.uniform1i(at("shading"), options.shading || 0);
+    gl.uniform3fv(at("lamp"), this.lamp());
     gl.uniform1f(at("wire"), options.wire && !thinned ? 0.5 : 0);
     gl.uniform1i(at("selected"), this.selected.region || -1);
     surface.draw(matrix, ranges, thinned, within);
+  }
+
+  /** From where the main light comes, which turns with the eye: `options.light` degrees about the picture's upright. */
+  lamp() {
+    const angle = (this.options.light || 0) * Math.PI / 180, c = Math.cos(angle), s = Math.sin(angle), [right, up, towards] = this.camera.axes;
+    return plus(plus(times(right, s - 0.55 * c), times(up, 0.7)), times(towards, c + 0.55 * s));
   }
 
   drawRims(side, matrix, width, height, ratio, colours) {
@@ -227,6 +238,10 @@ export class Viewer {
     gl.uniform4fv(at("section"), this.section);
     gl.uniform1f(at("slack"), 1e-4 * this.camera.radius);
     const kinds = (names) => gl.uniform3fv(at("kinds"), Array.from({ length: 5 }, (_, i) => colours[names[i % names.length]]).flat());
+    const lines = side.starts[side.starts.length - 1] || 0;
+    kinds(["edge"]);
+    if (side.segments) this.strokes([lines, lines + side.segments.length / 7], 1.6 * ratio, 0.85, 0);
+    if (!this.options.rims) return;
     kinds(side.colours);
     this.strokes(side.starts.length > 1 ? [0, side.starts[side.starts.length - 1]] : [0, 0], 2.2 * ratio, side.strength, 0.12);
     const { rim: chosen, mesh } = this.selected;
@@ -350,7 +365,7 @@ export class Viewer {
   /** Where a point of the scene is seen, in the units of `aim`, and its distance from the eye. */
   place(point) {
     const d = minus(point, this.camera.eye), [r, u, t] = this.camera.axes;
-    const depth = -dot(d, t), s = Math.tan(HALF_FIELD) * depth;
+    const depth = -dot(d, t), s = Math.tan(this.camera.field) * depth;
     return { x: dot(d, r) / s, y: dot(d, u) / s, depth, unit: s };
   }
 

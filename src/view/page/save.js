@@ -3,15 +3,17 @@
 import { copy } from "../../report/viewer/point.js";
 import { find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
+import { counts, tr } from "./strings.js";
 
 export class Save {
   constructor(app) {
     this.app = app;
     find("#save").addEventListener("click", () => this.save());
+    find("#download").addEventListener("click", () => this.download());
     find("#save-path").addEventListener("keydown", (event) => event.key === "Enter" && this.save());
     find("#save-kind").addEventListener("change", () => this.suggest());
     find("#save-format").addEventListener("change", () => this.suggest());
-    find("#copy-recipe").addEventListener("click", async () => app.say(await copy(find("#recipe").textContent) ? "The recipe is copied." : "Copy it by hand."));
+    find("#copy-recipe").addEventListener("click", async () => app.say(tr(await copy(find("#recipe").textContent) ? "recipe_copied" : "copy_by_hand")));
   }
 
   start({ file, formats }) {
@@ -34,9 +36,9 @@ export class Save {
     find("#saved").textContent = "";
     await this.app.attempt("#save-trouble", async () => {
       const kind = find("#save-kind").value, path = find("#save-path").value.trim();
-      if (!path) throw new Error("type a file name below the folder named above");
+      if (!path) throw new Error(tr("type_name"));
       const { path: where, bytes } = await this.write(kind, path, find("#overwrite").checked);
-      find("#saved").textContent = `Saved ${where} (${bytes.toLocaleString("en")} bytes).`;
+      find("#saved").textContent = tr("saved", { where, bytes: counts("byte", bytes) });
     });
   }
 
@@ -44,14 +46,51 @@ export class Save {
     const sent = { path, overwrite, kind };
     if (kind === "mask") {
       sent.mask = this.app.marks();
-      if (!sent.mask.length) throw new Error("nothing is marked: there is no mask to save");
+      if (!sent.mask.length) throw new Error(tr("no_mask"));
     }
     try {
       return await askJson("save", sent);
     } catch (error) {
-      if (error.status === 409 && !overwrite) error.message += error.message.includes("replace") ? "" : ". Tick “replace a file that is there” to write over it";
+      if (error.status === 409 && !overwrite) error.message += error.message.includes("replace") ? "" : tr("tick_replace");
       throw error;
     }
+  }
+
+  /** Gives a file to the browser, to be kept on this computer. */
+  hand(blob, ending) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = (this.app.model.state.file.name.replace(/\.[^.]*$/, "") || "view") + ending;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    return link.download;
+  }
+
+  /** What is chosen, on this computer instead of below the folder of the program. */
+  async download() {
+    await this.app.attempt("#save-trouble", async () => {
+      const kind = find("#save-kind").value, ends = { report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" };
+      if (kind === "mesh") {
+        const extension = find("#save-format").value, answer = await fetch(`api/download/${this.app.model.state.current}?format=${extension}`);
+        if (!answer.ok) throw new Error(tr("answered_with", { status: answer.status }));
+        return this.downloaded(this.hand(await answer.blob(), `_mended.${extension}`));
+      }
+      if (kind === "report") return this.downloaded(this.hand(await (await fetch(`api/report/${this.app.model.state.current}`)).blob(), ends.report));
+      const text = kind === "recipe" ? (await askJson("recipe")).shell : this.maskText();
+      return this.downloaded(this.hand(new Blob([text], { type: "text/plain" }), ends[kind]));
+    });
+  }
+
+  downloaded(name) {
+    find("#saved").textContent = tr("downloaded", { name });
+  }
+
+  /** The marked faces, one a line. */
+  maskText() {
+    const runs = this.app.marks(), lines = [];
+    if (!runs.length) throw new Error(tr("no_mask"));
+    for (const [first, end] of runs) for (let f = first; f < end; f++) lines.push(f);
+    return lines.join("\n") + "\n";
   }
 
   /** The command lines that redo the session. */
