@@ -1,6 +1,7 @@
 """Tasks on the page of `isomend view`, in Chromium, by mouse and keys: printing, restoring, measuring, a part with edges, cancelling
 and going on, two tabs, keys alone, small windows. What must be seen is asked of pixels and boxes. For view_test.py."""
 
+import base64
 import re
 
 import numpy as np
@@ -132,6 +133,12 @@ def filling(page, stand):
 def printing(page, folder):
     """The preset makes the mesh printable; the check says that it is sound; the mesh is downloaded."""
     page.tab("mend")
+    page.click_on("#presets [value=cap]")
+    told = page.run("document.querySelector('#mend-text').textContent")
+    rows = page.run("[...isomend.holes.doings.values()]")
+    page.expect("--flat" in told and "fill" not in rows, f"flat caps are told as {told}, with rows {set(rows)}")
+    page.click_on("#presets [value=continue]")
+    page.expect("flat" not in page.run("[...isomend.holes.doings.values()]"), "the preset before leaves flat caps")
     page.click_on("[name=kind][value=repair] + span")
     page.click_on("#presets [value=print]")
     told = page.run("document.querySelector('#mend-text').textContent")
@@ -184,26 +191,28 @@ def masks(page):
 def going_on(page, program, mesh, folder):
     """A run is cancelled; the program ends, and goes on with the step that was not saved, in two tabs that show the same."""
     server = Server(program, mesh, folder / "log.txt")
-    begin(page, server)
-    masks(page)
-    page.click_on("[name=folds] + span")
-    page.expect(page.run("isomend.viewer.sides.after.segments.length / 7") >= 100, "creases are not drawn")
-    page.shot("creases")
-    page.tab("holes")
-    page.click_on("#fill-all")
-    page.at_rest()
-    page.reaches(1, "the holes are filled")
-    page.tab("mend")
-    page.click_on("[name=kind][value=fair] + span")
-    page.fill_in("[id='fair--voxel']", "0.02")
-    page.click_on("#run")
-    page.until("!document.querySelector('#ask').hidden", "it is asked whether all is meant")
-    page.click_on("#ask-yes")
-    page.until("isomend.steps.job?.id > 0", "the run begins")
-    page.click_on("#cancel")
-    page.until("!isomend.steps.job", "the run is cancelled")
-    page.expect(page.state()["current"] == 1, "a cancelled run leaves a step")
-    server.stop()
+    try:
+        begin(page, server)
+        masks(page)
+        page.click_on("[name=folds] + span")
+        page.expect(page.run("isomend.viewer.sides.after.segments.length / 7") >= 100, "creases are not drawn")
+        page.shot("creases")
+        page.tab("holes")
+        page.click_on("#fill-all")
+        page.at_rest()
+        page.reaches(1, "the holes are filled")
+        page.tab("mend")
+        page.click_on("[name=kind][value=fair] + span")
+        page.fill_in("[id='fair--voxel']", "0.04")
+        page.click_on("#run")
+        page.until("!document.querySelector('#ask').hidden", "it is asked whether all is meant")
+        page.click_on("#ask-yes")
+        page.until("isomend.steps.job?.id > 0", "the run begins")
+        page.click_on("#cancel")
+        page.until("!isomend.steps.job", "the run is cancelled")
+        page.expect(page.state()["current"] == 1, "a cancelled run leaves a step")
+    finally:
+        server.stop()
     server = Server(program, mesh, folder / "log.txt", "--resume")
     try:
         begin(page, server)
@@ -213,6 +222,21 @@ def going_on(page, program, mesh, folder):
         page.tell_troubles()
     finally:
         server.stop()
+
+
+def opening(page, folder):
+    """A mesh that is dropped is sent, and opened on a page of its own; back leads to the first one."""
+    text = (folder / "scan.ply").read_bytes()
+    page.run(f"isomend.save.sendFile(new File([Uint8Array.from(atob('{base64.b64encode(text).decode()}'), (c) => c.charCodeAt(0))], 'sent.ply'))")
+    page.until("document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === 'sent.ply'", "what was dropped is opened")
+    page.until("!!isomend.mask()", "the surface is prepared")
+    page.expect((folder / "sent.ply").read_bytes() == text and page.state()["current"] == 0, "what was dropped is not what is opened")
+    page.tab("save")
+    page.until("document.querySelectorAll('#files option').length > 1", "the files of the folder are offered")
+    page.shot("files")
+    page.run("history.back()")
+    page.until("document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === 'scan.ply'", "back leads to the first file")
+    page.expect(page.state()["current"] > 0, "the first session is lost")
 
 
 def german(page, server):
@@ -239,6 +263,7 @@ def tasks(page, program, folder, mesh):
         resize(page, 1024, 700)
         page.tab("history")
         page.shot("history")
+        opening(page, folder)
         german(page, server)
         page.tell_troubles()
     finally:

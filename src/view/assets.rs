@@ -45,7 +45,10 @@ static SCRIPT: LazyLock<String> = LazyLock::new(|| bundle("main.js", &OWN));
 pub fn asset(name: &str) -> Option<(&'static str, String)> {
     let (kind, text) = match name {
         "" => ("text/html; charset=utf-8", HTML.to_owned()),
-        "page.css" => ("text/css; charset=utf-8", [STYLE, OWN_STYLE, LAYOUT].join("\n")),
+        "page.css" => (
+            "text/css; charset=utf-8",
+            [STYLE, OWN_STYLE, LAYOUT].join("\n"),
+        ),
         "page.js" => ("text/javascript; charset=utf-8", SCRIPT.clone()),
         "worker.js" => ("text/javascript; charset=utf-8", WORKER.to_owned()),
         _ => return None,

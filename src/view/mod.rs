@@ -11,6 +11,7 @@ mod choices;
 mod connections;
 mod container;
 mod delta;
+mod desks;
 mod errors;
 mod events;
 mod files;

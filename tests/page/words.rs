@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 
 const STRINGS: &str = "strings.js";
 /// Parts of literals that are no words for a user: of a stylesheet, of the command line, of the program's tables, and the page's name.
-const NO_WORDS: [&str; 5] = [
+const NO_WORDS: [&str; 6] = [
     "isomend view",
     "bold px system-ui, sans-serif",
     "--faces mask.txt",
     "the mesh's unit",
+    "in the mesh's units",
     "use strict",
 ];
 /// Texts of the markup: names that are the same in every language, units, and what is shown where no script runs.
@@ -55,7 +56,9 @@ fn literals(script: &str) -> Vec<String> {
     let mut last = ' ';
     while let Some(c) = chars.next() {
         match c {
-            '/' if chars.peek() == Some(&'/') && last != ':' => while chars.next_if(|c| *c != '\n').is_some() {},
+            '/' if chars.peek() == Some(&'/') && last != ':' => {
+                while chars.next_if(|c| *c != '\n').is_some() {}
+            }
             '/' if chars.peek() == Some(&'*') => {
                 let mut before = ' ';
                 for c in chars.by_ref() {
@@ -109,8 +112,14 @@ fn table() -> BTreeMap<String, (String, String)> {
     let text = text(STRINGS);
     let (_, words) = text.split_once("const WORDS = {\n").unwrap();
     let (words, _) = words.split_once("\n};").unwrap();
-    let joined = words.replace("[\n    \"", "[\"").replace("\",\n    \"", "\", \"").replace("\",\n  ]", "\"]");
-    let rows = joined.lines().map(str::trim).filter(|line| !line.starts_with("//"));
+    let joined = words
+        .replace("[\n    \"", "[\"")
+        .replace("\",\n    \"", "\", \"")
+        .replace("\",\n  ]", "\"]");
+    let rows = joined
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.starts_with("//"));
     rows.map(|line| {
         let (name, said) = line.split_once(": [").unwrap_or_else(|| panic!("{line}"));
         let said: Vec<String> = literals(said);
@@ -124,7 +133,9 @@ fn table() -> BTreeMap<String, (String, String)> {
 /// The names in braces.
 fn places(said: &str) -> Vec<String> {
     let parts = said.split('{').skip(1);
-    let mut names: Vec<String> = parts.filter_map(|p| Some(p.split_once('}')?.0.to_owned())).collect();
+    let mut names: Vec<String> = parts
+        .filter_map(|p| Some(p.split_once('}')?.0.to_owned()))
+        .collect();
     names.sort();
     names.dedup();
     names
@@ -133,8 +144,14 @@ fn places(said: &str) -> Vec<String> {
 #[test]
 fn no_script_of_the_page_has_words_of_its_own() {
     for (name, script) in scripts() {
-        let found: Vec<String> = literals(&script).into_iter().filter(|l| has_words(l)).collect();
-        assert!(found.is_empty(), "{name} has words that belong to {STRINGS}: {found:?}");
+        let found: Vec<String> = literals(&script)
+            .into_iter()
+            .filter(|l| has_words(l))
+            .collect();
+        assert!(
+            found.is_empty(),
+            "{name} has words that belong to {STRINGS}: {found:?}"
+        );
     }
     assert!(has_words("The mesh is open.") && has_words(", lost again"));
     assert!(!has_words("#holes li") && !has_words("bridge"));
@@ -143,7 +160,9 @@ fn no_script_of_the_page_has_words_of_its_own() {
 #[test]
 fn the_markup_has_no_words() {
     let html = text("page.html");
-    let body = html.split('>').map(|part| part.split('<').next().unwrap_or_default().trim());
+    let body = html
+        .split('>')
+        .map(|part| part.split('<').next().unwrap_or_default().trim());
     for said in body.filter(|said| said.chars().filter(|c| c.is_alphabetic()).count() > 0) {
         let is_axis = said.len() == 2 && said.ends_with(['X', 'Y', 'Z']);
         assert!(is_axis || MARKUP.contains(&said), "page.html says {said:?}");
@@ -174,7 +193,14 @@ fn every_word_is_said_in_both_languages() {
             let name = part.split('"').next().unwrap();
             let is_whole = part[name.len() + 1..].starts_with([')', ',']);
             let begins = words.keys().any(|key| key.starts_with(name));
-            assert!(if is_whole { words.contains_key(name) } else { begins }, "{file} says {name:?}");
+            assert!(
+                if is_whole {
+                    words.contains_key(name)
+                } else {
+                    begins
+                },
+                "{file} says {name:?}"
+            );
         }
     }
 }

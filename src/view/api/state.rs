@@ -48,7 +48,9 @@ fn told(app: &App) -> Value {
     let choices = session.choices(current.id);
     let masked = session.was_masked();
     drop(session);
-    let first = states.first().map_or_else(|| current.clone(), |(s, _)| s.clone());
+    let first = states
+        .first()
+        .map_or_else(|| current.clone(), |(s, _)| s.clone());
     let states: Vec<Value> = states.iter().map(|(s, p)| state_row(s, *p)).collect();
     let images = current.textures().count();
     let texture = (images > 0).then(|| json!({ "url": "api/texture/0", "count": images }));

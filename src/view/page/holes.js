@@ -22,6 +22,8 @@ export class Holes {
     this.chosen = null;
     this.picked = new Set();
     this.over = null;
+    /** The holes that a preset closes flat. */
+    this.capped = [];
     this.sort = { by: "id", falls: false };
     for (const query of ["#wider", "#narrower"]) find(query).addEventListener("input", () => this.filter());
     find("#set-all").addEventListener("change", () => {
@@ -69,6 +71,10 @@ export class Holes {
       this.app.viewer.selected = { region: 0, rim: -1 };
     }
     if (fresh) find("#defects").open = false;
+    if (fresh && this.capped.length) {
+      this.capped = [];
+      this.app.steps.presets.leave("fill");
+    }
     this.filter();
   }
 
@@ -148,6 +154,14 @@ export class Holes {
     if (id === this.chosen) this.tell(this.list.find((hole) => hole.id === id));
   }
 
+  /** Closes all holes flat that are to be filled, or fills those again. */
+  cap(flat) {
+    const ids = flat ? [...this.doings.keys()].filter((id) => this.doings.get(id) === "fill") : this.capped.filter((id) => this.doings.get(id) === "flat");
+    this.capped = flat ? [...this.capped, ...ids] : [];
+    if (ids.length) this.put(ids.map((id) => [id, flat ? "flat" : "fill"]));
+    this.changed();
+  }
+
   /** Says what a hole is, and what is to be done with it. */
   tell({ id, diameter, height }) {
     const unit = this.app.unit();
@@ -199,11 +213,10 @@ export class Holes {
 
   /** The parts of a fill's parameters that say which holes; an error where that makes no sense. */
   params(only) {
-    const capped = this.app.steps.isCapped(), crease = capped ? [] : this.app.creases.params(only);
-    const groups = [...this.bridges().values()];
+    const crease = this.app.creases.params(only), groups = [...this.bridges().values()];
     if (only) {
-      const flat = only.filter((id) => capped || this.doings.get(id) === "flat");
-      return { holes: only, keep_open: [], flat, bridge: capped ? [] : groups.filter((group) => group.length > 1 && group.every((id) => only.includes(id))), crease };
+      const flat = only.filter((id) => this.doings.get(id) === "flat");
+      return { holes: only, keep_open: [], flat, bridge: groups.filter((group) => group.length > 1 && group.every((id) => only.includes(id))), crease };
     }
     const ids = (doing) => [...this.doings].filter(([, d]) => d === doing).map(([id]) => id), open = ids("open");
     const border = new Set(this.list.filter((h) => this.isBorder(h)).map((h) => h.id));
@@ -214,7 +227,7 @@ export class Holes {
     if (!filled.length) throw new Error(tr("all_stay_open"));
     // A border is filled only where it is named, and may be filled where it is not: every row is told.
     const named = filled.some((id) => border.has(id)) || filled.length <= open.length;
-    return { holes: named ? filled : null, keep_open: named ? [] : open, flat: capped ? filled : ids("flat"), bridge: capped ? [] : groups, crease };
+    return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: groups, crease };
   }
 
   /** The same as options. */

@@ -100,7 +100,7 @@ function useDrop(app) {
     const [file] = event.dataTransfer.files;
     if (!file) return;
     if (/\.(txt|json|faces)$/i.test(file.name)) app.masks.takeFile(file);
-    else app.say(tr("dropped_mesh", { name: file.name }), true);
+    else app.save.sendFile(file);
   });
   stage.addEventListener("dragstart", (event) => event.preventDefault());
 }

@@ -9,6 +9,8 @@ import { tr } from "./strings.js";
 
 /** The tools that measure, and how many points each takes. */
 export const MEASURES = { distance: 2, angle: 3, thickness: 1 };
+/** How the program calls the unit of lengths. */
+const LENGTHS = ["length", "in the mesh's units"];
 const DRAWN = "http://www.w3.org/2000/svg";
 
 /** How far along a ray the next face is met; null where none is. */
@@ -65,7 +67,7 @@ export class Measure {
 
   /** The unit of values as the program names it, after a comma: its lengths are in the unit that is chosen. */
   unitOf(unit) {
-    return !unit ? "" : ", " + (unit === "length" && this.unit ? this.unit : unit);
+    return !unit ? "" : ", " + (LENGTHS.includes(unit) && this.unit ? this.unit : unit);
   }
 
   changedUnit() {

@@ -33,6 +33,18 @@ export async function askJson(path, sent, more) {
   return text ? JSON.parse(text) : {};
 }
 
+/** Sends the bytes of a file. */
+export async function sendBytes(path, file) {
+  let answer;
+  try {
+    answer = await fetch("api/" + path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file });
+  } catch {
+    throw new Error(tr("no_answer"));
+  }
+  if (!answer.ok) throw new Refused(answer.status, await answer.text());
+  return answer.json();
+}
+
 const ARRAYS = { f32: Float32Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8Array };
 
 /** The header and the arrays of an answer in binary: the header's length, the header as JSON, then each array at a multiple of 4. */

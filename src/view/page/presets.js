@@ -1,6 +1,6 @@
 // The tasks in plain words: each sets parameters of a command. The first of a command is its defaults.
 
-import { all, find } from "../../report/viewer/controls.js";
+import { find } from "../../report/viewer/controls.js";
 import { tr } from "./strings.js";
 
 /** For each command its presets: values of parameters by their names; `edges` is a length in mean edges of the mesh; `capped` closes every hole flat. */
@@ -44,12 +44,19 @@ export class Presets {
     this.chosen[kind] = preset;
     form.reset();
     form.put(set);
+    if (kind === "fill") this.app.holes.cap(Boolean(preset.capped));
     this.taken();
   }
 
   /** The defaults of a command. */
   reset(kind) {
     this.take(kind, PRESETS[kind][0]);
-    for (const input of all("#presets input")) input.checked = input.value === PRESETS[kind][0].name;
+    this.leave(kind);
+  }
+
+  /** Chooses the first preset of a command without setting its parameters. */
+  leave(kind) {
+    this.chosen[kind] = PRESETS[kind][0];
+    if (this.app.steps.kind === kind) this.show(kind);
   }
 }

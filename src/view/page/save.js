@@ -2,13 +2,15 @@
 
 import { copy } from "../../report/viewer/point.js";
 import { find } from "../../report/viewer/controls.js";
-import { askJson } from "./net.js";
+import { askJson, sendBytes } from "./net.js";
 import { counts, tr } from "./strings.js";
 
 export class Save {
   constructor(app) {
     this.app = app;
     find("#save").addEventListener("click", () => this.save());
+    find("#open-file").addEventListener("click", () => this.openFile(find("#open-path").value.trim()));
+    find("#open-path").addEventListener("keydown", (event) => event.key === "Enter" && this.openFile(find("#open-path").value.trim()));
     find("#download").addEventListener("click", () => this.download());
     find("#save-path").addEventListener("keydown", (event) => event.key === "Enter" && this.save());
     find("#save-kind").addEventListener("change", () => this.suggest());
@@ -22,6 +24,33 @@ export class Save {
     const own = /\.([^.]+)$/.exec(file.name)?.[1].toLowerCase();
     if (formats.some((f) => f.extension === own)) find("#save-format").value = own;
     this.suggest();
+  }
+
+  /** The meshes in the folder of the program, to be offered. */
+  async listFiles() {
+    const { files } = await askJson("files");
+    find("#files").replaceChildren(...files.map((name) => new Option(name, name)));
+  }
+
+  /** Opens another file below the folder on a page of its own, which takes the place of this one. */
+  openFile(path) {
+    return this.app.attempt("#open-trouble", async () => {
+      if (!path) throw new Error(tr("type_name"));
+      this.app.say(tr("opening_file", { name: path }));
+      await this.app.choices.flush();
+      const { page } = await askJson("open", { path });
+      location.assign(page);
+    });
+  }
+
+  /** Sends a mesh of this computer to the folder, and opens it there. */
+  sendFile(file) {
+    this.app.open("save");
+    return this.app.attempt("#open-trouble", async () => {
+      this.app.say(tr("sending_file", { name: file.name }));
+      const { path } = await sendBytes(`send?name=${encodeURIComponent(file.name)}`, file);
+      await this.openFile(path);
+    });
   }
 
   /** A name for what is chosen. */

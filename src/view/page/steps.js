@@ -20,7 +20,7 @@ export class Steps {
     this.previews = [];
     this.ended = new Set();
     this.regions = new Map();
-    this.presets = new Presets(app, () => this.changed());
+    this.presets = new Presets(app, () => this.describe());
     for (const input of all("[name=kind]")) input.addEventListener("change", () => this.show(input.value));
     find("#run").addEventListener("click", () => this.run(this.kind));
     find("#preview").addEventListener("click", () => this.run(this.kind, { preview: true, only: this.kind === "fill" ? app.holes.only() : null }));
@@ -139,17 +139,6 @@ export class Steps {
     const { since, share } = this.job, gone = Math.max(0, Date.now() / 1000 - since);
     const rest = share > FORETOLD && gone > 2 ? tr("time_left", { time: clock(gone * (1 - share) / share) }) : "";
     find("#job-time").textContent = clock(gone) + rest;
-  }
-
-  /** Whether every hole that is filled is to get a flat cap. */
-  isCapped() {
-    return Boolean(this.presets.chosen.fill.capped);
-  }
-
-  /** Says what is run once more, after a preset was taken. */
-  changed() {
-    this.describe();
-    this.app.holes.changed();
   }
 
   end() {

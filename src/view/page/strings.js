@@ -27,8 +27,7 @@ const WORDS = {
   not_saved: ["not saved", "nicht gesichert"],
   earlier_session: ["An earlier session of this file was not saved. {path} keeps its steps: isomend view --resume makes them again.", "Eine frühere Sitzung dieser Datei wurde nicht gesichert. {path} enthält ihre Schritte: isomend view --resume führt sie wieder aus."],
   cannot_show: ["The page cannot be shown: {error}", "Die Seite kann nicht gezeigt werden: {error}"],
-  drop_here: ["Drop a file of face numbers to mark them", "Datei mit Flächennummern ablegen, um sie zu markieren"],
-  dropped_mesh: ["{name} is opened in a terminal: isomend view {name}. Here face numbers (.txt, .json) can be dropped.", "{name} wird im Terminal geöffnet: isomend view {name}. Hier können Flächennummern (.txt, .json) abgelegt werden."],
+  drop_here: ["Drop a mesh to open it, or a file of face numbers to mark them", "Ein Netz ablegen, um es zu öffnen, oder Flächennummern, um sie zu markieren"],
   // Tools.
   tool: ["Tool", "Werkzeug"],
   tool_turn: ["Turn", "Drehen"],
@@ -107,7 +106,7 @@ const WORDS = {
   tab_mend: ["Mend", "Heilen"],
   tab_measure: ["Measure", "Messen"],
   tab_history: ["History", "Verlauf"],
-  tab_save: ["Save", "Sichern"],
+  tab_save: ["Files", "Dateien"],
   // Holes.
   wider: ["wider than", "breiter als"],
   narrower: ["narrower than", "schmaler als"],
@@ -341,6 +340,10 @@ const WORDS = {
   band_none: ["No vertex has moved.", "Kein Punkt hat sich bewegt."],
   no_deviation: ["make a step first: distances are from the mesh before it", "zuerst einen Schritt machen: Abstände gelten zum Netz davor"],
   // History and files.
+  open_other: ["open another file", "andere Datei öffnen"],
+  open: ["Open", "Öffnen"],
+  opening_file: ["{name} is being opened…", "{name} wird geöffnet…"],
+  sending_file: ["{name} is sent to the folder of the program…", "{name} wird in den Ordner des Programms übertragen…"],
   steps: ["Steps", "Schritte"],
   compare_with: ["compare with", "vergleichen mit"],
   details: ["Details of this step", "Einzelheiten dieses Schritts"],
