@@ -22,7 +22,7 @@ export class Viewer {
     this.section = WHOLE;
     this.split = 0.5;
     this.frames = 0;
-    // Milliseconds that a picture takes: of all faces, and of fewer.
+    // Milliseconds that a picture takes: of all faces, of fewer, and of fewer pixels.
     this.costs = {};
     this.sides = {};
     this.surfaces = new Map();
@@ -145,7 +145,7 @@ export class Viewer {
     const gl = this.gl, canvas = this.canvas;
     if (gl.isContextLost()) return;
     this.coarse = fewer && (this.costs.thin ?? this.costs.whole) > FLUID;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.coarse ? 0.5 : 1);
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (!this.coarse ? 1 : this.costs.coarse > 2 * FLUID ? 0.34 : 0.5);
     const size = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     const colours = this.colours(), start = performance.now();
@@ -177,10 +177,10 @@ export class Viewer {
     this.drawn?.(part);
   }
 
-  /** Waits for the first picture of all faces and the first of fewer, to know what they cost. */
+  /** Waits for the first picture of all faces, the first of fewer, and the first of fewer pixels, to know what they cost. */
   measure(start, fewer) {
-    const kind = this.drewThin ? "thin" : "whole";
-    if (this.costs[kind] !== undefined || this.coarse || kind === "thin" && !fewer) return;
+    const kind = this.coarse ? "coarse" : this.drewThin ? "thin" : "whole";
+    if (this.costs[kind] !== undefined || kind === "thin" && !fewer) return;
     this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
     this.costs[kind] = performance.now() - start;
   }

@@ -122,7 +122,8 @@ export class Holes {
     button.className = "hole";
     button.dataset.hole = hole.id;
     button.tabIndex = -1;
-    button.append(part("name", this.isBorder(hole) ? `${hole.id} ${tr("border_short")}` : hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
+    button.append(part("name", hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
+    if (this.isBorder(hole)) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
     button.title = hole.outcome ? `${name}: ${has("outcome_" + hole.outcome) ? tr("outcome_" + hole.outcome) : hole.outcome}${hole.reason ? ", " + hole.reason : ""}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) });
     button.addEventListener("click", (event) => this.choose(hole.id, true, { adds: event.ctrlKey || event.metaKey, range: event.shiftKey }));
     select.setAttribute("aria-label", tr("what_with", { name }));
