@@ -12,6 +12,7 @@ mod connections;
 mod container;
 mod delta;
 mod desks;
+mod deviation;
 mod errors;
 mod events;
 mod files;

@@ -103,3 +103,21 @@ fn a_download_has_the_bytes_that_saving_writes() {
     assert_eq!(served.get("api/download/0?format=exe").status, 422);
     assert_eq!(served.get("api/download/9?format=ply").status, 404);
 }
+
+#[test]
+fn deviations_are_measured_from_a_file_below_the_folder() {
+    let desk = Desk::new();
+    fs::create_dir(desk.0.path().join("root")).unwrap();
+    let copy = desk.0.path().join("root/same.ply");
+    fs::copy(desk.0.path().join("ball.ply"), copy).unwrap();
+    let served = Served::new(&desk, &["ball.ply", "--root", "root"]);
+    let asked = |query: &str| served.get(&format!("api/values/0?name=deviation{query}"));
+    let answer = asked("&file=same.ply");
+    assert_eq!(answer.status, 200);
+    let length = u32::from_le_bytes(answer.body[..4].try_into().unwrap()) as usize;
+    let values = &answer.body[(4 + length).div_ceil(4) * 4..];
+    assert!(!values.is_empty() && values.iter().all(|byte| *byte == 0));
+    assert_eq!(asked("&file=../ball.ply").status, 403);
+    assert_eq!(asked("&file=none.ply").status, 404);
+    assert_eq!(asked("").status, 404);
+}

@@ -3,6 +3,8 @@
 import { digits, find, numberIn } from "../../report/viewer/controls.js";
 import { tr } from "./strings.js";
 
+/** The colourings that have a band. */
+export const BANDED = ["distance", "deviation"];
 const BINS = 60;
 /** Colours of what lies below the band, in it and above it. */
 const BAND_COLOURS = { below: [43, 108, 176], within: [76, 160, 96], above: [192, 47, 47], still: [185, 190, 198] };
@@ -13,14 +15,20 @@ export class Band {
     this.app = app;
     this.values = null;
     find("#deviation").addEventListener("click", () => app.attempt("#measure-trouble", async () => {
-      if (![...find("#colour").options].some((option) => option.value === "distance")) throw new Error(tr("no_deviation"));
-      await app.display.setColour("distance");
+      app.display.offer();
+      if (![...find("#colour").options].some((option) => option.value === "deviation")) throw new Error(tr("no_deviation"));
+      await app.display.setColour("deviation");
     }));
     for (const query of ["#band-low", "#band-high"]) find(query).addEventListener("change", () => {
       const text = find(query).value.trim();
       find(query).setAttribute("aria-invalid", Boolean(text) && !Number.isFinite(numberIn(text)));
-      if (app.display.colour === "distance") app.display.setColour("distance");
+      if (BANDED.includes(app.display.colour)) app.display.setColour(app.display.colour);
     });
+  }
+
+  /** The file that deviations are measured from; empty for the mesh before the step. */
+  get reference() {
+    return find("#reference").value.trim();
   }
 
   /** The limits that were set; null where there are none. */

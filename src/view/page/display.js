@@ -9,6 +9,7 @@ import { askArrays } from "./net.js";
 import { Topology } from "./topology.js";
 import { Mask } from "./mask.js";
 import { foldLines } from "./folds.js";
+import { BANDED } from "./band.js";
 
 /** Holes from rims: what a number needs to be placed. */
 export function rimHoles({ rims, rimIds }, side) {
@@ -149,6 +150,7 @@ export class Display {
     const { state } = this.app.model, select = find("#colour"), had = this.colour;
     const list = [["plain", tr("colour_plain")], ["curvature", tr("colour_curvature")]];
     if (this.app.model.current?.parent !== null && this.app.model.current) list.push(["distance", tr("colour_distance")]);
+    if (this.app.model.current?.parent !== null || this.app.band.reference) list.push(["deviation", tr("colour_deviation")]);
     if (state.errors) list.push(["sigma", tr("colour_sigma")]);
     if (state.texture) list.push(["texture", tr("colour_texture")]);
     for (const { name } of state.attributes || []) list.push(["attribute:" + name, name]);
@@ -175,7 +177,9 @@ export class Display {
   async colourSide(name, id, surface, told) {
     if (name === "plain") return surface.setColour({ kind: 0 });
     if (name === "texture") return this.texture(id, surface);
-    const other = this.shown[told ? "before" : "after"], to = name === "distance" && other !== null ? `&to=${other}` : "";
+    const other = this.shown[told ? "before" : "after"], { reference } = this.app.band;
+    if (name === "deviation" && !told) return surface.setColour({ kind: 0 });
+    const from = name === "deviation" && reference ? `&file=${encodeURIComponent(reference)}` : "", to = from || (BANDED.includes(name) && other !== null ? `&to=${other}` : "");
     const found = await this.app.model.valuesOf(id, name, to).catch((error) => {
       // The mesh beside may have no such values.
       if (told) throw error;
@@ -186,16 +190,16 @@ export class Display {
     let values = lengths(arrays.values || arrays.colours, header);
     const on = { vertex: 0, face: 1, corner: 2 }[header.on || "vertex"];
     if (values instanceof Uint8Array) return surface.setColour({ kind: 3, values, on });
-    const kind = name === "curvature" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;
-    if (name === "distance" && told) this.app.band.take(values);
-    if (name === "distance" && this.app.band.limits()) return this.banded(surface, values, on, told);
+    const kind = name === "curvature" || name === "deviation" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;
+    if (BANDED.includes(name) && told) this.app.band.take(values);
+    if (BANDED.includes(name) && this.app.band.limits()) return this.banded(surface, values, on, told);
     const span = kind === 1 ? [-most, most] : [header.low, header.high > header.low ? header.high : header.low + 1];
     const gaps = errors && values.some(Number.isNaN);
     // Below the scale stands for what is not known.
     if (gaps) values = values.map((x) => Number.isNaN(x) ? -span[1] : x);
     surface.setColour({ kind, values, on, span, skipKept: errors, gaps });
     if (!told) return;
-    const words = { curvature: tr("scale_curvature"), distance: tr("scale_distance"), sigma: tr("scale_sigma") }[name] || name.replace("attribute:", "");
+    const words = { curvature: tr("scale_curvature"), distance: tr("scale_distance"), deviation: tr("scale_deviation"), sigma: tr("scale_sigma") }[name] || name.replace("attribute:", "");
     showScale(words + this.app.measure.unitOf(header.unit), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind, gaps);
   }
 

@@ -152,7 +152,7 @@ class App {
     }
     if (tabOf(this.tool) !== tab) this.setTool("turn");
     if (tab === "save") this.save.recipe();
-    if (tab === "save") this.save.listFiles().catch(() => null);
+    if (tab === "save" || tab === "measure") this.save.listFiles().catch(() => null);
     if (tab === "measure") this.measure.list();
   }
 
