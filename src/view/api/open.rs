@@ -1,5 +1,7 @@
 //! Other files: those that there are, one that is opened, and one that is sent.
 
+use std::fs::OpenOptions;
+use std::io::Write;
 use std::sync::Arc;
 
 use axum::body::{Body, to_bytes};
@@ -71,7 +73,11 @@ pub async fn send(
             return Err(Refused::wrong(what, "name"));
         }
         let failed = |error: std::io::Error| Refused::failed(error.to_string());
-        std::fs::write(&path, &bytes).map_err(failed)?;
+        // Only a file that is not there, nor a link, is written.
+        let mut file = OpenOptions::new();
+        let file = file.write(true).create_new(true).open(&path);
+        file.and_then(|mut file| file.write_all(&bytes))
+            .map_err(failed)?;
         Ok(name)
     });
     Ok(json_answer(&json!({ "path": written.await? })))

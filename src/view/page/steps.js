@@ -67,7 +67,8 @@ export class Steps {
     };
     const which = kind === "fill" ? [holes.text()] : marked && kind !== "repair" ? ["--faces mask.txt"] : [];
     find("#mend-on").textContent = on[kind];
-    find("#mend-text").textContent = ["isomend", kind, ...which, ...this.forms[kind].typed()].join(" ");
+    const isCommand = kind !== "fill" || which[0].startsWith("--");
+    find("#mend-text").textContent = isCommand ? ["isomend", kind, ...which, ...this.forms[kind].typed()].join(" ") : which[0];
     find("#to-restore").disabled = find("#to-fair").disabled = !marked;
   }
 
