@@ -80,6 +80,7 @@ def measuring(page):
             page.click(*points[i * (len(points) - 1) // 3])
     told = page.run("[...document.querySelectorAll('#measures b')].map((b) => b.textContent)")
     page.expect(len(told) == 3 and told[0].endswith(" mm") and told[1].endswith("°") and told[2].endswith(" mm"), f"it measures {told}")
+    page.expect(float(told[2].split()[0]) > 1, f"the thickness is {told[2]}: a face beside the point is no other side")
     a, b = page.run("isomend.measure.items[0].points")
     page.expect(abs(float(told[0].split()[0]) / np.linalg.norm(np.subtract(a, b)) - 1) < 1e-3, "the distance is not that of the points")
     page.expect("mm" in page.run("document.querySelector('#ruler').textContent"), "the scale bar has no unit")
@@ -216,6 +217,8 @@ def going_on(page, program, mesh, folder):
         page.click_on("#cancel")
         page.until("!isomend.steps.job", "the run is cancelled")
         page.expect(page.state()["current"] == 1, "a cancelled run leaves a step")
+        # A page that is open when its program ends complains.
+        page.call("Page.navigate", url="about:blank")
     finally:
         server.stop()
     server = Server(program, mesh, folder / "log.txt", "--resume")

@@ -13,14 +13,15 @@ export const MEASURES = { distance: 2, angle: 3, thickness: 1 };
 const LENGTHS = ["length", "in the mesh's units"];
 const DRAWN = "http://www.w3.org/2000/svg";
 
-/** How far along a ray the next face is met; null where none is. */
+/** How far along a ray the next face is met that faces away from its start; null where none is. */
 function nextFace({ positions: p, faces }, from, way, least) {
   let best = Infinity;
   for (let f = 0; f < faces.length; f += 3) {
     const a = 3 * faces[f], b = 3 * faces[f + 1], c = 3 * faces[f + 2];
     const e = [p[b] - p[a], p[b + 1] - p[a + 1], p[b + 2] - p[a + 2]], g = [p[c] - p[a], p[c + 1] - p[a + 1], p[c + 2] - p[a + 2]];
     const h = cross(way, g), det = dot(e, h);
-    if (!det) continue;
+    // The other side faces along the ray: faces beside the start, which face against it, are none.
+    if (!(det < 0)) continue;
     const d = [from[0] - p[a], from[1] - p[a + 1], from[2] - p[a + 2]], u = dot(d, h) / det;
     if (u < 0 || u > 1) continue;
     const q = cross(d, e), v = dot(way, q) / det, t = dot(g, q) / det;
