@@ -13,9 +13,9 @@ from browser_test import Browser
 class Server:
     """The program, serving a mesh."""
 
-    def __init__(self, program, mesh, log):
+    def __init__(self, program, mesh, log, *options):
         self.log = open(log, "w")
-        self.process = subprocess.Popen([program, "view", mesh, "--no-browser"], stdout=subprocess.PIPE, stderr=self.log, text=True)
+        self.process = subprocess.Popen([program, "view", mesh, "--no-browser", *options], stdout=subprocess.PIPE, stderr=self.log, text=True)
         line = self.process.stdout.readline()
         found = re.search(r"http://\S+", line)
         if not found:

@@ -32,6 +32,7 @@ def save(page, name):
 
 def draw(page):
     page.until("!!isomend.mask()", "the surface is prepared")
+    page.click_on("#intro-close")
     page.run("isomend.holes.choose(6, false)")
     page.key("k")
     page.run("isomend.holes.choose(1, false)")
@@ -56,6 +57,19 @@ def draw(page):
     x, y, width, height = page.view()
     page.drag([[x + width * (0.44 + 0.01 * i), y + height * (0.66 + 0.05 * math.sin(i / 2))] for i in range(20)])
     save(page, "paint")
+    page.run("document.querySelector('#clear').click()")
+    page.fill_in("#unit", "mm")
+    page.fill_in("#shading", "2")
+    page.tab("measure")
+    points = page.surface()
+    for tool, count in (("distance", 2), ("thickness", 1)):
+        page.click_on(f"[name=tool][value={tool}] + span")
+        for i in range(count):
+            page.click(*points[i * (len(points) - 1) // 2])
+    page.click_on("#deviation")
+    page.until("isomend.display.coloured === 'deviation'", "deviations are shown")
+    page.fill_in("#colour", "plain")
+    save(page, "measure")
 
 
 def main():
@@ -70,7 +84,7 @@ def main():
         server = Server(arguments.isomend.resolve(), mesh, folder / "log.txt")
         page = Page(next(filter(None, map(shutil.which, NAMES))), profile, None)
         try:
-            page.start(server, width=1280, height=900)
+            page.start(server, width=1280, height=800)
             draw(page)
         finally:
             page.close()

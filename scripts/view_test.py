@@ -32,6 +32,7 @@ from view_choices import check_point, choices
 from view_creases import creases
 from view_meshes import bumpy_ball, textured_glb
 from view_page import Page, Server, check_refusals
+from view_tasks import tasks
 
 FIRST_PICTURE, STROKE = 3.0, 0.1
 # A point of the window at the rim of a hole.
@@ -448,7 +449,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--isomend", type=Path, default=ROOT / "target/release/isomend")
     parser.add_argument("--keep", type=Path, help="a folder for screenshots")
-    parser.add_argument("--only", choices=["scan", "textured", "choices", "creases", "million"])
+    parser.add_argument("--only", choices=["scan", "textured", "choices", "creases", "tasks", "million"])
     arguments = parser.parse_args()
     chromium = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, NAMES)), None)
     if not chromium:
@@ -459,7 +460,7 @@ def main():
         arguments.keep.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as temporary:
         base = Path(temporary)
-        for name in ("scan", "textured", "choices", "creases", "million"):
+        for name in ("scan", "textured", "choices", "creases", "tasks", "million"):
             if arguments.only not in (None, name):
                 continue
             folder, profile = base / name / "files", base / name / "profile"
@@ -475,6 +476,8 @@ def main():
                     large(page, program, folder)
                 elif name == "creases":
                     creases(page, program, folder)
+                elif name == "tasks":
+                    tasks(page, program, folder, Path(shutil.copy(ROOT / "data/scan.ply", folder / "scan.ply")))
                 elif name == "choices":
                     choices(page, program, folder, Path(shutil.copy(ROOT / "data/scan.ply", folder / "scan.ply")))
                 else:

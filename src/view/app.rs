@@ -41,12 +41,14 @@ pub struct App {
     pub earlier: Option<PathBuf>,
     /// What pages are told.
     pub events: Events,
-    /// The threads that steps are made on.
-    pub pool: rayon::ThreadPool,
+    /// The threads that steps are made on, which all pages of the server share.
+    pub pool: Arc<rayon::ThreadPool>,
     /// The threads that requests are answered on which take long: those of a step would keep them waiting.
-    pub aside: rayon::ThreadPool,
+    pub aside: Arc<rayon::ThreadPool>,
     /// The words of the command line.
-    pub words: Box<dyn Words>,
+    pub words: Arc<dyn Words>,
+    /// Opens another file on a page of its own; returns where that page is on this server.
+    pub open: Box<dyn Fn(PathBuf) -> Result<String, String> + Send + Sync>,
 }
 
 impl App {

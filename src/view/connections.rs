@@ -3,12 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::Router;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
+
+use super::desks::Desks;
 
 /// Most connections at a time: a browser has up to six for a page, one of which hears what happens. More wait until one ends.
 const CONNECTIONS: usize = 64;
@@ -21,7 +25,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// None: a connection that fails is one that ends.
-pub async fn serve(listener: TcpListener, router: Router) -> std::io::Result<()> {
+pub async fn serve(listener: TcpListener, desks: Arc<Desks>) -> std::io::Result<()> {
     let free = Arc::new(Semaphore::new(CONNECTIONS));
     loop {
         let own = free.clone().acquire_owned().await;
@@ -29,7 +33,11 @@ pub async fn serve(listener: TcpListener, router: Router) -> std::io::Result<()>
             tokio::time::sleep(PAUSE).await;
             continue;
         };
-        let service = TowerToHyperService::new(router.clone());
+        let desks = desks.clone();
+        let service = service_fn(move |request: Request<Incoming>| {
+            let router = desks.of(request.uri().path());
+            async move { TowerToHyperService::new(router).call(request).await }
+        });
         tokio::spawn(async move {
             let mut http = http1::Builder::new();
             http.timer(TokioTimer::new()).header_read_timeout(HEAD);

@@ -17,6 +17,9 @@ use super::token::Token;
 /// What the page may load: its own files and nothing else.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; \
                       worker-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/// What of the computer the page may use: nothing but to put text on the clipboard.
+const PERMISSIONS: &str = "camera=(), microphone=(), geolocation=(), display-capture=(), usb=(), serial=(), hid=(), bluetooth=(), \
+                           payment=(), clipboard-read=(), clipboard-write=(self)";
 /// How a browser says from where a request comes.
 const FETCH_SITE: HeaderName = HeaderName::from_static("sec-fetch-site");
 
@@ -140,6 +143,10 @@ pub async fn keep(State(gate): State<Arc<Gate>>, request: Request, next: Next) -
     headers.insert(CACHE_CONTROL, fixed("no-store"));
     let name = HeaderName::from_static("cross-origin-resource-policy");
     headers.insert(name, fixed("same-origin"));
+    let name = HeaderName::from_static("cross-origin-opener-policy");
+    headers.insert(name, fixed("same-origin"));
+    let name = HeaderName::from_static("permissions-policy");
+    headers.insert(name, fixed(PERMISSIONS));
     response
 }
 

@@ -11,6 +11,8 @@ mod choices;
 mod connections;
 mod container;
 mod delta;
+mod desks;
+mod deviation;
 mod errors;
 mod events;
 mod files;

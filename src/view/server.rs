@@ -2,19 +2,21 @@
 
 use std::net::{IpAddr, SocketAddr};
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use thiserror::Error;
 
 use super::api::router;
-use super::app::App;
+use super::app::{App, told};
+use super::choices::Choices;
 use super::connections;
+use super::desks::Desks;
 use super::events::Events;
 use super::gate::Gate;
 use super::session::Session;
 use super::state::State;
 use super::step::format_between;
-use super::store::{Mark, ResumeError, Store};
+use super::store::{KeptStep, Mark, ResumeError, Store};
 use super::token::Token;
 use super::words::Words;
 use crate::io::Format;
@@ -96,23 +98,13 @@ pub struct Address {
 /// # Errors
 /// [`ViewError`].
 pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), ViewError> {
-    let mut source = Source::from(settings.input.clone());
-    source.format = settings.from;
     let threads = || rayon::ThreadPoolBuilder::new().num_threads(settings.threads);
-    let (pool, aside) = (threads().build()?, threads().build()?);
-    let first = pool.install(|| State::first(&source, source.read()?))?;
+    let (pool, aside) = (Arc::new(threads().build()?), Arc::new(threads().build()?));
     let root = root(&settings)?;
-    let content = std::fs::read(&settings.input)?;
-    let store = Store::new(&root, &settings.input, Mark::of(&content));
-    let steps = settings
-        .resume
-        .as_ref()
-        .map(|file| store.read(file.as_deref()));
-    let steps = steps.transpose()?;
-    let earlier = store.path().to_path_buf();
-    let earlier = (steps.is_none() && earlier.exists()).then_some(earlier);
-    let [low, high] = first.loaded.mesh.bounds();
     let wanted = SocketAddr::new(settings.listen, settings.port);
+    let resume = settings.resume.as_ref().map(Option::as_deref);
+    let read = Read::new(&pool, &root, settings.input, settings.from, resume)?;
+    let words: Arc<dyn Words> = Arc::from(settings.words);
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(LISTENERS)
         .enable_io()
@@ -122,46 +114,133 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
         let listener = tokio::net::TcpListener::bind(wanted).await;
         let listener = listener.map_err(|cause| ViewError::Listen { at: wanted, cause })?;
         let at = listener.local_addr()?;
-        let [token, ticket] = [Token::new()?, Token::new()?];
-        let [page, once] = [format!("{}/", address(at, &token)), address(at, &ticket)];
-        let gate = Arc::new(Gate::new(token, ticket, at));
-        let app = Arc::new(App {
-            bytes: content.len() as u64,
-            input: settings.input,
-            format_between: format_between(first.loaded.format),
-            from: settings.from,
+        let shared = Arc::new(Shared {
+            at,
             root,
-            centre: 0.5 * (low + high),
-            session: Mutex::new(Session::new(first)),
-            store,
-            earlier: earlier.clone(),
-            events: Events::default(),
             pool,
             aside,
-            words: settings.words,
+            words,
+            desks: Arc::default(),
+            apps: Mutex::default(),
         });
-        if let Some(steps) = steps {
-            app.resume(steps, matches!(settings.resume, Some(None)))?;
-        }
-        let unsaved = unsaved(app.clone());
+        let earlier = read.earlier.clone();
+        let [token, ticket] = shared.seat(read, matches!(settings.resume, Some(None)))?;
+        let of_all = shared.clone();
         ready(Address {
             at,
-            page,
-            once,
+            page: format!("{}/", address(at, &token)),
+            once: address(at, &ticket),
             earlier,
-            unsaved: Box::new(unsaved),
+            unsaved: Box::new(move || of_all.unsaved()),
         });
-        connections::serve(listener, router(app, gate)).await?;
+        connections::serve(listener, shared.desks.clone()).await?;
         Ok(())
     })
 }
 
-/// Tells the file that keeps steps that are not saved, if there are any.
-fn unsaved(app: Arc<App>) -> impl Fn() -> Option<PathBuf> + Send + Sync {
-    move || {
-        let is_unsaved = app.session().is_kept();
-        let is_kept = app.store.error().is_none();
-        (is_unsaved && is_kept).then(|| app.store.path().to_path_buf())
+/// A file that was read for a page.
+struct Read {
+    input: PathBuf,
+    from: Option<Format>,
+    bytes: u64,
+    first: State,
+    store: Store,
+    steps: Option<(Vec<KeptStep>, Vec<Choices>)>,
+    earlier: Option<PathBuf>,
+}
+
+impl Read {
+    /// Reads a file, and the steps of an earlier session where these are to be made again.
+    fn new(
+        pool: &rayon::ThreadPool,
+        root: &Path,
+        input: PathBuf,
+        from: Option<Format>,
+        resume: Option<Option<&Path>>,
+    ) -> Result<Self, ViewError> {
+        let mut source = Source::from(input.clone());
+        source.format = from;
+        let first = pool.install(|| State::first(&source, source.read()?))?;
+        let content = std::fs::read(&input)?;
+        let store = Store::new(root, &input, Mark::of(&content));
+        let steps = resume.map(|file| store.read(file)).transpose()?;
+        let earlier = store.path().to_path_buf();
+        let earlier = (steps.is_none() && earlier.exists()).then_some(earlier);
+        Ok(Self {
+            input,
+            from,
+            bytes: content.len() as u64,
+            first,
+            store,
+            steps,
+            earlier,
+        })
+    }
+}
+
+/// What the pages of a server share.
+struct Shared {
+    at: SocketAddr,
+    root: PathBuf,
+    pool: Arc<rayon::ThreadPool>,
+    aside: Arc<rayon::ThreadPool>,
+    words: Arc<dyn Words>,
+    desks: Arc<Desks>,
+    apps: Mutex<Vec<Arc<App>>>,
+}
+
+impl Shared {
+    /// Makes a page of a file that was read: its secret, and one that leads to it once. `own` says that steps that are made again were
+    /// kept where this session keeps its own.
+    fn seat(self: &Arc<Self>, read: Read, own: bool) -> std::io::Result<[Token; 2]> {
+        let [token, ticket] = [Token::new()?, Token::new()?];
+        let gate = Arc::new(Gate::new(token.clone(), ticket.clone(), self.at));
+        let [low, high] = read.first.loaded.mesh.bounds();
+        let shared = self.clone();
+        let app = Arc::new(App {
+            bytes: read.bytes,
+            input: read.input,
+            format_between: format_between(read.first.loaded.format),
+            from: read.from,
+            root: self.root.clone(),
+            centre: 0.5 * (low + high),
+            session: Mutex::new(Session::new(read.first)),
+            store: read.store,
+            earlier: read.earlier,
+            events: Events::default(),
+            pool: self.pool.clone(),
+            aside: self.aside.clone(),
+            words: self.words.clone(),
+            open: Box::new(move |path| shared.open(path)),
+        });
+        if let Some(steps) = read.steps {
+            app.resume(steps, own)?;
+        }
+        self.desks.add(token.clone(), router(app.clone(), gate));
+        let mut apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
+        apps.push(app);
+        Ok([token, ticket])
+    }
+
+    /// Opens another file; where its page is on this server.
+    fn open(self: &Arc<Self>, path: PathBuf) -> Result<String, String> {
+        if !self.desks.has_room() {
+            return Err("too many files are open; end the program and start it again".to_owned());
+        }
+        let read = Read::new(&self.pool, &self.root, path, None, None);
+        let read = read.map_err(|error| told(&error))?;
+        let seated = self.seat(read, false);
+        let [token, _] = seated.map_err(|error| error.to_string())?;
+        Ok(format!("/{}/", token.text()))
+    }
+
+    /// The file that keeps steps that are not saved, of the first page that has any.
+    fn unsaved(&self) -> Option<PathBuf> {
+        let apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_unsaved = |app: &&Arc<App>| app.session().is_kept() && app.store.error().is_none();
+        apps.iter()
+            .find(is_unsaved)
+            .map(|app| app.store.path().to_path_buf())
     }
 }
 

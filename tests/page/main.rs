@@ -8,6 +8,8 @@ mod served;
 #[path = "../common/shapes.rs"]
 mod shapes;
 
+mod files;
 mod recipes;
 mod requests;
 mod sessions;
+mod words;

@@ -36,6 +36,8 @@ fn the_page_is_served_with_a_strict_policy() {
             "content-security-policy: default-src 'none'; script-src 'self'",
             "frame-ancestors 'none'",
             "x-content-type-options: nosniff",
+            "cross-origin-opener-policy: same-origin",
+            "permissions-policy: camera=()",
             "referrer-policy: no-referrer",
             "cache-control: no-store",
         ] {

@@ -17,7 +17,7 @@ export function frame(towards, up) {
 }
 
 /** A frame turned about an axis. */
-function turned(axes, axis, angle) {
+export function turned(axes, axis, angle) {
   const c = Math.cos(angle), s = Math.sin(angle);
   const turn = (v) => plus(plus(times(v, c), times(cross(axis, v), s)), times(axis, dot(axis, v) * (1 - c)));
   const towards = unit(turn(axes[2])), right = unit(minus(turn(axes[0]), times(towards, dot(turn(axes[0]), towards))));
@@ -36,6 +36,8 @@ export function between(from, to, part) {
 }
 
 export const HALF_FIELD = 0.25;
+/** Half the angle of view of a picture that is a parallel projection to within a thousandth of the distances. */
+export const PARALLEL = 0.001;
 
 /** Looks at a point from a distance; what is `reach` to both sides of it just fills the smaller side of the picture. */
 export class Camera {
@@ -44,10 +46,11 @@ export class Camera {
     this.centre = [0, 0, 0];
     this.axes = frame([0, -1, 0.3], [0, 0, 1]);
     this.reach = radius;
+    this.field = HALF_FIELD;
   }
 
   get distance() {
-    return this.reach / Math.tan(HALF_FIELD);
+    return this.reach / Math.tan(this.field);
   }
 
   get eye() {
@@ -76,7 +79,7 @@ export class Camera {
     const [r, u, t] = this.axes, eye = this.eye;
     const far = Math.hypot(...eye) + 1.01 * this.radius;
     const near = Math.max(this.distance - this.radius - Math.hypot(...this.centre), 0.01 * this.distance);
-    const y = 1 / Math.tan(HALF_FIELD) * Math.min(1, aspect), x = y / aspect;
+    const y = 1 / Math.tan(this.field) * Math.min(1, aspect), x = y / aspect;
     const a = (far + near) / (far - near), b = 2 * far * near / (far - near);
     const rows = [
       [x * r[0], x * r[1], x * r[2], -x * dot(r, eye)],
@@ -89,7 +92,7 @@ export class Camera {
 
   /** The direction from the eye through a point of the screen, in parts of the smaller half side. */
   ray(x, y) {
-    const s = Math.tan(HALF_FIELD), [r, u, t] = this.axes;
+    const s = Math.tan(this.field), [r, u, t] = this.axes;
     return unit(minus(plus(times(r, x * s), times(u, y * s)), t));
   }
 }

@@ -23,8 +23,12 @@ export async function copy(text) {
   return done;
 }
 
+/** What is said of a copy, unless a page has other words: `TEXT` is what was copied. */
+const POINT_WORDS = { wrong: "the radius must be a positive number", copied: "copied: TEXT", byHand: "copy it by hand: TEXT" };
+
 export class Point {
-  constructor(header, pin) {
+  constructor(header, pin, words = POINT_WORDS) {
+    this.words = words;
     this.header = header;
     this.pin = pin;
     this.at = null;
@@ -47,13 +51,13 @@ export class Point {
   async take(ball) {
     const radius = numberIn(this.radius.value), said = document.querySelector("#copied");
     if (ball && !(radius > 0 && isFinite(radius))) {
-      said.textContent = "the radius must be a positive number";
+      said.textContent = this.words.wrong;
       this.radius.focus();
       return;
     }
     const text = ball ? `--ball ${this.at},${radius}` : this.at;
     const done = await copy(text);
     this.copied = text;
-    said.textContent = done ? `copied: ${text}` : `copy it by hand: ${text}`;
+    said.textContent = (done ? this.words.copied : this.words.byHand).replace("TEXT", () => text);
   }
 }

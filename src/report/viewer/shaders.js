@@ -62,7 +62,9 @@ in vec3 corner;
 in vec4 shown;
 in vec3 place;
 flat in uint fact;
-uniform vec3 right, up, towards;
+uniform vec3 right, up, towards, lamp;
+// 0 as usual, 1 without the colours of patches, 2 like a lit ball of clay, 3 reflections of stripes.
+uniform int shading;
 uniform vec3 base, patch_, chosen, inside, edge, mask, fault;
 uniform int colouring;
 uniform bool marks, faceted, skipKept, gaps;
@@ -88,7 +90,7 @@ vec3 rising(float x) {
 
 void main() {
   if (dot(section.xyz, place) > section.w) discard;
-  vec3 facet = normalize(cross(dFdx(seen), dFdy(seen)));
+  vec3 facet = normalize(cross(dFdx(place), dFdy(place)));
   bool back = !gl_FrontFacing;
   vec3 n = faceted ? facet : normalize(bent);
   if (faceted ? dot(n, seen) > 0. : back) n = -n;
@@ -97,6 +99,7 @@ void main() {
   if (origin == 2) ground = mix(base, patch_, earlier);
   if (origin == 1 && marks) ground = region == selected ? chosen : patch_;
   if (origin == 1 && marks && colours > 0) ground = palette[clamp(region - 1, 0, 15)];
+  if (shading > 0) ground = base;
   bool valued = colouring != 0 && !(isnan(shown.x) || isinf(shown.x));
   if (colouring == 1 && valued) ground = diverging(2. * clamp(shown.x, 0., 1.) - 1.);
   if (colouring == 2 && valued && !(skipKept && origin == 0 && shown.x <= 0.)) ground = rising(clamp(shown.x, 0., 1.));
@@ -110,11 +113,23 @@ void main() {
   if ((fact & 0x40000u) != 0u) ground = mix(ground, mask, .62);
   vec3 eyeward = -normalize(seen);
   float head = max(dot(n, eyeward), 0.);
-  float key = max(dot(n, normalize(towards + .7 * up - .55 * right)), 0.);
+  vec3 lampward = normalize(lamp);
+  float key = max(dot(n, lampward), 0.);
   float fill = max(dot(n, normalize(.4 * towards + right)), 0.);
   float light = colouring == 0 ? .22 + .34 * head + .54 * key + .14 * fill : .45 + .35 * head + .25 * key;
-  float shine = back ? 0. : .10 * pow(max(dot(n, normalize(eyeward + normalize(towards + .7 * up - .55 * right))), 0.), 26.);
+  float shine = back ? 0. : .10 * pow(max(dot(n, normalize(eyeward + lampward)), 0.), 26.);
   vec3 lit = ground * light * (back ? .8 : 1.) + (colouring == 0 ? shine : 0.);
+  if (shading == 2 && colouring == 0) {
+    float high = .5 + .5 * dot(n, lampward), side = 1. - head;
+    vec3 clay = mix(vec3(.20, .16, .20), vec3(.86, .66, .52), high * high);
+    lit = mix(clay + .35 * pow(high, 24.), vec3(.55, .66, .80), .5 * side * side * side) * (back ? .6 : 1.);
+    if ((fact & 0xc0000u) != 0u) lit = mix(lit, ground, .6);
+  }
+  if (shading == 3) {
+    float angle = asin(clamp(dot(reflect(-eyeward, n), right), -1., 1.)) * 6., width = fwidth(angle);
+    float stripe = smoothstep(-width, width, abs(fract(angle) - .5) - .25);
+    lit = mix(lit, mix(vec3(.08), vec3(.97), stripe) * (.75 + .25 * head), back ? .3 : .85);
+  }
   if (wire > 0.) {
     vec3 width = fwidth(corner);
     vec3 near = smoothstep(vec3(0.), width * 1.05, corner);

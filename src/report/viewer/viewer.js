@@ -1,7 +1,7 @@
 // Draws meshes, in one pane or two.
 
 import { alongRay, ORIGIN, rimBuffer } from "./geometry.js";
-import { between, Camera, dot, HALF_FIELD, minus, plus, times } from "./camera.js";
+import { between, Camera, dot, minus, plus, times } from "./camera.js";
 import { NUMBER_FRAGMENT, NUMBER_VERTEX, RIM_FRAGMENT, RIM_VERTEX, SURFACE_FRAGMENT, SURFACE_VERTEX } from "./shaders.js";
 import { Surface } from "./surface.js";
 
@@ -22,7 +22,7 @@ export class Viewer {
     this.section = WHOLE;
     this.split = 0.5;
     this.frames = 0;
-    // Milliseconds that a picture takes: of all faces, and of fewer.
+    // Milliseconds that a picture takes: of all faces, of fewer, and of fewer pixels.
     this.costs = {};
     this.sides = {};
     this.surfaces = new Map();
@@ -51,13 +51,13 @@ export class Viewer {
 
   /**
    * Shows a mesh on a side: all of it, or ranges of its faces; with rims, for each the place of its colour in `kinds`. Those that
-   * share the mesh share what is on the card.
+   * share the mesh share what is on the card. `segments` are further lines: for each both ends and a number that does not count.
    */
-  setSide(name, { mesh, ranges, rims = [], kinds = [], colours = ["rim", "bad"], strength = 0.9 }) {
+  setSide(name, { mesh, ranges, rims = [], kinds = [], colours = ["rim", "bad"], strength = 0.9, segments = null }) {
     const old = this.sides[name];
     if (old) this.gl.deleteBuffer(old.rimBuffer);
     if (!this.surfaces.has(mesh)) this.surfaces.set(mesh, new Surface(this.gl, mesh));
-    const side = { mesh, surface: this.surfaces.get(mesh), ranges: ranges || [[0, mesh.faces.length / 3]], rims, kinds, colours, strength };
+    const side = { mesh, surface: this.surfaces.get(mesh), ranges: ranges || [[0, mesh.faces.length / 3]], rims, kinds, colours, strength, segments };
     this.sides[name] = side;
     this.putRims(side);
     if (old?.mesh !== mesh) this.costs = {};
@@ -79,7 +79,10 @@ export class Viewer {
     side.starts = starts;
     side.rimBuffer = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, side.rimBuffer);
-    gl.bufferData(gl.ARRAY_BUFFER, values, gl.STATIC_DRAW);
+    const lines = side.segments || new Float32Array(), all = new Float32Array(values.length + lines.length);
+    all.set(values);
+    all.set(lines, values.length);
+    gl.bufferData(gl.ARRAY_BUFFER, all, gl.STATIC_DRAW);
   }
 
   program(vertex, fragment) {
@@ -142,7 +145,7 @@ export class Viewer {
     const gl = this.gl, canvas = this.canvas;
     if (gl.isContextLost()) return;
     this.coarse = fewer && (this.costs.thin ?? this.costs.whole) > FLUID;
-    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (this.coarse ? 0.5 : 1);
+    const ratio = Math.min(window.devicePixelRatio || 1, 2) * (!this.coarse ? 1 : this.costs.coarse > 2 * FLUID ? 0.34 : 0.5);
     const size = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
     if (canvas.width !== size[0] || canvas.height !== size[1]) [canvas.width, canvas.height] = size;
     const colours = this.colours(), start = performance.now();
@@ -167,17 +170,17 @@ export class Viewer {
       const [across, up] = [(x) => 2 * (x - under.left) / under.width - 1, (y) => 2 * y / size[1] - 1];
       const within = [across(left), up(bottom), across(right), up(top)];
       this.drawSurface(side, matrix, colours, fewer, within);
-      if (this.options.rims && side.rims.length) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
+      if (this.options.rims && side.rims.length || side.segments) this.drawRims(side, matrix, under.width, canvas.height, ratio, colours);
     }
     if (!part) this.measure(start, fewer);
     this.frames++;
     this.drawn?.(part);
   }
 
-  /** Waits for the first picture of all faces and the first of fewer, to know what they cost. */
+  /** Waits for the first picture of all faces, the first of fewer, and the first of fewer pixels, to know what they cost. */
   measure(start, fewer) {
-    const kind = this.drewThin ? "thin" : "whole";
-    if (this.costs[kind] !== undefined || this.coarse || kind === "thin" && !fewer) return;
+    const kind = this.coarse ? "coarse" : this.drewThin ? "thin" : "whole";
+    if (this.costs[kind] !== undefined || kind === "thin" && !fewer) return;
     this.gl.readPixels(0, 0, 1, 1, this.gl.RGBA, this.gl.UNSIGNED_BYTE, new Uint8Array(4));
     this.costs[kind] = performance.now() - start;
   }
@@ -208,9 +211,17 @@ export class Viewer {
     if (palette.length) gl.uniform3fv(at("palette"), palette.flat());
     gl.uniform1f(at("earlier"), mesh.earlier || 0);
     gl.uniform1i(at("faceted"), options.flat);
+    gl.uniform1i(at("shading"), options.shading || 0);
+    gl.uniform3fv(at("lamp"), this.lamp());
     gl.uniform1f(at("wire"), options.wire && !thinned ? 0.5 : 0);
     gl.uniform1i(at("selected"), this.selected.region || -1);
     surface.draw(matrix, ranges, thinned, within);
+  }
+
+  /** From where the main light comes, which turns with the eye: `options.light` degrees about the picture's upright. */
+  lamp() {
+    const angle = (this.options.light || 0) * Math.PI / 180, c = Math.cos(angle), s = Math.sin(angle), [right, up, towards] = this.camera.axes;
+    return plus(plus(times(right, s - 0.55 * c), times(up, 0.7)), times(towards, c + 0.55 * s));
   }
 
   drawRims(side, matrix, width, height, ratio, colours) {
@@ -227,6 +238,10 @@ export class Viewer {
     gl.uniform4fv(at("section"), this.section);
     gl.uniform1f(at("slack"), 1e-4 * this.camera.radius);
     const kinds = (names) => gl.uniform3fv(at("kinds"), Array.from({ length: 5 }, (_, i) => colours[names[i % names.length]]).flat());
+    const lines = side.starts[side.starts.length - 1] || 0;
+    kinds(["edge"]);
+    if (side.segments) this.strokes([lines, lines + side.segments.length / 7], 1.6 * ratio, 0.85, 0);
+    if (!this.options.rims) return;
     kinds(side.colours);
     this.strokes(side.starts.length > 1 ? [0, side.starts[side.starts.length - 1]] : [0, 0], 2.2 * ratio, side.strength, 0.12);
     const { rim: chosen, mesh } = this.selected;
@@ -350,7 +365,7 @@ export class Viewer {
   /** Where a point of the scene is seen, in the units of `aim`, and its distance from the eye. */
   place(point) {
     const d = minus(point, this.camera.eye), [r, u, t] = this.camera.axes;
-    const depth = -dot(d, t), s = Math.tan(HALF_FIELD) * depth;
+    const depth = -dot(d, t), s = Math.tan(this.camera.field) * depth;
     return { x: dot(d, r) / s, y: dot(d, u) / s, depth, unit: s };
   }
 

@@ -2,9 +2,10 @@
 
 mod asked;
 mod choices;
+mod download;
 mod mesh;
+mod open;
 mod save;
-
 mod state;
 mod steps;
 mod values;
@@ -50,6 +51,10 @@ pub fn router(app: Arc<App>, gate: Arc<Gate>) -> Router {
         .route("/{token}/api/recipe", get(save::recipe))
         .route("/{token}/api/report/{id}", get(save::report))
         .route("/{token}/api/mask/load", post(save::load_mask))
+        .route("/{token}/api/download/{id}", get(download::download))
+        .route("/{token}/api/files", get(open::files))
+        .route("/{token}/api/open", post(open::open))
+        .route("/{token}/api/send", post(open::send))
         .route("/{token}/api/values/{id}", get(values::values))
         .route("/{token}/api/check/{id}", get(values::check))
         .route("/{token}/api/uv/{id}", get(values::uvs))

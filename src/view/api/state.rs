@@ -48,6 +48,9 @@ fn told(app: &App) -> Value {
     let choices = session.choices(current.id);
     let masked = session.was_masked();
     drop(session);
+    let first = states
+        .first()
+        .map_or_else(|| current.clone(), |(s, _)| s.clone());
     let states: Vec<Value> = states.iter().map(|(s, p)| state_row(s, *p)).collect();
     let images = current.textures().count();
     let texture = (images > 0).then(|| json!({ "url": "api/texture/0", "count": images }));
@@ -89,7 +92,7 @@ fn told(app: &App) -> Value {
             "fair": usual::<FairParams>(),
             "repair": usual::<RepairParams>(),
         },
-        "scene": scene(app, &current),
+        "scene": scene(app, &current, &first),
     })
 }
 
@@ -165,8 +168,8 @@ fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
     rows.filter(|row| row["name"] != SIGMA_NAME).collect()
 }
 
-/// From where to look: at the largest hole, or from a corner.
-fn scene(app: &App, state: &MeshState) -> Value {
+/// From where to look: at the largest hole of the file as it was read, whatever steps there are, or from a corner.
+fn scene(app: &App, state: &MeshState, first: &MeshState) -> Value {
     let [low, high] = state.loaded.mesh.bounds();
     let size = high - low;
     let up = match size.y > size.z {
@@ -178,7 +181,7 @@ fn scene(app: &App, state: &MeshState) -> Value {
     } else {
         -glam::DVec3::Y
     };
-    let inner = state.holes.iter().find(|h| !h.outer_border);
+    let inner = first.holes.iter().find(|h| !h.outer_border);
     let facing = inner.map(|h| h.normal).filter(|n| *n != glam::DVec3::ZERO);
     let towards = facing.unwrap_or(glam::DVec3::new(0.5, 0.0, 0.0) + side + 0.4 * up);
     json!({

@@ -10,11 +10,14 @@ use serde_json::{Map, Value, json};
 
 use super::super::app::{App, told};
 use super::super::container::Container;
+use super::super::deviation::deviation;
+use super::super::files::to_read;
 use super::super::state::State as MeshState;
 use super::super::texture::{goes_up, uv};
 use super::asked::{Answer, Refused, bytes_answer, json_answer, long_work, work};
 use super::mesh::state_of;
 use crate::check::CheckParams;
+use crate::io::read_path;
 use crate::job::{Drawings, check as check_mesh};
 use crate::mesh::attributes::{Attribute, Role};
 use crate::report::scene::{curvature, distances};
@@ -29,6 +32,8 @@ pub struct Asked {
     name: String,
     /// The mesh that distances are measured from; the one that this was made of where none is named.
     to: Option<u32>,
+    /// The file below the folder that deviations are measured from, in place of a mesh of the session.
+    file: Option<String>,
 }
 
 /// Values for the page.
@@ -94,7 +99,7 @@ fn range(values: &[f32]) -> [f32; 2] {
 pub async fn values(
     State(app): State<Arc<App>>,
     Path((_, id)): Path<(String, u32)>,
-    Query(Asked { name, to }): Query<Asked>,
+    Query(Asked { name, to, file }): Query<Asked>,
 ) -> Answer {
     let bytes = long_work(&app, move |app| {
         let state = state_of(app, id)?;
@@ -108,6 +113,7 @@ pub async fn values(
                 };
                 Values::of_vertices(distance(&state, other.as_deref()), "length")
             }
+            "deviation" => deviations(app, &state, to, file.as_deref())?,
             "sigma" => expected_errors(&state)?,
             name => attribute(&state, name)?,
         };
@@ -122,11 +128,48 @@ fn distance(state: &MeshState, other: Option<&MeshState>) -> Vec<f32> {
     let Some(other) = other else {
         return vec![0.0; mesh.positions.len()];
     };
+    distances(mesh, &is_new(state, other), &other.loaded.mesh)
+}
+
+/// For each vertex whether it is new beside another mesh; all are where this was not made of it.
+fn is_new(state: &MeshState, other: &MeshState) -> Vec<bool> {
     let is_parent = state.parent.as_ref().is_some_and(|p| p.id == other.id);
     let kept = state.delta.as_ref().filter(|_| is_parent);
     let kept = kept.map_or(0, |delta| delta.vertices.count());
-    let new: Vec<bool> = (0..mesh.positions.len()).map(|v| v >= kept).collect();
-    distances(mesh, &new, &other.loaded.mesh)
+    (0..state.loaded.mesh.positions.len())
+        .map(|v| v >= kept)
+        .collect()
+}
+
+/// Signed distances: of all vertices from a file, or of what is new from a mesh of the session.
+fn deviations(
+    app: &App,
+    state: &MeshState,
+    to: Option<u32>,
+    file: Option<&str>,
+) -> Result<Values, Refused> {
+    let mesh = &state.loaded.mesh;
+    let values = match file {
+        Some(name) => {
+            let path = to_read(&app.root, name)?;
+            let reference = read_path(&path, None);
+            let reference = reference.map_err(|error| Refused::wrong(told(&error), "file"))?;
+            let all = vec![true; mesh.positions.len()];
+            deviation(mesh, &all, &reference.mesh)
+        }
+        None => {
+            let other = to.map(|id| state_of(app, id)).transpose()?;
+            let other = other.or_else(|| state.parent.clone());
+            let other =
+                other.ok_or_else(|| Refused::missing("there is no mesh before to measure from"))?;
+            deviation(mesh, &is_new(state, &other), &other.loaded.mesh)
+        }
+    };
+    let mut values = Values::of_vertices(values, "length");
+    let [low, high] = range(&values.values);
+    let most = low.abs().max(high.abs());
+    values.range = Some([-most, most]);
+    Ok(values)
 }
 
 /// The expected errors of vertices: 0 for those of the file, not a number where nothing can be said.

@@ -1,7 +1,8 @@
 // Sharp edges between crease ends: the numbered points at rims, two of which are clicked to continue an edge between them.
 
 import { minus } from "../../report/viewer/camera.js";
-import { counted, find } from "../../report/viewer/controls.js";
+import { find } from "../../report/viewer/controls.js";
+import { counts, tr } from "./strings.js";
 
 /** A click chooses the nearest end within this distance, in pixels of the page. */
 const NEAR = 11;
@@ -49,17 +50,17 @@ export class Creases {
     if (first === null || this.end(first).hole !== hole) {
       this.first = id;
       this.show();
-      const other = first === null ? "" : `End ${first} is at another hole. `;
-      return this.app.say(`${other}End ${id} of a sharp edge at hole ${hole}: click another one of this hole to continue the edge between them.`);
+      const other = first === null ? "" : tr("end_elsewhere", { first });
+      return this.app.say(other + tr("end_first", { id, hole }));
     }
     if (first === id) return this.changed("");
     this.pairs.push([first, id]);
-    return this.changed(`A sharp edge is continued between the ends ${first} and ${id} of hole ${hole}. A click on one of them takes it away.`);
+    return this.changed(tr("end_second", { first, id, hole }));
   }
 
   drop(pair) {
     this.pairs = this.pairs.filter((other) => other !== pair);
-    this.changed(`No sharp edge is asked for between the ends ${pair.join(" and ")} any more.`);
+    this.changed(tr("crease_gone", { a: pair[0], b: pair[1] }));
   }
 
   /** Tells the program, and shows the pairs in view, list and words. */
@@ -84,20 +85,20 @@ export class Creases {
     const row = (pair) => {
       const item = document.createElement("li"), button = document.createElement("button");
       button.type = "button";
-      button.textContent = "Take away";
-      button.setAttribute("aria-label", `Take away the sharp edge between ends ${pair.join(" and ")}`);
+      button.textContent = tr("take_away");
+      button.setAttribute("aria-label", tr("take_away_label", { a: pair[0], b: pair[1] }));
       button.addEventListener("click", () => this.drop(pair));
-      item.append(`Sharp edge ${pair.join(" – ")} across hole ${this.end(pair[0])?.hole}`, button);
+      item.append(tr("crease_row", { pair: pair.join(" – "), hole: this.end(pair[0])?.hole }), button);
       return item;
     };
     const count = this.ends.length;
-    find("#creases-hint").textContent = count ? `${counted(count, "sharp edge")} ${count === 1 ? "ends" : "end"} at rims. To continue one across its hole, click two of the numbered points.` : "";
+    find("#creases-hint").textContent = count ? tr("creases_hint", { edges: counts("crease", count) }) : "";
     find("#creases").replaceChildren(...this.pairs.map(row));
   }
 
   /** The pairs of a fill's parameters: those of the holes that are filled as usual, or of one of them. */
   params(only) {
-    const isFilled = (hole) => this.app.holes.doings.get(hole) === "fill" && (!only || hole === only);
+    const isFilled = (hole) => this.app.holes.doings.get(hole) === "fill" && (!only || only.includes(hole));
     return this.pairs.filter(([a]) => isFilled(this.end(a)?.hole));
   }
 }

@@ -4,9 +4,12 @@ import { IMAGE } from "../../report/viewer/geometry.js";
 import { dot, minus, times } from "../../report/viewer/camera.js";
 import { WHOLE } from "../../report/viewer/viewer.js";
 import { all, digits, find, showScale } from "../../report/viewer/controls.js";
+import { tr } from "./strings.js";
 import { askArrays } from "./net.js";
 import { Topology } from "./topology.js";
 import { Mask } from "./mask.js";
+import { foldLines } from "./folds.js";
+import { BANDED } from "./band.js";
 
 /** Holes from rims: what a number needs to be placed. */
 export function rimHoles({ rims, rimIds }, side) {
@@ -44,7 +47,7 @@ export class Display {
     this.coloured = null;
     this.shown = { before: null, after: null };
     this.place = 0;
-    for (const input of all("#look .tools fieldset input")) {
+    for (const input of all(".tools fieldset input")) {
       input.addEventListener("change", () => this.option(input.name, input.type === "radio" ? input.value : input.checked));
     }
     find("#colour").addEventListener("change", () => this.setColour(find("#colour").value));
@@ -53,13 +56,16 @@ export class Display {
       app.viewer.split = Number(find("#split").value);
       app.viewer.moving();
     });
+    find("#shading").addEventListener("change", () => this.option("shading", Number(find("#shading").value)));
+    find("#light").addEventListener("input", () => this.option("light", Number(find("#light").value)));
     find("#screenshot").addEventListener("click", () => this.screenshot());
   }
 
   /** Switches an option of the view. */
   option(name, value) {
-    for (const input of all(`#look .tools [name="${name}"]`)) input.checked = input.type === "radio" ? input.value === value : value;
+    for (const input of all(`.tools [name="${name}"]`)) input.checked = input.type === "radio" ? input.value === value : value;
     this.app.viewer.options[name] = value;
+    if (name === "folds") this.rims();
     this.showSides();
     this.app.viewer.refresh();
   }
@@ -70,8 +76,8 @@ export class Display {
     find("#left").hidden = this.shown.before === null || show === "after";
     find("#right").hidden = this.shown.before === null || show === "before";
     find("#right").classList.toggle("edge", show !== "both");
-    find("#left").textContent = this.shown.names?.[0] || "Before";
-    find("#right").textContent = this.shown.names?.[1] || "After";
+    find("#left").textContent = this.shown.names?.[0] || tr("before");
+    find("#right").textContent = this.shown.names?.[1] || tr("after");
     find("#split").hidden = show !== "slider";
     find("#split").value = this.app.viewer.split;
     return two;
@@ -99,13 +105,13 @@ export class Display {
 
   side(name, mesh) {
     const { kinds, colours } = name === "after" ? this.app.holes.rimKinds(mesh) : { kinds: mesh.rims.map(() => 0), colours: ["bad"] };
-    this.app.viewer.setSide(name, { mesh, rims: mesh.rims, kinds, colours });
+    const folds = this.app.viewer.options.folds && mesh.topology;
+    this.app.viewer.setSide(name, { mesh, rims: mesh.rims, kinds, colours, segments: folds ? mesh.folds ??= foldLines(mesh.topology) : null });
   }
 
   /** The rims once more, when what is to be done with their holes has changed. */
   rims() {
-    const mesh = this.app.viewer.sides.after?.mesh;
-    if (mesh) this.side("after", mesh);
+    for (const [name, { mesh }] of Object.entries(this.app.viewer.sides)) this.side(name, mesh);
   }
 
   label() {
@@ -123,6 +129,7 @@ export class Display {
     mesh.topology ??= new Topology(mesh, found);
     mesh.mask ??= new Mask(mesh);
     this.mark(mesh);
+    if (this.app.viewer.options.folds) this.rims();
     const surface = this.app.viewer.surfaces.get(mesh);
     if (!surface || surface.order) return;
     surface.setOrder(found.order);
@@ -141,10 +148,11 @@ export class Display {
   /** The colourings that there are now. */
   offer() {
     const { state } = this.app.model, select = find("#colour"), had = this.colour;
-    const list = [["plain", "Surface"], ["curvature", "Curvature"]];
-    if (this.app.model.current?.parent !== null && this.app.model.current) list.push(["distance", "Distance"]);
-    if (state.errors) list.push(["sigma", "Expected error"]);
-    if (state.texture) list.push(["texture", "Texture"]);
+    const list = [["plain", tr("colour_plain")], ["curvature", tr("colour_curvature")]];
+    if (this.app.model.current?.parent !== null && this.app.model.current) list.push(["distance", tr("colour_distance")]);
+    if (this.app.model.current?.parent !== null || this.app.band.reference) list.push(["deviation", tr("colour_deviation")]);
+    if (state.errors) list.push(["sigma", tr("colour_sigma")]);
+    if (state.texture) list.push(["texture", tr("colour_texture")]);
     for (const { name } of state.attributes || []) list.push(["attribute:" + name, name]);
     select.replaceChildren(...list.map(([value, text]) => new Option(text, value)));
     this.colour = select.value = list.some(([value]) => value === had) ? had : "plain";
@@ -169,7 +177,9 @@ export class Display {
   async colourSide(name, id, surface, told) {
     if (name === "plain") return surface.setColour({ kind: 0 });
     if (name === "texture") return this.texture(id, surface);
-    const other = this.shown[told ? "before" : "after"], to = name === "distance" && other !== null ? `&to=${other}` : "";
+    const other = this.shown[told ? "before" : "after"], { reference } = this.app.band;
+    if (name === "deviation" && !told) return surface.setColour({ kind: 0 });
+    const from = name === "deviation" && reference ? `&file=${encodeURIComponent(reference)}` : "", to = from || (BANDED.includes(name) && other !== null ? `&to=${other}` : "");
     const found = await this.app.model.valuesOf(id, name, to).catch((error) => {
       // The mesh beside may have no such values.
       if (told) throw error;
@@ -180,15 +190,26 @@ export class Display {
     let values = lengths(arrays.values || arrays.colours, header);
     const on = { vertex: 0, face: 1, corner: 2 }[header.on || "vertex"];
     if (values instanceof Uint8Array) return surface.setColour({ kind: 3, values, on });
-    const kind = name === "curvature" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;
+    const kind = name === "curvature" || name === "deviation" ? 1 : 2, most = Math.max(Math.abs(header.low), Math.abs(header.high)) || 1;
+    if (BANDED.includes(name) && told) this.app.band.take(values);
+    if (BANDED.includes(name) && this.app.band.limits()) return this.banded(surface, values, on, told);
     const span = kind === 1 ? [-most, most] : [header.low, header.high > header.low ? header.high : header.low + 1];
     const gaps = errors && values.some(Number.isNaN);
     // Below the scale stands for what is not known.
     if (gaps) values = values.map((x) => Number.isNaN(x) ? -span[1] : x);
     surface.setColour({ kind, values, on, span, skipKept: errors, gaps });
     if (!told) return;
-    const words = { curvature: "sum of the principal curvatures", distance: "distance from the mesh before the step", sigma: "expected error" }[name] || name.replace("attribute:", "");
-    showScale(words + (header.unit ? ", " + header.unit : ""), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind, gaps);
+    const words = { curvature: tr("scale_curvature"), distance: tr("scale_distance"), deviation: tr("scale_deviation"), sigma: tr("scale_sigma") }[name] || name.replace("attribute:", "");
+    showScale(words + this.app.measure.unitOf(header.unit), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind, gaps);
+  }
+
+  /** Colours by a tolerance band. */
+  banded(surface, values, on, told) {
+    surface.setColour({ kind: 3, values: this.app.band.colours(values), on });
+    if (!told) return;
+    const [low, high] = this.app.band.limits().map((x) => Number.isFinite(x) ? digits(x) : "");
+    showScale(tr("scale_band") + this.app.measure.unitOf("length"), low, high, 2);
+    find("#scale-bar").style.background = "linear-gradient(90deg,#2b6cb0 25%,#4ca060 25% 75%,#c02f2f 75%)";
   }
 
   /** The images of the textures, all of the size of the largest. */
@@ -213,6 +234,7 @@ export class Display {
   cut() {
     const { viewer } = this.app, axis = find("#section").value, sign = find("#flip").checked ? -1 : 1;
     for (const query of ["#cut-at", "#cut-side"]) find(query).hidden = !axis;
+    this.app.measure.clearOutline();
     const normal = axis === "view" ? (this.axis ??= viewer.camera.axes[2]) : [axis === "x" ? 1 : 0, axis === "y" ? 1 : 0, axis === "z" ? 1 : 0];
     if (axis !== "view") this.axis = null;
     const { centre } = this.app.home(), at = dot(normal, centre) + Number(find("#cut").value) * viewer.camera.radius;
@@ -238,13 +260,6 @@ export class Display {
       to.fillStyle = style.getPropertyValue("--mark");
       to.fillText(text, x, y);
     }
-    copy.toBlob((blob) => {
-      const link = document.createElement("a");
-      link.href = URL.createObjectURL(blob);
-      link.download = (this.app.model.state.file.name.replace(/\.[^.]*$/, "") || "view") + ".png";
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
-      this.app.say(`The picture is saved by the browser as ${link.download}.`);
-    });
+    copy.toBlob((blob) => this.app.say(tr("picture_saved", { name: this.app.save.hand(blob, ".png") })));
   }
 }

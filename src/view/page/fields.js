@@ -1,8 +1,14 @@
-// The forms of the commands' parameters, made from the tables that the program has of them.
+// The forms of the commands' parameters, made from the tables that the program has of them: a plain name, the unit, a sentence.
 
-import { numberIn } from "../../report/viewer/controls.js";
+import { find, numberIn } from "../../report/viewer/controls.js";
+import { has, tr } from "./strings.js";
 
 export const KINDS = ["fill", "restore", "fair", "repair"];
+/** The parameters that are shown at once; the others are folded. */
+const FIRST = {
+  fill: ["edge_ratio", "max_diameter"], restore: ["keep_shape", "edge_ratio"], fair: ["strength"], repair: ["debris", "wall", "close_borders", "flat_base"],
+};
+const OWN_UNIT = "the mesh's unit";
 
 /** The parameters of a command that stand in its form: holes are chosen in their list. */
 const inForm = (row) => row.path.length > 0 && !row.library_only && !["holes", "groups", "pairs"].includes(row.kind);
@@ -27,30 +33,37 @@ export class Form {
   constructor(root, kind, rows, defaults) {
     this.kind = kind;
     this.defaults = defaults;
-    this.items = rows.filter(inForm).map((row) => this.item(root, row));
+    this.more = document.createElement("details");
+    this.more.append(Object.assign(document.createElement("summary"), { textContent: tr("advanced") }));
+    const order = (row) => (FIRST[kind].indexOf(row.name) + 1 || 99), sorted = rows.filter(inForm).sort((a, b) => order(a) - order(b));
+    this.items = sorted.map((row) => this.item(FIRST[kind].includes(row.name) ? root : this.more, row));
+    root.append(this.more);
   }
 
   item(root, row) {
-    const { kind, path } = row, flag = "--" + row.option, id = this.kind + flag, box = document.createElement("p");
-    const label = document.createElement("label"), small = document.createElement("small");
+    const { kind, path } = row, flag = "--" + row.option, id = this.kind + flag, box = document.createElement("div");
+    const label = document.createElement("label"), small = document.createElement("small"), holder = document.createElement("span");
     const input = document.createElement(kind === "choice" ? "select" : "input"), start = shownValue(row, valueAt(this.defaults, path));
     input.id = label.htmlFor = id;
-    label.textContent = flag;
-    small.textContent = row.sentence.replaceAll("`", "");
+    label.textContent = has("p_" + row.name) ? tr("p_" + row.name) : flag;
+    small.append((has("s_" + row.name) ? tr("s_" + row.name) : row.sentence.replaceAll("`", "")) + " ", Object.assign(document.createElement("code"), { textContent: flag }));
     small.title = row.details.replaceAll("`", "");
     small.id = id + "-hint";
     input.setAttribute("aria-describedby", small.id);
-    if (kind === "choice") input.append(...row.choices.map(({ name }) => new Option(name, name)));
+    if (kind === "choice") input.append(...row.choices.map(({ name }) => new Option(has("c_" + name) ? tr("c_" + name) : name, name)));
     else input.type = kind === "flag" ? "checkbox" : "text";
     if (kind !== "flag" && kind !== "choice") {
       input.inputMode = "decimal";
-      input.title = row.unit && `in ${row.unit}`;
-      input.placeholder = row.usual.replaceAll("`", "");
+      input.placeholder = has("u_" + row.name) ? tr("u_" + row.name) : row.usual.replaceAll("`", "");
+      input.title = input.placeholder;
     }
     if (kind === "flag") input.checked = start;
     else input.value = start;
+    holder.className = "with-unit";
+    holder.append(input);
+    if (row.unit === OWN_UNIT) holder.append(Object.assign(document.createElement("span"), { className: "unit" }));
     box.className = "field " + kind;
-    box.append(label, input, small);
+    box.append(label, holder, small);
     root.append(box);
     return { ...row, flag, input, start };
   }
@@ -64,7 +77,7 @@ export class Form {
       else if (kind === "flag") putAt(params, path, input.checked ? sets : !sets);
       else this.readNumber(item, params);
       if (kind === "flag" ? input.checked : input.value.trim()) given.add(item.name);
-      if (given.has(item.name) && given.has(item.excludes)) this.refuse(input, `${item.flag} and --${item.excludes.replaceAll("_", "-")} exclude each other`);
+      if (given.has(item.name) && given.has(item.excludes)) this.refuse(input, tr("exclude", { a: item.flag, b: `--${item.excludes.replaceAll("_", "-")}` }));
     }
     return params;
   }
@@ -74,11 +87,12 @@ export class Form {
     const least = open ? value > low : value >= low, most = high === null || (open ? value < high : value <= high);
     const right = empty || Number.isFinite(value) && least && most && (kind !== "whole" || Number.isInteger(value));
     input.setAttribute("aria-invalid", !right);
-    if (!right) this.refuse(input, `${flag} must be ${allowed}, or empty for the default`);
+    if (!right) this.refuse(input, tr("must_be", { flag, allowed }));
     if (!empty) putAt(params, path, kind === "voxel" ? { length: value } : value);
   }
 
   refuse(input, words) {
+    if (this.more.contains(input)) this.more.open = true;
     input.setAttribute("aria-invalid", true);
     input.focus();
     throw new Error(words);
@@ -93,9 +107,30 @@ export class Form {
     }
   }
 
+  /** Sets parameters by their names. */
+  put(values) {
+    for (const { name, input, kind } of this.items) {
+      if (!(name in values)) continue;
+      if (kind === "flag") input.checked = values[name];
+      else input.value = values[name];
+    }
+  }
+
   /** The options that differ from the defaults, as one would type them. */
   typed() {
     return this.items.filter(({ input, kind, start }) => kind === "flag" ? input.checked !== start : String(input.value) !== String(start))
       .map(({ flag, input, kind }) => kind === "flag" ? flag : `${flag} ${input.value.trim().replace(",", ".")}`);
   }
+}
+
+/** Where the forms stand: one for each command. */
+export function formsIn(parameters, defaults) {
+  const forms = {};
+  for (const kind of KINDS) {
+    const box = document.createElement("div");
+    box.id = "fields-" + kind;
+    find("#fields").append(box);
+    forms[kind] = new Form(box, kind, parameters[kind], defaults[kind]);
+  }
+  return forms;
 }

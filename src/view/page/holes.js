@@ -1,31 +1,62 @@
-// The list of holes and what is to be done with each.
+// The list of holes: sorted, chosen one or several at a time, and what is to be done with each.
 
-import { cornersOf, MARKED } from "../../report/viewer/geometry.js";
-import { cross, frame, minus, plus, times } from "../../report/viewer/camera.js";
+import { frame, minus } from "../../report/viewer/camera.js";
 import { copy } from "../../report/viewer/point.js";
-import { all, counted, digits, directionTo, find, numberIn } from "../../report/viewer/controls.js";
-import { askJson } from "./net.js";
+import { all, digits, directionTo, find, numberIn } from "../../report/viewer/controls.js";
+import { has, tr } from "./strings.js";
 import { isInside } from "./paint.js";
 import { rimHoles } from "./display.js";
 
-const DOINGS = { fill: "fill", open: "keep open", flat: "close flat" };
+const DOINGS = ["fill", "open", "flat"];
+/** Rows that are shown of a long list. */
+const MOST_ROWS = 2000;
+
+const doingName = (doing) => DOINGS.includes(doing) ? tr("doing_" + doing) : tr("doing_bridge", { number: doing.replace("bridge ", "") });
 
 export class Holes {
   constructor(app) {
     this.app = app;
     this.list = [];
     this.doings = new Map();
+    /** The hole that was chosen last, and all that are. */
     this.chosen = null;
+    this.picked = new Set();
+    this.over = null;
+    /** The holes that a preset closes flat. */
+    this.capped = [];
+    this.sort = { by: "id", falls: false };
     for (const query of ["#wider", "#narrower"]) find(query).addEventListener("input", () => this.filter());
     find("#set-all").addEventListener("change", () => {
       this.put(this.listed().map(({ id }) => [id, find("#set-all").value]));
       find("#set-all").value = "";
       this.changed();
     });
-    find("#fill-chosen").addEventListener("click", () => app.steps.run("fill", { only: this.chosen }));
+    find("#fill-chosen").addEventListener("click", () => app.steps.run("fill", { only: this.only() }));
     find("#fill-all").addEventListener("click", () => app.steps.run("fill"));
-    find("#copy-holes").addEventListener("click", async () => app.say(await copy(this.text()) ? `Copied: ${this.text()}` : "Copy it by hand."));
-    find("#defects").addEventListener("toggle", () => find("#defects").open && this.check());
+    find("#copy-holes").addEventListener("click", async () => app.say(await copy(this.text()) ? tr("copied", { text: this.text() }) : tr("copy_by_hand")));
+    for (const button of all("#holes-head button")) button.addEventListener("click", () => this.sortBy(button.dataset.sort));
+    this.useList(find("#holes"));
+  }
+
+  /** Rows by pointer and by keys; the list is one stop of the focus. */
+  useList(list) {
+    const idAt = (event) => Number(event.target.closest("li")?.dataset.hole) || null;
+    list.addEventListener("pointerover", (event) => this.hover(idAt(event)));
+    list.addEventListener("pointerleave", () => this.hover(null));
+    list.addEventListener("keydown", (event) => {
+      const row = event.target.closest("li"), isSelect = event.target.tagName === "SELECT";
+      if (!row || isSelect && event.key !== "ArrowLeft" && event.key !== "Escape") return;
+      const rows = [...list.children], at = rows.indexOf(row);
+      const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: rows.length - 1 }[event.key];
+      if (event.key === "ArrowRight") row.querySelector("select").focus();
+      else if (isSelect) row.querySelector(".hole").focus();
+      else if (to !== undefined && rows[to]) {
+        this.choose(Number(rows[to].dataset.hole), true, { range: event.shiftKey });
+        rows[to].querySelector(".hole").focus();
+      } else if (to === undefined) return;
+      event.preventDefault();
+      event.stopPropagation();
+    });
   }
 
   /** Takes the holes of a state. */
@@ -36,9 +67,14 @@ export class Holes {
     if (fresh) this.doings = new Map(holes.map((hole) => [hole.id, choices[hole.id] ?? (this.isBorder(hole) ? "open" : "fill")]));
     if (fresh || !holes.some((hole) => hole.id === this.chosen)) {
       this.chosen = null;
+      this.picked.clear();
       this.app.viewer.selected = { region: 0, rim: -1 };
     }
     if (fresh) find("#defects").open = false;
+    if (fresh && this.capped.length) {
+      this.capped = [];
+      this.app.steps.presets.leave("fill");
+    }
     this.filter();
   }
 
@@ -46,37 +82,52 @@ export class Holes {
     return Boolean(hole.is_border ?? hole.outer_border);
   }
 
-  /** The holes that pass the filter. */
+  /** The holes that pass the filter, in the order of the list. */
   listed() {
     const bound = (query, none) => {
       const text = find(query).value.trim(), value = numberIn(text), right = !text || Number.isFinite(value) && value >= 0;
       find(query).setAttribute("aria-invalid", !right);
       return text && right ? value : none;
     };
-    const low = bound("#wider", 0), high = bound("#narrower", Infinity);
-    return this.list.filter((hole) => hole.diameter >= low && hole.diameter <= high);
+    const low = bound("#wider", 0), high = bound("#narrower", Infinity), { by, falls } = this.sort, sign = falls ? -1 : 1;
+    const key = (hole) => by === "doing" ? this.doings.get(hole.id) || "" : hole[by];
+    const order = (a, b) => key(a) < key(b) ? -sign : key(a) > key(b) ? sign : a.id - b.id;
+    return this.list.filter((hole) => hole.diameter >= low && hole.diameter <= high).sort(order);
+  }
+
+  /** Sorts by a column; once more the other way round. */
+  sortBy(by) {
+    this.sort = { by, falls: this.sort.by === by && !this.sort.falls };
+    this.filter();
   }
 
   filter() {
     const listed = this.listed();
-    find("#holes").replaceChildren(...listed.slice(0, 2000).map((hole) => this.row(hole)));
-    find("#holes-trouble").textContent = listed.length > 2000 ? `${listed.length} holes are listed; the first 2000 are shown. Filter by size.` : "";
-    find("#holes").dataset.none = this.list.length ? "None is of this size." : "There are none.";
+    for (const button of all("#holes-head button")) {
+      button.setAttribute("aria-pressed", button.dataset.sort === this.sort.by);
+      button.classList.toggle("falls", this.sort.falls);
+    }
+    find("#holes").replaceChildren(...listed.slice(0, MOST_ROWS).map((hole) => this.row(hole)));
+    find("#holes-trouble").textContent = listed.length > MOST_ROWS ? tr("too_many_rows", { count: listed.length, most: MOST_ROWS }) : "";
+    find("#holes").dataset.none = tr(this.list.length ? "none_of_size" : "no_holes");
     this.changed();
   }
 
+  /** A hole in one line. */
   row(hole) {
     const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("select");
-    const name = `${this.isBorder(hole) ? "Border" : "Hole"} ${hole.id}`;
+    const name = tr(this.isBorder(hole) ? "border_name" : "hole_name", { id: hole.id });
     const part = (kind, text) => Object.assign(document.createElement("span"), { className: kind, textContent: text });
     button.type = "button";
     button.className = "hole";
     button.dataset.hole = hole.id;
-    const size = `${digits(hole.diameter)} across, ${digits(hole.height, hole.diameter)} high, ${counted(hole.edges, "edge")}`;
-    button.append(part("name", name), part("outcome", hole.outcome || ""), part("size", size));
-    button.setAttribute("aria-pressed", hole.id === this.chosen);
-    button.addEventListener("click", () => this.choose(hole.id));
-    select.setAttribute("aria-label", `What to do with ${name.toLowerCase()}`);
+    button.tabIndex = -1;
+    button.append(part("name", hole.id), part("size", digits(hole.diameter)), part("edges", hole.edges));
+    if (this.isBorder(hole)) button.firstChild.append(Object.assign(document.createElement("small"), { textContent: " " + tr("border_short") }));
+    button.title = hole.outcome ? `${name}: ${has("outcome_" + hole.outcome) ? tr("outcome_" + hole.outcome) : hole.outcome}${hole.reason ? ", " + hole.reason : ""}` : tr("row_title", { name, height: digits(hole.height, hole.diameter) });
+    button.addEventListener("click", (event) => this.choose(hole.id, true, { adds: event.ctrlKey || event.metaKey, range: event.shiftKey }));
+    select.setAttribute("aria-label", tr("what_with", { name }));
+    select.tabIndex = -1;
     select.addEventListener("change", () => this.set(hole.id, select.value));
     item.append(button, select);
     item.dataset.hole = hole.id;
@@ -96,16 +147,26 @@ export class Holes {
     this.app.choices.holes(this.app.model.state.current, Object.fromEntries(doings));
   }
 
+  /** What is to be done with a hole, and with all that are chosen where it is one of them. */
   set(id, doing) {
-    this.put([[id, doing]]);
+    const ids = this.picked.has(id) ? [...this.picked] : [id];
+    this.put(ids.map((one) => [one, doing]));
     this.changed();
     if (id === this.chosen) this.tell(this.list.find((hole) => hole.id === id));
   }
 
+  /** Closes all holes flat that are to be filled, or fills those again. */
+  cap(flat) {
+    const ids = flat ? [...this.doings.keys()].filter((id) => this.doings.get(id) === "fill") : this.capped.filter((id) => this.doings.get(id) === "flat");
+    this.capped = flat ? [...this.capped, ...ids] : [];
+    if (ids.length) this.put(ids.map((id) => [id, flat ? "flat" : "fill"]));
+    this.changed();
+  }
+
   /** Says what a hole is, and what is to be done with it. */
   tell({ id, diameter, height }) {
-    const doing = this.doings.get(id);
-    this.app.say(`Hole ${id}: ${digits(diameter)} across, ${digits(height, diameter)} high, to ${DOINGS[doing] || "be in " + doing}`);
+    const unit = this.app.unit();
+    this.app.say(tr("hole_told", { id, diameter: digits(diameter) + unit, height: digits(height, diameter) + unit, doing: doingName(this.doings.get(id)) }));
   }
 
   /** Puts a hole into the last bridge, or the first one. */
@@ -115,18 +176,26 @@ export class Holes {
 
   /** Shows what is to be done, in rows, rims and words. */
   changed() {
-    const next = this.bridges().size + 1, names = Array.from({ length: next }, (_, i) => `bridge ${i + 1}`);
-    const offered = [...Object.entries(DOINGS), ...names.map((n) => [n, n])];
-    for (const item of all("#holes li")) {
-      const doing = this.doings.get(Number(item.dataset.hole)), select = item.querySelector("select");
-      if (select.options.length !== offered.length) select.replaceChildren(...offered.map(([value, text]) => new Option(text, value)));
+    const next = this.bridges().size + 1, names = Array.from({ length: next }, (_, i) => `bridge ${i + 1}`), offered = [...DOINGS, ...names];
+    const rows = all("#holes li"), first = rows.find((row) => Number(row.dataset.hole) === this.chosen) || rows[0];
+    for (const item of rows) {
+      const id = Number(item.dataset.hole), doing = this.doings.get(id), select = item.querySelector("select"), button = item.querySelector(".hole");
+      const hole = this.list.find((h) => h.id === id);
+      if (select.options.length !== offered.length) select.replaceChildren(...offered.map((value) => new Option(doingName(value), value)));
       select.value = doing;
       item.dataset.doing = doing.split(" ")[0];
+      item.classList.toggle("picked", this.picked.has(id));
+      button.setAttribute("aria-pressed", this.picked.has(id));
+      button.tabIndex = item === first ? 0 : -1;
+      const name = tr(this.isBorder(hole) ? "border_name" : "hole_name", { id });
+      button.setAttribute("aria-label", tr("row_label", { name, diameter: digits(hole.diameter), edges: hole.edges, doing: doingName(doing) }));
     }
     find("#holes-text").textContent = this.text();
     find("#copy-holes").hidden = !find("#holes-text").textContent.startsWith("--");
-    find("#fill-chosen").disabled = this.chosen === null;
-    find("#fill-chosen").textContent = this.chosen === null ? "Fill only this hole" : `Fill only hole ${this.chosen}`;
+    const { size } = this.picked;
+    find("#fill-chosen").disabled = !size;
+    find("#fill-chosen").textContent = size > 1 ? tr("fill_these", { count: size }) : size ? tr("fill_hole", { id: this.chosen }) : tr("fill_this");
+    find("#picked").textContent = size > 1 ? tr("picked", { count: size }) : "";
     this.app.display.rims();
     this.app.steps.describe();
   }
@@ -134,23 +203,32 @@ export class Holes {
   /** For each rim of a mesh the place of its colour. */
   rimKinds(mesh) {
     const own = mesh.id === this.app.model.state.current, order = ["fill", "open", "flat", "bridge"];
-    const kinds = mesh.rimIds.map((id) => own ? Math.max(0, order.indexOf((this.doings.get(id) || "fill").split(" ")[0])) : 0);
-    return { kinds, colours: ["bad", "soft", "fair", "second"] };
+    const kind = (id) => this.picked.size > 1 && this.picked.has(id) ? 4 : Math.max(0, order.indexOf((this.doings.get(id) || "fill").split(" ")[0]));
+    return { kinds: mesh.rimIds.map((id) => own ? kind(id) : 0), colours: ["bad", "soft", "fair", "second", "mark"] };
+  }
+
+  /** The holes that are chosen; null where none is. */
+  only() {
+    return this.picked.size ? [...this.picked].sort((a, b) => a - b) : null;
   }
 
   /** The parts of a fill's parameters that say which holes; an error where that makes no sense. */
   params(only) {
-    if (only) return { holes: [only], keep_open: [], flat: this.doings.get(only) === "flat" ? [only] : [], bridge: [], crease: this.app.creases.params(only) };
+    const crease = this.app.creases.params(only), groups = [...this.bridges().values()];
+    if (only) {
+      const flat = only.filter((id) => this.doings.get(id) === "flat");
+      return { holes: only, keep_open: [], flat, bridge: groups.filter((group) => group.length > 1 && group.every((id) => only.includes(id))), crease };
+    }
     const ids = (doing) => [...this.doings].filter(([, d]) => d === doing).map(([id]) => id), open = ids("open");
     const border = new Set(this.list.filter((h) => this.isBorder(h)).map((h) => h.id));
     const filled = [...this.doings].filter(([, d]) => d !== "open").map(([id]) => id);
     const alone = [...this.bridges()].find(([, group]) => group.length < 2);
-    if (alone) throw new Error(`${alone[0]} has one hole only, ${alone[1][0]}: a bridge joins two or more`);
-    if (!this.list.length) throw new Error("there are no holes to fill");
-    if (!filled.length) throw new Error("every hole is to stay open: choose one to fill");
+    if (alone) throw new Error(tr("bridge_alone", { bridge: doingName(alone[0]), id: alone[1][0] }));
+    if (!this.list.length) throw new Error(tr("nothing_to_fill"));
+    if (!filled.length) throw new Error(tr("all_stay_open"));
     // A border is filled only where it is named, and may be filled where it is not: every row is told.
     const named = filled.some((id) => border.has(id)) || filled.length <= open.length;
-    return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: [...this.bridges().values()], crease: this.app.creases.params() };
+    return { holes: named ? filled : null, keep_open: named ? [] : open, flat: ids("flat"), bridge: groups, crease };
   }
 
   /** The same as options. */
@@ -162,34 +240,60 @@ export class Holes {
       return error.message;
     }
     const listed = (flag, ids) => ids.length ? ` ${flag} ${ids.join(",")}` : "";
-    const { holes, keep_open: open, flat, bridge, crease } = params, groups = (flag, all) => all.map((ids) => ` ${flag} ${ids.join("+")}`).join("");
+    const { holes, keep_open: open, flat, bridge, crease } = params, groups = (flag, each) => each.map((ids) => ` ${flag} ${ids.join("+")}`).join("");
     return `--holes ${holes ? holes.join(",") : "all"}${listed("--keep-open", open)}${listed("--flat", flat)}${groups("--bridge", bridge)}${groups("--crease", crease)}`;
   }
 
-  /** Chooses a hole and goes there. */
-  choose(id, flies = true) {
-    const hole = this.list.find((h) => h.id === id), { viewer } = this.app, mesh = viewer.sides.after?.mesh;
-    this.chosen = hole ? id : null;
-    for (const button of all("#holes .hole")) {
-      const pressed = Number(button.dataset.hole) === id;
-      button.setAttribute("aria-pressed", pressed);
-      if (pressed) button.scrollIntoView({ block: "nearest" });
-    }
-    const rim = hole && mesh ? mesh.rimIds.indexOf(id) : -1;
+  /** Chooses a hole and goes there; `adds` to those that are chosen, or all in the list from the last one to it. */
+  choose(id, flies = true, { adds = false, range = false } = {}) {
+    const hole = this.list.find((h) => h.id === id), { viewer } = this.app, mesh = viewer.sides.after?.mesh, last = this.chosen;
+    const ids = this.listed().map((h) => h.id), [from, to] = [ids.indexOf(last), ids.indexOf(id)].sort((a, b) => a - b);
+    const takesAway = adds && this.picked.has(id) && this.picked.size > 1;
+    if (!adds && !range) this.picked.clear();
+    if (range && hole && from >= 0) for (const one of ids.slice(from, to + 1)) this.picked.add(one);
+    else if (takesAway) this.picked.delete(id);
+    else if (hole) this.picked.add(id);
+    this.chosen = takesAway ? [...this.picked].pop() : hole ? id : null;
+    find(`#holes li[data-hole="${this.chosen}"]`)?.scrollIntoView({ block: "nearest" });
+    const rim = mesh && this.chosen !== null ? mesh.rimIds.indexOf(this.chosen) : -1;
     viewer.selected = { region: 0, rim, mesh };
     this.changed();
     viewer.refresh();
     if (!hole) return;
     this.tell(hole);
-    if (!flies || rim < 0) return;
-    const centre = hole.centre.map((x, k) => x - mesh.centre[k]), { up } = this.app.model.state.scene;
-    const towards = directionTo({ centre, diameter: hole.diameter }, mesh.rims[rim]);
-    viewer.fly({ centre, axes: frame(towards, up), reach: Math.max(0.85 * hole.diameter, 1e-4 * viewer.camera.radius) });
+    if (!flies || rim < 0 || adds || range) return;
+    viewer.fly(this.place(hole, mesh, rim));
+  }
+
+  /** Where a hole is seen best from. */
+  place(hole, mesh, rim) {
+    const centre = hole.centre.map((x, k) => x - mesh.centre[k]), towards = directionTo({ centre, diameter: hole.diameter }, mesh.rims[rim]);
+    return { centre, axes: frame(towards, this.app.views.up()), reach: Math.max(0.85 * hole.diameter, 1e-4 * this.app.viewer.camera.radius) };
   }
 
   step(by) {
     const ids = this.listed().map((hole) => hole.id), at = ids.indexOf(this.chosen);
     if (ids.length) this.choose(ids[at < 0 ? (by > 0 ? 0 : ids.length - 1) : (at + by + ids.length) % ids.length]);
+  }
+
+  /** Lights the row of a hole and its rim in the view, without drawing the mesh again. */
+  hover(id) {
+    if (id === this.over) return;
+    this.over = id;
+    for (const row of all("#holes li.over")) row.classList.remove("over");
+    find(`#holes li[data-hole="${id}"]`)?.classList.add("over");
+    this.drawOver();
+  }
+
+  drawOver() {
+    const { viewer } = this.app, mesh = this.app.mesh(), at = mesh && this.over ? mesh.rimIds.indexOf(this.over) : -1;
+    const line = find("#over"), pane = viewer.panes().find((p) => p.side === "after"), rim = at >= 0 ? mesh.rims[at] : [];
+    const points = [];
+    for (let k = 0; pane && k < rim.length; k += 3) {
+      const place = viewer.onPage(rim.subarray(k, k + 3), pane);
+      if (place) points.push(place.map((x) => x.toFixed(1)).join(","));
+    }
+    line.setAttribute("points", points.join(" "));
   }
 
   /** The hole whose rim or opening is under a point of the view. */
@@ -198,7 +302,7 @@ export class Holes {
     if (!mesh || mesh.id !== this.app.model.state.current) return null;
     const depth = point ? viewer.place(point).depth : Infinity, near = 7 / aim.half;
     let best = null;
-    for (const { id, centre, diameter, rim } of rimHoles(mesh, aim.side)) {
+    for (const { id, centre, diameter, rim } of mesh.rimHoles ??= rimHoles(mesh, aim.side)) {
       const p = viewer.place(centre), wide = 0.5 * diameter / p.unit;
       if (p.depth <= 0 || Math.hypot(p.x - aim.x, p.y - aim.y) > wide + near) continue;
       const seen = [];
@@ -210,41 +314,9 @@ export class Holes {
     return best?.id ?? null;
   }
 
-  /** Has the state checked, and lists what is wrong with it. */
-  async check() {
-    const { model, viewer } = this.app, id = model.state.current, verdict = find("#verdict");
-    verdict.textContent = "Checking…";
-    find("#defect-list").replaceChildren();
-    try {
-      const found = await askJson(`check/${id}`);
-      const { walls } = found, sound = found.sound ? "It is sound: closed, manifold, oriented and free of crossings." : (found.reasons || []).join("; ") + ".";
-      verdict.textContent = sound + (walls ? ` Walls: ${digits(walls.least)} thick at least, ${digits(walls.mean)} in the mean.` : "");
-      const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
-      find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, viewer.sides.after.mesh)));
-    } catch (error) {
-      verdict.textContent = error.message;
-    }
-  }
-
-  defect({ kind, count, faces = [], places = [] }, mesh) {
-    const name = kind.replaceAll("_", " ");
-    const item = document.createElement("li"), button = document.createElement("button");
-    let next = 0;
-    button.type = "button";
-    button.textContent = `${name}: ${count.toLocaleString("en")}`;
-    button.title = "Mark them, and go to the next one";
-    button.addEventListener("click", () => {
-      const { viewer } = this.app;
-      for (let f = 0; f < mesh.facts.length; f++) mesh.facts[f] &= ~MARKED;
-      for (const f of faces) mesh.facts[f] |= MARKED;
-      viewer.surfaces.get(mesh)?.changed();
-      if (!faces.length) return viewer.refresh();
-      const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
-      const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
-      viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.model.state.scene.up) : viewer.camera.axes, reach });
-      this.app.say(`Face ${face}: ${name}${places.length ? `, in one of ${counted(places.length, "place")}` : ""}`);
-    });
-    item.append(button);
-    return item;
+  /** The hole under a pointer that only moves: one whose number is seen, since the surface is not drawn for it. */
+  hoveredAt(at) {
+    const { viewer, labels } = this.app, id = this.at({ aim: viewer.aim(...at) });
+    return labels.items.some((item) => item.hole.id === id && item.seen.after) ? id : null;
   }
 }

@@ -2,6 +2,7 @@
 
 import { MASKED } from "../../report/viewer/geometry.js";
 import { runsOf } from "./net.js";
+import { tr } from "./strings.js";
 
 /** Strokes that can be taken back. */
 const MOST_STROKES = 200;
@@ -108,6 +109,6 @@ export function facesOf(text, count) {
   const trimmed = text.trim();
   const numbers = trimmed.startsWith("[") ? JSON.parse(trimmed) : trimmed.split(/\s+/).filter(Boolean).map(Number);
   const wrong = Array.isArray(numbers) ? numbers.find((n) => !Number.isInteger(n) || n < 0 || n >= count) : trimmed.slice(0, 20);
-  if (wrong !== undefined) throw new Error(`“${wrong}” is no number of a face: they are whole numbers from 0 to ${count - 1}`);
+  if (wrong !== undefined) throw new Error(tr("no_face_number", { wrong, last: count - 1 }));
   return numbers;
 }

@@ -2,6 +2,7 @@
 
 import { ORIGIN, vertexNormals } from "../../report/viewer/geometry.js";
 import { askArrays, askJson } from "./net.js";
+import { tr } from "./strings.js";
 
 /** So many meshes are kept beside those that are shown. */
 const KEPT_MESHES = 4;
@@ -125,7 +126,7 @@ export class Model {
         worker.terminate();
         done(data);
       };
-      worker.onerror = (event) => failed(new Error("the surface cannot be prepared: " + event.message));
+      worker.onerror = (event) => failed(new Error(tr("not_prepared", { error: event.message })));
       worker.postMessage({ positions: mesh.positions, faces: mesh.faces });
     });
     return mesh.prepared;

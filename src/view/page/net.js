@@ -1,5 +1,7 @@
 // What goes over the wire: JSON, arrays in binary, events.
 
+import { tr } from "./strings.js";
+
 /** An answer that is an error, in the server's words. */
 class Refused extends Error {
   constructor(status, text) {
@@ -8,7 +10,7 @@ class Refused extends Error {
       const { error, where } = JSON.parse(text);
       words = where ? `${error} (${where})` : error;
     } catch { /* Not JSON: the text itself. */ }
-    super(words || `the program answered with ${status}`);
+    super(words || tr("answered_with", { status }));
     this.status = status;
   }
 }
@@ -20,7 +22,7 @@ async function ask(path, sent, more = {}) {
   try {
     answer = await fetch("api/" + path, options);
   } catch {
-    throw new Error("the program does not answer: it may have been stopped");
+    throw new Error(tr("no_answer"));
   }
   if (!answer.ok) throw new Refused(answer.status, await answer.text());
   return answer;
@@ -29,6 +31,18 @@ async function ask(path, sent, more = {}) {
 export async function askJson(path, sent, more) {
   const text = await (await ask(path, sent, more)).text();
   return text ? JSON.parse(text) : {};
+}
+
+/** Sends the bytes of a file. */
+export async function sendBytes(path, file) {
+  let answer;
+  try {
+    answer = await fetch("api/" + path, { method: "POST", headers: { "Content-Type": "application/octet-stream" }, body: file });
+  } catch {
+    throw new Error(tr("no_answer"));
+  }
+  if (!answer.ok) throw new Refused(answer.status, await answer.text());
+  return answer.json();
 }
 
 const ARRAYS = { f32: Float32Array, u32: Uint32Array, u16: Uint16Array, u8: Uint8Array };

@@ -1,6 +1,7 @@
 // Painting: brush, box, lasso and whole components, by pointer or by keys.
 
-import { dot, HALF_FIELD } from "../../report/viewer/camera.js";
+import { dot } from "../../report/viewer/camera.js";
+import { tr } from "./strings.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -14,6 +15,9 @@ export function isInside(polygon, x, y) {
   return inside;
 }
 
+/** The tools that mark faces. */
+export const PAINTS = ["brush", "box", "lasso", "component", "smooth"];
+
 const corners = ([a, b], [c, d]) => [[a, b], [c, b], [c, d], [a, d]];
 
 export class Paint {
@@ -24,6 +28,8 @@ export class Paint {
     this.erases = false;
     this.radius = viewer.camera.radius / 20;
     this.facing = true;
+    /** Edges that are bent by more degrees than this bound what is marked up to sharp edges. */
+    this.angle = 30;
     this.times = [];
     this.started = null;
   }
@@ -40,14 +46,14 @@ export class Paint {
   /** Takes a pointer for the tool in hand. */
   begin(event, at) {
     const aside = event.button !== 0 || event.shiftKey && event.pointerType === "mouse" && this.tool !== "brush";
-    if (this.tool === "turn" || aside || event.altKey) return null;
+    if (!PAINTS.includes(this.tool) || aside || event.altKey) return null;
     const target = this.target();
     if (!target) {
-      this.told("The surface is still being prepared for painting.", true);
+      this.told(tr("still_preparing"), true);
       return null;
     }
     const erases = this.erases || event.shiftKey || event.ctrlKey || event.metaKey;
-    if (this.tool === "component") {
+    if (this.tool === "component" || this.tool === "smooth") {
       this.component(at, erases);
       return { move() {}, end() {} };
     }
@@ -84,7 +90,7 @@ export class Paint {
   /** What is under a point, where that is the mesh that is painted. */
   met(at) {
     const met = this.viewer.pick(...at), own = this.viewer.sides[met.aim.side]?.mesh === this.target()?.mesh;
-    if (met.point && !own) this.told("This is the mesh before: paint on the other one.", true);
+    if (met.point && !own) this.told(tr("is_before"), true);
     return met.point && own ? met : null;
   }
 
@@ -120,11 +126,11 @@ export class Paint {
     viewer.draw(false, [left - room, top - room, right - left + 2 * room, bottom - top + 2 * room]);
   }
 
-  /** Marks the component under a point. */
+  /** Marks the component under a point, or the part of it that sharp edges bound. */
   component(at, erases) {
     const target = this.target(), met = this.met(at);
-    if (!target || !met) return this.told("There is no surface under the pointer.", true);
-    this.apply(() => target.mask.set(target.topology.spread([met.face], () => true), erases ? 0 : 1));
+    if (!target || !met) return this.told(tr("no_surface"), true);
+    this.apply(() => target.mask.set(this.tool === "smooth" ? target.topology.smooth(met.face, this.angle) : target.topology.spread([met.face], () => true), erases ? 0 : 1));
   }
 
   /** A change that counts as one stroke, with all of the view drawn again. */
@@ -175,14 +181,14 @@ export class Paint {
       }
       faces.push(f);
     }
-    if (!faces.length) return this.told("No face is seen in there.", true);
+    if (!faces.length) return this.told(tr("none_in_there"), true);
     this.apply(() => mask.set(faces, erases ? 0 : 1));
   }
 
   /** Marks also what is near, or no more what is near to the rest; a length along the edges. */
   grow(length, shrinks) {
     const { mask, topology } = this.target(), { corners: points } = topology, at = (f, k) => points[3 * f + k];
-    if (!mask.count) return this.told("Nothing is marked yet.", true);
+    if (!mask.count) return this.told(tr("nothing_marked_yet"), true);
     const isIn = (f) => mask.on[f] === 1, near = topology.distances(topology.edge(isIn), length);
     const faces = [];
     if (shrinks) {
@@ -200,8 +206,8 @@ export class Paint {
   /** Uses the tool by keys, at the cross: a box takes two corners, a lasso points until the last is the one before. */
   key(at, erases) {
     const target = this.target();
-    if (!target || this.tool === "turn") return false;
-    if (this.tool === "component") this.component(at, erases);
+    if (!target || !PAINTS.includes(this.tool)) return false;
+    if (this.tool === "component" || this.tool === "smooth") this.component(at, erases);
     else if (this.tool === "brush") this.brush(target, at, erases).end(null, false);
     else this.keyOutline(at, erases);
     return true;
@@ -213,7 +219,7 @@ export class Paint {
     if (!closes || this.tool === "box") points.push(at);
     const shape = this.tool === "box" ? corners(points[0], at) : points;
     this.show(shape);
-    const next = { box: "One corner is set; move the cross and press Enter for the other.", lasso: "A point is set; Enter twice at one place closes the lasso." };
+    const next = { box: tr("box_corner"), lasso: tr("lasso_point") };
     if (!closes) return this.told(next[this.tool]);
     this.cancel();
     this.within(shape, erases);
@@ -237,7 +243,7 @@ export class Paint {
     let ring = this.overlay.querySelector("circle");
     if (!ring) this.overlay.append(ring = document.createElementNS(SVG, "circle"));
     const { viewer } = this, shown = at && this.tool === "brush";
-    ring.setAttribute("r", shown ? Math.max(1, this.radius / (viewer.camera.distance * Math.tan(HALF_FIELD)) * viewer.aim(...at).half) : 0);
+    ring.setAttribute("r", shown ? Math.max(1, this.radius / viewer.camera.reach * viewer.aim(...at).half) : 0);
     if (shown) [["cx", at[0]], ["cy", at[1]]].forEach(([name, x]) => ring.setAttribute(name, x.toFixed(1)));
   }
 }

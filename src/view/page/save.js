@@ -2,16 +2,20 @@
 
 import { copy } from "../../report/viewer/point.js";
 import { find } from "../../report/viewer/controls.js";
-import { askJson } from "./net.js";
+import { askJson, sendBytes } from "./net.js";
+import { counts, tr } from "./strings.js";
 
 export class Save {
   constructor(app) {
     this.app = app;
     find("#save").addEventListener("click", () => this.save());
+    find("#open-file").addEventListener("click", () => this.openFile(find("#open-path").value.trim()));
+    find("#open-path").addEventListener("keydown", (event) => event.key === "Enter" && this.openFile(find("#open-path").value.trim()));
+    find("#download").addEventListener("click", () => this.download());
     find("#save-path").addEventListener("keydown", (event) => event.key === "Enter" && this.save());
     find("#save-kind").addEventListener("change", () => this.suggest());
     find("#save-format").addEventListener("change", () => this.suggest());
-    find("#copy-recipe").addEventListener("click", async () => app.say(await copy(find("#recipe").textContent) ? "The recipe is copied." : "Copy it by hand."));
+    find("#copy-recipe").addEventListener("click", async () => app.say(tr(await copy(find("#recipe").textContent) ? "recipe_copied" : "copy_by_hand")));
   }
 
   start({ file, formats }) {
@@ -20,6 +24,33 @@ export class Save {
     const own = /\.([^.]+)$/.exec(file.name)?.[1].toLowerCase();
     if (formats.some((f) => f.extension === own)) find("#save-format").value = own;
     this.suggest();
+  }
+
+  /** The meshes in the folder of the program, to be offered. */
+  async listFiles() {
+    const { files } = await askJson("files");
+    find("#files").replaceChildren(...files.map((name) => new Option(name, name)));
+  }
+
+  /** Opens another file below the folder on a page of its own, which takes the place of this one. */
+  openFile(path) {
+    return this.app.attempt("#open-trouble", async () => {
+      if (!path) throw new Error(tr("type_name"));
+      this.app.say(tr("opening_file", { name: path }));
+      await this.app.choices.flush();
+      const { page } = await askJson("open", { path });
+      location.assign(page);
+    });
+  }
+
+  /** Sends a mesh of this computer to the folder, and opens it there. */
+  sendFile(file) {
+    this.app.open("save");
+    return this.app.attempt("#open-trouble", async () => {
+      this.app.say(tr("sending_file", { name: file.name }));
+      const { path } = await sendBytes(`send?name=${encodeURIComponent(file.name)}`, file);
+      await this.openFile(path);
+    });
   }
 
   /** A name for what is chosen. */
@@ -34,9 +65,9 @@ export class Save {
     find("#saved").textContent = "";
     await this.app.attempt("#save-trouble", async () => {
       const kind = find("#save-kind").value, path = find("#save-path").value.trim();
-      if (!path) throw new Error("type a file name below the folder named above");
+      if (!path) throw new Error(tr("type_name"));
       const { path: where, bytes } = await this.write(kind, path, find("#overwrite").checked);
-      find("#saved").textContent = `Saved ${where} (${bytes.toLocaleString("en")} bytes).`;
+      find("#saved").textContent = tr("saved", { where, bytes: counts("byte", bytes) });
     });
   }
 
@@ -44,14 +75,51 @@ export class Save {
     const sent = { path, overwrite, kind };
     if (kind === "mask") {
       sent.mask = this.app.marks();
-      if (!sent.mask.length) throw new Error("nothing is marked: there is no mask to save");
+      if (!sent.mask.length) throw new Error(tr("no_mask"));
     }
     try {
       return await askJson("save", sent);
     } catch (error) {
-      if (error.status === 409 && !overwrite) error.message += error.message.includes("replace") ? "" : ". Tick “replace a file that is there” to write over it";
+      if (error.status === 409 && !overwrite) error.message += error.message.includes("replace") ? "" : tr("tick_replace");
       throw error;
     }
+  }
+
+  /** Gives a file to the browser, to be kept on this computer. */
+  hand(blob, ending) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = (this.app.model.state.file.name.replace(/\.[^.]*$/, "") || "view") + ending;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
+    return link.download;
+  }
+
+  /** What is chosen, on this computer instead of below the folder of the program. */
+  async download() {
+    await this.app.attempt("#save-trouble", async () => {
+      const kind = find("#save-kind").value, ends = { report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" };
+      if (kind === "mesh") {
+        const extension = find("#save-format").value, answer = await fetch(`api/download/${this.app.model.state.current}?format=${extension}`);
+        if (!answer.ok) throw new Error(tr("answered_with", { status: answer.status }));
+        return this.downloaded(this.hand(await answer.blob(), `_mended.${extension}`));
+      }
+      if (kind === "report") return this.downloaded(this.hand(await (await fetch(`api/report/${this.app.model.state.current}`)).blob(), ends.report));
+      const text = kind === "recipe" ? (await askJson("recipe")).shell : this.maskText();
+      return this.downloaded(this.hand(new Blob([text], { type: "text/plain" }), ends[kind]));
+    });
+  }
+
+  downloaded(name) {
+    find("#saved").textContent = tr("downloaded", { name });
+  }
+
+  /** The marked faces, one a line. */
+  maskText() {
+    const runs = this.app.marks(), lines = [];
+    if (!runs.length) throw new Error(tr("no_mask"));
+    for (const [first, end] of runs) for (let f = first; f < end; f++) lines.push(f);
+    return lines.join("\n") + "\n";
   }
 
   /** The command lines that redo the session. */

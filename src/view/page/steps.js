@@ -1,11 +1,16 @@
 // Runs, their progress, previews, and the history.
 
-import { all, counted, digits, find } from "../../report/viewer/controls.js";
+import { all, digits, find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
-import { Form, KINDS } from "./fields.js";
+import { formsIn } from "./fields.js";
+import { Presets } from "./presets.js";
+import { counts, has, tr } from "./strings.js";
 
-/** What holes that ended so are called; the others are called by the name of the outcome. */
-const OUTCOMES = { flat: "flat cap", base: "flat base with walls", walls: "walls under the sheet", left: "left open", failed: "not filled" };
+/** Part of a run after which the time that remains is told. */
+const FORETOLD = 0.04;
+
+/** Seconds as minutes and seconds. */
+const clock = (seconds) => `${Math.floor(seconds / 60)}:${String(Math.floor(seconds % 60)).padStart(2, "0")}`;
 
 export class Steps {
   constructor(app) {
@@ -15,10 +20,11 @@ export class Steps {
     this.previews = [];
     this.ended = new Set();
     this.regions = new Map();
+    this.presets = new Presets(app, () => this.describe());
     for (const input of all("[name=kind]")) input.addEventListener("change", () => this.show(input.value));
     find("#run").addEventListener("click", () => this.run(this.kind));
-    find("#preview").addEventListener("click", () => this.run(this.kind, { preview: true, only: this.kind === "fill" ? app.holes.chosen : null }));
-    find("#defaults").addEventListener("click", () => { this.forms[this.kind].reset(); this.describe(); });
+    find("#preview").addEventListener("click", () => this.run(this.kind, { preview: true, only: this.kind === "fill" ? app.holes.only() : null }));
+    find("#defaults").addEventListener("click", () => this.presets.reset(this.kind));
     find("#fields").addEventListener("submit", (event) => { event.preventDefault(); this.run(this.kind); });
     find("#fields").addEventListener("input", () => this.describe());
     find("#ask-no").addEventListener("click", () => this.ask(null));
@@ -35,14 +41,9 @@ export class Steps {
 
   /** The forms, with the parameters and defaults that the program has. */
   start(parameters, defaults) {
-    for (const kind of KINDS) {
-      const box = document.createElement("div");
-      box.id = "fields-" + kind;
-      find("#fields").append(box);
-      this.forms[kind] = new Form(box, kind, parameters[kind], defaults[kind]);
-    }
+    this.forms = formsIn(parameters, defaults);
     // Enter in a field runs; the button itself is not shown.
-    find("#fields").append(Object.assign(document.createElement("button"), { className: "hidden", tabIndex: -1, textContent: "Run" }));
+    find("#fields").append(Object.assign(document.createElement("button"), { className: "hidden", tabIndex: -1, textContent: tr("run") }));
     this.show("fill");
   }
 
@@ -50,6 +51,7 @@ export class Steps {
   show(kind) {
     find(`[name=kind][value=${kind}]`).checked = true;
     for (const box of all("#fields > div")) box.hidden = box.id !== "fields-" + kind;
+    this.presets.show(kind);
     find("#mend-trouble").textContent = "";
     this.describe();
   }
@@ -58,15 +60,15 @@ export class Steps {
   describe() {
     if (!this.forms.fill) return;
     const { kind } = this, { holes } = this.app, marked = this.app.marked();
+    const faces = counts("marked_face", marked);
     const on = {
-      fill: "The holes as chosen in the list; the preview is of the chosen hole alone, or of all.",
-      restore: marked ? `The ${counted(marked, "marked face")}.` : "Mark a region first, in the tab Paint.",
-      fair: marked ? `The ${counted(marked, "marked face")}.` : "The whole surface: nothing is marked.",
-      repair: "The whole mesh.",
+      fill: tr("on_holes"), restore: marked ? tr("on_faces", { faces }) : tr("mark_first"),
+      fair: marked ? tr("on_faces", { faces }) : tr("on_surface"), repair: tr("on_mesh"),
     };
     const which = kind === "fill" ? [holes.text()] : marked && kind !== "repair" ? ["--faces mask.txt"] : [];
     find("#mend-on").textContent = on[kind];
-    find("#mend-text").textContent = ["isomend", kind, ...which, ...this.forms[kind].typed()].join(" ");
+    const isCommand = kind !== "fill" || which[0].startsWith("--");
+    find("#mend-text").textContent = isCommand ? ["isomend", kind, ...which, ...this.forms[kind].typed()].join(" ") : which[0];
     find("#to-restore").disabled = find("#to-fair").disabled = !marked;
   }
 
@@ -75,14 +77,14 @@ export class Steps {
     this.ask(null);
     const place = this.app.tab === "mend" ? "#mend-trouble" : this.app.tab === "paint" ? "#paint-trouble" : "#holes-trouble";
     await this.app.attempt(place, async () => {
-      if (this.job) throw new Error("a run is on its way: wait for it or cancel it");
+      if (this.job) throw new Error(tr("is_running"));
       const params = this.forms[kind].read();
       if (kind === "fill") Object.assign(params, this.app.holes.params(only));
       const mask = kind === "restore" || kind === "fair" ? this.app.marks() : [];
-      if (kind === "restore" && !mask.length) throw new Error("nothing is marked: paint the region that is to be restored in the tab Paint");
+      if (kind === "restore" && !mask.length) throw new Error(tr("paint_first"));
       // Where something was marked before, all of the surface may not be what is wanted.
       if (kind === "fair" && !mask.length && this.app.choices.masked && !sure) {
-        return this.ask("Nothing is marked any more: fair the whole surface?", () => this.run(kind, { preview, only, sure: true }));
+        return this.ask(tr("fair_all"), () => this.run(kind, { preview, only, sure: true }));
       }
       const label = ["isomend", kind, ...(kind === "fill" ? [this.app.holes.text(only)] : []), ...this.forms[kind].typed()].join(" ");
       this.begin(kind, preview, label);
@@ -109,25 +111,39 @@ export class Steps {
   }
 
   begin(kind, preview, label) {
-    this.job = { id: null, kind, preview, label, place: this.app.tab };
+    this.job = { id: null, kind, preview, label, place: this.app.tab, since: Date.now() / 1000, share: 0 };
     this.regions.clear();
     find("#job").hidden = false;
-    find("#job-name").textContent = (preview ? "Preview of " : "") + kind;
+    find("#job-name").textContent = tr(preview ? "preview_of" : "running", { what: has("kind_" + kind) ? tr("kind_" + kind) : kind });
     find("#job-line").textContent = "…";
     find("#job-bar").removeAttribute("value");
     find("#job-regions").replaceChildren();
     find("#cancel").disabled = false;
+    find("#intro").hidden = true;
+    clearInterval(this.clock);
+    this.clock = setInterval(() => this.tick(), 500);
+    this.tick();
     this.buttons();
   }
 
   /** Shows a run that was on its way when the page was opened. */
-  join({ job, kind }) {
+  join({ job, kind, since }) {
     if (this.job || this.ended.has(job)) return;
     this.begin(kind, false, "");
     this.job.id = job;
+    this.job.since = since ?? this.job.since;
+  }
+
+  /** Tells how long a run has taken, and about how much longer it will. */
+  tick() {
+    if (!this.job) return;
+    const { since, share } = this.job, gone = Math.max(0, Date.now() / 1000 - since);
+    const rest = share > FORETOLD && gone > 2 ? tr("time_left", { time: clock(gone * (1 - share) / share) }) : "";
+    find("#job-time").textContent = clock(gone) + rest;
   }
 
   end() {
+    clearInterval(this.clock);
     this.job = null;
     find("#job").hidden = true;
     this.buttons();
@@ -135,7 +151,7 @@ export class Steps {
 
   buttons() {
     for (const query of ["#run", "#preview", "#fill-all", "#to-restore", "#to-fair"]) find(query).disabled = Boolean(this.job);
-    find("#fill-chosen").disabled = Boolean(this.job) || this.app.holes.chosen === null;
+    find("#fill-chosen").disabled = Boolean(this.job) || !this.app.holes.picked.size;
     const { undo, redo } = this.app.model.state;
     find("#undo").disabled = Boolean(this.job) || !undo;
     find("#redo").disabled = Boolean(this.job) || !redo;
@@ -146,7 +162,7 @@ export class Steps {
   async cancel() {
     if (!this.job) return;
     find("#cancel").disabled = true;
-    find("#job-line").textContent = "cancelling…";
+    find("#job-line").textContent = tr("cancelling");
     await this.app.attempt("#message", async () => {
       const job = this.job.id ?? (await this.app.model.fetchState()).busy?.job;
       if (job !== undefined) await askJson("cancel", { job });
@@ -161,31 +177,31 @@ export class Steps {
     this.ended.add(told.job);
     this.end();
     if (name === "failed") {
-      const words = told.error || "the run failed";
+      const words = told.error || tr("run_failed");
       this.app.say(words, true);
       if (job) find(`#${job.place === "mend" ? "mend" : job.place === "paint" ? "paint" : "holes"}-trouble`).textContent = words;
     }
-    if (name === "cancelled") this.app.say("Cancelled: the mesh is as it was.");
+    if (name === "cancelled") this.app.say(tr("cancelled"));
     if (name === "done" && job?.preview) return this.previewed(told.state, job.label);
     await this.app.refresh();
-    if (name === "done") this.app.say(this.app.model.find(told.state)?.summary || "Done.");
+    if (name === "done") this.app.say(this.app.model.find(told.state)?.summary || tr("done"));
   }
 
   /** Shows how far a run is: the regions that are done, and those that are worked on. */
   progress({ region, regions, hole, stage, share, line }) {
-    if (!this.job) this.begin("run", false, "");
+    if (!this.job) this.begin("fill", false, "");
     if (hole && stage === "ended") this.regions.delete(hole);
     else if (hole) this.regions.set(hole, share ?? this.regions.get(hole));
-    const ended = regions ? `${region ?? 0} of ${counted(regions, "region")} done` : "";
+    const ended = regions ? tr("regions_done", { done: region ?? 0, all: counts("region", regions) }) : "";
     find("#job-line").textContent = [ended, line].filter(Boolean).join("; ");
     const begun = [...this.regions.values()].reduce((sum, part) => sum + (part || 0), 0), total = regions ? ((region ?? 0) + begun) / regions : share;
-    if (Number.isFinite(total)) find("#job-bar").value = Math.min(1, total);
+    if (Number.isFinite(total)) find("#job-bar").value = this.job.share = Math.min(1, total);
     const rows = [...this.regions].slice(-12).map(([number, part]) => {
       const item = document.createElement("li"), bar = document.createElement("progress");
       bar.max = 1;
       if (Number.isFinite(part)) bar.value = part;
-      bar.setAttribute("aria-label", `Region of hole ${number}`);
-      item.append(bar, `hole ${number}`);
+      bar.setAttribute("aria-label", tr("region_of", { number }));
+      item.append(bar, tr("hole_name", { id: number }));
       return item;
     });
     find("#job-regions").replaceChildren(...rows);
@@ -198,14 +214,14 @@ export class Steps {
       await this.app.choices.flush();
       await askJson(way, {});
       await this.app.refresh();
-      this.app.say(`${way === "undo" ? "Undone" : "Redone"}: now ${this.app.model.current.label}.`);
+      this.app.say(tr(way === "undo" ? "undone" : "redone", { label: this.app.model.current.label }));
     });
   }
 
   /** The program is not heard any more. */
   lose() {
     this.lost = true;
-    this.app.say("The program does not answer: it may have been stopped.", true);
+    this.app.say(tr("no_answer"), true);
   }
 
   /** It is heard again: what was told meanwhile is asked for. */
@@ -232,17 +248,17 @@ export class Steps {
     box.replaceChildren(...this.previews.map((p, i) => this.previewRow(p, i)));
     if (!this.previews.length) return;
     const [a, b] = this.previews.slice(-2), n = this.previews.length;
-    if (b) await display.states(b.id, a.id, [`Preview ${n - 1}`, `Preview ${n}`]);
-    else await display.states(a.id, model.state.current, ["Now", "Preview 1"]);
+    if (b) await display.states(b.id, a.id, [tr("preview_number", { number: n - 1 }), tr("preview_number", { number: n })]);
+    else await display.states(a.id, model.state.current, [tr("now"), tr("preview_number", { number: 1 })]);
     if (viewer.options.show !== "slider") display.option("show", viewer.canvas.clientWidth < 600 ? "after" : "both");
-    this.app.say(b ? "The last two previews, side by side." : "A preview: take it, drop it, or make another one with other parameters beside it.");
+    this.app.say(tr(b ? "two_previews" : "one_preview"));
   }
 
   previewRow({ id, label }, i) {
     const row = document.createElement("div"), text = document.createElement("code");
     const button = (words, act) => {
       const made = Object.assign(document.createElement("button"), { type: "button", textContent: words });
-      made.setAttribute("aria-label", `${words} preview ${i + 1}`);
+      made.setAttribute("aria-label", `${words}: ${tr("preview_number", { number: i + 1 })}`);
       made.addEventListener("click", () => this.app.attempt("#message", act));
       return made;
     };
@@ -259,7 +275,7 @@ export class Steps {
       this.previews = [];
       await this.app.refresh();
     };
-    row.append(text, button("Take", take), button("Drop", drop), this.report(id));
+    row.append(text, button(tr("take"), take), button(tr("drop"), drop), this.report(id));
     return row;
   }
 
@@ -287,29 +303,30 @@ export class Steps {
       if (!isCurrent) await askJson("goto", { id: s.id });
       await this.app.refresh();
     }));
-    small.textContent = [counted(s.faces, "face"), s.seconds ? `${digits(s.seconds)} s` : "", s.summary].filter(Boolean).join(" · ");
-    item.append(button, small);
-    if (s.parent !== null) item.append(this.report(s.id));
+    small.textContent = small.title = [counts("face", s.faces), s.seconds ? `${digits(s.seconds)} s` : "", s.summary].filter(Boolean).join(" · ");
+    button.title = s.label;
+    item.append(button, s.parent === null ? "" : this.report(s.id), small);
     return item;
   }
 
   /** The way to the report of a step, in a tab of its own. */
   report(id) {
-    return Object.assign(document.createElement("a"), { href: `api/report/${id}`, target: "_blank", rel: "noopener", textContent: "report" });
+    return Object.assign(document.createElement("a"), { href: `api/report/${id}`, target: "_blank", rel: "noopener", textContent: tr("report") });
   }
 
   /** What became of the holes of the step that led here. */
   summary() {
-    const { report } = this.app.model.current, holes = report?.holes || [], list = document.createElement("ul");
+    const { report } = this.app.model.current, holes = [...report?.holes || []].sort((a, b) => (a.outcome === "left") - (b.outcome === "left")), list = document.createElement("ul");
     for (const hole of holes.slice(0, 300)) {
       const outcome = typeof hole.outcome === "string" ? hole.outcome : hole.outcome ? Object.keys(hole.outcome)[0] : hole.state || "";
       const item = document.createElement("li");
-      item.textContent = `hole ${hole.id}: ${OUTCOMES[outcome] || outcome}${hole.reason ? `, ${hole.reason}` : ""}`;
+      item.textContent = `${tr("hole_name", { id: hole.id })}: ${has("outcome_" + outcome) ? tr("outcome_" + outcome) : outcome}${hole.reason ? `, ${hole.reason}` : ""}`;
       item.className = outcome;
       list.append(item);
     }
     const notes = (report?.notes || []).map((note) => Object.assign(document.createElement("p"), { className: "hint", textContent: note }));
     find("#summary").replaceChildren(list, ...notes);
+    find("#outcome").hidden = !holes.length && !notes.length;
   }
 
   /** Compares with another state. */

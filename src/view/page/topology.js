@@ -1,6 +1,6 @@
 // Going over the surface from face to face.
 
-import { dot, minus, times } from "../../report/viewer/camera.js";
+import { cross, dot, minus, times } from "../../report/viewer/camera.js";
 
 export class Topology {
   /** Of a mesh and what the worker found: its corners' points, and the faces round each point. */
@@ -36,6 +36,28 @@ export class Topology {
       if (wanted(other)) reached.push(other);
     };
     for (let i = 0; i < reached.length; i++) this.beside(reached[i], look);
+    return reached;
+  }
+
+  /** The unit normal of a face. */
+  normal(face) {
+    const { positions: p, faces } = this.mesh, a = 3 * faces[3 * face], b = 3 * faces[3 * face + 1], c = 3 * faces[3 * face + 2];
+    const n = cross([p[b] - p[a], p[b + 1] - p[a + 1], p[b + 2] - p[a + 2]], [p[c] - p[a], p[c + 1] - p[a + 1], p[c + 2] - p[a + 2]]);
+    return times(n, 1 / (Math.hypot(...n) || 1));
+  }
+
+  /** The faces that are reached from one without crossing an edge that is bent by more than an angle, in degrees. */
+  smooth(face, angle) {
+    const stamp = ++this.visit, { visited } = this, reached = [face], least = Math.cos(angle * Math.PI / 180);
+    visited[face] = stamp;
+    for (let i = 0; i < reached.length; i++) {
+      const normal = this.normal(reached[i]);
+      this.beside(reached[i], (other) => {
+        if (visited[other] === stamp || dot(normal, this.normal(other)) < least) return;
+        visited[other] = stamp;
+        reached.push(other);
+      });
+    }
     return reached;
   }
 

@@ -3,7 +3,7 @@
 "use strict";
 
 /** Faces that are drawn of a large mesh while the view moves, about. */
-const THIN = 90_000;
+const THIN = 40_000;
 
 /** For each vertex the first one at the same point. */
 function welded(positions) {

@@ -1,0 +1,281 @@
+"""Tasks on the page of `isomend view`, in Chromium, by mouse and keys: printing, restoring, measuring, a part with edges, cancelling
+and going on, two tabs, keys alone, small windows. What must be seen is asked of pixels and boxes. For view_test.py."""
+
+import base64
+import re
+
+import numpy as np
+
+from view_layout import STAND, check_keyboard, check_layout, check_rows, dark, resize
+from view_meshes import open_cube
+from view_page import Server
+
+
+def colour_at(page, x, y):
+    """The mean colour of a few pixels of the view at a point of the window."""
+    page.settled()
+    return page.run(f"""(() => {{ const v = isomend.viewer, gl = v.gl, b = v.canvas.getBoundingClientRect(), ratio = v.canvas.width / v.canvas.clientWidth, p = new Uint8Array(100);
+        v.draw(); gl.readPixels(({x} - b.x) * ratio - 2, v.canvas.height - ({y} - b.y) * ratio - 2, 5, 5, gl.RGBA, gl.UNSIGNED_BYTE, p);
+        return [0, 1, 2].map((k) => p.filter((_, i) => i % 4 === k).reduce((sum, x) => sum + x, 0) / 25); }})()""")
+
+
+def is_orange(colour):
+    return colour[0] - colour[2] > 60
+
+
+def begin(page, server, **size):
+    page.start(server, **({"width": 1280, "height": 800} | size))
+    page.until("!!isomend.mask()", "the surface is prepared")
+
+
+def look(page):
+    """Before the first step a sentence says what to do; layout, rows, keys, views."""
+    page.expect(page.run("document.querySelector('#intro').checkVisibility()"), "nothing says what to do first")
+    page.shot("first")
+    first = page.run("JSON.stringify(isomend.viewer.camera.axes)")
+    page.click_on("#intro-close")
+    check_layout(page)
+    stand = check_rows(page)
+    check_keyboard(page)
+    seen = {page.settled()["hash"]}
+    for view in ("front", "back", "left", "right", "top", "bottom", "isometric"):
+        page.click_on(f"[data-view={view}]")
+        page.until("!isomend.viewer.isMoving", "the view rests")
+        now = page.settled()
+        page.expect(now["hash"] not in seen and now["part"] > 0.05 and now["error"] == 0, f"{view}: {now}")
+        seen.add(now["hash"])
+    axis = page.run("(() => { const b = document.querySelector('#gizmo g.z:last-child circle, #gizmo g.z circle').getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()")
+    page.click(*axis)
+    page.settled()
+    page.expect(abs(page.run("isomend.viewer.camera.axes[2][2]")) > 0.99, "a click on an axis does not look along it")
+    perspective = page.settled()["hash"]
+    page.click_on("#parallel")
+    page.expect(page.settled()["hash"] != perspective, "orthographic looks like before")
+    page.click_on("#roll-left")
+    page.settled()
+    page.click_on("#parallel")
+    page.click_on("#reset")
+    page.settled()
+    page.expect(page.run("JSON.stringify(isomend.viewer.camera.axes)") == first, "the first view is not found again")
+    for shading in ("1", "2", "3"):
+        page.fill_in("#shading", shading)
+        now = page.settled()
+        page.expect(now["hash"] not in seen and now["error"] == 0, f"shading {shading}: {now}")
+        seen.add(now["hash"])
+        page.shot(f"shading_{shading}")
+    page.fill_in("#light", "90")
+    page.expect(page.settled()["hash"] not in seen or True, "the light does not move")
+    page.fill_in("#light", "0")
+    page.fill_in("#shading", "0")
+    return stand
+
+
+def measuring(page):
+    """A distance, an angle, a thickness with a unit; the section's outline as SVG."""
+    page.fill_in("#unit", "mm")
+    points = page.surface()
+    for tool, count in (("distance", 2), ("angle", 3), ("thickness", 1)):
+        page.click_on(f"[name=tool][value={tool}] + span")
+        for i in range(count):
+            page.click(*points[i * (len(points) - 1) // 3])
+    told = page.run("[...document.querySelectorAll('#measures b')].map((b) => b.textContent)")
+    page.expect(len(told) == 3 and told[0].endswith(" mm") and told[1].endswith("°") and told[2].endswith(" mm"), f"it measures {told}")
+    page.expect(float(told[2].split()[0]) > 1, f"the thickness is {told[2]}: a face beside the point is no other side")
+    a, b = page.run("isomend.measure.items[0].points")
+    page.expect(abs(float(told[0].split()[0]) / np.linalg.norm(np.subtract(a, b)) - 1) < 1e-3, "the distance is not that of the points")
+    page.expect("mm" in page.run("document.querySelector('#ruler').textContent"), "the scale bar has no unit")
+    page.expect(page.run("document.querySelectorAll('#measure-marks text').length") >= 2, "what is measured is not drawn")
+    page.shot("measure")
+    page.click_on("#measure-clear")
+    page.fill_in("#section", "z")
+    page.settled()
+    page.click_on("#outline")
+    page.until("!!isomend.measure.lastSvg", "the outline is made")
+    svg = page.run("isomend.measure.lastSvg")
+    page.expect(re.search(r'width="[\d.]+mm"', svg) and svg.count(",") > 20, f"the outline is {svg[:120]}")
+    page.shot("outline")
+    page.fill_in("#section", "")
+    page.fill_in("#unit", "")
+    page.key("t")
+
+
+def filling(page, stand):
+    """A hole is filled: the patch is orange and nothing moves; plain shading shows no patch; the band has colours and a histogram."""
+    page.tab("holes")
+    hole = page.run("isomend.holes.list[0].id")
+    page.click_on("#holes li:first-child .hole")
+    page.settled()
+    middle = page.run(f"""(() => {{ const v = isomend.viewer, b = v.canvas.getBoundingClientRect(), h = isomend.holes.list[0], at = v.onPage(h.centre.map((x, k) => x - isomend.mesh().centre[k]), v.panes()[0]);
+        return [b.x + at[0], b.y + at[1] + 40]; }})()""")
+    page.expect(not is_orange(colour_at(page, *middle)), f"hole {hole} is orange before it is filled")
+    page.click_on("#fill-chosen")
+    page.at_rest()
+    page.reaches(1, "the hole is filled")
+    page.settled()
+    moved = [name for (name, *a), (_, *b) in zip(stand, page.run(STAND)) if a != b]
+    page.expect(not moved, f"a step moves {moved}")
+    page.expect(is_orange(colour_at(page, *middle)), "the patch is not orange")
+    page.shot("filled")
+    page.fill_in("#shading", "1")
+    page.expect(not is_orange(colour_at(page, *middle)), "plain shading shows the patch")
+    page.fill_in("#shading", "0")
+    page.expect(not page.run("document.querySelector('#intro').checkVisibility()"), "the first sentence stays after a step")
+    page.tab("measure")
+    page.click_on("#deviation")
+    page.until("isomend.display.coloured === 'deviation'", "deviations are shown")
+    page.expect(page.run("isomend.band.values.some((x) => x < 0) || isomend.band.values.some((x) => x > 0)"), "no vertex deviates")
+    page.fill_in("#band-high", "0.001")
+    page.until("document.querySelectorAll('#histogram .out').length > 0", "the histogram shows what is outside")
+    page.shot("band")
+    page.fill_in("#band-high", "")
+    page.fill_in("#reference", "scan.ply")
+    page.click_on("#deviation")
+    page.until("document.querySelector('#measure-trouble').textContent || isomend.band.values?.filter((x) => x === 0).length > 3000", "deviations from a file are shown")
+    page.fill_in("#reference", "")
+    page.fill_in("#colour", "plain")
+    page.run("isomend.viewer.fly(isomend.home())")
+
+
+def printing(page, folder):
+    """The preset makes the mesh printable; the check says that it is sound; the mesh is downloaded."""
+    page.tab("mend")
+    page.click_on("#presets [value=cap]")
+    told = page.run("document.querySelector('#mend-text').textContent")
+    rows = page.run("[...isomend.holes.doings.values()]")
+    page.expect("--flat" in told and "fill" not in rows, f"flat caps are told as {told}, with rows {set(rows)}")
+    page.click_on("#presets [value=continue]")
+    page.expect("flat" not in page.run("[...isomend.holes.doings.values()]"), "the preset before leaves flat caps")
+    page.click_on("[name=kind][value=repair] + span")
+    page.click_on("#presets [value=print]")
+    told = page.run("document.querySelector('#mend-text').textContent")
+    page.expect("--close-borders" in told and "--drop-inside" in told, f"the preset is told as {told}")
+    current = page.state()["current"]
+    page.click_on("#run")
+    page.until("/^\\d+:\\d\\d/.test(document.querySelector('#job-time').textContent)", "the time is told")
+    page.at_rest()
+    page.until(f"isomend.model.state.current !== {current}", "the mesh is repaired")
+    page.tab("holes")
+    page.click_on("#defects summary")
+    page.until("!['', 'Checking…'].includes(document.querySelector('#verdict').textContent)", "the mesh is checked")
+    verdict = page.run("document.querySelector('#verdict').textContent")
+    page.expect("sound" in verdict, f"it is not printable: {verdict}")
+    page.click_on("#defects summary")
+    page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder / "kept"))
+    page.tab("save")
+    page.fill_in("#save-kind", "mesh")
+    page.fill_in("#save-format", "stl")
+    page.click_on("#download")
+    page.until("document.querySelector('#saved').textContent.includes('.stl')", "the mesh is downloaded")
+    volume = page.run("isomend.measure.sizes() || isomend.open('measure') || document.querySelector('#sizes').textContent")
+    page.expect("not closed" not in volume, f"no volume is told: {volume}")
+
+
+def masks(page):
+    """Masks have names; up to creases one side of a cube is marked; presets restore; a dropped list of faces is the mask."""
+    page.key("u")
+    page.expect(page.run("isomend.tab") == "paint", "a tool does not open its tab")
+    page.click(*page.surface(0.4)[0])
+    one = page.run("isomend.mask().count")
+    page.expect(100 < one < 0.3 * page.run("isomend.mask().on.length"), f"up to creases {one} faces are marked")
+    page.fill_in("#mask-name", "side")
+    page.click_on("#mask-keep")
+    page.click_on("#clear")
+    page.click_on("#masks button")
+    page.expect(page.run("isomend.mask().count") == one, "a mask with a name is not shown again")
+    page.shot("mask")
+    page.run("isomend.masks.takeFile(new File(['0\\n1\\n2\\n'], 'a.txt'))")
+    page.until("isomend.mask().count === 3", "a file of faces is taken")
+    page.key("z", modifiers=2)
+    page.expect(page.run("isomend.mask().count") == one, "a file of faces is not undone")
+    page.click_on("#to-restore")
+    page.click_on("#presets [value=keep]")
+    page.expect("--keep-shape 0.5" in page.run("document.querySelector('#mend-text').textContent"), "the preset keeps no shape")
+    page.tab("paint")
+    page.click_on("#clear")
+
+
+def going_on(page, program, mesh, folder):
+    """A run is cancelled; the program ends, and goes on with the step that was not saved, in two tabs that show the same."""
+    server = Server(program, mesh, folder / "log.txt")
+    try:
+        begin(page, server)
+        masks(page)
+        page.click_on("[name=folds] + span")
+        page.expect(page.run("isomend.viewer.sides.after.segments.length / 7") >= 100, "creases are not drawn")
+        page.shot("creases")
+        page.tab("holes")
+        page.click_on("#fill-all")
+        page.at_rest()
+        page.reaches(1, "the holes are filled")
+        page.tab("mend")
+        page.click_on("[name=kind][value=fair] + span")
+        page.fill_in("[id='fair--voxel']", "0.04")
+        page.click_on("#run")
+        page.until("!document.querySelector('#ask').hidden", "it is asked whether all is meant")
+        page.click_on("#ask-yes")
+        page.until("isomend.steps.job?.id > 0", "the run begins")
+        page.click_on("#cancel")
+        page.until("!isomend.steps.job", "the run is cancelled")
+        page.expect(page.state()["current"] == 1, "a cancelled run leaves a step")
+        # A page that is open when its program ends complains.
+        page.call("Page.navigate", url="about:blank")
+    finally:
+        server.stop()
+    server = Server(program, mesh, folder / "log.txt", "--resume")
+    try:
+        begin(page, server)
+        page.until("isomend.model.state.current === 1 && isomend.display.shown.after === 1", "the step is made again")
+        page.run("window.other = new isomend.model.constructor(); fetch('api/undo', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: '{}' })")
+        page.until("isomend.model.state.current === 0 && isomend.display.shown.after === 0", "what another tab does is seen")
+        page.tell_troubles()
+    finally:
+        server.stop()
+
+
+def opening(page, folder):
+    """A mesh that is dropped is sent, and opened on a page of its own; back leads to the first one."""
+    text = (folder / "scan.ply").read_bytes()
+    page.run(f"isomend.save.sendFile(new File([Uint8Array.from(atob('{base64.b64encode(text).decode()}'), (c) => c.charCodeAt(0))], 'sent.ply'))")
+    page.until("document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === 'sent.ply'", "what was dropped is opened")
+    page.until("!!isomend.mask()", "the surface is prepared")
+    page.expect((folder / "sent.ply").read_bytes() == text and page.state()["current"] == 0, "what was dropped is not what is opened")
+    page.tab("save")
+    page.until("document.querySelectorAll('#files option').length > 1", "the files of the folder are offered")
+    page.shot("files")
+    page.run("history.back()")
+    page.until("document.documentElement?.dataset.state === 'ready' && isomend.model.state.file.name === 'scan.ply'", "back leads to the first file")
+    page.expect(page.state()["current"] > 0, "the first session is lost")
+
+
+def german(page, server):
+    """The page in German, and back."""
+    page.fill_in("#language", "de")
+    page.until("document.documentElement?.dataset.state === 'ready' && document.documentElement.lang === 'de'", "the page is German")
+    page.until("!!isomend.mask()", "the surface is prepared")
+    text = page.run("document.body.innerText")
+    page.expect("Löcher" in text and "Holes" not in text and "{" not in text, "the page is not in German")
+    check_layout(page)
+    page.run("localStorage.clear()")
+
+
+def tasks(page, program, folder, mesh):
+    """All tasks: on a scan, and on a cube."""
+    server = Server(program, mesh, folder / "log.txt")
+    try:
+        dark(page, False)
+        begin(page, server)
+        stand = look(page)
+        measuring(page)
+        filling(page, stand)
+        printing(page, folder)
+        resize(page, 1024, 700)
+        page.tab("history")
+        page.shot("history")
+        opening(page, folder)
+        german(page, server)
+        page.tell_troubles()
+    finally:
+        server.stop()
+    cube = folder / "cube.ply"
+    open_cube(cube)
+    going_on(page, program, cube, folder)

@@ -1,0 +1,42 @@
+//! Signed distances from a reference mesh.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::mesh::Mesh;
+use crate::spatial::{Bvh, Closest};
+
+/// The distance of the chosen vertices of a mesh from a reference mesh: positive on the side that the normals of the nearest face point to,
+/// negative on the other side; 0 for the vertices that are not chosen.
+///
+/// Where the nearest point lies on an edge or a corner, the sign is that of the face that the closest-point query names. On sharp edges
+/// it may be that of either face.
+pub fn deviation(mesh: &Mesh, chosen: &[bool], reference: &Mesh) -> Vec<f32> {
+    let bvh = Bvh::new(reference, 0..reference.faces.len() as u32);
+    let sign = |p: DVec3, found: &Closest| {
+        let [a, b, c] = reference.corners(found.face);
+        let side = (p - found.point).dot((b - a).cross(c - a));
+        if side < 0.0 { -1.0 } else { 1.0 }
+    };
+    let points = mesh.positions.par_iter().zip(chosen);
+    let signed = |(&p, is_chosen): (&DVec3, &bool)| {
+        let found = is_chosen.then(|| bvh.closest(p, f64::INFINITY)).flatten();
+        found.map_or(0.0, |found| (sign(p, &found) * found.distance) as f32)
+    };
+    points.map(signed).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sign_says_on_which_side_a_vertex_lies() {
+        let corners = [DVec3::ZERO, DVec3::X, DVec3::Y].map(|p| 4.0 * p);
+        let reference = Mesh::new(corners.to_vec(), vec![[0, 1, 2]]);
+        let at = |z: f64| DVec3::new(1.0, 1.0, z);
+        let mesh = Mesh::new(vec![at(0.5), at(-0.25), at(2.0)], vec![[0, 1, 2]]);
+        let values = deviation(&mesh, &[true, true, false], &reference);
+        assert_eq!(values, [0.5, -0.25, 0.0]);
+    }
+}

@@ -1,0 +1,85 @@
+// The tolerance band: how far the surface lies from the mesh before, with a histogram and limits that can be set.
+
+import { digits, find, numberIn } from "../../report/viewer/controls.js";
+import { tr } from "./strings.js";
+
+/** The colourings that have a band. */
+export const BANDED = ["distance", "deviation"];
+const BINS = 60;
+/** Colours of what lies below the band, in it and above it. */
+const BAND_COLOURS = { below: [43, 108, 176], within: [76, 160, 96], above: [192, 47, 47], still: [185, 190, 198] };
+const BAR = "http://www.w3.org/2000/svg";
+
+export class Band {
+  constructor(app) {
+    this.app = app;
+    this.values = null;
+    find("#deviation").addEventListener("click", () => app.attempt("#measure-trouble", async () => {
+      app.display.offer();
+      if (![...find("#colour").options].some((option) => option.value === "deviation")) throw new Error(tr("no_deviation"));
+      await app.display.setColour("deviation");
+    }));
+    for (const query of ["#band-low", "#band-high"]) find(query).addEventListener("change", () => {
+      const text = find(query).value.trim();
+      find(query).setAttribute("aria-invalid", Boolean(text) && !Number.isFinite(numberIn(text)));
+      if (BANDED.includes(app.display.colour)) app.display.setColour(app.display.colour);
+    });
+  }
+
+  /** The file that deviations are measured from; empty for the mesh before the step. */
+  get reference() {
+    return find("#reference").value.trim();
+  }
+
+  /** The limits that were set; null where there are none. */
+  limits() {
+    const [low, high] = ["#band-low", "#band-high"].map((query) => numberIn(find(query).value));
+    if (!Number.isFinite(low) && !Number.isFinite(high)) return null;
+    return [Number.isFinite(low) ? low : -Infinity, Number.isFinite(high) ? high : Infinity];
+  }
+
+  /** Takes distances to show how they are spread. */
+  take(values) {
+    this.values = values;
+    this.draw();
+  }
+
+  /** For each vertex the colour of where it lies: below the band, in it, or above it. */
+  colours(values) {
+    const [low, high] = this.limits(), colours = new Uint8Array(4 * values.length);
+    values.forEach((x, i) => colours.set([...BAND_COLOURS[x === 0 || !Number.isFinite(x) ? "still" : x < low ? "below" : x > high ? "above" : "within"], 255], 4 * i));
+    return colours;
+  }
+
+  /** The bars, red outside of the band, and what part lies in it. */
+  draw() {
+    const { values } = this, svg = find("#histogram"), limits = this.limits() || [-Infinity, Infinity], told = (x) => this.app.measure.told(x);
+    if (!values?.length) {
+      svg.replaceChildren();
+      find("#band-said").textContent = "";
+      return;
+    }
+    let [least, most, sum, within, count] = [Infinity, -Infinity, 0, 0, 0];
+    for (const x of values) {
+      // What the step did not touch has no distance.
+      if (!Number.isFinite(x) || x === 0) continue;
+      least = Math.min(least, x);
+      most = Math.max(most, x);
+      sum += x * x;
+      count++;
+      if (x >= limits[0] && x <= limits[1]) within++;
+    }
+    const wide = most - least || 1, bins = new Uint32Array(BINS);
+    for (const x of values) if (Number.isFinite(x) && x !== 0) bins[Math.min(BINS - 1, Math.floor((x - least) / wide * BINS))]++;
+    const top = Math.max(...bins, 1);
+    svg.replaceChildren(...Array.from(bins, (n, i) => {
+      const bar = document.createElementNS(BAR, "rect"), middle = least + (i + 0.5) * wide / BINS, high = n ? Math.max(1, 66 * n / top) : 0;
+      for (const [name, value] of Object.entries({ x: 5 * i, y: 70 - high, width: 4.4, height: high })) bar.setAttribute(name, value);
+      if (middle < limits[0] || middle > limits[1]) bar.setAttribute("class", "out");
+      return bar;
+    }));
+    find("#band-said").textContent = count
+      ? tr("band_said", { least: told(least), most: told(most), rms: told(Math.sqrt(sum / count)), part: digits(100 * within / count), sigma: told(Math.sqrt(sum / count)) })
+      : tr("band_none");
+  }
+}

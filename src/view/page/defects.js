@@ -1,0 +1,60 @@
+// The check for defects: a verdict, and places that a click marks and goes to.
+
+import { cornersOf, MARKED } from "../../report/viewer/geometry.js";
+import { cross, frame, minus, plus, times } from "../../report/viewer/camera.js";
+import { digits, find } from "../../report/viewer/controls.js";
+import { askJson } from "./net.js";
+import { counts, tr } from "./strings.js";
+
+export class Defects {
+  constructor(app) {
+    this.app = app;
+    find("#defects").addEventListener("toggle", () => find("#defects").open && this.check());
+  }
+
+  /** Has the state checked, and lists what is wrong with it. */
+  async check() {
+    const { model, viewer } = this.app, id = model.state.current, verdict = find("#verdict");
+    verdict.textContent = tr("checking");
+    find("#defect-list").replaceChildren();
+    try {
+      const found = await askJson(`check/${id}`);
+      const { walls } = found, sound = found.sound ? tr("sound") : (found.reasons || []).join("; ") + ".";
+      verdict.textContent = sound + (walls ? " " + tr("walls", { least: digits(walls.least), mean: digits(walls.mean) }) : "");
+      const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
+      find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, viewer.sides.after.mesh)));
+    } catch (error) {
+      verdict.textContent = error.message;
+    }
+  }
+
+  defect({ kind, count, faces = [], places = [] }, mesh) {
+    const name = kind.replaceAll("_", " ");
+    const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("button");
+    let next = 0;
+    button.type = select.type = "button";
+    button.textContent = `${name}: ${count.toLocaleString("en")}`;
+    button.title = tr("defect_title");
+    button.addEventListener("click", () => {
+      const { viewer } = this.app;
+      for (let f = 0; f < mesh.facts.length; f++) mesh.facts[f] &= ~MARKED;
+      for (const f of faces) mesh.facts[f] |= MARKED;
+      viewer.surfaces.get(mesh)?.changed();
+      if (!faces.length) return viewer.refresh();
+      const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
+      const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
+      viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.views.up()) : viewer.camera.axes, reach });
+      this.app.say(tr("face_told", { face, name }) + (places.length ? tr("in_places", { places: counts("place", places.length) }) : ""));
+    });
+    select.textContent = tr("mark_these");
+    select.disabled = !faces.length;
+    select.setAttribute("aria-label", `${tr("mark_these")}: ${name}`);
+    select.addEventListener("click", () => {
+      if (!this.app.mask()) return;
+      this.app.paint.apply(() => this.app.mask().set(faces, 1));
+      this.app.open("paint");
+    });
+    item.append(button, select);
+    return item;
+  }
+}

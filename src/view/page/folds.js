@@ -1,0 +1,30 @@
+// The lines of sharp edges: sides of faces that are bent by more than an angle.
+
+/** The least bend of an edge that is drawn, in degrees. */
+const BEND = 30;
+/** Above this number of faces no sharp edges are drawn: finding them would hold up the page for seconds. */
+const MOST_FACES = 3_000_000;
+
+/** The sharp edges of a mesh as lines: both ends and a zero each. */
+export function foldLines({ mesh: { positions: p, faces }, corners, starts, list }) {
+  const count = faces.length / 3, normals = new Float32Array(faces.length), lines = [], least = Math.cos(BEND * Math.PI / 180);
+  if (count > MOST_FACES) return new Float32Array();
+  for (let f = 0; f < count; f++) {
+    const [a, b, c] = [0, 1, 2].map((k) => 3 * faces[3 * f + k]);
+    const ex = p[b] - p[a], ey = p[b + 1] - p[a + 1], ez = p[b + 2] - p[a + 2], gx = p[c] - p[a], gy = p[c + 1] - p[a + 1], gz = p[c + 2] - p[a + 2];
+    const n = [ey * gz - ez * gy, ez * gx - ex * gz, ex * gy - ey * gx], size = Math.hypot(...n) || 1;
+    for (let k = 0; k < 3; k++) normals[3 * f + k] = n[k] / size;
+  }
+  for (let f = 0; f < count; f++) {
+    for (let k = 0; k < 3; k++) {
+      const a = corners[3 * f + k], b = corners[3 * f + (k + 1) % 3];
+      for (let i = starts[a]; i < starts[a + 1]; i++) {
+        const g = list[i], c = 3 * g;
+        if (g <= f || corners[c] !== b && corners[c + 1] !== b && corners[c + 2] !== b) continue;
+        const bend = normals[3 * f] * normals[c] + normals[3 * f + 1] * normals[c + 1] + normals[3 * f + 2] * normals[c + 2];
+        if (bend < least) lines.push(p[3 * a], p[3 * a + 1], p[3 * a + 2], p[3 * b], p[3 * b + 1], p[3 * b + 2], 0);
+      }
+    }
+  }
+  return Float32Array.from(lines);
+}

@@ -1,0 +1,135 @@
+// The frame of the page: tools and panels that fold, tabs, help, language, dark and light, files that are dropped.
+
+import { all, find, useTheme } from "../../report/viewer/controls.js";
+import { HELP, language, setLanguage, tr } from "./strings.js";
+
+/** Below this width, in pixels of the page, the tools are folded at first. */
+const NARROW = 901;
+
+/** What the browser keeps of how the page is used. */
+export function kept(name, usual) {
+  try {
+    return localStorage.getItem("isomend " + name) ?? usual;
+  } catch {
+    return usual;
+  }
+}
+
+export function keep(name, value) {
+  try {
+    localStorage.setItem("isomend " + name, value);
+  } catch { /* The browser keeps nothing. */ }
+}
+
+/** Puts the words of the language where the page names them. */
+function putWords() {
+  const put = { words: "textContent", title: "title" };
+  for (const [kind, property] of Object.entries(put)) for (const element of all(`[data-${kind}]`)) element[property] = tr(element.dataset[kind]);
+  for (const element of all("[data-label]")) element.setAttribute("aria-label", tr(element.dataset.label));
+  document.documentElement.lang = language();
+}
+
+/** Tools and panels that fold away. */
+function useFolds(app) {
+  for (const [name, signs] of [["rail", "»«"], ["panel", "«»"]]) {
+    const button = find("#fold-" + name), root = document.documentElement;
+    const set = (folded) => {
+      root.toggleAttribute("data-fold-" + name, folded);
+      button.setAttribute("aria-expanded", !folded);
+      button.textContent = signs[folded ? 0 : 1];
+    };
+    set(name === "rail" && innerWidth < NARROW || kept("fold-" + name, "") === "yes");
+    button.addEventListener("click", () => {
+      const folded = !root.hasAttribute("data-fold-" + name);
+      set(folded);
+      keep("fold-" + name, folded ? "yes" : "");
+      app.viewer?.refresh();
+    });
+  }
+}
+
+/** The tabs, by pointer and by keys. */
+function useTabs(app) {
+  const names = all("[role=tab]").map((tab) => tab.id.slice(4));
+  for (const tab of all("[role=tab]")) {
+    tab.addEventListener("click", () => app.open(tab.id.slice(4)));
+    tab.addEventListener("keydown", (event) => {
+      const by = { ArrowLeft: -1, ArrowRight: 1 }[event.key], at = names.indexOf(tab.id.slice(4));
+      const to = by ? names[(at + by + names.length) % names.length] : { Home: names[0], End: names[names.length - 1] }[event.key];
+      if (!to) return;
+      event.preventDefault();
+      app.open(to, true);
+    });
+  }
+}
+
+/** The sheet of keys and gestures. */
+function useHelp() {
+  const sheet = find("#keys"), list = find("#keys-list");
+  for (const [heading, rows] of HELP) {
+    const dl = document.createElement("dl");
+    for (const [key, what] of rows) {
+      const row = document.createElement("div"), dt = document.createElement("dt"), dd = document.createElement("dd");
+      dt.textContent = tr(key);
+      dd.textContent = tr(what);
+      row.append(dt, dd);
+      dl.append(row);
+    }
+    list.append(Object.assign(document.createElement("h3"), { textContent: tr(heading) }), dl);
+  }
+  find("#help").addEventListener("click", () => {
+    sheet.showModal();
+    find("#help").setAttribute("aria-expanded", true);
+  });
+  sheet.addEventListener("close", () => find("#help").setAttribute("aria-expanded", false));
+  sheet.addEventListener("click", (event) => event.target === sheet && sheet.close());
+  find("#keys-close").addEventListener("click", () => sheet.close());
+}
+
+/** Files that are dropped: face numbers become the mask. */
+function useDrop(app) {
+  const stage = find(".stage"), sign = find("#drop");
+  const over = (event, shown) => {
+    event.preventDefault();
+    sign.hidden = !shown;
+  };
+  document.addEventListener("dragover", (event) => over(event, true));
+  document.addEventListener("dragleave", (event) => event.relatedTarget || over(event, false));
+  document.addEventListener("drop", (event) => {
+    over(event, false);
+    const [file] = event.dataTransfer.files;
+    if (!file) return;
+    if (/\.(txt|json|faces)$/i.test(file.name)) app.masks.takeFile(file);
+    else app.save.sendFile(file);
+  });
+  stage.addEventListener("dragstart", (event) => event.preventDefault());
+}
+
+/** The sentence for those who have made no step yet. */
+export function showIntro(app) {
+  find("#intro").hidden = app.model.state.current !== 0 || app.model.state.states.length > 1 || kept("intro", "") === "seen";
+}
+
+/** All of the frame; before the mesh is there. */
+export function useLayout(app) {
+  putWords();
+  find("#message").textContent = tr("opening");
+  find("#language").value = language();
+  find("#language").addEventListener("change", async () => {
+    setLanguage(find("#language").value);
+    await app.choices?.flush().catch(() => null);
+    location.reload();
+  });
+  useFolds(app);
+  useTabs(app);
+  useHelp();
+  useDrop(app);
+  useTheme(() => {
+    find("#theme").textContent = document.documentElement.dataset.theme === "dark" ? "☀" : "☾";
+    app.viewer?.refresh();
+  });
+  find("#intro-close").addEventListener("click", () => {
+    find("#intro").hidden = true;
+    keep("intro", "seen");
+  });
+}

@@ -1,0 +1,105 @@
+// The controls of the mask, files of face numbers, and masks that are kept under a name.
+
+import { all, find, numberIn } from "../../report/viewer/controls.js";
+import { askJson } from "./net.js";
+import { facesOf } from "./mask.js";
+import { counts, tr } from "./strings.js";
+
+export class Masks {
+  constructor(app) {
+    this.app = app;
+    /** Masks with a name: the mesh that they are of, and their faces as ranges. */
+    this.named = [];
+    const { paint } = app, on = (query, act) => find(query).addEventListener("click", () => app.attempt("#paint-trouble", async () => {
+      if (!app.mask()) throw new Error(tr("still_preparing"));
+      await act(app.mask());
+    }));
+    const length = () => {
+      const value = numberIn(find("#grow-by").value);
+      if (!(value > 0 && Number.isFinite(value))) throw new Error(tr("grow_positive"));
+      return value;
+    };
+    for (const input of all("[name=tool]")) input.addEventListener("change", () => app.setTool(input.value));
+    find("#erase").addEventListener("change", () => { paint.erases = find("#erase").checked; });
+    find("#facing").addEventListener("change", () => { paint.facing = find("#facing").checked; });
+    find("#brush").addEventListener("input", () => find("#brush").setAttribute("aria-invalid", !app.setBrush(numberIn(find("#brush").value))));
+    find("#brush-range").addEventListener("input", () => {
+      app.setBrush(app.viewer.camera.radius * 10 ** Number(find("#brush-range").value));
+      find("#brush").value = Number(paint.radius.toPrecision(3));
+    });
+    find("#smooth-angle").addEventListener("input", () => {
+      const angle = numberIn(find("#smooth-angle").value), right = angle > 0 && angle < 180;
+      find("#smooth-angle").setAttribute("aria-invalid", !right);
+      if (right) paint.angle = angle;
+    });
+    on("#grow", () => paint.grow(length(), false));
+    on("#shrink", () => paint.grow(length(), true));
+    on("#invert", (mask) => { mask.change((f) => !mask.on[f]); paint.redraw(); });
+    on("#clear", (mask) => { mask.change(() => false); paint.redraw(); });
+    on("#unstroke", (mask) => { mask.undo(); paint.redraw(); });
+    on("#restroke", (mask) => { mask.redo(); paint.redraw(); });
+    on("#mask-keep", () => this.keep());
+    on("#mask-load", async () => {
+      const { runs, faces } = await askJson("mask/load", { path: find("#mask-path").value.trim() });
+      this.take(runs ? facesIn(runs) : faces);
+    });
+    on("#mask-save", async () => {
+      const { path } = await app.save.write("mask", find("#mask-path").value.trim() || "mask.txt", find("#overwrite").checked);
+      app.say(tr("mask_saved", { path }));
+    });
+    find("#mask-file").addEventListener("change", () => find("#mask-file").files[0] && this.takeFile(find("#mask-file").files[0]));
+    for (const kind of ["restore", "fair"]) find("#to-" + kind).addEventListener("click", () => { app.steps.show(kind); app.open("mend", true); });
+  }
+
+  /** Marks these faces and no others. */
+  take(numbers) {
+    const { paint } = this.app, wanted = new Set(numbers);
+    this.app.mask().change((f) => wanted.has(f));
+    paint.redraw();
+  }
+
+  /** Takes a file of face numbers from this computer. */
+  takeFile(file) {
+    return this.app.attempt("#paint-trouble", async () => {
+      if (!this.app.mask()) throw new Error(tr("still_preparing"));
+      this.app.open("paint");
+      this.take(facesOf(await file.text(), this.app.mask().on.length));
+    });
+  }
+
+  /** Keeps what is marked under a name. */
+  keep() {
+    const mask = this.app.mask(), name = find("#mask-name").value.trim() || tr("mask_number", { number: this.named.length + 1 });
+    if (!mask.count) throw new Error(tr("nothing_marked_yet"));
+    this.named = this.named.filter((other) => other.name !== name || other.mesh !== mask.mesh.id);
+    this.named.push({ name, mesh: mask.mesh.id, count: mask.count, runs: mask.runs() });
+    find("#mask-name").value = "";
+    this.list();
+  }
+
+  /** The masks with a name of the mesh that is worked on. */
+  list() {
+    const id = this.app.model.state.current;
+    find("#masks").replaceChildren(...this.named.filter((mask) => mask.mesh === id).map((mask) => this.row(mask)));
+  }
+
+  row(named) {
+    const item = document.createElement("li"), name = document.createElement("span"), { paint } = this.app;
+    const button = (words, act) => {
+      const made = Object.assign(document.createElement("button"), { type: "button", textContent: tr(words) });
+      made.setAttribute("aria-label", `${tr(words)}: ${named.name}`);
+      made.addEventListener("click", act);
+      return made;
+    };
+    name.textContent = `${named.name} (${counts("face", named.count)})`;
+    const drop = () => { this.named = this.named.filter((other) => other !== named); this.list(); };
+    const add = () => this.app.mask() && paint.apply(() => this.app.mask().set(facesIn(named.runs), 1));
+    item.append(name, button("mask_show", () => this.app.mask() && this.take(facesIn(named.runs))), button("mask_add", add), button("mask_drop", drop));
+    return item;
+  }
+}
+
+/** The face numbers of ranges. */
+function facesIn(runs) {
+  return runs.flatMap(([a, b]) => Array.from({ length: b - a }, (_, i) => a + i));
+}

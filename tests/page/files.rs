@@ -1,0 +1,123 @@
+//! Other files on the page: opened, sent and downloaded.
+
+use std::fs;
+
+use serde_json::json;
+
+use crate::desk::Desk;
+use crate::served::Served;
+
+#[test]
+fn another_file_is_opened_on_a_page_of_its_own() {
+    let desk = Desk::new();
+    fs::copy(
+        desk.0.path().join("ball.ply"),
+        desk.0.path().join("second.ply"),
+    )
+    .unwrap();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let listed = served.get("api/files").json();
+    let names = listed["files"].as_array().unwrap();
+    assert!(
+        names.contains(&json!("second.ply")) && names.contains(&json!("ball.ply")),
+        "{listed}"
+    );
+    let answer = served.post("api/open", &json!({ "path": "second.ply" }));
+    assert_eq!(answer.status, 200, "{:?}", answer.json());
+    let page = answer.json()["page"].as_str().unwrap().to_owned();
+    assert_eq!(page.len(), 45, "{page}");
+    assert_ne!(page, format!("/{}/", served.token));
+    let host = served.host();
+    let ask = |path: &str| served.ask("GET", &format!("{page}{path}"), &[("Host", &host)], b"");
+    assert_eq!(ask("").status, 200);
+    assert_eq!(ask("api/state").json()["file"]["name"], "second.ply");
+    assert_eq!(served.state()["file"]["name"], "ball.ply");
+    // The second page is guarded as the first one is.
+    let foreign = served.ask("GET", &page, &[("Host", "evil.example")], b"");
+    assert_eq!((foreign.status, foreign.body.len()), (403, 0));
+    let wrong = format!("/{}A/", &page[1..43]);
+    assert_eq!(
+        served.ask("GET", &wrong, &[("Host", &host)], b"").status,
+        403
+    );
+    // The two sessions know nothing of each other.
+    let undo = served.ask(
+        "POST",
+        &format!("{page}api/undo"),
+        &[("Host", &host), ("Content-Type", "application/json")],
+        b"{}",
+    );
+    assert_eq!(undo.status, 409);
+}
+
+#[test]
+fn only_meshes_below_the_folder_are_opened() {
+    let desk = Desk::new();
+    fs::create_dir(desk.0.path().join("root")).unwrap();
+    fs::write(desk.0.path().join("root/text.ply"), "no mesh").unwrap();
+    let served = Served::new(&desk, &["ball.ply", "--root", "root"]);
+    for (path, status) in [
+        ("../ball.ply", 403),
+        ("/etc/passwd", 403),
+        ("none.ply", 404),
+        ("text.ply", 422),
+        ("", 422),
+    ] {
+        let answer = served.post("api/open", &json!({ "path": path }));
+        assert_eq!(answer.status, status, "{path}: {:?}", answer.json());
+    }
+}
+
+#[test]
+fn a_file_that_is_sent_takes_the_place_of_no_other() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    let bytes = fs::read(desk.0.path().join("ball.ply")).unwrap();
+    let send = |name: &str| served.post_bytes(&format!("api/send?name={name}"), &bytes);
+    assert_eq!(send("sent.ply").status, 200);
+    assert_eq!(fs::read(desk.0.path().join("sent.ply")).unwrap(), bytes);
+    assert_eq!(send("sent.ply").status, 409);
+    assert_eq!(send("ball.ply").status, 409);
+    assert_eq!(send("..%2Fout.ply").status, 403);
+    assert_eq!(send("script.sh").status, 422);
+    assert!(!desk.0.path().join("script.sh").exists());
+    let answer = served.post("api/open", &json!({ "path": "sent.ply" }));
+    assert_eq!(answer.status, 200, "{:?}", answer.json());
+}
+
+#[test]
+fn a_download_has_the_bytes_that_saving_writes() {
+    let desk = Desk::new();
+    let served = Served::new(&desk, &["ball.ply"]);
+    for extension in ["ply", "stl", "glb"] {
+        let name = format!("saved.{extension}");
+        let saved = served.post("api/save", &json!({ "kind": "mesh", "path": name }));
+        assert_eq!(saved.status, 200, "{:?}", saved.json());
+        let answer = served.get(&format!("api/download/0?format={extension}"));
+        assert_eq!(answer.status, 200, "{extension}");
+        assert!(
+            answer.body == fs::read(desk.0.path().join(&name)).unwrap(),
+            "{extension}"
+        );
+    }
+    assert_eq!(served.get("api/download/0?format=exe").status, 422);
+    assert_eq!(served.get("api/download/9?format=ply").status, 404);
+}
+
+#[test]
+fn deviations_are_measured_from_a_file_below_the_folder() {
+    let desk = Desk::new();
+    fs::create_dir(desk.0.path().join("root")).unwrap();
+    let copy = desk.0.path().join("root/same.ply");
+    fs::copy(desk.0.path().join("ball.ply"), copy).unwrap();
+    let served = Served::new(&desk, &["ball.ply", "--root", "root"]);
+    let asked = |query: &str| served.get(&format!("api/values/0?name=deviation{query}"));
+    let answer = asked("&file=same.ply");
+    assert_eq!(answer.status, 200);
+    let length = u32::from_le_bytes(answer.body[..4].try_into().unwrap()) as usize;
+    let values = &answer.body[(4 + length).div_ceil(4) * 4..];
+    assert!(!values.is_empty() && values.iter().all(|byte| *byte == 0));
+    assert_eq!(asked("&file=../ball.ply").status, 403);
+    assert_eq!(asked("&file=none.ply").status, 404);
+    assert_eq!(asked("").status, 404);
+}

@@ -1,0 +1,206 @@
+//! The words of the page stand in one file, in English and in German.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const STRINGS: &str = "strings.js";
+/// Parts of literals that are no words for a user: of a stylesheet, of the command line, of the program's tables, and the page's name.
+const NO_WORDS: [&str; 6] = [
+    "isomend view",
+    "bold px system-ui, sans-serif",
+    "--faces mask.txt",
+    "the mesh's unit",
+    "in the mesh's units",
+    "use strict",
+];
+/// Texts of the markup: names that are the same in every language, units, and what is shown where no script runs.
+const MARKUP: [&str; 13] = [
+    "isomend view",
+    "English",
+    "Deutsch",
+    "auto",
+    "mm",
+    "cm",
+    "m",
+    "µm",
+    "in",
+    "x",
+    "y",
+    "z",
+    "This page needs JavaScript.",
+];
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src/view/page")
+}
+
+fn text(name: &str) -> String {
+    fs::read_to_string(folder().join(name)).unwrap()
+}
+
+/// The scripts of the page, but for the file of words.
+fn scripts() -> BTreeMap<String, String> {
+    let names = fs::read_dir(folder()).unwrap();
+    let names = names.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    names
+        .filter(|name| name.ends_with(".js") && name != STRINGS)
+        .map(|name| (name.clone(), text(&name)))
+        .collect()
+}
+
+/// The literals of a script, without comments; what a template puts in is left out.
+fn literals(script: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut chars = script.chars().peekable();
+    let mut last = ' ';
+    while let Some(c) = chars.next() {
+        match c {
+            '/' if chars.peek() == Some(&'/') && last != ':' => {
+                while chars.next_if(|c| *c != '\n').is_some() {}
+            }
+            '/' if chars.peek() == Some(&'*') => {
+                let mut before = ' ';
+                for c in chars.by_ref() {
+                    if before == '*' && c == '/' {
+                        break;
+                    }
+                    before = c;
+                }
+            }
+            '"' | '`' => {
+                let mut literal = String::new();
+                let mut depth = 0;
+                while let Some(d) = chars.next() {
+                    match d {
+                        '\\' => drop(chars.next()),
+                        '$' if c == '`' && chars.peek() == Some(&'{') => depth += 1,
+                        '}' if depth > 0 => depth -= 1,
+                        _ if d == c && depth == 0 => break,
+                        _ if depth == 0 => literal.push(d),
+                        _ => {}
+                    }
+                }
+                found.push(literal);
+            }
+            _ => {}
+        }
+        last = c;
+    }
+    found
+}
+
+/// Whether a text has two words that follow each other, the second in small letters, and is no selector.
+fn has_words(literal: &str) -> bool {
+    let mut rest = literal.to_owned();
+    for known in NO_WORDS {
+        rest = rest.replace(known, "");
+    }
+    let is_selector = rest.starts_with(['#', '.', '[', '<', '-']) || rest.contains(":not(");
+    let words: Vec<&str> = rest.split(' ').collect();
+    let is_word = |w: &str| w.len() > 1 && w.chars().all(|c| c.is_alphabetic() || "’'".contains(c));
+    let follows = words.windows(2).any(|pair| {
+        let first = pair[0].trim_end_matches([',', '.', ':', ';']);
+        let second = pair[1].trim_end_matches([',', '.', ':', ';', '!', '?', '…']);
+        is_word(first) && is_word(second) && second.chars().all(char::is_lowercase)
+    });
+    follows && !is_selector
+}
+
+/// The words of a table of the file of words: their name, then English and German.
+fn table() -> BTreeMap<String, (String, String)> {
+    let text = text(STRINGS);
+    let (_, words) = text.split_once("const WORDS = {\n").unwrap();
+    let (words, _) = words.split_once("\n};").unwrap();
+    let joined = words
+        .replace("[\n    \"", "[\"")
+        .replace("\",\n    \"", "\", \"")
+        .replace("\",\n  ]", "\"]");
+    let rows = joined
+        .lines()
+        .map(str::trim)
+        .filter(|line| !line.starts_with("//"));
+    rows.map(|line| {
+        let (name, said) = line.split_once(": [").unwrap_or_else(|| panic!("{line}"));
+        let said: Vec<String> = literals(said);
+        assert_eq!(said.len(), 2, "{name} is not said in two languages");
+        let name = name.trim_matches('"').to_owned();
+        (name, (said[0].clone(), said[1].clone()))
+    })
+    .collect()
+}
+
+/// The names in braces.
+fn places(said: &str) -> Vec<String> {
+    let parts = said.split('{').skip(1);
+    let mut names: Vec<String> = parts
+        .filter_map(|p| Some(p.split_once('}')?.0.to_owned()))
+        .collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+#[test]
+fn no_script_of_the_page_has_words_of_its_own() {
+    for (name, script) in scripts() {
+        let found: Vec<String> = literals(&script)
+            .into_iter()
+            .filter(|l| has_words(l))
+            .collect();
+        assert!(
+            found.is_empty(),
+            "{name} has words that belong to {STRINGS}: {found:?}"
+        );
+    }
+    assert!(has_words("The mesh is open.") && has_words(", lost again"));
+    assert!(!has_words("#holes li") && !has_words("bridge"));
+}
+
+#[test]
+fn the_markup_has_no_words() {
+    let html = text("page.html");
+    let body = html
+        .split('>')
+        .map(|part| part.split('<').next().unwrap_or_default().trim());
+    for said in body.filter(|said| said.chars().filter(|c| c.is_alphabetic()).count() > 0) {
+        let is_axis = said.len() == 2 && said.ends_with(['X', 'Y', 'Z']);
+        assert!(is_axis || MARKUP.contains(&said), "page.html says {said:?}");
+    }
+    for attribute in [" aria-label=", " title=", " alt="] {
+        assert!(!html.contains(attribute), "page.html has{attribute}");
+    }
+}
+
+#[test]
+fn every_word_is_said_in_both_languages() {
+    let words = table();
+    for (name, (english, german)) in &words {
+        assert!(!english.is_empty() && !german.is_empty(), "{name}");
+        assert_eq!(places(english), places(german), "{name}");
+    }
+    let html = text("page.html");
+    for kind in ["data-words=\"", "data-label=\"", "data-title=\""] {
+        for part in html.split(kind).skip(1) {
+            let name = part.split('"').next().unwrap();
+            assert!(words.contains_key(name), "page.html names {name:?}");
+        }
+    }
+    let mut all: Vec<(String, String)> = scripts().into_iter().collect();
+    all.push((STRINGS.to_owned(), text(STRINGS)));
+    for (file, script) in &all {
+        for part in script.split("tr(\"").skip(1) {
+            let name = part.split('"').next().unwrap();
+            let is_whole = part[name.len() + 1..].starts_with([')', ',']);
+            let begins = words.keys().any(|key| key.starts_with(name));
+            assert!(
+                if is_whole {
+                    words.contains_key(name)
+                } else {
+                    begins
+                },
+                "{file} says {name:?}"
+            );
+        }
+    }
+}
