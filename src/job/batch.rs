@@ -277,9 +277,14 @@ impl Batch {
             return Ok(());
         };
         let inputs = self.sources.iter().map(|s| &s.place);
-        let meshes = outputs.iter().flatten().map(|o| &o.place);
+        let delivered = [&self.deliverables.patches, &self.deliverables.piece];
+        let meshes = outputs
+            .iter()
+            .flatten()
+            .chain(delivered.into_iter().flatten());
         // A plan writes no mesh.
-        document.check_document(inputs.chain(meshes.filter(|_| !self.plan)))
+        let meshes = meshes.map(|o| &o.place).filter(|_| !self.plan);
+        document.check_document(inputs.chain(meshes))
     }
 
     fn check_drawings(&self) -> Result<(), JobError> {

@@ -5,7 +5,7 @@ use super::{Carried, RepairReport, Run, clean, sheets, union};
 use crate::mend::FillError;
 use crate::tuning::tuning;
 
-/// A draft before anything was done to it, and what was told of it.
+/// A draft before anything was done to it, and its report so far.
 pub(super) type Given = (Draft, RepairReport);
 
 impl Run<'_> {
@@ -36,7 +36,7 @@ impl Run<'_> {
         self.go_on()
     }
 
-    /// How much is wrong after a union that left some faces which intersect others: these, and edges and vertices in which the surface meets itself
+    /// The defects after a union that left some faces which intersect others: these, and edges and vertices in which the surface meets itself
     /// and cannot be separated.
     fn left_wrong(&self, left: Option<usize>) -> Result<Option<usize>, FillError> {
         let Some(left) = left.filter(|_| self.params.split) else {
@@ -51,8 +51,8 @@ impl Run<'_> {
         Ok(Some(left.max(faults.crossing_or_not_manifold())))
     }
 
-    /// Unites bodies that grew where they touch, by `growth` times the least length, if less than `most` is wrong then; returns how
-    /// much is.
+    /// Unites bodies that grew where they touch, by `growth` times the least length, if fewer than `most` defects are left then; returns how
+    /// many are.
     fn unite_grown(
         &mut self,
         (given, report): &Given,

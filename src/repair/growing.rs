@@ -38,8 +38,16 @@ impl GrowingTree {
     /// Takes all boxes but the first ones out.
     pub(super) fn truncate(&mut self, count: usize) {
         self.boxes.truncate(count);
+        let mut cut = false;
         while self.in_trees > count {
             self.in_trees = self.trees.pop().map_or(0, |(first, _)| first);
+            cut = true;
+        }
+        if cut && count - self.in_trees >= FEW {
+            let first = self.in_trees;
+            self.trees
+                .push((first, BoxTree::new(&self.boxes[first..count])));
+            self.in_trees = count;
         }
     }
 

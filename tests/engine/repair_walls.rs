@@ -176,6 +176,24 @@ fn parallel_sheets_get_walls_that_fit_between_them() {
 }
 
 #[test]
+fn sheets_whose_borders_merely_come_near_each_other_get_walls_each_by_itself() {
+    let sheet = |x: f64| {
+        grid(6, 6, |u, v| {
+            DVec3::new(x + u, v, 0.1 * (u - 0.5).powi(2) + 0.02 * (7.0 * v).sin())
+        })
+    };
+    let mesh = joined(&sheet(0.0), &sheet(1.7));
+    let done = closed(&mesh, RepairParams::new());
+    assert_whole(&mesh, &done);
+    assert_eq!(verdict(&done.mesh, None).components.len(), 2);
+    let holes = &done.report.fill.holes;
+    assert!(
+        holes.iter().all(|h| h.outcome == HoleOutcome::Walls),
+        "{holes:?}"
+    );
+}
+
+#[test]
 fn foil_is_a_no_that_names_its_component() {
     // Sheets so near each other that the upper one has room for foil alone.
     let sheet = |z: f64| grid(12, 12, |u, v| DVec3::new(u, v, z + 0.1 * (3.0 * u).sin()));

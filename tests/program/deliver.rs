@@ -70,6 +70,29 @@ fn patches_go_alone_with_their_holes_and_errors() {
         &desk.run(&["fill", "ball.ply", "-o", "out.ply", "--patches", "out.ply"]),
         &["the patches", "would be the mesh too"],
     );
+    let done = desk.run(&[
+        "fill",
+        "ball.ply",
+        "-o",
+        "out.ply",
+        "--patches",
+        "p.ply",
+        "--json",
+        "p.ply",
+    ]);
+    assert_usage(&done, &["p.ply would overwrite a mesh"]);
+    desk.save("dent.ply", &sphere(4), Format::Ply);
+    let inside = [
+        "restore",
+        "ball.ply",
+        "-o",
+        "out.ply",
+        "--mask",
+        "dent.ply",
+        "--patches",
+        "dent.ply",
+    ];
+    assert_usage(&desk.run(&inside), &["the patches", "would be a mask too"]);
 }
 
 #[test]

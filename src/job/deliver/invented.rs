@@ -30,7 +30,7 @@ pub(in crate::job) struct Patch {
     pub(in crate::job) area: f64,
     pub(in crate::job) percent: f64,
     pub(in crate::job) expected_error: Expected,
-    /// Whether at most a twentieth of it may err by more than the tolerance.
+    /// Whether no more of it than `tuning().deliver.beyond_part` may err by more than the tolerance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(in crate::job) is_within: Option<bool>,
 }
@@ -103,8 +103,8 @@ impl Measured<'_> {
             let sums = self.sums(component);
             all.add(&sums);
             let within = |_| {
-                let beyond = 1.0 - sums.within / sums.area.max(f64::MIN_POSITIVE);
-                beyond <= tuning().deliver.beyond_part
+                // A patch without area cannot err.
+                sums.area - sums.within <= tuning().deliver.beyond_part * sums.area
             };
             patches.push(Patch {
                 holes: component.holes.clone(),

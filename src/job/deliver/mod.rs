@@ -35,8 +35,8 @@ pub struct Deliverables {
     /// The unit of the mesh's coordinates, which stands with every length in reports. With a unit or a tolerance reports have no run times, so
     /// that the same run gives the same bytes.
     pub unit: Option<Unit>,
-    /// The largest error that is allowed, in the mesh's units: holes are listed where twice the expected error is larger on more than a
-    /// twentieth of their patches.
+    /// The largest error that is allowed, in the mesh's units: holes are listed where twice the expected error is larger on more than
+    /// `tuning().deliver.beyond_part` of their patches.
     pub tolerance: Option<f64>,
 }
 
@@ -82,6 +82,10 @@ impl Deliverables {
         let drawn = [&spec.drawings.page, &spec.drawings.picture];
         let file = |path: &PathBuf| ("a drawing", Place::from(path.clone()));
         taken.extend(drawn.into_iter().flatten().map(file));
+        if let Work::Restore(mask, _) | Work::Fair(Some(mask), _) = &spec.work {
+            let files = mask.inside.iter().chain(&mask.face_files);
+            taken.extend(files.map(|path| ("a mask", Place::from(path.clone()))));
+        }
         let own = [("the patches", &self.patches), ("the piece", &self.piece)];
         for (name, output) in own {
             let Some(output) = output else {

@@ -48,10 +48,8 @@ pub(in crate::job) enum PieceRow {
 impl Delivered {
     /// Whether all that was asked for was handed on, and errors are within the tolerance.
     pub(in crate::job) fn is_complete(&self) -> bool {
-        let beyond = self.invented.as_ref().map(|i| &i.beyond_tolerance);
-        let beyond = beyond
-            .and_then(Option::as_ref)
-            .is_some_and(|holes| !holes.is_empty());
+        let mut patches = self.invented.iter().flat_map(|i| &i.patches);
+        let beyond = patches.any(|p| p.is_within == Some(false));
         !beyond && !matches!(self.piece, Some(PieceRow::Refused { .. }))
     }
 
@@ -115,9 +113,12 @@ impl Delivered {
             for patch in beyond {
                 let part = 100.0 - patch.expected_error.within_percent.unwrap_or(0.0);
                 let holes: Vec<String> = patch.holes.iter().map(ToString::to_string).collect();
+                let name = match holes.is_empty() {
+                    true => format!("region {}", patch.region),
+                    false => format!("hole {}", holes.join("+")),
+                };
                 lines.push(format!(
-                    "hole {}: {part:.1} % of its patch may err by more than {limit}{}",
-                    holes.join("+"),
+                    "{name}: {part:.1} % of its patch may err by more than {limit}{}",
                     match patch.expected_error.mean {
                         Some(_) => "",
                         None => "; its expected error is not known",

@@ -1,5 +1,5 @@
-//! Bodies whose faces lie on each other but for rounding, as those of an assembly do that was turned: they are made to overlap, or to
-//! stand back from each other, by a little more than rounding.
+//! Bodies whose faces lie on each other but for rounding, as those of an assembly do that was turned: they are made to overlap, and faces in
+//! one plane to lie in different ones, by a little more than rounding.
 //!
 //! Where two planes differ by rounding alone, the exact union follows every crossing of the two, and what is left are gaps and folds
 //! that no coordinates can hold. So each body grows, where it touches others, by a length of its own.
@@ -19,8 +19,10 @@ use crate::tuning::tuning;
 
 /// Cosine of the angle between faces that may lie on each other.
 const PARALLEL: f64 = 0.99;
-/// Part of the sum of the squares of normals that is added so that directions in which nothing is asked for stay.
+/// Tikhonov term of the equations for a vertex's shift, in parts of their trace: along directions without a face that touches the shift is 0.
 const STAYS: f64 = 1e-9;
+/// Lengths by which a vertex moves at most, where the faces at it that touch others make a blade.
+const MOST: f64 = 4.0;
 
 /// Vertices that were moved, and the longest way of one.
 #[derive(Clone, Copy, Debug, Default)]
@@ -37,7 +39,7 @@ impl Moved {
 }
 
 /// Lets closed bodies that touch in faces grow there; those that share vertices get their own. `draft` is the mesh as it was given: bodies that
-/// share no vertex there are told apart by that, others by how their faces follow each other round edges. They grow by `factor` times the
+/// share no vertex there are known by that, others by how their faces follow each other round edges. They grow by `factor` times the
 /// least length that rounding asks for. None where none touch so.
 pub(in crate::repair) fn grow(draft: &mut Draft, factor: f64) -> Result<Option<Moved>, FillError> {
     let found = draft.inspect()?;
@@ -91,7 +93,7 @@ fn connected(mesh: &Mesh) -> Vec<u32> {
         .collect()
 }
 
-/// The length by which bodies grow at least: several roundings of the coordinates.
+/// The length by which bodies grow at least: several roundings of coordinates in single precision, else a part of the diagonal.
 fn length(draft: &Draft) -> f64 {
     let mesh = &draft.mesh;
     let [low, high] = mesh.bounds();
@@ -132,17 +134,18 @@ impl<'a> Touching<'a> {
         touching
     }
 
-    /// Takes in the faces of the same bodies that go on in the same planes.
+    /// Takes in the faces round those that touch, of the same bodies, that lie in the planes of these.
     fn flood(&mut self) {
         let around = VertexFaces::new(&self.found.mesh);
-        let mut left: Vec<u32> = self.faces.iter().copied().collect();
-        while let Some(f) = left.pop() {
+        // Faces, each with the one that touches in whose plane it lies.
+        let mut left: Vec<[u32; 2]> = self.faces.iter().map(|f| [*f, *f]).collect();
+        while let Some([f, seed]) = left.pop() {
             let corners = self.found.mesh.faces[f as usize];
             for &g in corners.iter().flat_map(|v| around.of(*v)) {
-                let is_one = self.body[f as usize] == self.body[g as usize];
-                if is_one && !self.faces.contains(&g) && self.lies_on(f, g) {
+                let is_one = self.body[seed as usize] == self.body[g as usize];
+                if is_one && !self.faces.contains(&g) && self.lies_on(seed, g) {
                     self.faces.insert(g);
-                    left.push(g);
+                    left.push([g, seed]);
                 }
             }
         }
@@ -209,7 +212,7 @@ impl<'a> Touching<'a> {
             .collect()
     }
 
-    /// The shift of each welded vertex of each body: its faces that lie on others move outwards, what else it may do is nothing. None where
+    /// The shift of each welded vertex of each body, of least length, by which its faces that lie on others move outwards. None where
     /// nothing touches.
     fn shifts(&self) -> Option<HashMap<(u32, u32), DVec3>> {
         let lengths = self.lengths();
@@ -223,13 +226,14 @@ impl<'a> Touching<'a> {
                 *sum = (sum.0 + outer, sum.1 + lengths[&body] * normal);
             }
         }
-        let shift = |(matrix, right): (DMat3, DVec3)| {
+        let shift = |body: u32, (matrix, right): (DMat3, DVec3)| {
             let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
-            (matrix + DMat3::from_diagonal(DVec3::splat(STAYS * trace))).inverse() * right
+            let matrix = matrix + DMat3::from_diagonal(DVec3::splat(STAYS * trace));
+            (matrix.inverse() * right).clamp_length_max(MOST * lengths[&body])
         };
         (!sums.is_empty()).then(|| {
             sums.into_iter()
-                .map(|(key, sum)| (key, shift(sum)))
+                .map(|(key, sum)| (key, shift(key.1, sum)))
                 .collect()
         })
     }
