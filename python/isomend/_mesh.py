@@ -467,8 +467,13 @@ class Mended(_Shape, Drawn):
         >>> report["unit"], round(report["invented"]["area"], 3), report["invented"]["beyond_tolerance"]
         ('mm', 0.866, [])
         """
-        files = [None if path is None else os.fspath(path) for path in (patches, piece)]
-        core = self._core.delivering(*files, mark, unit, None if tolerance is None else float(tolerance))
+        core = self._core.delivering(
+            None if patches is None else os.fspath(patches),
+            None if piece is None else os.fspath(piece),
+            mark,
+            unit,
+            None if tolerance is None else float(tolerance),
+        )
         mended = Mended.__new__(Mended)
         mended._core, mended._made, mended._given = core, {}, self._given
         return mended
