@@ -69,6 +69,14 @@ def attribute_named(mesh, name, data_type, domain):
     return attribute or mesh.attributes.new(name, data_type, domain)
 
 
+def marks_of(mesh, name, data_type, domain, count):
+    """Values (count,) of an attribute that an earlier run of isomend made; zeros where there is none."""
+    attribute = mesh.attributes.get(name)
+    if attribute is None or (attribute.data_type, attribute.domain) != (data_type, domain):
+        return np.zeros(count, KINDS[data_type][2])
+    return values_of(mesh, name)[:, 0]
+
+
 def weights_of(item):
     """Weights of all vertex groups of an object, (vertices, groups)."""
     vertices = item.data.vertices
