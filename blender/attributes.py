@@ -22,6 +22,9 @@ KINDS = {
 SMOOTH = ("FLOAT", "FLOAT_VECTOR", "FLOAT2", "FLOAT_COLOR", "BYTE_COLOR")
 
 PATCH = "isomend_patch"
+# The vertex group of patches has another name: Blender 5.2 drops an attribute with the name of a vertex group when a bmesh is written to
+# its mesh, also on leaving edit mode.
+PATCH_GROUP = "isomend patch"
 SIGMA = "isomend_sigma"
 
 

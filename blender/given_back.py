@@ -185,7 +185,7 @@ def fill_points(item, taken, mended, change, first):
     if taken.weights.shape[1]:
         weights = mended.point_data["weights"].reshape(-1, taken.weights.shape[1])[new]
         for group in item.vertex_groups:
-            if group.name == at.PATCH:
+            if group.name == at.PATCH_GROUP:
                 continue
             for vertex in np.flatnonzero(weights[:, group.index] > 0):
                 group.add([first + int(vertex)], float(weights[vertex, group.index]), "REPLACE")
@@ -255,12 +255,12 @@ def mark(item, taken, mended, change, corners, first):
     values[first:, 0] = np.where(inherits, taken.earlier_errors[sources], np.where(np.isfinite(new), new, UNKNOWN))
     at.set_values(mesh, errors, values)
 
-    group = item.vertex_groups.get(at.PATCH)
+    group = item.vertex_groups.get(at.PATCH_GROUP)
     if group is not None and group.index < taken.weights.shape[1]:
         weights = taken.weights[sources, group.index]
         for vertex in np.flatnonzero(inherits & (weights > 0)):
             group.add([first + int(vertex)], float(weights[vertex]), "REPLACE")
-    group = group or item.vertex_groups.new(name=at.PATCH)
+    group = group or item.vertex_groups.new(name=at.PATCH_GROUP)
     group.add(of_patch.tolist(), 1.0, "REPLACE")
     select(mesh, start, of_patch)
 

@@ -185,7 +185,7 @@ def test_marks_of_earlier_patches_stay_when_their_faces_are_added_again(bpy, sce
     mesh.attributes.new("isomend_patch", "BOOLEAN", "FACE").data.foreach_set("value", marks)
     errors = np.where(np.arange(len(both)) < count, 0.5, 0.25).astype(np.float32)
     mesh.attributes.new("isomend_sigma", "FLOAT", "POINT").data.foreach_set("value", errors)
-    item.vertex_groups.new(name="isomend_patch").add(list(range(count)), 1.0, "REPLACE")
+    item.vertex_groups.new(name="isomend patch").add(list(range(count)), 1.0, "REPLACE")
     numbered(item)
     bpy.ops.isomend.repair()
     numbers = shapes.values(mesh, "number", "value")[:, 0].astype(int)
@@ -194,5 +194,5 @@ def test_marks_of_earlier_patches_stay_when_their_faces_are_added_again(bpy, sce
     assert np.array_equal(patch, numbers <= len(faces))
     sigma = shapes.values(mesh, "isomend_sigma", "value")[:, 0]
     assert set(sigma.tolist()) == {0.5, 0.25}
-    group = item.vertex_groups["isomend_patch"].index
+    group = item.vertex_groups["isomend patch"].index
     assert [any(g.group == group for g in v.groups) for v in mesh.vertices] == (sigma == 0.5).tolist()

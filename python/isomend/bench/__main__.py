@@ -4,8 +4,9 @@
 
 exact: spheres, tori, catenoids, ellipsoids, with noise and with a ragged rim; and holes of the bunny. real: holes all over the meshes that the
 package pymeshlab holds. solids: holes over edges and corners. Distances are root mean squares in 1/1000 of the hole's diameter, the
-larger of patch to truth and truth to mesh; the nearest is bold, a failure, an open hole or another topology a
-dash, by the same test for all programs. Expected errors: the part of all new vertices that are nearer to the truth than `isomend_sigma`, and than twice that. --out writes tables and figures."""
+larger of patch to truth and truth to mesh; the nearest is bold, a failure, an open hole or another topology a dash, by the same test for all
+programs. Expected errors: the part of all new vertices that are nearer to the truth than `isomend_sigma`, and than twice that. --out writes
+tables and figures; bench.json after each hole."""
 
 import argparse
 import importlib.util
