@@ -22,6 +22,9 @@ KINDS = {
 SMOOTH = ("FLOAT", "FLOAT_VECTOR", "FLOAT2", "FLOAT_COLOR", "BYTE_COLOR")
 
 PATCH = "isomend_patch"
+# The vertex group of patches has another name: Blender 5.2 drops an attribute with the name of a vertex group when a bmesh is written to
+# its mesh, also on leaving edit mode.
+PATCH_GROUP = "isomend patch"
 SIGMA = "isomend_sigma"
 
 
@@ -67,6 +70,14 @@ def attribute_named(mesh, name, data_type, domain):
         mesh.attributes.remove(attribute)
         attribute = None
     return attribute or mesh.attributes.new(name, data_type, domain)
+
+
+def marks_of(mesh, name, data_type, domain, count):
+    """Values (count,) of an attribute that an earlier run of isomend made; zeros where there is none."""
+    attribute = mesh.attributes.get(name)
+    if attribute is None or (attribute.data_type, attribute.domain) != (data_type, domain):
+        return np.zeros(count, KINDS[data_type][2])
+    return values_of(mesh, name)[:, 0]
 
 
 def weights_of(item):

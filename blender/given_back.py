@@ -37,14 +37,14 @@ class Change:
     needed: np.ndarray
 
 
-class NothingKept(Exception):
-    """A result in which no face of the mesh is left, so that nothing of what it carries would be either."""
+class NotGivenBack(Exception):
+    """A result that is not put in the mesh's place; the message is the reason, and nothing was changed."""
 
 
 def change_of(taken, mended):
     """What a result changes in the mesh that it was made of."""
     if mended.is_patch.all():
-        raise NothingKept("no face of the mesh would stay, and with them UV maps and attributes; select a part of the faces")
+        raise NotGivenBack("no face of the mesh would stay, and with them UV maps and attributes; select a part of the faces")
     sources = mended.point_data[VERTEX].astype(np.int64)
     kept, used = own_vertices(taken, mended, sources)
     faces = mended.faces[~mended.is_patch]
@@ -83,15 +83,18 @@ def turns(a, b):
 
 
 def give_back(item, taken, mended):
-    """Puts a result in the place of the object's mesh. Returns the numbers of new vertices and faces."""
+    """Puts a result in the place of the object's mesh. Returns the numbers of new vertices and faces. Raises `NotGivenBack` before anything
+    is changed."""
     change = change_of(taken, mended)
     mesh = item.data
-    number = remove(mesh, taken, change)[change.sources]
-    number[change.new] = len(mesh.vertices) + np.arange(len(change.new))
-    faces = np.concatenate([change.again, change.patch])
-    corners = number[mended.faces[faces]]
-    vertices, loops, polygons = len(mesh.vertices), len(mesh.loops), len(mesh.polygons)
-    add_elements(mesh, taken.own_coordinates(mended.vertices[change.new]), corners)
+    number = (np.cumsum(change.needed) - 1)[change.sources]
+    vertices, polygons = int(change.needed.sum()), int((~change.removed).sum())
+    number[change.new] = vertices + np.arange(len(change.new))
+    corners = number[mended.faces[np.concatenate([change.again, change.patch])]]
+    refuse_duplicates(taken, change, corners)
+    rebuild(mesh, taken, change, taken.own_coordinates(mended.vertices[change.new]), corners)
+    # New faces are triangles, and the last.
+    loops = len(mesh.loops) - corners.size
     fill_points(item, taken, mended, change, vertices)
     fill_corners(mesh, taken, mended, change, loops)
     fill_faces(mesh, taken, mended, change, polygons)
@@ -100,53 +103,69 @@ def give_back(item, taken, mended):
     return len(change.new), len(change.patch)
 
 
-def remove(mesh, taken, change):
-    """Takes out what does not stay, and turns polygons. Returns for each vertex of the mesh its number afterwards."""
-    for polygon in change.turned:
+def refuse_duplicates(taken, change, corners):
+    """Raises `NotGivenBack` where a triangle to be added has a vertex twice, or the vertices of another one or of a triangle that stays:
+    meshes of Blender cannot hold such faces."""
+    is_triangle = np.bincount(taken.polygons, minlength=len(taken.chosen_faces)) == 1
+    staying = taken.triangles[(is_triangle & ~change.removed)[taken.polygons]]
+    staying = np.sort((np.cumsum(change.needed) - 1)[staying], axis=1)
+    adding = np.sort(corners, axis=1)
+    if np.any(adding[:, 1:] == adding[:, :-1]):
+        raise NotGivenBack("a new face would have the same vertex at two corners; nothing was changed")
+    # A mesh that has duplicates of its own keeps them.
+    both = np.concatenate([np.unique(staying, axis=0), adding])
+    if len(np.unique(both, axis=0)) < len(both):
+        raise NotGivenBack("a new face would have the same vertices as another face, which Blender does not allow; nothing was changed")
+
+
+def rebuild(mesh, taken, change, positions, corners):
+    """Removes what does not stay, adds vertices and triangles after all others, and turns polygons. The mesh is written once, at the end,
+    so that it is unchanged if any step fails. Values of attributes of what is new are zero."""
+    # By bmesh: `mesh.edges.add` of Blender 5.2 leaves values of attributes undefined, and fails on large meshes.
+    if change.removed.any() or not change.needed.all() or len(corners):
+        bm = bmesh.new()
+        try:
+            bm.from_mesh(mesh, face_normals=False, vertex_normals=False)
+            if change.removed.any() or not change.needed.all():
+                remove(bm, taken, change)
+                # A bmesh puts new elements in the places of removed ones; its copy has no such gaps, so that they come last.
+                whole, bm = bm, bm.copy()
+                whole.free()
+            add(bm, positions, corners)
+            bm.to_mesh(mesh)
+        finally:
+            bm.free()
+    places = np.cumsum(~change.removed) - 1
+    for polygon in places[change.turned]:
         mesh.polygons[int(polygon)].flip()
-    places = np.cumsum(change.needed) - 1
-    if not change.removed.any() and change.needed.all():
-        return places
+
+
+def remove(bm, taken, change):
+    """Removes polygons, their edges and vertices that do not stay from a bmesh."""
     # Edges go with their last polygon, unless a triangle that is added again has them.
     again = taken.triangles[change.origins[change.again]]
     ends = np.sort(np.stack([again, np.roll(again, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     wanted = set(map(tuple, ends.tolist()))
-    bm = bmesh.new()
-    try:
-        bm.from_mesh(mesh, face_normals=False, vertex_normals=False)
-        polygons, edges, vertices = bm.faces[:], bm.edges[:], bm.verts[:]
-        loose = {edge for edge in edges if not edge.link_faces}
-        for number in np.flatnonzero(change.removed):
-            bm.faces.remove(polygons[number])
-        for edge in edges:
-            if not edge.link_faces and edge not in loose:
-                if tuple(sorted(vertex.index for vertex in edge.verts)) not in wanted:
-                    bm.edges.remove(edge)
-        for number in np.flatnonzero(~change.needed):
-            bm.verts.remove(vertices[number])
-        bm.to_mesh(mesh)
-    finally:
-        bm.free()
-    return places
+    polygons, edges, vertices = bm.faces[:], bm.edges[:], bm.verts[:]
+    loose = {edge for edge in edges if not edge.link_faces}
+    for number in np.flatnonzero(change.removed):
+        bm.faces.remove(polygons[number])
+    for edge in edges:
+        if not edge.link_faces and edge not in loose:
+            if tuple(sorted(vertex.index for vertex in edge.verts)) not in wanted:
+                bm.edges.remove(edge)
+    for number in np.flatnonzero(~change.needed):
+        bm.verts.remove(vertices[number])
 
 
-def add_elements(mesh, positions, corners):
-    """Adds vertices and triangles, with the edges that these lack, after all others. Values of attributes of what is new are zero."""
-    if len(corners) == 0:
-        return
-    # By bmesh: `mesh.edges.add` of Blender 5.2 leaves values of attributes undefined, and fails on large meshes.
-    bm = bmesh.new()
-    try:
-        bm.from_mesh(mesh, face_normals=False, vertex_normals=False)
-        for position in positions.tolist():
-            bm.verts.new(position)
-        bm.verts.ensure_lookup_table()
-        vertices = bm.verts[:]
-        for a, b, c in corners.tolist():
-            bm.faces.new((vertices[a], vertices[b], vertices[c]))
-        bm.to_mesh(mesh)
-    finally:
-        bm.free()
+def add(bm, positions, corners):
+    """Adds vertices and triangles, with the edges that these lack, to a bmesh."""
+    for position in positions.tolist():
+        bm.verts.new(position)
+    bm.verts.ensure_lookup_table()
+    vertices = bm.verts[:]
+    for a, b, c in corners.tolist():
+        bm.faces.new((vertices[a], vertices[b], vertices[c]))
 
 
 def append(mesh, name, first, values):
@@ -166,7 +185,7 @@ def fill_points(item, taken, mended, change, first):
     if taken.weights.shape[1]:
         weights = mended.point_data["weights"].reshape(-1, taken.weights.shape[1])[new]
         for group in item.vertex_groups:
-            if group.name == at.PATCH:
+            if group.name == at.PATCH_GROUP:
                 continue
             for vertex in np.flatnonzero(weights[:, group.index] > 0):
                 group.add([first + int(vertex)], float(weights[vertex, group.index]), "REPLACE")
@@ -217,22 +236,31 @@ def fill_faces(mesh, taken, mended, change, first):
 
 
 def mark(item, taken, mended, change, corners, first):
-    """Marks patches: an attribute of faces, a vertex group, expected errors, and the selection."""
+    """Marks patches: an attribute of faces, a vertex group, expected errors, and the selection. Faces and vertices of earlier patches that
+    are added again keep their marks; a new vertex that no patch of this result has takes those of its source."""
     mesh = item.data
     start = len(mesh.polygons) - len(corners)
     marks = at.attribute_named(mesh, at.PATCH, "BOOLEAN", "FACE").name
     values = at.values_of(mesh, marks)
     values[start:] = True
+    values[start - len(change.again) : start, 0] = taken.earlier_patch[taken.polygons[change.origins[change.again]]]
     at.set_values(mesh, marks, values)
 
+    of_patch = np.unique(corners)
+    inherits = ~np.isin(first + np.arange(len(change.new)), of_patch) | (mended.sigma[change.new] == 0)
+    sources = change.sources[change.new]
     errors = at.attribute_named(mesh, at.SIGMA, "FLOAT", "POINT").name
     values = at.values_of(mesh, errors)
     new = mended.sigma[change.new] * taken.scale
-    values[first:, 0] = np.where(np.isfinite(new), new, UNKNOWN)
+    values[first:, 0] = np.where(inherits, taken.earlier_errors[sources], np.where(np.isfinite(new), new, UNKNOWN))
     at.set_values(mesh, errors, values)
 
-    group = item.vertex_groups.get(at.PATCH) or item.vertex_groups.new(name=at.PATCH)
-    of_patch = np.unique(corners)
+    group = item.vertex_groups.get(at.PATCH_GROUP)
+    if group is not None and group.index < taken.weights.shape[1]:
+        weights = taken.weights[sources, group.index]
+        for vertex in np.flatnonzero(inherits & (weights > 0)):
+            group.add([first + int(vertex)], float(weights[vertex]), "REPLACE")
+    group = group or item.vertex_groups.new(name=at.PATCH_GROUP)
     group.add(of_patch.tolist(), 1.0, "REPLACE")
     select(mesh, start, of_patch)
 

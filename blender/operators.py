@@ -6,7 +6,7 @@ import time
 import bpy
 
 from . import settings
-from .given_back import NothingKept, give_back
+from .given_back import NotGivenBack, give_back
 from .refusals import reason_against
 from .taken import Taken
 from .work import Work
@@ -73,7 +73,7 @@ class Mending:
         except isomend.Cancelled:
             self.report({"WARNING"}, "Cancelled; nothing was changed")
             return {"CANCELLED"}
-        except (isomend.IsomendError, NothingToDo, NothingKept) as error:
+        except (isomend.IsomendError, NothingToDo, NotGivenBack) as error:
             self.report({"ERROR"}, sentence(str(error)))
             return {"CANCELLED"}
         context.scene.isomend.holes.clear()

@@ -22,6 +22,8 @@ class Taken:
         loops: (m, 3), the loops (face corners) of these triangles.
         polygons: (m,), their polygons.
         chosen_vertices, chosen_edges, chosen_faces: bool, what is selected.
+        earlier_patch, earlier_errors: For each polygon whether a patch of an earlier run has it; for each vertex its expected error, in
+            Blender units.
     """
 
     def __init__(self, item):
@@ -37,6 +39,7 @@ class Taken:
         self.triangles = at.numbers(mesh.loop_triangles, "vertices", 3).astype(np.int64)
         self.loops = at.numbers(mesh.loop_triangles, "loops", 3)
         self.polygons = at.numbers(mesh.loop_triangles, "polygon_index")
+        self.corners = at.numbers(mesh.loops, "vertex_index")
         self.edges = at.numbers(mesh.edges, "vertices", 2)
         self.chosen_vertices = at.numbers(mesh.vertices, "select", dtype=bool)
         self.chosen_edges = at.numbers(mesh.edges, "select", dtype=bool)
@@ -49,6 +52,8 @@ class Taken:
         self.of_points = {name: at.values_of(mesh, name) for name in at.carried(mesh, "POINT")}
         self.of_corners = {name: at.values_of(mesh, name) for name in at.carried(mesh, "CORNER")}
         self.of_faces = {name: at.values_of(mesh, name) for name in at.carried(mesh, "FACE")}
+        self.earlier_patch = at.marks_of(mesh, at.PATCH, "BOOLEAN", "FACE", len(mesh.polygons))
+        self.earlier_errors = at.marks_of(mesh, at.SIGMA, "FLOAT", "POINT", len(mesh.vertices))
         self.weights = at.weights_of(item)
         is_smooth = {a.name: a.data_type in at.SMOOTH for a in mesh.attributes}
         self.smooth_points = [name for name in self.of_points if is_smooth[name]]
@@ -96,7 +101,9 @@ class Taken:
         """Whether the mesh is still the one that was read."""
         mesh = item.data
         sizes = (len(mesh.vertices), len(mesh.edges), len(mesh.loops), len(mesh.polygons))
-        return sizes == self.sizes and np.array_equal(at.numbers(mesh.vertices, "co", 3, np.float32), self.own)
+        if sizes != self.sizes or not np.array_equal(at.numbers(mesh.loops, "vertex_index"), self.corners):
+            return False
+        return np.array_equal(at.numbers(mesh.vertices, "co", 3, np.float32), self.own)
 
 
 def stretch_of(matrix):

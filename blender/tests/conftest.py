@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -25,6 +26,13 @@ def bpy(tmp_path_factory):
 
     assert isomend.__file__.startswith(os.environ["BLENDER_USER_RESOURCES"]), "isomend is not that of the extension's wheel"
     return bpy
+
+
+@pytest.fixture
+def extension(bpy):
+    """The modules of the extension."""
+    name = next(name for name in sys.modules if name.endswith(".user_default.isomend"))
+    return sys.modules[name]
 
 
 @pytest.fixture

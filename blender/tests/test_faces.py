@@ -1,5 +1,7 @@
 """Restoring, fairing and repairing: what is not selected or wrong stays, with all that it carries."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import shapes
@@ -138,3 +140,59 @@ def test_lines_and_points_beside_the_surface_stay(bpy, scene):
     assert {(3, 0, 0), (4, 0, 0), (5, 0, 0)} <= places
     ends = [{mesh.vertices[v].co.x for v in e.vertices} for e in mesh.edges]
     assert {3, 4} in ends and not mesh.validate(verbose=True)
+
+
+@pytest.mark.parametrize("operator", ["fill", "repair"])
+def test_a_patch_that_blender_cannot_hold_leaves_the_mesh_as_it_was(bpy, scene, operator):
+    """The only triangle over the border of a lone triangle has the same vertices as that."""
+    item = shapes.added(bpy, [(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    numbered(item)
+    before, chosen = corners(item.data), {"scope": "SELECTED"} if operator == "fill" else {"close_borders": True}
+    item.data.edges.foreach_set("select", [True] * 3)
+    try:
+        done = getattr(bpy.ops.isomend, operator)(**chosen)
+    except RuntimeError as error:
+        assert str(error).startswith("Error: ")
+        assert corners(item.data) == before and "isomend_patch" not in item.data.attributes
+    else:
+        assert done == {"FINISHED"} and not item.data.validate(verbose=True)
+
+
+def test_a_result_with_duplicate_faces_is_refused_before_anything_is_written(bpy, scene, extension):
+    item = shapes.added(bpy, [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], [(0, 1, 2), (1, 3, 2)])
+    numbered(item)
+    before, taken = corners(item.data), extension.taken.Taken(item)
+    numbers = {"point_data": {extension.taken.VERTEX: np.arange(4)}, "sigma": np.zeros(4)}
+    # The second triangle is cut out; the patch has the vertices of the first.
+    for patch, reason in (((2, 1, 0), "same vertices as another face"), ((1, 1, 3), "same vertex at two corners")):
+        mended = SimpleNamespace(
+            vertices=taken.vertices, faces=np.array([(0, 1, 2), patch]), is_patch=np.array([False, True]),
+            cell_data={extension.taken.TRIANGLE: np.array([0, 0])}, **numbers,
+        )  # fmt: skip
+        with pytest.raises(extension.given_back.NotGivenBack, match=reason):
+            extension.given_back.give_back(item, taken, mended)
+        assert corners(item.data) == before and len(item.data.vertices) == 4
+
+
+def test_marks_of_earlier_patches_stay_when_their_faces_are_added_again(bpy, scene):
+    vertices, faces = shapes.globe()
+    count = len(vertices)
+    both = np.concatenate([vertices, vertices + np.float32([0.9, 0.2, 0.1])])
+    item = shapes.added(bpy, both, [*faces, *[tuple(count + v for v in f) for f in faces]])
+    mesh = item.data
+    # As if an earlier run had made the first body; where the second one cuts it, parts of its faces are added again.
+    marks = np.arange(2 * len(faces)) < len(faces)
+    mesh.attributes.new("isomend_patch", "BOOLEAN", "FACE").data.foreach_set("value", marks)
+    errors = np.where(np.arange(len(both)) < count, 0.5, 0.25).astype(np.float32)
+    mesh.attributes.new("isomend_sigma", "FLOAT", "POINT").data.foreach_set("value", errors)
+    item.vertex_groups.new(name="isomend patch").add(list(range(count)), 1.0, "REPLACE")
+    numbered(item)
+    bpy.ops.isomend.repair()
+    numbers = shapes.values(mesh, "number", "value")[:, 0].astype(int)
+    assert (np.diff(numbers) <= 0).any(), "faces were added again"
+    patch = shapes.values(mesh, "isomend_patch", "value")[:, 0] == 1
+    assert np.array_equal(patch, numbers <= len(faces))
+    sigma = shapes.values(mesh, "isomend_sigma", "value")[:, 0]
+    assert set(sigma.tolist()) == {0.5, 0.25}
+    group = item.vertex_groups["isomend patch"].index
+    assert [any(g.group == group for g in v.groups) for v in mesh.vertices] == (sigma == 0.5).tolist()

@@ -99,7 +99,7 @@ def test_patches_are_marked_and_values_continued(bpy, scene):
     assert np.array_equal(shapes.values(mesh, "isomend_patch", "value")[:, 0] == 1, new)
     sigma = shapes.values(mesh, "isomend_sigma", "value")[:, 0]
     assert np.all(sigma[:vertices] == 0) and np.all(sigma[vertices:] != 0) and 0 < sigma.max() < 0.02
-    group = item.vertex_groups["isomend_patch"].index
+    group = item.vertex_groups["isomend patch"].index
     marked = {v.index for v in mesh.vertices if any(g.group == group for g in v.groups)}
     assert marked == {v for p in mesh.polygons if new[p.index] for v in p.vertices}
     assert [p.select for p in mesh.polygons] == new.tolist(), "the patch is selected"
@@ -111,6 +111,22 @@ def test_patches_are_marked_and_values_continued(bpy, scene):
     values = np.array([mesh.uv_layers["UVMap"].data[n].uv for n in loops])
     assert abs(values - place).max() < 0.05, "texture coordinates are continued"
     assert {p.material_index for p in mesh.polygons if new[p.index]} == {1}
+
+
+def test_marks_of_a_first_fill_stay_through_edit_mode_and_a_second_fill(bpy, scene):
+    small, large = shapes.window(range(14, 16), range(30, 32)), shapes.window()
+    item = shapes.added(bpy, *shapes.globe(without=small | large))
+    mesh, faces, count = item.data, len(item.data.polygons), len(item.data.vertices)
+    for index in (1, 0):
+        bpy.ops.isomend.find_holes()
+        bpy.ops.isomend.select_hole(index=index)
+        assert bpy.ops.isomend.fill(scope="SELECTED") == {"FINISHED"}
+        errors = shapes.values(mesh, "isomend_sigma", "value")
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.object.mode_set(mode="OBJECT")
+    assert np.array_equal(shapes.values(mesh, "isomend_patch", "value")[:, 0] == 1, np.arange(len(mesh.polygons)) >= faces)
+    assert np.array_equal(shapes.values(mesh, "isomend_sigma", "value"), errors) and np.all(errors[count:] != 0)
+    assert not any("." in a.name[1:] for a in mesh.attributes), "no attribute was made anew under another name"
 
 
 def test_selected_holes_and_sizes(bpy, scene):

@@ -1,19 +1,11 @@
 """How a run goes: in a thread, with progress, cancelled by Escape, undone; the panel and the colours of expected errors."""
 
-import sys
 import time
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import shapes
-
-
-@pytest.fixture
-def extension(bpy):
-    """The modules of the extension."""
-    name = next(name for name in sys.modules if name.endswith(".user_default.isomend"))
-    return sys.modules[name]
 
 
 class Operator:
@@ -82,13 +74,22 @@ def test_escape_cancels_and_nothing_is_changed(bpy, scene, extension):
     assert np.array_equal(shapes.positions(item.data), before) and "Cancelled" in operator.said[0][1]
 
 
-def test_a_mesh_that_changed_meanwhile_is_left_alone(bpy, scene, extension):
+def moved(mesh):
+    mesh.vertices[0].co.x += 1
+
+
+def flipped(mesh):
+    mesh.polygons[0].flip()
+
+
+@pytest.mark.parametrize("change", [moved, flipped])
+def test_a_mesh_that_changed_meanwhile_is_left_alone(bpy, scene, extension, change):
     item = shapes.added(bpy, *shapes.globe(without=shapes.window()))
     count = len(item.data.polygons)
     texts, context = context_of(bpy, item)
     operator = Operator(extension, fill=True)
     operator.invoke(context, event("LEFTMOUSE"))
-    item.data.vertices[0].co.x += 1
+    change(item.data)
     while (answer := operator.modal(context, event("TIMER"))) == {"RUNNING_MODAL"}:
         time.sleep(0.01)
     assert answer == {"CANCELLED"} and "changed meanwhile" in operator.said[0][1] and len(item.data.polygons) == count

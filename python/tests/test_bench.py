@@ -2,6 +2,7 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from conftest import ROOT
 
 import isomend
 from isomend.bench import __main__ as bench
-from isomend.bench import cases, score
+from isomend.bench import cases, score, surfaces
 
 
 def of_the_readme():
@@ -66,3 +67,58 @@ def test_a_program_that_fails_or_is_not_there_leaves_a_dash(monkeypatch, capsys)
     out = capsys.readouterr()
     assert "| hole | isomend | Other |" in out.out and "| – |" in out.out
     assert "Other failed: no" in out.err and "None is LEFT OUT" in out.err
+
+
+@pytest.fixture
+def sphere():
+    return next(cases.cases("^sphere 30°$", score.Reference))
+
+
+def test_a_case_that_isomend_fails_leaves_a_dash_and_the_others_are_written(monkeypatch, tmp_path, capsys):
+    filled, seen = bench.filled, []
+
+    def fails_at_first(case):
+        seen.append((tmp_path / "bench.json").exists())
+        if len(seen) == 1:
+            raise isomend.IsomendError("no")
+        return filled(case)
+
+    monkeypatch.setattr(bench, "filled", fails_at_first)
+    words = ["--set", "exact", "--cases", "^sphere (30|60)°$", "--alone", "--out", str(tmp_path)]
+    assert bench.main(words) == 0
+    assert seen == [False, True], "bench.json is written after each case"
+    rows = json.loads((tmp_path / "bench.json").read_text())["exact"]
+    assert [list(row["scores"]) for row in rows] == [[], ["isomend"]] and rows[0]["below"] == [[], []]
+    out = capsys.readouterr()
+    assert "| sphere 30° | – |" in out.out and "isomend failed: no" in out.err and "sphere 30°: –" in out.err
+
+
+def test_holes_left_open_are_dashes_for_isomend_and_others_alike(monkeypatch, sphere):
+    patch = np.zeros(len(sphere.f), bool)
+    left = SimpleNamespace(vertices=sphere.v, faces=sphere.f, is_patch=patch, sigma=np.zeros(len(sphere.v)), report={"seconds": 0.0})
+    monkeypatch.setattr(bench, "filled", lambda case: left)
+    monkeypatch.setattr(bench, "TOOLS", {"other": ("Other", (), lambda case, aim: (case.v, case.f, np.ones(len(case.f), bool), 0.0))})
+    assert bench.measured(sphere, ["other"])["scores"] == {}
+
+
+def test_the_hole_that_was_cut_is_tested_alone_in_meshes_with_others(sphere):
+    v, f, gone = sphere.whole
+    # Another hole, far from the cut: one face that the whole mesh lacks too.
+    far = np.flatnonzero(~gone)[np.argmin(v[f[~gone]].mean(axis=1) @ v[f[gone]].reshape(-1, 3).mean(axis=0))]
+    rest = np.arange(len(f)) != far
+    sphere.whole = v, f[rest], gone[rest]
+    sphere.v, sphere.f = surfaces.cut(v, f[rest], gone[rest])
+    for faces in (f, f[rest]):
+        patch, closed = score.marked_at_rim(sphere, v, faces)
+        assert closed and patch.sum() == gone.sum(), "whether the other hole is closed makes no difference"
+    one = np.flatnonzero(gone)[0]
+    for faces in (np.delete(f, one, axis=0), np.vstack([f, f[one]]), f[~gone], f[rest & ~gone]):
+        assert not score.marked_at_rim(sphere, v, faces)[1], "open, doubled, or not filled"
+
+
+def test_without_pymeshlab_the_bunny_alone_is_left_out(monkeypatch, capsys):
+    monkeypatch.setattr(bench, "installed", lambda packages: "pymeshlab" not in packages)
+    names = [case.name for case in bench.cases_of("exact", "^bunny|^sphere 30°$")]
+    assert names == ["sphere 30°"]
+    assert bench.main(["--set", "exact", "--cases", "^bunny", "--alone"]) == 1
+    assert "bunny: LEFT OUT" in capsys.readouterr().err

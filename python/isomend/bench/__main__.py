@@ -4,8 +4,9 @@
 
 exact: spheres, tori, catenoids, ellipsoids, with noise and with a ragged rim; and holes of the bunny. real: holes all over the meshes that the
 package pymeshlab holds. solids: holes over edges and corners. Distances are root mean squares in 1/1000 of the hole's diameter, the
-larger of patch to truth and truth to mesh; the nearest is bold, an open hole or another topology a dash. Expected errors: the part of
-all new vertices that are nearer to the truth than `isomend_sigma`, and than twice that. --out writes tables and figures."""
+larger of patch to truth and truth to mesh; the nearest is bold, a failure, an open hole or another topology a dash, by the same test for all
+programs. Expected errors: the part of all new vertices that are nearer to the truth than `isomend_sigma`, and than twice that. --out writes
+tables and figures; bench.json after each hole."""
 
 import argparse
 import importlib.util
@@ -20,19 +21,19 @@ import isomend
 
 from . import cases as known
 from .peers import TOOLS, mean_edge
-from .score import Reference, marked, score, to_truth
+from .score import Reference, marked, marked_at_rim, score, to_truth
 
 LEAST = 1e-4  # geometric means take smaller distances as this, in 1/1000 of the diameter
+NO_ERRORS = [[], []]  # of a case that isomend did not close
 SETS = {"exact": "exact surfaces, and the bunny", "real": "real meshes", "solids": "solids with sharp edges"}
 
 
 def cases_of(name, pattern):
     """The cases of a set whose names match a regular expression."""
     if name == "exact":
-        made = [*known.cases(pattern, Reference)]
+        yield from known.cases(pattern, Reference, with_bunny=installed(["pymeshlab"]))
         if re.search(pattern, "sphere 60°, ragged"):
-            made.append(known.ragged())
-        yield from made
+            yield known.ragged()
     elif name == "real":
         yield from (case for case in known.real_cases(Reference) if re.search(pattern, case.name))
     else:
@@ -53,40 +54,44 @@ def filled(case):
     return found.fill(holes=holes)
 
 
-def by_tool(case, tool, aim):
-    """The score of another program; none where it fails or leaves the hole open."""
-    v, f, patch, seconds = TOOLS[tool][2](case, aim)
-    v, f = np.ascontiguousarray(v, float), np.ascontiguousarray(f, np.int64)
-    if patch is None or not hasattr(case, "centre"):
-        patch, closed = marked(case, v, f)
-    else:
-        closed = True
-    if hasattr(case, "centre"):
-        # Some close every hole; only the one that was cut is looked at.
-        patch = patch & (np.linalg.norm(v[f].mean(axis=1) - case.centre, axis=1) < 2 * case.diameter)
-    elif not closed:
-        return None
-    return {**score(case, v, f, patch), "seconds": seconds} if patch.any() else None
+def scored(case, vertices, faces, seconds):
+    """The score of a program's mesh, the same for all programs; none where the hole is open or has another topology than the truth."""
+    vertices, faces = np.ascontiguousarray(vertices, float), np.ascontiguousarray(faces, np.int64)
+    # Some programs close every hole of a real mesh; only the one that was cut is scored.
+    patch, closed = marked_at_rim(case, vertices, faces) if hasattr(case, "centre") else marked(case, vertices, faces)
+    return {**score(case, vertices, faces, patch), "seconds": seconds} if closed and patch.any() else None
 
 
-def measured(case, tools):
-    """The scores of a case, and how isomend's expected errors compare with its distances."""
-    mended = filled(case)
-    patch = mended.is_patch
-    scores = {"isomend": {**score(case, mended.vertices, mended.faces, patch), "seconds": mended.report["seconds"]}}
+def by_isomend(case, mended):
+    """isomend's score, and how many of its new vertices are nearer to the truth than the expected error, and than twice that."""
+    found = scored(case, mended.vertices, mended.faces, mended.report["seconds"])
+    if found is None:
+        return None, NO_ERRORS
     new = np.arange(len(case.v), len(mended.vertices))
     sigma, off = mended.sigma[new], to_truth(case, mended.vertices[new])
     known_ones = np.isfinite(sigma) & (sigma > 0)
-    below = [(off[known_ones] < times * sigma[known_ones]).tolist() for times in (1, 2)]
-    aim = float(mean_edge(mended.vertices, mended.faces[patch]))
+    return found, [(off[known_ones] < times * sigma[known_ones]).tolist() for times in (1, 2)]
+
+
+def measured(case, tools):
+    """The scores of a case, and how isomend's expected errors compare with its distances. A program that fails has no score."""
+    scores, below = {}, NO_ERRORS
+    v, f, gone = case.whole
+    aim = float(mean_edge(v, f[gone]))
+    try:
+        mended = filled(case)
+        if mended.is_patch.any():
+            aim = float(mean_edge(mended.vertices, mended.faces[mended.is_patch]))
+        scores["isomend"], below = by_isomend(case, mended)
+    except Exception as error:  # The cases that are still to come are not lost; the table has a dash.
+        print(f"{case.name}: isomend failed: {error}", file=sys.stderr)
     for tool in tools:
         try:
-            found = by_tool(case, tool, aim)
+            vertices, faces, _, seconds = TOOLS[tool][2](case, aim)
+            scores[tool] = scored(case, vertices, faces, seconds)
         except Exception as error:  # Programs of others fail in their own ways; the table has a dash for them.
             print(f"{case.name}: {TOOLS[tool][0]} failed: {error}", file=sys.stderr)
-            found = None
-        if found:
-            scores[tool] = found
+    scores = {tool: found for tool, found in scores.items() if found}
     return {"case": case.name, "diameter": float(case.diameter), "scores": scores, "below": below}
 
 
@@ -104,7 +109,7 @@ def table(rows, tools):
     names = titles(tools)
     lines = ["| hole | " + " | ".join(names.values()) + " |", "|---|" + "---:|" * len(names)]
     for row in rows:
-        best = min(s["rms"] for s in row["scores"].values())
+        best = min((s["rms"] for s in row["scores"].values()), default=None)
         cells = []
         for tool in names:
             s = row["scores"].get(tool)
@@ -126,6 +131,23 @@ def calibration(rows):
     return f"| new vertices | nearer than σ | nearer than 2 σ |\n|---:|---:|---:|\n| {len(one)} | {shares} |"
 
 
+def needs_pymeshlab(name, pattern):
+    """Which cases of a set are meshes of the package pymeshlab, in words; none where the pattern takes none of them."""
+    if name == "real":
+        return SETS[name]
+    return "bunny" if name == "exact" and any(re.search(pattern, f"bunny, {place}") for place in known.BUNNY) else None
+
+
+def write_json(folder, results):
+    """Writes bench.json, after each case, so that an interrupted run keeps what it has measured."""
+    if folder is None:
+        return
+    folder.mkdir(parents=True, exist_ok=True)
+    part = folder / "bench.json.part"
+    part.write_text(json.dumps(results) + "\n", encoding="utf-8")
+    part.replace(folder / "bench.json")
+
+
 def main(words=None):
     parser = argparse.ArgumentParser(prog="python -m isomend.bench", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--set", action="append", choices=SETS, dest="sets", help="which holes [default: all]")
@@ -140,22 +162,23 @@ def main(words=None):
             print(f"{TOOLS[tool][0]} is LEFT OUT: it takes {' and '.join(TOOLS[tool][1])}", file=sys.stderr)
     results, pages = {}, []
     for name in arguments.sets or SETS:
-        if name == "real" and not installed(["pymeshlab"]) or name == "exact" and not installed(["pymeshlab"]) and not arguments.cases:
-            print(f"{SETS[name]}: LEFT OUT, the meshes are those of the package pymeshlab", file=sys.stderr)
-            continue
+        if not installed(["pymeshlab"]) and (what := needs_pymeshlab(name, arguments.cases)):
+            print(f"{what}: LEFT OUT, the meshes are those of the package pymeshlab", file=sys.stderr)
+            if name == "real":
+                continue
         rows = []
         for case in cases_of(name, arguments.cases):
             rows.append(measured(case, tools))
-            print(f"{case.name}: {rows[-1]['scores']['isomend']['rms']:.2f} ‰", file=sys.stderr)
-        if rows:
+            own = rows[-1]["scores"].get("isomend")
+            print(f"{case.name}:", f"{own['rms']:.2f} ‰" if own else "–", file=sys.stderr)
             results[name] = rows
+            write_json(arguments.out, results)
+        if rows:
             pages.append(f"## {SETS[name].capitalize()}\n\n{table(rows, tools)}\n\n{calibration(rows)}\n")
     page = f"# isomend {isomend.__version__}\n\n" + "\n".join(pages)
     print(page)
-    if arguments.out:
-        arguments.out.mkdir(parents=True, exist_ok=True)
+    if arguments.out and results:
         (arguments.out / "bench.md").write_text(page, encoding="utf-8")
-        (arguments.out / "bench.json").write_text(json.dumps(results) + "\n", encoding="utf-8")
     return 0 if results else 1
 
 

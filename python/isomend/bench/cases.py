@@ -134,8 +134,8 @@ BUNNY = {  # where, as parts of the bounding box; radius over the diagonal
 }
 
 
-def cases(pattern="", truth=None):
-    """Makes the cases whose names match the regular expression, one after the other."""
+def cases(pattern="", truth=None, with_bunny=True):
+    """Makes the cases whose names match the regular expression, one after the other. The bunny takes the package pymeshlab."""
     spheres = {}
 
     def sphere(count):
@@ -187,7 +187,7 @@ def cases(pattern="", truth=None):
         "catenoid neck, fine": lambda n: catenoid(n, 0.065),
         "ellipsoid": lambda n: ellipsoid(n, 2000),
         "ellipsoid, fine": lambda n: ellipsoid(n, 8000),
-        **{f"bunny, {place}": real for place in BUNNY},
+        **{f"bunny, {place}": real for place in BUNNY if with_bunny},
     }
     for name, make in makers.items():
         if re.search(pattern, name):
