@@ -100,7 +100,7 @@ pub fn run(args: &ViewArgs) -> anyhow::Result<End> {
         }
         let unsaved = address.unsaved;
         interrupt::is_the_end(move || {
-            if let Some(file) = unsaved() {
+            for file in unsaved() {
                 console.say(&format!(
                     "steps that were not saved are kept in {}: --resume makes them again",
                     file.display()

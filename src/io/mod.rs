@@ -48,6 +48,8 @@ pub use files::{
     read_path, read_text, read_volume_path, write_model, write_path, write_volume_path,
 };
 pub use format::Format;
+#[cfg(feature = "view")]
+pub(crate) use save::write_new;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub use save::{Abandoned, abandon_unfinished, replace_file};

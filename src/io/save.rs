@@ -69,6 +69,26 @@ impl Temporary {
     }
 }
 
+/// Writes a file that was not there before: the whole of it or nothing appears under its name.
+///
+/// # Errors
+/// [`std::io::ErrorKind::AlreadyExists`] when the name is taken, also by a link; else what the system says.
+#[cfg(feature = "view")]
+pub(crate) fn write_new(target: &Path, bytes: &[u8]) -> Result<()> {
+    let mut temporary = Temporary::beside(target)?;
+    if let Some(file) = &mut temporary.0 {
+        file.write_all(bytes)?;
+    }
+    let mut paths = unfinished();
+    let Some(file) = temporary.0.take() else {
+        return Ok(());
+    };
+    paths.retain(|path| path != file.path());
+    file.persist_noclobber(target)
+        .map_err(|failed| failed.error)?;
+    Ok(())
+}
+
 impl Drop for Temporary {
     fn drop(&mut self) {
         if let Some(file) = self.0.take() {

@@ -1,7 +1,7 @@
 //! What all requests share.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use glam::DVec3;
@@ -49,6 +49,8 @@ pub struct App {
     pub words: Arc<dyn Words>,
     /// Opens another file on a page of its own; returns where that page is on this server.
     pub open: Box<dyn Fn(PathBuf) -> Result<String, String> + Send + Sync>,
+    /// Whether a path is the input of any page of this server.
+    pub is_input: Box<dyn Fn(&Path) -> bool + Send + Sync>,
 }
 
 impl App {

@@ -12,7 +12,7 @@ use hyper_util::service::TowerToHyperService;
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 
-use super::desks::Desks;
+use super::pages::Pages;
 
 /// Most connections at a time: a browser has up to six for a page, one of which hears what happens. More wait until one ends.
 const CONNECTIONS: usize = 64;
@@ -25,7 +25,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// None: a connection that fails is one that ends.
-pub async fn serve(listener: TcpListener, desks: Arc<Desks>) -> std::io::Result<()> {
+pub async fn serve(listener: TcpListener, pages: Arc<Pages>) -> std::io::Result<()> {
     let free = Arc::new(Semaphore::new(CONNECTIONS));
     loop {
         let own = free.clone().acquire_owned().await;
@@ -33,9 +33,9 @@ pub async fn serve(listener: TcpListener, desks: Arc<Desks>) -> std::io::Result<
             tokio::time::sleep(PAUSE).await;
             continue;
         };
-        let desks = desks.clone();
+        let pages = pages.clone();
         let service = service_fn(move |request: Request<Incoming>| {
-            let router = desks.of(request.uri().path());
+            let router = pages.of(request.uri().path());
             async move { TowerToHyperService::new(router).call(request).await }
         });
         tokio::spawn(async move {

@@ -10,20 +10,22 @@ use super::api::router;
 use super::app::{App, told};
 use super::choices::Choices;
 use super::connections;
-use super::desks::Desks;
 use super::events::Events;
 use super::gate::Gate;
+use super::pages::Pages;
 use super::session::Session;
 use super::state::State;
 use super::step::format_between;
 use super::store::{KeptStep, Mark, ResumeError, Store};
 use super::token::Token;
 use super::words::Words;
-use crate::io::Format;
+use crate::io::{Format, IoError};
 use crate::job::{JobError, Source};
 
 /// Threads that wait for requests; work is done on others.
 const LISTENERS: usize = 2;
+/// The answer when no further page can be added.
+const TOO_MANY: &str = "too many files are open; end the program and start it again";
 
 /// What is served, and where.
 pub struct Settings {
@@ -89,8 +91,8 @@ pub struct Address {
     pub once: String,
     /// The file of an earlier session whose steps were not saved, where it is not gone on with.
     pub earlier: Option<PathBuf>,
-    /// The file that keeps steps that are not saved now, if there are any.
-    pub unsaved: Box<dyn Fn() -> Option<PathBuf> + Send + Sync>,
+    /// The recovery files of all pages that have unsaved steps now.
+    pub unsaved: Box<dyn Fn() -> Vec<PathBuf> + Send + Sync>,
 }
 
 /// Serves the page until the process ends. `ready` is called once the server listens.
@@ -120,20 +122,22 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
             pool,
             aside,
             words,
-            desks: Arc::default(),
+            pages: Arc::default(),
             apps: Mutex::default(),
+            opening: Mutex::default(),
         });
         let earlier = read.earlier.clone();
-        let [token, ticket] = shared.seat(read, matches!(settings.resume, Some(None)))?;
-        let of_all = shared.clone();
+        let is_usual_file = matches!(settings.resume, Some(None));
+        let [token, ticket] = shared.add_page(read, is_usual_file)?;
+        let all = shared.clone();
         ready(Address {
             at,
             page: format!("{}/", address(at, &token)),
             once: address(at, &ticket),
             earlier,
-            unsaved: Box::new(move || of_all.unsaved()),
+            unsaved: Box::new(move || all.unsaved()),
         });
-        connections::serve(listener, shared.desks.clone()).await?;
+        connections::serve(listener, shared.pages.clone()).await?;
         Ok(())
     })
 }
@@ -161,7 +165,10 @@ impl Read {
         let mut source = Source::from(input.clone());
         source.format = from;
         let first = pool.install(|| State::first(&source, source.read()?))?;
-        let content = std::fs::read(&input)?;
+        let content = std::fs::read(&input).map_err(|cause| {
+            let path = input.clone();
+            JobError::Io(IoError::Read { path, cause })
+        })?;
         let store = Store::new(root, &input, Mark::of(&content));
         let steps = resume.map(|file| store.read(file)).transpose()?;
         let earlier = store.path().to_path_buf();
@@ -185,18 +192,21 @@ struct Shared {
     pool: Arc<rayon::ThreadPool>,
     aside: Arc<rayon::ThreadPool>,
     words: Arc<dyn Words>,
-    desks: Arc<Desks>,
-    apps: Mutex<Vec<Arc<App>>>,
+    pages: Arc<Pages>,
+    /// The state of each page, with its token.
+    apps: Mutex<Vec<(Token, Arc<App>)>>,
+    /// Held while a file is opened. Never locked on a thread of a pool: such a thread may take up another request while it waits.
+    opening: Mutex<()>,
 }
 
 impl Shared {
-    /// Makes a page of a file that was read: its secret, and one that leads to it once. `own` says that steps that are made again were
-    /// kept where this session keeps its own.
-    fn seat(self: &Arc<Self>, read: Read, own: bool) -> std::io::Result<[Token; 2]> {
+    /// Adds the page of a file that was read. Returns the page's token and a ticket that leads to the page once. `is_usual_file` says
+    /// that the steps of an earlier session come from the file in which this session keeps its own.
+    fn add_page(self: &Arc<Self>, read: Read, is_usual_file: bool) -> std::io::Result<[Token; 2]> {
         let [token, ticket] = [Token::new()?, Token::new()?];
         let gate = Arc::new(Gate::new(token.clone(), ticket.clone(), self.at));
         let [low, high] = read.first.loaded.mesh.bounds();
-        let shared = self.clone();
+        let (opens, knows) = (self.clone(), self.clone());
         let app = Arc::new(App {
             bytes: read.bytes,
             input: read.input,
@@ -211,36 +221,57 @@ impl Shared {
             pool: self.pool.clone(),
             aside: self.aside.clone(),
             words: self.words.clone(),
-            open: Box::new(move |path| shared.open(path)),
+            open: Box::new(move |path| opens.open(path)),
+            is_input: Box::new(move |path| knows.page_of(path).is_some()),
         });
         if let Some(steps) = read.steps {
-            app.resume(steps, own)?;
+            app.resume(steps, is_usual_file)?;
         }
-        self.desks.add(token.clone(), router(app.clone(), gate));
         let mut apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
-        apps.push(app);
+        let router = router(app.clone(), gate);
+        if !self.pages.add_page(token.clone(), router) {
+            return Err(std::io::Error::other(TOO_MANY));
+        }
+        apps.push((token.clone(), app));
         Ok([token, ticket])
     }
 
-    /// Opens another file; where its page is on this server.
+    /// Opens another file and returns the path of its page on this server. A file that is open already keeps its page: a second session
+    /// would overwrite the recovery file of the first.
     fn open(self: &Arc<Self>, path: PathBuf) -> Result<String, String> {
-        if !self.desks.has_room() {
-            return Err("too many files are open; end the program and start it again".to_owned());
+        let _one_at_a_time = self.opening.lock().unwrap_or_else(PoisonError::into_inner);
+        let page = |token: Token| format!("/{}/", token.text());
+        if let Some(token) = self.page_of(&path) {
+            return Ok(page(token));
         }
-        let read = Read::new(&self.pool, &self.root, path, None, None);
+        if !self.pages.has_room() {
+            return Err(TOO_MANY.to_owned());
+        }
+        let read = Read::new(&self.aside, &self.root, path, None, None);
         let read = read.map_err(|error| told(&error))?;
-        let seated = self.seat(read, false);
-        let [token, _] = seated.map_err(|error| error.to_string())?;
-        Ok(format!("/{}/", token.text()))
+        let [token, _] = self
+            .add_page(read, false)
+            .map_err(|error| error.to_string())?;
+        Ok(page(token))
     }
 
-    /// The file that keeps steps that are not saved, of the first page that has any.
-    fn unsaved(&self) -> Option<PathBuf> {
+    /// The token of the page that was opened with this file as its input.
+    fn page_of(&self, path: &Path) -> Option<Token> {
+        let path = path.canonicalize().ok()?;
         let apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_unsaved = |app: &&Arc<App>| app.session().is_kept() && app.store.error().is_none();
-        apps.iter()
-            .find(is_unsaved)
-            .map(|app| app.store.path().to_path_buf())
+        let is_of = |app: &App| app.input.canonicalize().is_ok_and(|input| input == path);
+        let page = apps.iter().find(|(_, app)| is_of(app));
+        page.map(|(token, _)| token.clone())
+    }
+
+    /// The recovery files of all pages that have unsaved steps.
+    fn unsaved(&self) -> Vec<PathBuf> {
+        let apps = self.apps.lock().unwrap_or_else(PoisonError::into_inner);
+        let is_unsaved = |app: &App| app.session().is_kept() && app.store.error().is_none();
+        let unsaved = apps.iter().filter(|(_, app)| is_unsaved(app));
+        unsaved
+            .map(|(_, app)| app.store.path().to_path_buf())
+            .collect()
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use axum::body::{Body, HttpBody, to_bytes};
+use axum::body::{Body, Bytes, HttpBody, to_bytes};
 use axum::http::StatusCode;
 use axum::http::header::CONTENT_TYPE;
 use axum::response::{IntoResponse, Response};
@@ -93,6 +93,16 @@ pub fn bytes_answer(bytes: Vec<u8>) -> Response {
 /// # Errors
 /// When it is too large, too slow or something else.
 pub async fn read<T: DeserializeOwned>(body: Body, most: usize) -> Result<T, Refused> {
+    let bytes = receive(body, most, ARRIVAL).await?;
+    serde_json::from_slice(&bytes)
+        .map_err(|error| Refused::new(StatusCode::BAD_REQUEST, error.to_string()))
+}
+
+/// The body of a request, of at most `most` bytes, that arrives within a time.
+///
+/// # Errors
+/// When it is too large, too slow or breaks off.
+pub async fn receive(body: Body, most: usize, within: Duration) -> Result<Bytes, Refused> {
     let too_large = || {
         let error = format!("the request could not be read, or has more than {most} bytes");
         Refused::new(StatusCode::PAYLOAD_TOO_LARGE, error)
@@ -101,11 +111,9 @@ pub async fn read<T: DeserializeOwned>(body: Body, most: usize) -> Result<T, Ref
     if body.size_hint().lower() > most as u64 {
         return Err(too_large());
     }
-    let bytes = tokio::time::timeout(ARRIVAL, to_bytes(body, most)).await;
+    let bytes = tokio::time::timeout(within, to_bytes(body, most)).await;
     let bytes = bytes.map_err(|_| Refused::new(StatusCode::REQUEST_TIMEOUT, "too slow"))?;
-    let bytes = bytes.map_err(|_| too_large())?;
-    serde_json::from_slice(&bytes)
-        .map_err(|error| Refused::new(StatusCode::BAD_REQUEST, error.to_string()))
+    bytes.map_err(|_| too_large())
 }
 
 /// Does something that takes a moment, away from the threads that listen.

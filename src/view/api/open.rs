@@ -1,23 +1,28 @@
 //! Other files: those that there are, one that is opened, and one that is sent.
 
-use std::fs::OpenOptions;
-use std::io::Write;
+use std::io::ErrorKind;
 use std::sync::Arc;
+use std::time::Duration;
 
-use axum::body::{Body, to_bytes};
+use axum::body::Body;
 use axum::extract::{Query, State};
 use serde::Deserialize;
 use serde_json::json;
+use tokio::sync::Semaphore;
 
 use super::super::app::App;
 use super::super::files::{to_read, to_write};
-use super::asked::{Answer, Refused, SMALL, json_answer, long_work, read, work};
-use crate::io::Format;
+use super::asked::{Answer, Refused, SMALL, json_answer, read, receive, work};
+use crate::io::{Format, write_new};
 
 /// Most files that are listed.
 const LISTED: usize = 500;
 /// Largest file that is sent, in bytes.
 const SENT: usize = 1 << 30;
+/// Longest time that a file may take to arrive: 1 GiB at 2 MB/s, as through a tunnel to another machine.
+const SENDING: Duration = Duration::from_secs(600);
+/// One file is received at a time: each is held in memory until it is whole.
+static UPLOAD: Semaphore = Semaphore::const_new(1);
 
 /// `GET api/files`: the meshes in the folder of the program.
 pub async fn files(State(app): State<Arc<App>>) -> Answer {
@@ -46,7 +51,8 @@ struct Wanted {
 /// `POST api/open`: opens a file below the folder on a page of its own.
 pub async fn open(State(app): State<Arc<App>>, body: Body) -> Answer {
     let Wanted { path } = read(body, SMALL).await?;
-    let page = long_work(&app, move |app| {
+    // Not on a thread of a pool: see `Shared::opening`.
+    let page = work(&app, move |app| {
         let path = to_read(&app.root, &path)?;
         (app.open)(path).map_err(|error| Refused::wrong(error, "path"))
     });
@@ -64,20 +70,29 @@ pub async fn send(
     Query(Named { name }): Query<Named>,
     body: Body,
 ) -> Answer {
-    let bytes = to_bytes(body, SENT).await;
-    let bytes = bytes.map_err(|_| Refused::wrong("the file is too large", "name"))?;
-    let written = work(&app, move |app| {
-        let path = to_write(&app.root, &name, false)?;
-        if Format::from_extension(&path).is_none() {
-            let what = format!("end the name of the file in {}", Format::LIST);
-            return Err(Refused::wrong(what, "name"));
+    // The name is checked before the body is received: a file that is refused need not be sent.
+    let checked = name.clone();
+    let path = work(&app, move |app| {
+        let path = to_write(&app.root, &checked, false)?;
+        match Format::from_extension(&path) {
+            Some(_) => Ok(path),
+            None => {
+                let what = format!("end the name of the file in {}", Format::LIST);
+                Err(Refused::wrong(what, "name"))
+            }
         }
-        let failed = |error: std::io::Error| Refused::failed(error.to_string());
-        // Only a file that is not there, nor a link, is written.
-        let mut file = OpenOptions::new();
-        let file = file.write(true).create_new(true).open(&path);
-        file.and_then(|mut file| file.write_all(&bytes))
-            .map_err(failed)?;
+    });
+    let path = path.await?;
+    let upload = UPLOAD.try_acquire();
+    let upload = upload.map_err(|_| Refused::conflict("another file is being sent; try again"))?;
+    let bytes = receive(body, SENT, SENDING).await?;
+    let written = work(&app, move |_| {
+        let written = write_new(&path, &bytes);
+        drop(upload);
+        written.map_err(|error| match error.kind() {
+            ErrorKind::AlreadyExists => Refused::conflict(format!("{name} is there already")),
+            _ => Refused::failed(error.to_string()),
+        })?;
         Ok(name)
     });
     Ok(json_answer(&json!({ "path": written.await? })))

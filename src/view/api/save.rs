@@ -20,6 +20,9 @@ use crate::job::{parse_face_numbers, write_text};
 
 /// Largest file of face numbers that is read, in bytes.
 const FACE_LIST: u64 = 256 << 20;
+/// Why an input is not overwritten.
+const INPUT: &str =
+    "that is a file that was opened, which the recipe begins with; name another one";
 /// What a page of a report may do: run its own script, apart from all else.
 const REPORT_POLICY: &str = "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
                              img-src data: blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -103,11 +106,7 @@ impl App {
     fn saved(&self, wanted: &Wanted) -> Result<Value, Refused> {
         let path = to_write(&self.root, &wanted.path, wanted.overwrite)?;
         wanted.kind.check(&path)?;
-        if self.is_input(&path) {
-            let what =
-                "that is the file that was opened, which the recipe begins with; name another one";
-            return Err(Refused::conflict(what));
-        }
+        self.refuse_input(&path)?;
         let id = wanted.id.unwrap_or_else(|| self.session().current().id);
         let state = state_of(self, id)?;
         let failed = |error| Refused::failed(told(&error));
@@ -143,10 +142,12 @@ impl App {
         Ok(json!({ "path": self.shown(&path), "bytes": bytes, "notes": notes }))
     }
 
-    /// Whether a path is that of the file that was opened.
-    fn is_input(&self, path: &Path) -> bool {
-        let input = self.input.canonicalize();
-        input.is_ok_and(|input| path.canonicalize().is_ok_and(|path| path == input))
+    /// Refuses to overwrite a file that is open on any page of this server.
+    fn refuse_input(&self, path: &Path) -> Result<(), Refused> {
+        match (self.is_input)(path) {
+            true => Err(Refused::conflict(INPUT)),
+            false => Ok(()),
+        }
     }
 
     /// A path as the page is told it.
@@ -191,7 +192,7 @@ impl App {
             let name = file
                 .to_str()
                 .ok_or_else(|| Refused::wrong("the name is no text", "path"))?;
-            to_write(&self.root, name, overwrite)?;
+            self.refuse_input(&to_write(&self.root, name, overwrite)?)?;
         }
         let mut bytes = 0;
         for (file, text) in &files {

@@ -4,7 +4,7 @@ import { cornersOf, MARKED } from "../../report/viewer/geometry.js";
 import { cross, frame, minus, plus, times } from "../../report/viewer/camera.js";
 import { digits, find } from "../../report/viewer/controls.js";
 import { askJson } from "./net.js";
-import { counts, tr } from "./strings.js";
+import { counts, language, tr } from "./strings.js";
 
 export class Defects {
   constructor(app) {
@@ -12,31 +12,40 @@ export class Defects {
     find("#defects").addEventListener("toggle", () => find("#defects").open && this.check());
   }
 
-  /** Has the state checked, and lists what is wrong with it. */
+  /** Checks again where the list is shown: another mesh is worked on. */
+  renew() {
+    if (find("#defects").open) this.check();
+  }
+
+  /** Has the mesh that is worked on checked, and lists its defects. */
   async check() {
-    const { model, viewer } = this.app, id = model.state.current, verdict = find("#verdict");
+    const { model } = this.app, id = model.state.current, verdict = find("#verdict");
     verdict.textContent = tr("checking");
     find("#defect-list").replaceChildren();
     try {
       const found = await askJson(`check/${id}`);
+      // The check of another mesh has begun meanwhile.
+      if (model.state.current !== id) return;
       const { walls } = found, sound = found.sound ? tr("sound") : (found.reasons || []).join("; ") + ".";
       verdict.textContent = sound + (walls ? " " + tr("walls", { least: digits(walls.least), mean: digits(walls.mean) }) : "");
       const { marks = {}, defects = [] } = found, there = defects.filter((d) => d.count).map((d) => ({ ...d, ...marks[d.kind] }));
-      find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, viewer.sides.after.mesh)));
+      find("#defect-list").replaceChildren(...there.map((defect) => this.defect(defect, id)));
     } catch (error) {
-      verdict.textContent = error.message;
+      if (model.state.current === id) verdict.textContent = error.message;
     }
   }
 
-  defect({ kind, count, faces = [], places = [] }, mesh) {
+  /** A row of the list. Its faces are those of the mesh `id`: with another one in view, or a preview, they are neither shown nor marked. */
+  defect({ kind, count, faces = [], places = [] }, id) {
     const name = kind.replaceAll("_", " ");
     const item = document.createElement("li"), button = document.createElement("button"), select = document.createElement("button");
     let next = 0;
     button.type = select.type = "button";
-    button.textContent = `${name}: ${count.toLocaleString("en")}`;
+    button.textContent = `${name}: ${count.toLocaleString(language())}`;
     button.title = tr("defect_title");
     button.addEventListener("click", () => {
-      const { viewer } = this.app;
+      const { viewer } = this.app, mesh = this.app.mesh();
+      if (mesh?.id !== id) return this.app.say(tr("defects_of_other"), true);
       for (let f = 0; f < mesh.facts.length; f++) mesh.facts[f] &= ~MARKED;
       for (const f of faces) mesh.facts[f] |= MARKED;
       viewer.surfaces.get(mesh)?.changed();
@@ -44,15 +53,16 @@ export class Defects {
       const face = faces[next++ % faces.length], [a, b, c] = cornersOf(mesh, face), centre = times(plus(plus(a, b), c), 1 / 3);
       const normal = cross(minus(b, a), minus(c, a)), reach = Math.max(12 * Math.hypot(...minus(b, a)), 1e-4 * viewer.camera.radius);
       viewer.fly({ centre, axes: Math.hypot(...normal) ? frame(normal, this.app.views.up()) : viewer.camera.axes, reach });
-      this.app.say(tr("face_told", { face, name }) + (places.length ? tr("in_places", { places: counts("place", places.length) }) : ""));
+      return this.app.say(tr("face_told", { face, name }) + (places.length ? tr("in_places", { places: counts("place", places.length) }) : ""));
     });
     select.textContent = tr("mark_these");
     select.disabled = !faces.length;
     select.setAttribute("aria-label", `${tr("mark_these")}: ${name}`);
     select.addEventListener("click", () => {
-      if (!this.app.mask()) return;
+      if (this.app.mesh()?.id !== id) return this.app.say(tr("defects_of_other"), true);
+      if (!this.app.mask()) return this.app.say(tr("still_preparing"), true);
       this.app.paint.apply(() => this.app.mask().set(faces, 1));
-      this.app.open("paint");
+      return this.app.open("paint");
     });
     item.append(button, select);
     return item;

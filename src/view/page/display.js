@@ -158,25 +158,30 @@ export class Display {
     this.colour = select.value = list.some(([value]) => value === had) ? had : "plain";
   }
 
-  /** Colours both sides. */
+  /** Colours both sides; the answers for an earlier choice are dropped. */
   async setColour(name) {
+    const { viewer } = this.app, colouring = this.colouring = {};
     this.colour = find("#colour").value = name;
     find("#scale").hidden = true;
-    const { viewer } = this.app;
+    this.app.band.take(null);
     try {
-      await Promise.all(Object.entries(viewer.sides).map(([side, { surface }]) => this.colourSide(name, this.shown[side], surface, side === "after")));
+      await Promise.all(Object.entries(viewer.sides).map(([side, { surface }]) => this.colourSide(name, side, surface, colouring)));
     } catch (error) {
+      if (this.colouring !== colouring) return;
       this.app.say(error.message, true);
       for (const { surface } of Object.values(viewer.sides)) surface.setColour({ kind: 0 });
       this.colour = find("#colour").value = "plain";
     }
+    if (this.colouring !== colouring) return;
     this.coloured = name;
     viewer.refresh();
   }
 
-  async colourSide(name, id, surface, told) {
+  /** Colours one side, unless another colouring is chosen before the values are there. */
+  async colourSide(name, side, surface, colouring) {
+    const id = this.shown[side], told = side === "after";
     if (name === "plain") return surface.setColour({ kind: 0 });
-    if (name === "texture") return this.texture(id, surface);
+    if (name === "texture") return this.texture(id, surface, colouring);
     const other = this.shown[told ? "before" : "after"], { reference } = this.app.band;
     if (name === "deviation" && !told) return surface.setColour({ kind: 0 });
     const from = name === "deviation" && reference ? `&file=${encodeURIComponent(reference)}` : "", to = from || (BANDED.includes(name) && other !== null ? `&to=${other}` : "");
@@ -185,6 +190,7 @@ export class Display {
       if (told) throw error;
       return null;
     });
+    if (this.colouring !== colouring) return undefined;
     if (!found) return surface.setColour({ kind: 0 });
     const { header, arrays } = found, errors = name === "sigma";
     let values = lengths(arrays.values || arrays.colours, header);
@@ -198,9 +204,9 @@ export class Display {
     // Below the scale stands for what is not known.
     if (gaps) values = values.map((x) => Number.isNaN(x) ? -span[1] : x);
     surface.setColour({ kind, values, on, span, skipKept: errors, gaps });
-    if (!told) return;
+    if (!told) return undefined;
     const words = { curvature: tr("scale_curvature"), distance: tr("scale_distance"), deviation: tr("scale_deviation"), sigma: tr("scale_sigma") }[name] || name.replace("attribute:", "");
-    showScale(words + this.app.measure.unitOf(header.unit), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind, gaps);
+    return showScale(words + this.app.measure.unitOf(header.unit), (span[0] < 0 ? "−" : "") + digits(Math.abs(span[0])), digits(span[1]), kind, gaps);
   }
 
   /** Colours by a tolerance band. */
@@ -221,9 +227,10 @@ export class Display {
     return Promise.all(first.map((image) => fits(image) ? image : createImageBitmap(image, { resizeWidth, resizeHeight })));
   }
 
-  async texture(id, surface) {
+  async texture(id, surface, colouring) {
     const { facts } = surface.mesh, images = await (this.textures ??= this.images(this.app.model.state.texture));
     const { header, arrays: { uv, texture } } = await askArrays(`uv/${id}`);
+    if (this.colouring !== colouring) return;
     const values = header.v_up ? uv.map((x, i) => i % 2 ? 1 - x : x) : uv;
     for (let f = 0; f < facts.length; f++) facts[f] = facts[f] & ~(255 << IMAGE) | texture[f] << IMAGE;
     surface.changed();

@@ -55,14 +55,14 @@ export function useViewKeys(app) {
     "[": () => brush(0.8), "]": () => brush(1.25), "?": () => press("#help"),
   };
   document.addEventListener("keydown", (event) => {
-    const key = event.key.toLowerCase(), typing = event.target.matches?.("input:not([type=checkbox]):not([type=radio]):not([type=range]), select, textarea");
+    const key = event.key?.toLowerCase(), typing = event.target.matches?.("input:not([type=checkbox]):not([type=radio]):not([type=range]), select, textarea");
     if ((event.ctrlKey || event.metaKey) && !typing && (key === "z" || key === "y")) {
       event.preventDefault();
       const redoes = key === "y" || event.shiftKey, painting = app.tab === "paint" && (app.mask()?.done.length || app.mask()?.undone.length);
       return press(painting ? (redoes ? "#restroke" : "#unstroke") : redoes ? "#redo" : "#undo");
     }
     if (find("#keys").open) return undefined;
-    if (event.key === "Escape") return paint.started ? paint.cancel() : app.measure.points.length ? app.measure.cancel() : steps.job ? steps.cancel() : app.setTool("turn");
+    if (event.key === "Escape" && !typing) return paint.started ? paint.cancel() : app.measure.points.length ? app.measure.cancel() : steps.job ? steps.cancel() : app.setTool("turn");
     if (!event.ctrlKey && !event.metaKey && !event.altKey && !typing) actions[key]?.();
     return undefined;
   });

@@ -86,7 +86,7 @@ function useHelp() {
   find("#keys-close").addEventListener("click", () => sheet.close());
 }
 
-/** Files that are dropped: face numbers become the mask. */
+/** Files that are dropped: face numbers become the mask, any other file is sent to the folder and opened. */
 function useDrop(app) {
   const stage = find(".stage"), sign = find("#drop");
   const over = (event, shown) => {
@@ -99,6 +99,10 @@ function useDrop(app) {
     over(event, false);
     const [file] = event.dataTransfer.files;
     if (!file) return;
+    if (!app.masks) {
+      app.say(tr("opening"));
+      return;
+    }
     if (/\.(txt|json|faces)$/i.test(file.name)) app.masks.takeFile(file);
     else app.save.sendFile(file);
   });
@@ -110,16 +114,27 @@ export function showIntro(app) {
   find("#intro").hidden = app.model.state.current !== 0 || app.model.state.states.length > 1 || kept("intro", "") === "seen";
 }
 
+/** Loads the page anew in another language; asks first when that would lose something, and stays when the choices cannot be sent. */
+async function changeLanguage(app) {
+  const select = find("#language"), wanted = select.value, loses = app.steps?.job || app.steps?.previews.length || app.masks?.named.length;
+  select.value = language();
+  if (loses && !confirm(tr("language_loses"))) return;
+  try {
+    await app.choices?.flush();
+  } catch (error) {
+    app.say(error.message, true);
+    return;
+  }
+  setLanguage(wanted);
+  location.reload();
+}
+
 /** All of the frame; before the mesh is there. */
 export function useLayout(app) {
   putWords();
   find("#message").textContent = tr("opening");
   find("#language").value = language();
-  find("#language").addEventListener("change", async () => {
-    setLanguage(find("#language").value);
-    await app.choices?.flush().catch(() => null);
-    location.reload();
-  });
+  find("#language").addEventListener("change", () => changeLanguage(app));
   useFolds(app);
   useTabs(app);
   useHelp();

@@ -105,6 +105,8 @@ class App {
     find("#subtitle").textContent = `${counts("face", current.faces)}, ${counts("hole", state.holes.length)} · isomend ${state.program.version}${state.unsaved ? ` · ${tr("not_saved")}` : ""}`;
     if (fresh) this.steps.against = false;
     if (fresh) await this.choices.load(state);
+    if (fresh) this.defects.renew();
+    if (fresh) this.band.take(null);
     this.creases.update(state, fresh);
     this.holes.update(state, fresh);
     this.display.offer();
@@ -151,9 +153,10 @@ class App {
       if (own && focus) button.focus();
     }
     if (tabOf(this.tool) !== tab) this.setTool("turn");
-    if (tab === "save") this.save.recipe();
-    if (tab === "save" || tab === "measure") this.save.listFiles().catch(() => null);
-    if (tab === "measure") this.measure.list();
+    // Before the page is ready there is nothing to list yet.
+    if (tab === "save") this.save?.recipe();
+    if (tab === "save" || tab === "measure") this.save?.listFiles().catch(() => null);
+    if (tab === "measure") this.measure?.list();
   }
 
   /** Takes a tool in hand, and opens its tab. */
@@ -264,6 +267,8 @@ async function begin() {
     lost: () => app.steps.lose(),
     back: () => app.steps.again().catch((error) => app.say(error.message, true)),
   });
+  app.steps.presets.enable();
+  if (app.tab !== "holes") app.open(app.tab);
   document.documentElement.dataset.state = "ready";
   if (state.earlier) app.say(tr("earlier_session", { path: state.earlier }));
   await app.display.ready(viewer.sides.after.mesh);

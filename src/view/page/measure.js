@@ -5,7 +5,7 @@ import { cornersOf } from "../../report/viewer/geometry.js";
 import { digits, find } from "../../report/viewer/controls.js";
 import { lineSizes, planeAxes, sectionLines, svgOf } from "./outline.js";
 import { kept, keep } from "./layout.js";
-import { tr } from "./strings.js";
+import { has, tr } from "./strings.js";
 
 /** The tools that measure, and how many points each takes. */
 export const MEASURES = { distance: 2, angle: 3, thickness: 1 };
@@ -68,7 +68,10 @@ export class Measure {
 
   /** The unit of values as the program names it, after a comma: its lengths are in the unit that is chosen. */
   unitOf(unit) {
-    return !unit ? "" : ", " + (LENGTHS.includes(unit) && this.unit ? this.unit : unit);
+    if (!unit) return "";
+    if (this.unit && LENGTHS.includes(unit)) return ", " + this.unit;
+    if (this.unit && unit === "1/length") return `, 1/${this.unit}`;
+    return ", " + (has("unit_" + unit) ? tr("unit_" + unit) : unit);
   }
 
   changedUnit() {

@@ -100,9 +100,10 @@ export class Model {
     return { rims, rimIds: numbers };
   }
 
-  /** Values to colour a state by, with their header. */
+  /** Values to colour a state by, with their header. Those measured from a file are not kept: the file may change. */
   async valuesOf(id, name, more = "") {
     const key = `${id}?name=${encodeURIComponent(name)}${more}`;
+    if (/&file=/.test(more)) return askArrays("values/" + key);
     if (!this.values.has(key)) {
       const got = askArrays("values/" + key);
       got.catch(() => this.values.delete(key));

@@ -28,6 +28,11 @@ async function ask(path, sent, more = {}) {
   return answer;
 }
 
+/** The bytes of an answer. */
+export async function askBlob(path) {
+  return (await ask(path)).blob();
+}
+
 export async function askJson(path, sent, more) {
   const text = await (await ask(path, sent, more)).text();
   return text ? JSON.parse(text) : {};

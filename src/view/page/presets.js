@@ -16,7 +16,15 @@ export class Presets {
   constructor(app, taken) {
     this.app = app;
     this.taken = taken;
+    /** Whether the mesh is there, which some presets take lengths from. */
+    this.ready = false;
     this.chosen = Object.fromEntries(Object.entries(PRESETS).map(([kind, [first]]) => [kind, first]));
+  }
+
+  /** Lets presets be chosen, once the mesh is there. */
+  enable() {
+    this.ready = true;
+    this.show(this.app.steps.kind);
   }
 
   /** Shows those of a command. */
@@ -30,6 +38,7 @@ export class Presets {
     input.name = "preset";
     input.value = preset.name;
     input.checked = this.chosen[kind] === preset;
+    input.disabled = !this.ready;
     name.textContent = tr("preset_" + preset.name);
     hint.textContent = tr("preset_" + preset.name + "_hint");
     input.addEventListener("change", () => this.take(kind, preset));
@@ -39,7 +48,7 @@ export class Presets {
 
   /** Sets the parameters of a preset, and those that it does not name to their defaults. */
   take(kind, preset) {
-    const form = this.app.steps.forms[kind], edge = this.app.meanEdge(), set = { ...preset.set };
+    const form = this.app.steps.forms[kind], edge = preset.edges ? this.app.meanEdge() : 0, set = { ...preset.set };
     for (const [name, edges] of Object.entries(preset.edges || {})) set[name] = Number((edges * edge).toPrecision(3));
     this.chosen[kind] = preset;
     form.reset();

@@ -1,8 +1,8 @@
-// Saving: meshes, reports, recipes and masks.
+// Files: meshes, reports, recipes and masks that are saved or downloaded; meshes that are opened or sent to the folder.
 
 import { copy } from "../../report/viewer/point.js";
 import { find } from "../../report/viewer/controls.js";
-import { askJson, sendBytes } from "./net.js";
+import { askBlob, askJson, sendBytes } from "./net.js";
 import { counts, tr } from "./strings.js";
 
 export class Save {
@@ -34,19 +34,28 @@ export class Save {
 
   /** Opens another file below the folder on a page of its own, which takes the place of this one. */
   openFile(path) {
-    return this.app.attempt("#open-trouble", async () => {
+    return this.opening(async () => {
       if (!path) throw new Error(tr("type_name"));
       this.app.say(tr("opening_file", { name: path }));
       await this.app.choices.flush();
       const { page } = await askJson("open", { path });
-      location.assign(page);
+      if (page === location.pathname) return this.app.say(tr("is_open", { name: path }));
+      return location.assign(page);
     });
+  }
+
+  /** Opens or sends a file; when that fails, the message that it is on its way goes. */
+  opening(act) {
+    return this.app.attempt("#open-trouble", () => act().catch((error) => {
+      this.app.say("");
+      throw error;
+    }));
   }
 
   /** Sends a mesh of this computer to the folder, and opens it there. */
   sendFile(file) {
     this.app.open("save");
-    return this.app.attempt("#open-trouble", async () => {
+    return this.opening(async () => {
       this.app.say(tr("sending_file", { name: file.name }));
       const { path } = await sendBytes(`send?name=${encodeURIComponent(file.name)}`, file);
       await this.openFile(path);
@@ -98,16 +107,23 @@ export class Save {
   /** What is chosen, on this computer instead of below the folder of the program. */
   async download() {
     await this.app.attempt("#save-trouble", async () => {
-      const kind = find("#save-kind").value, ends = { report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" };
+      find("#saved").textContent = "";
+      const kind = find("#save-kind").value, ends = { report: "_report.html", recipe: "_recipe.sh", mask: "_mask.txt" }, { current } = this.app.model.state;
       if (kind === "mesh") {
-        const extension = find("#save-format").value, answer = await fetch(`api/download/${this.app.model.state.current}?format=${extension}`);
-        if (!answer.ok) throw new Error(tr("answered_with", { status: answer.status }));
-        return this.downloaded(this.hand(await answer.blob(), `_mended.${extension}`));
+        const extension = find("#save-format").value;
+        return this.downloaded(this.hand(await askBlob(`download/${current}?format=${extension}`), `_mended.${extension}`));
       }
-      if (kind === "report") return this.downloaded(this.hand(await (await fetch(`api/report/${this.app.model.state.current}`)).blob(), ends.report));
-      const text = kind === "recipe" ? (await askJson("recipe")).shell : this.maskText();
+      if (kind === "report") return this.downloaded(this.hand(await askBlob(`report/${current}`), ends.report));
+      const text = kind === "recipe" ? await this.recipeText() : this.maskText();
       return this.downloaded(this.hand(new Blob([text], { type: "text/plain" }), ends[kind]));
     });
+  }
+
+  /** The recipe as a script. One that reads files of masks is of use only beside them, and a download is one file. */
+  async recipeText() {
+    const { shell, masks } = await askJson("recipe");
+    if (masks.length) throw new Error(tr("recipe_has_masks"));
+    return shell;
   }
 
   downloaded(name) {

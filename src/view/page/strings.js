@@ -1,4 +1,4 @@
-// All words of the page, in English and German. No other file of the page has any; those that the program sends stay as they are.
+// The words of the page in English and German. The other scripts of the page name them; messages of the program and names of its parameters and defects that are not here are shown in English.
 
 /** What is said, by its name: in English and in German. Words in braces stand for what is put there. */
 const WORDS = {
@@ -180,6 +180,7 @@ const WORDS = {
   nothing_marked_yet: ["Nothing is marked yet.", "Noch ist nichts markiert."],
   drop_previews: ["Take or drop the previews to paint.", "Zum Malen die Vorschauen übernehmen oder verwerfen."],
   still_preparing_mask: ["The surface is still being prepared for painting.", "Die Oberfläche wird noch zum Malen vorbereitet."],
+  defects_of_other: ["These are defects of another mesh than the one in view.", "Das sind Fehler eines anderen Netzes als des gezeigten."],
   still_preparing: ["the surface is still being prepared", "die Oberfläche wird noch vorbereitet"],
   not_prepared: ["the surface cannot be prepared: {error}", "die Oberfläche kann nicht vorbereitet werden: {error}"],
   is_before: ["This is the mesh before: paint on the other one.", "Das ist das Netz vorher: auf dem anderen malen."],
@@ -199,7 +200,7 @@ const WORDS = {
   faces_file: ["faces file", "Flächendatei"],
   load: ["Load", "Laden"],
   save: ["Save", "Sichern"],
-  mask_saved: ["The mask is saved as {path}.", "Die Maske ist als {path} gesichert (mask)."],
+  mask_saved: ["The mask is saved as {path}.", "Die Maske ist als {path} gesichert."],
   from_computer: ["from this computer", "von diesem Rechner"],
   no_face_number: ["“{wrong}” is no number of a face: they are whole numbers from 0 to {last}", "„{wrong}“ ist keine Flächennummer: das sind ganze Zahlen von 0 bis {last}"],
   // Mend.
@@ -304,6 +305,7 @@ const WORDS = {
   done: ["Done.", "Fertig."],
   undone: ["Undone: now {label}.", "Zurückgenommen: nun {label}."],
   redone: ["Redone: now {label}.", "Wieder ausgeführt: nun {label}."],
+  language_loses: ["Another language loads the page anew: previews, masks under a name and the preview that is being made are lost. Go on?", "Eine andere Sprache lädt die Seite neu: Vorschauen, gemerkte Masken und eine laufende Vorschau gehen verloren. Fortfahren?"],
   no_answer: ["The program does not answer: it may have been stopped.", "Das Programm antwortet nicht: vielleicht wurde es beendet."],
   answered_with: ["the program answered with {status}", "das Programm antwortete mit {status}"],
   previews: ["Previews", "Vorschauen"],
@@ -316,6 +318,9 @@ const WORDS = {
   report: ["report", "Bericht"],
   // Measure.
   unit: ["unit", "Einheit"],
+  unit_length: ["length", "Länge"],
+  "unit_1/length": ["1/length", "1/Länge"],
+  "unit_in the mesh's units": ["in the mesh's units", "in Einheiten des Netzes"],
   unit_none: ["as in the file", "wie in der Datei"],
   clear_measures: ["Clear", "Leeren"],
   measure_hint: ["Pick Distance, Angle or Thickness on the left, then click the surface.", "Links Abstand, Winkel oder Dicke wählen, dann die Oberfläche anklicken."],
@@ -347,6 +352,7 @@ const WORDS = {
   open_other: ["open another file", "andere Datei öffnen"],
   open: ["Open", "Öffnen"],
   opening_file: ["{name} is being opened…", "{name} wird geöffnet…"],
+  is_open: ["{name} is the file that is open here.", "{name} ist die Datei, die hier offen ist."],
   sending_file: ["{name} is sent to the folder of the program…", "{name} wird in den Ordner des Programms übertragen…"],
   steps: ["Steps", "Schritte"],
   compare_with: ["compare with", "vergleichen mit"],
@@ -375,6 +381,7 @@ const WORDS = {
   tick_replace: [". Tick “replace a file that is there” to write over it", ". „Vorhandene Datei ersetzen“ ankreuzen, um sie zu überschreiben"],
   recipe: ["Recipe", "Rezept"],
   recipe_label: ["Command lines that redo the session", "Befehle, die die Sitzung wiederholen"],
+  recipe_has_masks: ["the recipe reads files of masks: save it in the folder, where these are written too", "das Rezept liest Maskendateien: im Ordner sichern, dort entstehen auch diese"],
   recipe_copied: ["The recipe is copied.", "Das Rezept ist kopiert."],
   // Help: keys and gestures, then what they do.
   help_title: ["Keys and gestures", "Tasten und Gesten"],
