@@ -428,7 +428,7 @@ class Mended(_Shape, Drawn):
     def patches(self) -> Model:
         """The new faces alone, one component for each hole: ``cell_data["isomend_hole"]`` has the numbers of the holes,
         ``point_data["isomend_sigma"]`` the expected errors, -1 where nothing can be said."""
-        return Model._of(self._core.patches())
+        return Model._of(CoreModel.patches_of(self._core))
 
     def piece(self) -> Model:
         """After a restoration the solid between the faces that were cut out and the patches: the missing piece, to print.
@@ -436,7 +436,7 @@ class Mended(_Shape, Drawn):
         Raises:
             ParameterError: There is no such solid; the message says why.
         """
-        return Model._of(self._core.piece())
+        return Model._of(CoreModel.piece_of(self._core))
 
     def delivering(
         self,

@@ -13,7 +13,6 @@ use crate::arrays;
 use crate::attributes;
 use crate::drawings::{call, drawings};
 use crate::errors::Failure;
-use crate::model::Model;
 use crate::packed::{json_of, packed, unpacked};
 use crate::spec::{deliverables, output};
 use crate::worker;
@@ -54,6 +53,11 @@ impl Mended {
     /// Where its input came from.
     pub fn source(&self) -> &job::Place {
         &self.source
+    }
+
+    /// What the job made.
+    pub fn made(&self) -> Arc<job::Mended<'static>> {
+        self.mended.clone()
     }
 
     /// It as if it had been read.
@@ -128,22 +132,6 @@ impl Mended {
             *value = told.unwrap_or(f64::NAN);
         }
         Ok(PyArray1::from_vec(py, sigma))
-    }
-
-    /// The new faces alone.
-    fn patches(&self, py: Python<'_>) -> PyResult<Model> {
-        let mended = self.mended.clone();
-        worker::run(py, None, None, move |_| {
-            Ok(Model::of_model(mended.patches()))
-        })
-    }
-
-    /// The solid between the faces that were cut out and the patches.
-    fn piece(&self, py: Python<'_>) -> PyResult<Model> {
-        let mended = self.mended.clone();
-        worker::run(py, None, None, move |control| {
-            Ok(Model::of_model(mended.piece(control)?))
-        })
     }
 
     /// The same with this handed on beside it, and reported so.

@@ -128,6 +128,22 @@ impl Model {
         })
     }
 
+    /// The new faces of a mended mesh alone.
+    #[staticmethod]
+    fn patches_of(py: Python<'_>, mended: &Mended) -> PyResult<Self> {
+        let made = mended.made();
+        worker::run(py, None, None, move |_| Ok(Self::of_model(made.patches())))
+    }
+
+    /// The solid between the faces that were cut out of a mended mesh and its patches.
+    #[staticmethod]
+    fn piece_of(py: Python<'_>, mended: &Mended) -> PyResult<Self> {
+        let made = mended.made();
+        worker::run(py, None, None, move |control| {
+            Ok(Self::of_model(made.piece(control)?))
+        })
+    }
+
     fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         arrays::rows_of_f64(py, self.loaded.mesh.positions.iter().map(|p| p.to_array()))
     }
