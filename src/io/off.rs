@@ -11,7 +11,8 @@ use super::mesh_builder::{CutFrom, MeshBuilder, not_finite};
 use super::{Contents, Format, IoError, Loaded, Location, Written, lost, text};
 use crate::mesh::attributes::{Attribute, Role, Scalar};
 
-/// The least bytes that a vertex or a face takes in text: a digit and a blank for each of three numbers.
+/// The least bytes that a vertex or a face takes in text: a digit and a blank or newline for each of three numbers. The last line may lack
+/// its newline, for which `header` allows one item more.
 const LEAST_BYTES: usize = 6;
 
 /// What the first word of a file says of its vertices: `[ST][C][N]OFF`.
@@ -118,20 +119,20 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
         surface.positions.push(point);
         columns.take(kind, rest, line);
     }
-    let mut colours = Vec::new();
+    let mut colours = Colours::default();
     let mut corners = Vec::new();
     for _ in 0..faces {
         let line = lines.wanted("a face")?;
         let mut tokens = text::Tokens::new(line, 0);
         read_corners(&lines, &mut tokens, &mut corners)?;
         surface.push_face(&corners)?;
-        colours.push(colour(tokens));
+        colours.push(&tokens.take(5).collect::<Vec<_>>());
     }
     let mut cut = Some(CutFrom::identity(0));
     let mut loaded = surface.finish_with(&mut cut)?;
     columns.finish(kind, &mut loaded);
     let of_face = cut.map(|cut| cut.face).unwrap_or_default();
-    face_colours(&colours, &of_face, &mut loaded);
+    face_colours(&colours.scaled(), &of_face, &mut loaded);
     Ok(loaded)
 }
 
@@ -205,30 +206,48 @@ fn read_corners(
     }
 }
 
-/// The colour behind the corners of a face: whole numbers to 255, or floats to 1; none where there are not three or four numbers.
-fn colour(tokens: text::Tokens<'_>) -> Option<Vec<f64>> {
-    let words: Vec<&[u8]> = tokens.take(5).collect();
-    as_colour(&words)
+/// Colours of all vertices, or of all faces: whole numbers to 255, or floats to 1.
+#[derive(Default)]
+struct Colours {
+    /// The numbers of each colour as they stand in the file.
+    values: Vec<Option<Vec<f64>>>,
+    /// Whether any number has a decimal point or an exponent.
+    has_fractions: bool,
 }
 
-fn as_colour(words: &[&[u8]]) -> Option<Vec<f64>> {
-    if !(3..=4).contains(&words.len()) {
-        return None;
+impl Colours {
+    /// Takes the words of a colour: none where there are not three or four finite numbers.
+    fn push(&mut self, words: &[&[u8]]) {
+        let number = |word: &&[u8]| text::number(word).filter(|x| x.is_finite());
+        let is_colour = (3..=4).contains(&words.len());
+        let colour: Option<Vec<f64>> = is_colour
+            .then(|| words.iter().map(number).collect())
+            .flatten();
+        let is_fraction = |word: &&[u8]| word.iter().any(|b| matches!(b, b'.' | b'e' | b'E'));
+        self.has_fractions |= colour.is_some() && words.iter().any(is_fraction);
+        self.values.push(colour);
     }
-    let is_whole = words.iter().all(|w| text::integer(w).is_some());
-    let value = |word: &&[u8]| {
-        let number = text::number(word)?;
-        let part = if is_whole { number } else { 255.0 * number };
-        Some(part.clamp(0.0, 255.0))
-    };
-    words.iter().map(value).collect()
+
+    /// The colours from 0 to 255. They are floats to 1 where any number has a fraction or none is above 1.
+    fn scaled(mut self) -> Vec<Option<Vec<f64>>> {
+        let is_above = self.values.iter().flatten().flatten().any(|x| *x > 1.0);
+        let unit = if self.has_fractions || !is_above {
+            255.0
+        } else {
+            1.0
+        };
+        for x in self.values.iter_mut().flatten().flatten() {
+            *x = (unit * *x).clamp(0.0, 255.0);
+        }
+        self.values
+    }
 }
 
 /// Values of vertices behind their coordinates.
 #[derive(Default)]
 struct VertexColumns {
     normals: Vec<Option<Vec<f64>>>,
-    colours: Vec<Option<Vec<f64>>>,
+    colours: Colours,
     uv: Vec<Option<Vec<f64>>>,
 }
 
@@ -244,12 +263,13 @@ impl VertexColumns {
         let before = 3 + if kind.normals { 3 } else { 0 };
         let behind = if kind.uv { 2 } else { 0 };
         let words: Vec<&[u8]> = text::Tokens::new(line, 0).collect();
-        let own = words.get(before..words.len().saturating_sub(behind));
-        let colour = kind.colours.then(|| as_colour(own?)).flatten();
+        if kind.colours {
+            let own = words.get(before..words.len().saturating_sub(behind));
+            self.colours.push(own.unwrap_or_default());
+        }
         let uv = words.len().checked_sub(2).map(|at| &words[at..]);
         let uv = uv.map(|uv| uv.iter().filter_map(|w| text::number(w)).collect());
         self.normals.push(normal);
-        self.colours.push(colour);
         self.uv
             .push(uv.filter(|uv: &Vec<f64>| kind.uv && uv.len() == 2));
     }
@@ -268,7 +288,7 @@ impl VertexColumns {
                 "colour",
                 Role::Colour,
                 Scalar::U8,
-                self.colours,
+                self.colours.scaled(),
             ),
             (kind.uv, "texture", Role::Uv(0), Scalar::F64, self.uv),
         ];
@@ -307,7 +327,7 @@ fn face_colours(colours: &[Option<Vec<f64>>], of_face: &[u32], loaded: &mut Load
     loaded.attributes.face.extend(found);
 }
 
-/// Writes a mesh as OFF with the shortest decimals that give back the same floats, with the normals and colours of its vertices, or else the
+/// Writes a mesh as OFF with the shortest decimals that give back the same floats, with the normals and colours of its vertices and the
 /// colours of its faces.
 pub(super) fn write(model: &Contents<'_>) -> Written {
     let (mesh, all) = (model.mesh, model.attributes);
@@ -411,6 +431,30 @@ mod tests {
         let loaded = read_alone(floats, Format::Off).unwrap();
         let colours = loaded.attributes.vertex_role(Role::Colour).unwrap();
         assert_eq!(colours.get(1), Some(&[0.0, 128.0, 0.0][..]));
+    }
+
+    #[test]
+    fn colours_of_a_file_are_whole_or_floats_together() {
+        let colours = |vertices: [&str; 3], faces: [&str; 2]| {
+            let [a, b, c] = vertices;
+            let [f, g] = faces;
+            let text =
+                format!("COFF\n3 2 0\n0 0 0 {a}\n1 0 0 {b}\n0 1 0 {c}\n3 0 1 2 {f}\n3 2 1 0 {g}");
+            let all = read_alone(text.as_bytes(), Format::Off).unwrap().attributes;
+            let vertex = all.vertex_role(Role::Colour).unwrap().clone();
+            (vertex, all.face[0].clone())
+        };
+        // A whole number beside floats is one of them; whole numbers to 255 may be small in some lines.
+        let (vertex, face) = colours(["1 0 0", "0 0.5 0", "1 1 1"], ["255 0 0", "1 1 0"]);
+        assert_eq!(vertex.get(0), Some(&[255.0, 0.0, 0.0][..]));
+        assert_eq!(vertex.get(2), Some(&[255.0, 255.0, 255.0][..]));
+        assert_eq!(face.get(1), Some(&[1.0, 1.0, 0.0][..]));
+        // Without a number above 1 they are floats.
+        let (vertex, face) = colours(["1 0 0", "0 0 nan", "0 0 1e999"], ["1 0 0", "1e-1 0 0"]);
+        assert_eq!(vertex.get(0), Some(&[255.0, 0.0, 0.0][..]));
+        assert_eq!(vertex.get(1), None);
+        assert_eq!(vertex.get(2), None);
+        assert_eq!(face.get(1), Some(&[26.0, 0.0, 0.0][..]));
     }
 
     #[test]

@@ -1,22 +1,25 @@
 //! The build of a 3MF package as one mesh: objects put where they are used, with colours and materials.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::{DAffine3, DVec3};
 
 use super::super::mesh_builder::MeshBuilder;
 use super::super::{Format, IoError, Loaded};
 use super::fault;
-use super::model::{Group, Object, Part, Use};
+use super::model::{Group, NO_MATERIAL, Object, Part, Use};
 use super::package::Models;
 use crate::mesh::Unit;
 use crate::mesh::attributes::{
     Attribute, CornerAttribute, LabelKind, Labels, Material, NONE, PATCH_NAME, Role, Scalar,
 };
 
-/// What the objects of a build may take where they are used several times: this many bytes, and this many times the size of the file.
+/// Bytes that the objects of a build may take where they are used several times: at least the first number, for small files with an object
+/// on a whole plate, and the second times the size of the file. A mesh used once takes about 10 times its file, so that 64 leaves room for
+/// six copies of each object.
 const ALLOWANCE: [usize; 2] = [256 << 20, 64];
-/// Bytes of a vertex and of a face.
+/// Bytes of a vertex (three floats of 8 bytes) and of a face (corners, places of colours, labels, and the copies of these while triangles are
+/// put together: estimated, not measured).
 const BYTES: [usize; 2] = [24, 64];
 /// Objects in objects, at most.
 const MOST_DEPTH: usize = 32;
@@ -34,11 +37,12 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
         left: least.max(times.saturating_mul(file)),
         uses: 0,
         colours: Colours::default(),
-        objects: Labels::new(LabelKind::Object),
-        materials: Labels::new(LabelKind::Material),
+        objects: Names::new(LabelKind::Object),
+        materials: Names::new(LabelKind::Material),
         looks: BTreeMap::new(),
         patches: Vec::new(),
         passed_over: 0,
+        supports: 0,
     };
     let all: Vec<Use> = match main.items.is_empty() {
         false => main.items.clone(),
@@ -54,7 +58,8 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
 
 fn top_objects(part: &Part) -> Vec<Use> {
     let components = part.objects.values().flat_map(|o| &o.components);
-    let inner: Vec<u32> = components.map(|c| c.object).collect();
+    let own = components.filter(|c| c.part.is_none());
+    let inner: BTreeSet<u32> = own.map(|c| c.object).collect();
     let top = part.objects.keys().filter(|id| !inner.contains(id));
     let used = |id: &u32| Use {
         object: *id,
@@ -72,20 +77,48 @@ struct Build<'a> {
     left: usize,
     uses: usize,
     colours: Colours,
-    objects: Labels,
-    materials: Labels,
+    objects: Names,
+    materials: Names,
     looks: BTreeMap<String, [u8; 4]>,
     patches: Vec<bool>,
     /// Triangles with properties that are not read.
     passed_over: usize,
+    /// Uses of support objects, which are not read.
+    supports: usize,
+}
+
+/// Labels, and the place of each name in them.
+struct Names {
+    labels: Labels,
+    places: BTreeMap<String, u32>,
+}
+
+impl Names {
+    fn new(kind: LabelKind) -> Self {
+        Self {
+            labels: Labels::new(kind),
+            places: BTreeMap::new(),
+        }
+    }
+
+    /// The place of a name, and whether it is new.
+    fn place(&mut self, name: &str) -> (u32, bool) {
+        if let Some(place) = self.places.get(name) {
+            return (*place, false);
+        }
+        let place = self.labels.names.len() as u32;
+        self.labels.names.push(name.to_owned());
+        self.places.insert(name.to_owned(), place);
+        (place, true)
+    }
 }
 
 /// The colours of corners.
 #[derive(Default)]
 struct Colours {
     pool: Vec<[u8; 4]>,
-    /// The first place in the pool of the colours of each group: by part, and by number.
-    first: BTreeMap<(String, u32), u32>,
+    /// The first place in the pool of the colours of each group, by the address of the group.
+    first: BTreeMap<*const Group, u32>,
     corners: Vec<[u32; 3]>,
 }
 
@@ -127,6 +160,10 @@ impl<'a> Build<'a> {
         }
         let own = used.part.as_deref().unwrap_or(part);
         let (model, object) = self.object(own, used.object)?;
+        if object.is_support {
+            self.supports += 1;
+            return Ok(());
+        }
         // A translation is in the unit of the model that it stands in.
         let outside = self.models.parts.get(part).map_or(self.unit, |p| p.unit);
         let mut transform = used.transform;
@@ -136,12 +173,11 @@ impl<'a> Build<'a> {
             self.place(own, component, transform, name, depth + 1)?;
         }
         let scale = ratio(model.unit, self.unit);
-        self.add(own, model, object, transform, scale, name)
+        self.add(model, object, transform, scale, name)
     }
 
     fn add(
         &mut self,
-        part: &str,
         model: &Part,
         object: &Object,
         transform: DAffine3,
@@ -170,7 +206,7 @@ impl<'a> Build<'a> {
             .positions
             .extend(object.positions.iter().map(placed));
         let is_mirrored = transform.matrix3.determinant() < 0.0;
-        let label = self.objects.place(name);
+        let (label, _) = self.objects.place(name);
         let first = self.surface.face_count();
         for triangle in &object.triangles {
             let count = object.positions.len();
@@ -181,61 +217,47 @@ impl<'a> Build<'a> {
             let [a, b, c] = triangle.corners.map(|v| v + base);
             let turned = |[p, q, r]: [u32; 3]| if is_mirrored { [p, r, q] } else { [p, q, r] };
             self.surface.push_triangle(turned([a, b, c]));
-            self.objects.of_face.push(label);
+            self.objects.labels.of_face.push(label);
             let turned_places = turned(triangle.places);
-            self.add_property(
-                part,
-                model,
-                triangle.group,
-                turned_places,
-                triangle.places[0],
-            );
+            let group = model.groups.get(&triangle.group);
+            self.passed_over += usize::from(group.is_none() && triangle.group != NONE);
+            self.add_property(group, turned_places, triangle.places[0]);
         }
         self.mark(object, first);
         Ok(())
     }
 
     /// Takes the property of the last triangle: the places in its group of its corners, and of its first corner in the file.
-    fn add_property(
-        &mut self,
-        part: &str,
-        model: &Part,
-        id: u32,
-        places: [u32; 3],
-        first_place: u32,
-    ) {
+    fn add_property(&mut self, group: Option<&Group>, places: [u32; 3], first_place: u32) {
         let (mut colours, mut material) = ([NONE; 3], NONE);
-        match model.groups.get(&id) {
-            Some(Group::Colours(all)) => {
-                let first = self.colours.first_of(part, id, all);
+        match group {
+            Some(group @ Group::Colours(all)) => {
+                let first = self.colours.first_of(group, all);
                 let known = |k: u32| (k as usize) < all.len();
                 colours = places.map(|k| if known(k) { first + k } else { NONE });
             }
             Some(Group::Materials(all)) => {
-                if let Some((name, colour)) = all.get(first_place as usize) {
-                    material = self.materials.place(name);
-                    self.looks.entry(name.clone()).or_insert(*colour);
+                let found = all.get(first_place as usize);
+                if let Some((name, colour)) = found.filter(|(name, _)| name != NO_MATERIAL) {
+                    let (place, is_new) = self.materials.place(name);
+                    material = place;
+                    if is_new {
+                        self.looks.insert(name.clone(), *colour);
+                    }
                 }
             }
-            None => self.passed_over += usize::from(id != NONE),
+            None => {}
         }
         self.colours.corners.push(colours);
-        self.materials.of_face.push(material);
+        self.materials.labels.of_face.push(material);
     }
 
     /// Marks the faces of an object that are of patches.
     fn mark(&mut self, object: &Object, first: usize) {
         self.patches.resize(self.surface.face_count(), false);
         let own = &mut self.patches[first..];
-        for range in object.patches.split(',') {
-            let (from, to) = range.split_once('-').unwrap_or((range, range));
-            let [from, to] = [from, to].map(|word| word.trim().parse::<usize>().ok());
-            if let (Some(from), Some(to)) = (from, to)
-                && from <= to
-                && to < own.len()
-            {
-                own[from..=to].fill(true);
-            }
+        for [from, to] in &object.patches {
+            own[*from..=*to].fill(true);
         }
     }
 
@@ -243,10 +265,10 @@ impl<'a> Build<'a> {
         let mut loaded = self.surface.finish()?;
         let all = &mut loaded.attributes;
         all.unit = Some(self.unit);
-        if self.objects.names.len() > 1 {
-            all.labels.push(self.objects);
+        if self.objects.labels.names.len() > 1 {
+            all.labels.push(self.objects.labels);
         }
-        if !self.materials.names.is_empty() {
+        if !self.materials.labels.names.is_empty() {
             let look = |(name, [r, g, b, a]): (String, [u8; 4])| Material {
                 name,
                 colour: Some([r, g, b].map(|x| f32::from(x) / 255.0)),
@@ -254,7 +276,7 @@ impl<'a> Build<'a> {
                 ..Material::default()
             };
             all.materials = self.looks.into_iter().map(look).collect();
-            all.labels.push(self.materials);
+            all.labels.push(self.materials.labels);
         }
         if !self.colours.pool.is_empty() {
             let mut pool = Attribute::new("colour", Role::Colour, Scalar::U8, 4);
@@ -274,15 +296,25 @@ impl<'a> Build<'a> {
             let what = "triangles with properties that are not read, such as textures";
             loaded.notes.push(format!("{what}: {}", self.passed_over));
         }
+        if self.supports > 0 {
+            let what = "support objects, which are not read";
+            loaded.notes.push(format!("{what}: {}", self.supports));
+        }
+        let misfits: usize = self.models.parts.values().map(|part| part.misfits).sum();
+        if misfits > 0 {
+            let what =
+                "objects whose marks of patches do not fit their faces, so that they are ignored";
+            loaded.notes.push(format!("{what}: {misfits}"));
+        }
         Ok(loaded)
     }
 }
 
 impl Colours {
     /// The first place of the colours of a group in the pool, where they are put when they are first used.
-    fn first_of(&mut self, part: &str, group: u32, colours: &[[u8; 4]]) -> u32 {
+    fn first_of(&mut self, group: &Group, colours: &[[u8; 4]]) -> u32 {
         let pool = &mut self.pool;
-        *(self.first.entry((part.to_owned(), group))).or_insert_with(|| {
+        *(self.first.entry(std::ptr::from_ref(group))).or_insert_with(|| {
             pool.extend_from_slice(colours);
             (pool.len() - colours.len()) as u32
         })

@@ -9,6 +9,7 @@ mod model;
 mod package;
 #[cfg(test)]
 mod tests;
+mod values;
 mod write;
 
 use super::{Format, IoError, Loaded, Location, text};

@@ -2,16 +2,20 @@
 
 use std::collections::BTreeMap;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DVec3};
 use quick_xml::events::{BytesStart, Event};
 
 use super::super::{Format, IoError, Location, text};
 use super::fault;
+use super::values::{check_name, colour_of, patch_ranges, transform, unescaped, whole};
 use crate::mesh::Unit;
 use crate::mesh::attributes::NONE;
 
 /// The metadata of an object that lists the faces of patches.
 pub(super) const PATCH_FACES: &str = "isomend:patch";
+
+/// The base material, in files that isomend writes, of faces without a material: objects with properties must name one.
+pub(super) const NO_MATERIAL: &str = "isomend:none";
 
 /// The words for units.
 pub(super) const UNITS: [(&str, Unit); 6] = [
@@ -23,9 +27,14 @@ pub(super) const UNITS: [(&str, Unit); 6] = [
     ("meter", Unit::Metre),
 ];
 
+/// Most attributes of a tag: the search for attributes that are there twice takes time by their square.
+const MOST_ATTRIBUTES: usize = 256;
+
 /// A model: its objects, and what of them is built.
 pub(super) struct Part {
     pub(super) unit: Unit,
+    /// Objects whose list of patch faces does not fit their faces, so that it is ignored.
+    pub(super) misfits: usize,
     pub(super) objects: BTreeMap<u32, Object>,
     pub(super) groups: BTreeMap<u32, Group>,
     pub(super) items: Vec<Use>,
@@ -49,8 +58,10 @@ pub(super) struct Object {
     pub(super) components: Vec<Use>,
     /// Group and place of the property of triangles that name none.
     pub(super) property: Option<[u32; 2]>,
-    /// Ranges of faces of patches, in words.
-    pub(super) patches: String,
+    /// First and last faces of patches: ascending ranges that do not overlap.
+    pub(super) patches: Vec<[usize; 2]>,
+    /// Whether the object only supports others while they are printed.
+    pub(super) is_support: bool,
 }
 
 /// A triangle with its property: the group, `NONE` where it names none, and the place in it for each corner.
@@ -78,20 +89,24 @@ pub(super) struct Use {
     pub(super) transform: DAffine3,
 }
 
-/// Reads a model.
-pub(super) fn parse(markup: &str) -> Result<Part, IoError> {
+/// Reads a model. `left`: bytes that parsed items may still take in memory.
+pub(super) fn parse(markup: &str, left: &mut usize) -> Result<Part, IoError> {
     let mut reader = quick_xml::Reader::from_str(markup);
     let mut open = Open {
         part: Part {
             unit: Unit::Millimetre,
+            misfits: 0,
             objects: BTreeMap::new(),
             groups: BTreeMap::new(),
             items: Vec::new(),
         },
-        object: 0,
-        group: 0,
-        is_model: false,
+        left,
+        core: Vec::new(),
+        object: None,
+        group: None,
+        in_mesh: false,
         reads_patches: false,
+        patches: String::new(),
     };
     loop {
         let event = reader.read_event();
@@ -105,81 +120,73 @@ pub(super) fn parse(markup: &str) -> Result<Part, IoError> {
         };
         match event.map_err(|e| damaged(format!("the XML is damaged ({e})")))? {
             Event::Eof => break,
-            Event::Start(tag) => open.start(&tag).map_err(damaged)?,
+            Event::Start(tag) => {
+                if !open.start(&tag).map_err(damaged)? {
+                    let skipped = reader.read_to_end(tag.name());
+                    skipped.map_err(|e| damaged(format!("the XML is damaged ({e})")))?;
+                }
+            }
             Event::Empty(tag) => {
-                open.start(&tag).map_err(damaged)?;
-                open.reads_patches = false;
+                if open.start(&tag).map_err(damaged)? {
+                    open.end(tag.local_name().as_ref());
+                }
             }
-            Event::Text(content) if open.reads_patches => {
-                let object = open.part.objects.entry(open.object).or_default();
-                object.patches += &content;
-            }
-            Event::End(_) => open.reads_patches = false,
+            Event::Text(content) if open.reads_patches => open.patches += &content,
+            Event::End(tag) => open.end(tag.local_name().as_ref()),
             _ => {}
         }
     }
-    match open.is_model {
-        true => Ok(open.part),
-        false => Err(fault("there is no model element in it")),
+    match open.core.is_empty() {
+        false => Ok(open.part),
+        true => Err(fault("there is no model element in it")),
     }
 }
 
 /// A model while it is read.
-struct Open {
+struct Open<'a> {
     part: Part,
+    /// Bytes that parsed items may still take in memory.
+    left: &'a mut usize,
+    /// Prefixes of the core namespace, which is that of the model element; none before that element.
+    core: Vec<String>,
     /// The object and the group of properties that are open.
-    object: u32,
-    group: u32,
-    is_model: bool,
+    object: Option<u32>,
+    group: Option<u32>,
+    in_mesh: bool,
     reads_patches: bool,
+    /// Ranges of patch faces of the open object, as text.
+    patches: String,
 }
 
-impl Open {
-    fn start(&mut self, tag: &BytesStart<'_>) -> Result<(), String> {
-        match tag.local_name().as_ref() {
-            "vertex" => self.vertex(tag),
-            "triangle" => self.triangle(tag),
-            "model" => {
-                self.is_model = true;
-                self.model(tag)
-            }
-            "object" => self.begin_object(tag),
+impl Open<'_> {
+    /// Reads a start tag. False for elements that are not read: their content is skipped.
+    fn start(&mut self, tag: &BytesStart<'_>) -> Result<bool, String> {
+        let (name, prefix) = tag.name().decompose();
+        let prefix = prefix.as_ref().map_or("", |prefix| prefix.as_ref());
+        let is_core = self.core.iter().any(|core| core == prefix);
+        match name.as_ref() {
+            // Elements of the material extension.
+            "colorgroup" => self.begin_group(tag, Group::Colours(Vec::new()))?,
+            "color" => self.colour(tag)?,
+            "model" if self.core.is_empty() => self.model(tag)?,
+            _ if !is_core => return Ok(false),
+            "vertex" if self.in_mesh => self.vertex(tag)?,
+            "triangle" if self.in_mesh => self.triangle(tag)?,
+            "object" => self.begin_object(tag)?,
+            "mesh" if self.object.is_some() => self.in_mesh = true,
             "component" => {
                 let used = used(tag)?;
-                self.open_object()?.components.push(used);
-                Ok(())
+                self.spend(size_of::<Use>())?;
+                if let Some(object) = self.open_object() {
+                    object.components.push(used);
+                }
             }
             "item" => {
+                self.spend(size_of::<Use>())?;
                 self.part.items.push(used(tag)?);
-                Ok(())
             }
-            name @ ("basematerials" | "colorgroup") => self.begin_group(tag, name),
-            "base" => {
-                let [mut name, mut colour] = [String::new(), String::new()];
-                each(tag, |key, value| match key {
-                    "name" => name = unescaped(value),
-                    "displaycolor" => colour = value.to_owned(),
-                    _ => {}
-                })?;
-                if let Some(Group::Materials(all)) = self.part.groups.get_mut(&self.group) {
-                    all.push((name, colour_of(&colour).unwrap_or([200, 200, 200, 255])));
-                }
-                Ok(())
-            }
-            "color" => {
-                let mut colour = String::new();
-                each(tag, |key, value| {
-                    if key == "color" {
-                        colour = value.to_owned();
-                    }
-                })?;
-                let colour = colour_of(&colour)
-                    .ok_or_else(|| format!("{} is no colour", text::shown(colour.as_bytes())))?;
-                if let Some(Group::Colours(all)) = self.part.groups.get_mut(&self.group) {
-                    all.push(colour);
-                }
-                Ok(())
-            }
+            "basematerials" => self.begin_group(tag, Group::Materials(Vec::new()))?,
+            "base" => self.base(tag)?,
             "metadata" => {
                 let mut name = String::new();
                 each(tag, |key, value| {
@@ -187,11 +194,60 @@ impl Open {
                         name = value.to_owned();
                     }
                 })?;
-                self.reads_patches = name == PATCH_FACES && self.object != 0;
-                Ok(())
+                self.reads_patches = name == PATCH_FACES && self.object.is_some();
             }
-            _ => Ok(()),
+            "resources" | "build" | "vertices" | "triangles" | "components" | "metadatagroup" => {}
+            _ => return Ok(false),
         }
+        Ok(true)
+    }
+
+    fn end(&mut self, name: &str) {
+        self.reads_patches = false;
+        match name {
+            "mesh" => self.in_mesh = false,
+            "object" => self.end_object(),
+            "basematerials" | "colorgroup" => self.group = None,
+            _ => {}
+        }
+    }
+
+    /// Takes bytes of memory for a parsed item.
+    fn spend(&mut self, bytes: usize) -> Result<(), String> {
+        let left = self.left.checked_sub(bytes);
+        *self.left = left.ok_or("its objects take more memory than is allowed")?;
+        Ok(())
+    }
+
+    fn base(&mut self, tag: &BytesStart<'_>) -> Result<(), String> {
+        let [mut name, mut colour] = [String::new(), String::new()];
+        each(tag, |key, value| match key {
+            "name" => name = unescaped(value),
+            "displaycolor" => colour = value.to_owned(),
+            _ => {}
+        })?;
+        check_name(&name)?;
+        self.spend(size_of::<(String, [u8; 4])>() + name.len())?;
+        if let Some(Group::Materials(all)) = self.open_group() {
+            all.push((name, colour_of(&colour).unwrap_or([200, 200, 200, 255])));
+        }
+        Ok(())
+    }
+
+    fn colour(&mut self, tag: &BytesStart<'_>) -> Result<(), String> {
+        let mut colour = String::new();
+        each(tag, |key, value| {
+            if key == "color" {
+                colour = value.to_owned();
+            }
+        })?;
+        let colour = colour_of(&colour)
+            .ok_or_else(|| format!("{} is no colour", text::shown(colour.as_bytes())))?;
+        self.spend(size_of::<[u8; 4]>())?;
+        if let Some(Group::Colours(all)) = self.open_group() {
+            all.push(colour);
+        }
+        Ok(())
     }
 
     fn model(&mut self, tag: &BytesStart<'_>) -> Result<(), String> {
@@ -206,6 +262,22 @@ impl Open {
             let unknown = || format!("there is no unit {}", text::shown(word.as_bytes()));
             self.part.unit = unit.ok_or_else(unknown)?.1;
         }
+        // All prefixes that stand for the same namespace as the prefix of this element.
+        let own = tag.name().prefix();
+        let own = own.as_ref().map_or("", |prefix| prefix.as_ref());
+        let declared = tag.attributes().filter_map(|attribute| {
+            let attribute = attribute.ok()?;
+            let prefix = match attribute.key.as_ref() {
+                "xmlns" => "",
+                key => key.strip_prefix("xmlns:")?,
+            };
+            Some((prefix.to_owned(), attribute.value.to_string()))
+        });
+        let declared: BTreeMap<String, String> = declared.collect();
+        let namespace = declared.get(own);
+        let same = |(_, other): &(&String, &String)| Some(*other) == namespace;
+        let same = declared.iter().filter(same).map(|(prefix, _)| prefix);
+        self.core = same.cloned().chain([own.to_owned()]).collect();
         Ok(())
     }
 
@@ -215,38 +287,58 @@ impl Open {
         each(tag, |key, value| match key {
             "id" => id = whole(value),
             "name" => object.name = unescaped(value),
+            "type" => object.is_support = matches!(value, "support" | "solidsupport"),
             "pid" => group = whole(value),
             "pindex" => place = whole(value),
             _ => {}
         })?;
         let id = id.ok_or("an object has no number")?;
         object.property = group.map(|group| [group, place.unwrap_or(0)]);
-        self.object = id;
+        check_name(&object.name)?;
+        self.spend(size_of::<Object>() + object.name.len())?;
+        self.object = Some(id);
         match self.part.objects.insert(id, object) {
             None => Ok(()),
             Some(_) => Err(format!("there are two objects {id}")),
         }
     }
 
-    fn begin_group(&mut self, tag: &BytesStart<'_>, name: &str) -> Result<(), String> {
+    /// Ends an object: its list of patch faces is checked and merged.
+    fn end_object(&mut self) {
+        let text = std::mem::take(&mut self.patches);
+        self.in_mesh = false;
+        if let Some(object) = self
+            .object
+            .take()
+            .and_then(|id| self.part.objects.get_mut(&id))
+        {
+            match patch_ranges(&text, object.triangles.len()) {
+                Some(ranges) => object.patches = ranges,
+                None => self.part.misfits += 1,
+            }
+        }
+    }
+
+    fn begin_group(&mut self, tag: &BytesStart<'_>, group: Group) -> Result<(), String> {
         let mut id = None;
         each(tag, |key, value| {
             if key == "id" {
                 id = whole(value);
             }
         })?;
-        self.group = id.ok_or("a group of properties has no number")?;
-        let group = match name {
-            "colorgroup" => Group::Colours(Vec::new()),
-            _ => Group::Materials(Vec::new()),
-        };
-        self.part.groups.insert(self.group, group);
+        let id = id.ok_or("a group of properties has no number")?;
+        self.spend(size_of::<Group>())?;
+        self.group = Some(id);
+        self.part.groups.insert(id, group);
         Ok(())
     }
 
-    fn open_object(&mut self) -> Result<&mut Object, String> {
-        let object = self.part.objects.get_mut(&self.object);
-        object.ok_or_else(|| "there is a mesh outside of an object".to_owned())
+    fn open_object(&mut self) -> Option<&mut Object> {
+        self.part.objects.get_mut(&self.object?)
+    }
+
+    fn open_group(&mut self) -> Option<&mut Group> {
+        self.part.groups.get_mut(&self.group?)
     }
 
     fn vertex(&mut self, tag: &BytesStart<'_>) -> Result<(), String> {
@@ -270,7 +362,10 @@ impl Open {
         let [Some(x), Some(y), Some(z)] = point else {
             return Err("a vertex lacks a coordinate".to_owned());
         };
-        self.open_object()?.positions.push(DVec3::new(x, y, z));
+        self.spend(size_of::<DVec3>())?;
+        if let Some(object) = self.open_object() {
+            object.positions.push(DVec3::new(x, y, z));
+        }
         Ok(())
     }
 
@@ -290,7 +385,10 @@ impl Open {
         let [Some(a), Some(b), Some(c)] = corners else {
             return Err("a triangle lacks a corner".to_owned());
         };
-        let object = self.open_object()?;
+        self.spend(size_of::<Triangle>())?;
+        let Some(object) = self.open_object() else {
+            return Ok(());
+        };
         let first = places[0];
         let own = |k: usize| places[k].or(first);
         let (group, places) = match (group, first, object.property) {
@@ -311,7 +409,10 @@ impl Open {
 
 /// Calls a function with the local names and the values of a tag's attributes.
 fn each(tag: &BytesStart<'_>, mut take: impl FnMut(&str, &str)) -> Result<(), String> {
-    for attribute in tag.attributes() {
+    for (number, attribute) in tag.attributes().enumerate() {
+        if number >= MOST_ATTRIBUTES {
+            return Err(format!("a tag has more than {MOST_ATTRIBUTES} attributes"));
+        }
         let attribute = attribute.map_err(|error| format!("the XML is damaged ({error})"))?;
         take(attribute.key.local_name().as_ref(), &attribute.value);
     }
@@ -321,29 +422,6 @@ fn each(tag: &BytesStart<'_>, mut take: impl FnMut(&str, &str)) -> Result<(), St
 /// A name of a part in the form in which names are compared.
 pub(super) fn part_name(name: &str) -> String {
     name.trim_start_matches('/').to_ascii_lowercase()
-}
-
-fn whole(value: &str) -> Option<u32> {
-    value.trim().parse().ok()
-}
-
-fn unescaped(value: &str) -> String {
-    match quick_xml::escape::unescape(value) {
-        Ok(text) => text.into_owned(),
-        Err(_) => value.to_owned(),
-    }
-}
-
-/// A colour such as `#RRGGBB` or `#RRGGBBAA`.
-fn colour_of(text: &str) -> Option<[u8; 4]> {
-    let digits = text.trim().strip_prefix('#')?;
-    let is_hex = digits.bytes().all(|b| b.is_ascii_hexdigit());
-    let number = u32::from_str_radix(digits, 16).ok().filter(|_| is_hex)?;
-    match digits.len() {
-        6 => Some(((number << 8) | 255).to_be_bytes()),
-        8 => Some(number.to_be_bytes()),
-        _ => None,
-    }
 }
 
 /// The object of an item or a component, and where it is put.
@@ -366,17 +444,4 @@ fn used(tag: &BytesStart<'_>) -> Result<Use, String> {
         part,
         transform,
     })
-}
-
-/// A transform of 12 numbers, row after row, by which row vectors are multiplied from the left; the last row is the translation.
-fn transform(words: &str) -> Option<DAffine3> {
-    let numbers: Option<Vec<f64>> = (text::Tokens::new(words.as_bytes(), 0))
-        .map(|word| text::number(word).filter(|x| x.is_finite()))
-        .collect();
-    let n: [f64; 12] = numbers?.try_into().ok()?;
-    let row = |i: usize| DVec3::new(n[3 * i], n[3 * i + 1], n[3 * i + 2]);
-    Some(DAffine3::from_mat3_translation(
-        DMat3::from_cols(row(0), row(1), row(2)),
-        row(3),
-    ))
 }

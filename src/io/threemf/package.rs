@@ -1,17 +1,24 @@
 //! The parts of a 3MF package: which of them are models, unpacked within limits.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
+use std::string::FromUtf8Error;
 
 use quick_xml::events::Event;
 use zip::ZipArchive;
 
-use super::super::IoError;
+use super::super::{IoError, text};
 use super::fault;
 use super::model::{Part, parse, part_name};
 
-/// What all parts may take unpacked: this many bytes, and this many times the size of the file. XML of meshes packs by 5 to 20.
-const ALLOWANCE: [u64; 2] = [64 << 20, 100];
+/// Bytes that all parts may take unpacked in small packages; in larger ones a multiple of the size of the file. XML of meshes packs by 5 to 20.
+const ALLOWANCE: u64 = 64 << 20;
+const ALLOWANCE_TIMES: u64 = 30;
+/// Most bytes that all parts may take unpacked, whatever the size of the file: models of about 160 million triangles.
+const MOST_UNPACKED: u64 = 16 << 30;
+/// Most bytes that the parsed items of all models may take in memory: about 200 million triangles, of 28 bytes and half a vertex each.
+const MOST_PARSED: u64 = 8 << 30;
 /// Most model parts that are read: slicers write one for each object.
 const MOST_PARTS: usize = 10_000;
 /// The type of the relationship that names the main model.
@@ -28,18 +35,28 @@ pub(super) struct Models {
 /// A package that is being read.
 pub(super) struct Package<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
+    /// The places of parts by their names in lower case.
+    index: BTreeMap<String, usize>,
     /// Bytes that may still be unpacked.
     left: u64,
 }
 
 impl<'a> Package<'a> {
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self, IoError> {
-        let archive = ZipArchive::new(Cursor::new(bytes));
-        let [least, times] = ALLOWANCE;
+        let archive = ZipArchive::new(Cursor::new(bytes))
+            .map_err(|error| fault(format!("the ZIP archive is damaged ({error})")))?;
+        let mut index = BTreeMap::new();
+        for place in 0..archive.len() {
+            if let Some(Ok(name)) = archive.name_for_index(place) {
+                // Of two parts of one name the first counts.
+                index.entry(part_name(&name)).or_insert(place);
+            }
+        }
+        let times = ALLOWANCE_TIMES.saturating_mul(bytes.len() as u64);
         Ok(Self {
-            archive: archive
-                .map_err(|error| fault(format!("the ZIP archive is damaged ({error})")))?,
-            left: least.max(times * bytes.len() as u64),
+            archive,
+            index,
+            left: ALLOWANCE.max(times).min(MOST_UNPACKED),
         })
     }
 
@@ -48,6 +65,7 @@ impl<'a> Package<'a> {
         let main = self.main_name()?;
         let mut parts = BTreeMap::new();
         let mut wanted = vec![main.clone()];
+        let mut memory = usize::try_from(MOST_PARSED).unwrap_or(usize::MAX / 2);
         while let Some(name) = wanted.pop() {
             if parts.contains_key(&name) {
                 continue;
@@ -57,7 +75,7 @@ impl<'a> Package<'a> {
                     "there are more than {MOST_PARTS} models in it"
                 )));
             }
-            let part = parse(&self.text(&name)?)?;
+            let part = parse(&self.text(&name)?, &mut memory)?;
             wanted.extend(part.other_parts());
             parts.insert(name, part);
         }
@@ -93,13 +111,7 @@ impl<'a> Package<'a> {
 
     /// The place of a part; names are the same in upper and lower case.
     fn index(&self, name: &str) -> Option<usize> {
-        let wanted = part_name(name);
-        let names = 0..self.archive.len();
-        let is_wanted = |i: &usize| {
-            let name = self.archive.name_for_index(*i);
-            name.is_some_and(|name| name.is_ok_and(|name| part_name(&name) == wanted))
-        };
-        names.into_iter().find(is_wanted)
+        self.index.get(&part_name(name)).copied()
     }
 
     fn text(&mut self, name: &str) -> Result<String, IoError> {
@@ -118,13 +130,19 @@ impl<'a> Package<'a> {
         let read = part.take(self.left + 1).read_to_end(&mut bytes);
         read.map_err(|e| damaged(e.to_string()))?;
         self.left = self.left.checked_sub(bytes.len() as u64).ok_or_else(|| {
-            let [least, times] = ALLOWANCE;
             fault(format!(
-                "its parts are larger unpacked than {} MB and {times} times the file, which no mesh is",
-                least >> 20
+                "its parts are larger unpacked than {} MB and {ALLOWANCE_TIMES} times the file, or than {} GB, which no mesh is",
+                ALLOWANCE >> 20,
+                MOST_UNPACKED >> 30
             ))
         })?;
-        let text = super::super::text::decode(&bytes);
-        Ok(String::from_utf8_lossy(&text).into_owned())
+        // Text that needs no decoding is not copied.
+        if let Cow::Owned(text) = text::decode(&bytes) {
+            bytes = text;
+        } else if text::strip_bom(&bytes).len() < bytes.len() {
+            bytes.drain(..bytes.len() - text::strip_bom(&bytes).len());
+        }
+        let lossy = |e: FromUtf8Error| String::from_utf8_lossy(e.as_bytes()).into_owned();
+        Ok(String::from_utf8(bytes).unwrap_or_else(lossy))
     }
 }

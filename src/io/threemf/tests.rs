@@ -1,15 +1,16 @@
 //! Packages: what is written is read again, and what other programs write.
 
-use std::io::{Cursor, Write};
+use std::io::{Cursor, Read, Write};
 
 use glam::DVec3;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::super::samples::*;
-use super::super::{Contents, WriteOptions, model_to_bytes};
+use super::super::{Contents, WriteOptions, Written, model_to_bytes};
+use super::values::patch_ranges;
 use super::*;
-use crate::mesh::attributes::{LabelKind, PATCH_NAME, Role};
+use crate::mesh::attributes::{Attribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar};
 use crate::mesh::{Attributes, Mesh, Unit};
 
 /// A package of parts.
@@ -184,6 +185,242 @@ fn bombs_and_loops_are_refused() {
     let text = model("inch", &resources, "<item objectid=\"29\"/>");
     let message = refusal(&alone(&text), Format::ThreeMf);
     assert!(message.contains("uses objects more than"), "{message}");
+}
+
+/// The text of the model in a package.
+fn markup_of(bytes: &[u8]) -> String {
+    let mut archive = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+    let mut text = String::new();
+    let mut part = archive.by_name("3D/3dmodel.model").unwrap();
+    part.read_to_string(&mut text).unwrap();
+    text
+}
+
+fn written(mesh: &Mesh, attributes: &Attributes) -> Written {
+    let contents = Contents {
+        mesh,
+        attributes,
+        document: None,
+    };
+    model_to_bytes(&contents, Format::ThreeMf, &WriteOptions::default()).unwrap()
+}
+
+fn colour(name: &str, values: &[Option<[f64; 3]>]) -> Attribute {
+    let mut out = Attribute::new(name, Role::Colour, Scalar::U8, 3);
+    values
+        .iter()
+        .for_each(|value| out.push(value.as_ref().map(|v| &v[..])));
+    out
+}
+
+fn materials(of_face: [u32; 3]) -> Labels {
+    Labels {
+        kind: LabelKind::Material,
+        names: vec!["steel".to_owned(), "wood".to_owned()],
+        of_face: of_face.to_vec(),
+    }
+}
+
+#[test]
+fn only_core_meshes_of_objects_are_read() {
+    // Foreign vertices and triangles: in a slice stack, in a foreign mesh, behind the object.
+    let slices = "<s:slicestack id=\"9\"><s:slice ztop=\"1\"><s:vertices><s:vertex x=\"7\" y=\"7\"/></s:vertices></s:slice>\
+                  <vertex x=\"7\"/></s:slicestack>";
+    let foreign =
+        "<s:mesh><vertices><vertex x=\"7\" y=\"7\" z=\"7\"/></vertices></s:mesh><s:triangle/>";
+    let object = triangle(1, "").replace("</mesh>", &format!("{foreign}</mesh>"));
+    let behind = "<vertex x=\"7\" y=\"7\" z=\"7\"/><triangle v1=\"0\" v2=\"1\" v3=\"2\"/>";
+    let resources = format!("{slices}{object}{behind}{slices}");
+    let text = model("inch", &resources, "<item objectid=\"1\"/>");
+    let loaded = read_alone(&alone(&text), Format::ThreeMf).unwrap();
+    assert_eq!(loaded.mesh.positions.len(), 3);
+    assert_eq!(loaded.mesh.faces.len(), 1);
+    // The core namespace may have a prefix, even two.
+    let prefixed = "<k:model xmlns:k=\"core\" xmlns=\"core\" xmlns:s=\"s\"><k:resources>"
+        .to_owned()
+        + &triangle(1, "")
+        + "</k:resources><k:build><k:item objectid=\"1\"/></k:build></k:model>";
+    let loaded = read_alone(&alone(&prefixed), Format::ThreeMf).unwrap();
+    assert_eq!(loaded.mesh.faces.len(), 1);
+}
+
+#[test]
+fn marks_of_patches_are_merged_or_ignored() {
+    assert_eq!(patch_ranges("", 3), Some(vec![]));
+    assert_eq!(patch_ranges("4-6, 1,5-8,1", 9), Some(vec![[1, 1], [4, 8]]));
+    assert_eq!(patch_ranges("0-1,0-1,0-1", 2), None);
+    assert_eq!(patch_ranges("0-9", 9), None);
+    let marked = |marks: &str| {
+        let metadata = format!("<metadata name=\"isomend:patch\">{marks}</metadata><mesh>");
+        let text = triangle(1, "").replace("<mesh>", &metadata);
+        let text = model("inch", &text, "<item objectid=\"1\"/>");
+        read_alone(&alone(&text), Format::ThreeMf).unwrap()
+    };
+    let loaded = marked("0");
+    assert!(loaded.attributes.is_patch(0) && loaded.notes.is_empty());
+    let loaded = marked("0,0");
+    assert!(!loaded.attributes.is_patch(0));
+    assert!(loaded.notes[0].contains("do not fit their faces"));
+}
+
+#[test]
+fn many_names_of_objects_and_materials_take_no_time_by_their_square() {
+    let count = 40_000;
+    let bases: String = (0..count)
+        .map(|k| format!("<base name=\"m{k}\" displaycolor=\"#010203\"/>"))
+        .collect();
+    let triangles: String = (0..count)
+        .map(|k| format!("<triangle v1=\"0\" v2=\"1\" v3=\"2\" pid=\"5\" p1=\"{k}\"/>"))
+        .collect();
+    let object = triangle(1, "").replace("<triangles>", &format!("<triangles>{triangles}"));
+    let resources = format!("<basematerials id=\"5\">{bases}</basematerials>{object}");
+    let start = std::time::Instant::now();
+    let text = model("inch", &resources, "<item objectid=\"1\"/>");
+    let loaded = read_alone(&alone(&text), Format::ThreeMf).unwrap();
+    let names = loaded.attributes.labels_of(LabelKind::Material).unwrap();
+    assert_eq!(names.names.len(), count);
+    // The components of that many objects: without a build each is looked for among them.
+    let objects: String = (2..count)
+        .map(|id| {
+            format!(
+                "<object id=\"{id}\"><components><component objectid=\"1\"/></components></object>"
+            )
+        })
+        .collect();
+    let text = model("inch", &(triangle(1, "") + &objects), "");
+    let loaded = read_alone(&alone(&text), Format::ThreeMf).unwrap();
+    assert_eq!(loaded.mesh.faces.len(), count - 2);
+    // By the square of their number they took minutes.
+    assert!(start.elapsed().as_secs() < 20);
+}
+
+#[test]
+fn memory_of_items_long_names_and_many_attributes_are_bounded() {
+    let text = model("inch", &triangle(1, ""), "<item objectid=\"1\"/>");
+    let mut left = 100;
+    let message = model::parse(&text, &mut left).err().unwrap().to_string();
+    assert!(message.contains("more memory than is allowed"), "{message}");
+    let mut left = 10_000;
+    assert!(model::parse(&text, &mut left).is_ok() && left < 10_000);
+    let long = text.replace("\"o1\"", &format!("\"{}\"", "o".repeat(5000)));
+    let message = refusal(&alone(&long), Format::ThreeMf);
+    assert!(message.contains("a name is longer than"), "{message}");
+    let many: String = (0..300).map(|k| format!(" a{k}=\"\"")).collect();
+    let text = model("inch", &triangle(1, &many), "<item objectid=\"1\"/>");
+    let message = refusal(&alone(&text), Format::ThreeMf);
+    assert!(message.contains("more than 256 attributes"), "{message}");
+}
+
+#[test]
+fn text_with_a_byte_order_mark_or_in_utf_16_is_read() {
+    let text = model("inch", &triangle(1, ""), "<item objectid=\"1\"/>");
+    let marked = format!("\u{feff}{text}");
+    let wide: Vec<u8> = marked.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    for bytes in [marked.into_bytes(), wide] {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        let options = SimpleFileOptions::default();
+        zip.start_file("3D/3DModel.model", options).unwrap();
+        zip.write_all(&bytes).unwrap();
+        let bytes = zip.finish().unwrap().into_inner();
+        let loaded = read_alone(&bytes, Format::ThreeMf).unwrap();
+        assert_eq!(loaded.mesh.faces.len(), 1);
+    }
+}
+
+#[test]
+fn properties_that_are_not_written_are_listed_as_lost() {
+    let mesh = open_tetrahedron();
+    let red = Some([255.0, 0.0, 0.0]);
+    let all = Attributes {
+        vertex: vec![colour("colour", &[red; 5])],
+        labels: vec![materials([0, 1, 0])],
+        unit: Some(Unit::Inch),
+        ..Attributes::default()
+    };
+    let notes = written(&mesh, &all).notes;
+    assert!(
+        notes.len() == 1 && notes[0].ends_with(": materials"),
+        "{notes:?}"
+    );
+    // Colours of faces give way to those of vertices.
+    let all = Attributes {
+        face: vec![colour("colour", &[red; 3])],
+        labels: Vec::new(),
+        ..all
+    };
+    let notes = written(&mesh, &all).notes;
+    assert!(
+        notes.len() == 1 && notes[0].ends_with(": colours"),
+        "{notes:?}"
+    );
+    let alone = Attributes {
+        vertex: Vec::new(),
+        ..all
+    };
+    assert_eq!(written(&mesh, &alone).notes, Vec::<String>::new());
+}
+
+#[test]
+fn components_of_other_parts_hide_no_object_and_supports_are_skipped() {
+    let inner = model("inch", &triangle(1, ""), "");
+    let component = "<component p:path=\"/3D/a.model\" objectid=\"1\"/>";
+    let resources = triangle(1, "")
+        + &format!("<object id=\"2\"><components>{component}</components></object>")
+        + &triangle(3, "").replace("\"model\"", "\"support\"")
+        + &triangle(4, "").replace("\"model\"", "\"solidsupport\"");
+    let main = model("inch", &resources, "");
+    let bytes = package(&[("3D/3dmodel.model", &main), ("3D/a.model", &inner)]);
+    let loaded = read_alone(&bytes, Format::ThreeMf).unwrap();
+    assert_eq!(loaded.mesh.faces.len(), 2);
+    assert_eq!(loaded.notes, ["support objects, which are not read: 2"]);
+}
+
+#[test]
+fn objects_whose_faces_have_properties_name_one() {
+    let mesh = open_tetrahedron();
+    let all = |of_face: [u32; 3]| Attributes {
+        labels: vec![materials(of_face)],
+        unit: Some(Unit::Inch),
+        ..Attributes::default()
+    };
+    let out = written(&mesh, &all([1, 0, 1])).bytes;
+    assert!(markup_of(&out).contains("type=\"model\" pid=\"1\" pindex=\"1\""));
+    // Faces without a material keep none.
+    let out = written(&mesh, &all([1, NONE, 0])).bytes;
+    assert!(markup_of(&out).contains("type=\"model\" pid=\"1\" pindex=\"2\""));
+    let again = read_alone(&out, Format::ThreeMf).unwrap().attributes;
+    let labels = again.labels_of(LabelKind::Material).unwrap();
+    assert_eq!(
+        [0, 1, 2].map(|f| labels.get(f)),
+        [Some("wood"), None, Some("steel")]
+    );
+    let red = Some([255.0, 0.0, 0.0]);
+    let coloured = Attributes {
+        face: vec![colour("colour", &[red; 3])],
+        ..Attributes::default()
+    };
+    let out = written(&mesh, &coloured).bytes;
+    assert!(markup_of(&out).contains("type=\"model\" pid=\"1\" pindex=\"0\""));
+}
+
+#[test]
+fn vertices_of_several_objects_are_numbered_in_each() {
+    let mesh = open_tetrahedron();
+    let objects = Labels {
+        kind: LabelKind::Object,
+        names: vec!["a".to_owned(), "b".to_owned()],
+        of_face: vec![0, 1, 0],
+    };
+    let all = Attributes {
+        labels: vec![objects],
+        unit: Some(Unit::Inch),
+        ..Attributes::default()
+    };
+    let loaded = read_alone(&written(&mesh, &all).bytes, Format::ThreeMf).unwrap();
+    let order = [0, 2, 1];
+    for (new, old) in order.into_iter().enumerate() {
+        assert_eq!(loaded.mesh.corners(new as u32), mesh.corners(old));
+    }
 }
 
 #[test]

@@ -9,7 +9,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
 use super::super::{Contents, Format, IoError, Written, lost};
-use super::model::{PATCH_FACES, UNITS};
+use super::model::{NO_MATERIAL, PATCH_FACES, UNITS};
 use crate::mesh::Unit;
 use crate::mesh::attributes::{Attribute, LabelKind, Labels, NONE, PATCH_NAME, Role};
 
@@ -43,11 +43,15 @@ pub(in super::super) fn write(model: &Contents<'_>) -> Result<Written, IoError> 
             "the unit of the coordinates is not known, so millimetres are written".to_owned(),
         );
     }
-    let is_colour = |a: &Attribute| a.role == Role::Colour;
-    let is_label = |k: LabelKind| matches!(k, LabelKind::Object | LabelKind::Material);
+    let holds_label = |kind: LabelKind| match kind {
+        LabelKind::Object => true,
+        // A face has one property: where there are colours, no material.
+        LabelKind::Material => !matches!(properties, Properties::Colours { .. }),
+        _ => false,
+    };
     let listed = model
         .attributes
-        .listed_where(|a| !is_colour(a), |k| !is_label(k));
+        .listed_where(|a| !properties.holds(a), |k| !holds_label(k));
     notes.extend(lost::note(&listed, Format::ThreeMf));
     Ok(Written { bytes, notes })
 }
@@ -57,7 +61,9 @@ fn packed(model: &str) -> Result<Vec<u8>, zip::result::ZipError> {
     // The same bytes each time: no clock.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
-        .last_modified_time(DateTime::default());
+        .last_modified_time(DateTime::default())
+        // A part of 4 GB or more needs the fields of ZIP64.
+        .large_file(model.len() >= u32::MAX as usize);
     for (name, text) in [
         ("[Content_Types].xml", CONTENT_TYPES),
         ("_rels/.rels", RELATIONSHIPS),
@@ -84,6 +90,7 @@ fn markup(model: &Contents<'_>, unit: Unit, properties: &Properties) -> String {
     );
     properties.write(&mut out);
     let objects = objects(model);
+    let mut number_of = vec![NONE; mesh.positions.len()];
     for (number, (name, faces)) in (GROUP + 1..).zip(&objects) {
         object(
             &mut out,
@@ -91,7 +98,7 @@ fn markup(model: &Contents<'_>, unit: Unit, properties: &Properties) -> String {
             properties,
             (number, name),
             faces,
-            objects.len() == 1,
+            (objects.len() == 1, &mut number_of),
         );
     }
     out.push_str("</resources>\n<build>\n");
@@ -119,20 +126,21 @@ fn objects<'a>(model: &Contents<'a>) -> Vec<(&'a str, Vec<u32>)> {
     all
 }
 
+/// Writes an object. `number_of`: `NONE` for each vertex, before and after; the numbers of vertices in this object meanwhile.
 fn object(
     out: &mut String,
     model: &Contents<'_>,
     properties: &Properties,
     (number, name): (u32, &str),
     faces: &[u32],
-    is_only: bool,
+    (is_only, number_of): (bool, &mut [u32]),
 ) {
     let mesh = model.mesh;
     let _ = write!(out, "<object id=\"{number}\" type=\"model\"");
     if !name.is_empty() {
         let _ = write!(out, " name=\"{}\"", escape(name));
     }
-    if let Some(place) = properties.usual() {
+    if let Some(place) = properties.usual(faces) {
         let _ = write!(out, " pid=\"{GROUP}\" pindex=\"{place}\"");
     }
     out.push_str(">\n");
@@ -144,25 +152,26 @@ fn object(
         );
     }
     // Vertices that no face uses are kept where there is one object.
-    let mut number = vec![if is_only { 0 } else { NONE }; mesh.positions.len()];
-    let corners = faces.iter().flat_map(|f| mesh.faces[*f as usize]);
-    corners.for_each(|v| number[v as usize] = 0);
+    let mut used: Vec<u32> = match is_only {
+        true => (0..mesh.positions.len() as u32).collect(),
+        false => faces.iter().flat_map(|f| mesh.faces[*f as usize]).collect(),
+    };
+    used.sort_unstable();
+    used.dedup();
     out.push_str("<mesh>\n<vertices>\n");
-    let used = number
-        .iter_mut()
-        .zip(&mesh.positions)
-        .filter(|(new, _)| **new == 0);
-    for (next, (new, p)) in (0..).zip(used) {
-        *new = next;
+    for (new, &v) in (0..).zip(&used) {
+        number_of[v as usize] = new;
+        let p = mesh.positions[v as usize];
         let _ = writeln!(out, "<vertex x=\"{}\" y=\"{}\" z=\"{}\"/>", p.x, p.y, p.z);
     }
     out.push_str("</vertices>\n<triangles>\n");
     for &f in faces {
-        let [a, b, c] = mesh.faces[f as usize].map(|v| number[v as usize]);
+        let [a, b, c] = mesh.faces[f as usize].map(|v| number_of[v as usize]);
         let _ = write!(out, "<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"");
         properties.of_face(out, f as usize);
         out.push_str("/>\n");
     }
+    used.iter().for_each(|v| number_of[*v as usize] = NONE);
     out.push_str("</triangles>\n</mesh>\n</object>\n");
 }
 
@@ -188,6 +197,8 @@ enum Properties<'a> {
         palette: Vec<[u8; 4]>,
         /// For each face the places of its corners in the palette.
         of_face: Vec<[u32; 3]>,
+        /// The attributes that the colours are those of.
+        held: Vec<&'a Attribute>,
     },
     Materials(&'a Labels, Vec<[u8; 4]>),
     Patches(Vec<bool>),
@@ -247,24 +258,62 @@ impl<'a> Properties<'a> {
             })
         };
         let mut of_face = Vec::with_capacity(model.mesh.faces.len());
+        let (mut uses_corner, mut uses_vertex, mut uses_face) = (false, false, face.is_some());
         for (f, vertices) in model.mesh.faces.iter().enumerate() {
             let own = face.and_then(|a| Some(bytes(a, a.get(f)?)));
             let first = own.filter(|_| all.is_patch(f));
-            let colour = |k: usize| {
-                let at_corner = || corner.and_then(|c| Some(bytes(&c.pool, c.get(f, k)?)));
+            let mut colour = |k: usize| {
+                if let Some(colour) = first {
+                    return colour;
+                }
                 let v = vertices[k] as usize;
+                let at_corner = corner.and_then(|c| Some(bytes(&c.pool, c.get(f, k)?)));
                 let at_vertex = || vertex.and_then(|a| Some(bytes(a, a.get(v)?)));
-                let found = first.or_else(at_corner).or_else(at_vertex);
+                uses_corner |= at_corner.is_some();
+                let found = at_corner.or_else(|| {
+                    let found = at_vertex();
+                    uses_vertex |= found.is_some();
+                    found
+                });
+                // A face whose colour gives way to those of its corners loses it.
+                uses_face &= own.is_none() || found.is_none();
                 found.or(own).unwrap_or(GREY)
             };
             of_face.push([0, 1, 2].map(|k| place(colour(k))));
         }
-        Some(Self::Colours { palette, of_face })
+        let corner = corner.map(|c| &c.pool).filter(|_| uses_corner);
+        let vertex = vertex.filter(|_| uses_vertex);
+        let face = face.filter(|_| uses_face);
+        Some(Self::Colours {
+            palette,
+            of_face,
+            held: corner.into_iter().chain(vertex).chain(face).collect(),
+        })
     }
 
-    /// The place of the property that faces without one have.
-    fn usual(&self) -> Option<u32> {
-        matches!(self, Self::Patches(_)).then_some(0)
+    /// Whether the colours of triangles are those of an attribute.
+    fn holds(&self, attribute: &Attribute) -> bool {
+        let Self::Colours { held, .. } = self else {
+            return false;
+        };
+        held.iter().any(|own| std::ptr::eq(*own, attribute))
+    }
+
+    /// The place of the property of an object's faces without one. An object must have it where any of its faces has a property.
+    fn usual(&self, faces: &[u32]) -> Option<u32> {
+        match self {
+            Self::Nothing => None,
+            Self::Colours { .. } | Self::Patches(_) => Some(0),
+            Self::Materials(labels, looks) => {
+                let mut own = faces.iter().map(|f| labels.of_face[*f as usize]);
+                let first = own.clone().find(|label| *label != NONE)?;
+                // Behind the materials stands that of faces without one.
+                Some(match own.any(|label| label == NONE) {
+                    true => looks.len() as u32,
+                    false => first,
+                })
+            }
+        }
     }
 
     fn write(&self, out: &mut String) {
@@ -289,6 +338,9 @@ impl<'a> Properties<'a> {
                 let _ = writeln!(out, "<basematerials id=\"{GROUP}\">");
                 for (name, look) in labels.names.iter().zip(looks) {
                     base(out, name, look);
+                }
+                if labels.of_face.contains(&NONE) {
+                    base(out, NO_MATERIAL, &GREY);
                 }
                 out.push_str("</basematerials>\n");
             }
