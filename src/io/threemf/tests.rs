@@ -265,7 +265,7 @@ fn marks_of_patches_are_merged_or_ignored() {
 
 #[test]
 fn many_names_of_objects_and_materials_take_no_time_by_their_square() {
-    let count = 60_000;
+    let count = 40_000;
     let bases: String = (0..count)
         .map(|k| format!("<base name=\"m{k}\" displaycolor=\"#010203\"/>"))
         .collect();
