@@ -120,16 +120,12 @@ pub(super) fn parse(markup: &str, left: &mut usize) -> Result<Part, IoError> {
         };
         match event.map_err(|e| damaged(format!("the XML is damaged ({e})")))? {
             Event::Eof => break,
-            Event::Start(tag) => {
-                if !open.start(&tag).map_err(damaged)? {
-                    let skipped = reader.read_to_end(tag.name());
-                    skipped.map_err(|e| damaged(format!("the XML is damaged ({e})")))?;
-                }
+            Event::Start(tag) if !open.start(&tag).map_err(damaged)? => {
+                let skipped = reader.read_to_end(tag.name());
+                skipped.map_err(|e| damaged(format!("the XML is damaged ({e})")))?;
             }
-            Event::Empty(tag) => {
-                if open.start(&tag).map_err(damaged)? {
-                    open.end(tag.local_name().as_ref());
-                }
+            Event::Empty(tag) if open.start(&tag).map_err(damaged)? => {
+                open.end(tag.local_name().as_ref());
             }
             Event::Text(content) if open.reads_patches => open.patches += &content,
             Event::End(tag) => open.end(tag.local_name().as_ref()),
