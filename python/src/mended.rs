@@ -122,16 +122,16 @@ impl Mended {
     }
 
     /// For each vertex its expected error: 0 for those of the input, NaN where nothing can be said.
-    fn sigma<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let mut sigma = vec![0.0; self.model(py)?.mesh.positions.len()];
-        let own = sigma.iter_mut().skip(self.mended.kept_size()[0]);
+    fn expected_error<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let mut expected_error = vec![0.0; self.model(py)?.mesh.positions.len()];
+        let own = expected_error.iter_mut().skip(self.mended.kept_size()[0]);
         let made = self.mended.new_vertices();
-        let told = self.mended.sigma().iter().copied();
+        let told = self.mended.expected_error().iter().copied();
         let told = told.chain(std::iter::repeat(None)).take(made);
         for (value, told) in own.zip(told) {
             *value = told.unwrap_or(f64::NAN);
         }
-        Ok(PyArray1::from_vec(py, sigma))
+        Ok(PyArray1::from_vec(py, expected_error))
     }
 
     /// The same with this handed on beside it, and reported so.

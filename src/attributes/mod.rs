@@ -53,13 +53,13 @@ impl Model {
     /// Gives the vertices of patches, which begin behind the `kept` ones of the input, their expected errors as values named
     /// [`SIGMA_NAME`]; those of an earlier run stay. Nothing where no error is known, of this run or an earlier one. With no errors at
     /// all, as of a faired surface, nothing is known of the new vertices.
-    pub fn tell_errors(&mut self, kept: usize, sigma: &[Option<f64>]) {
+    pub fn tell_errors(&mut self, kept: usize, expected_error: &[Option<f64>]) {
         let own = |a: &Attribute| a.name == SIGMA_NAME && a.components == 1;
         let place = self.attributes.vertex.iter().position(own);
-        if sigma.iter().all(Option::is_none) && place.is_none() {
+        if expected_error.iter().all(Option::is_none) && place.is_none() {
             return;
         }
-        let largest = sigma.iter().flatten().copied().fold(0.0, f64::max);
+        let largest = expected_error.iter().flatten().copied().fold(0.0, f64::max);
         // Meshes may have units in which 32-bit floats hold no such lengths.
         let scalar = match SINGLE.contains(&largest) {
             true => Scalar::F32,
@@ -73,10 +73,10 @@ impl Model {
         let earlier = std::mem::take(&mut told.values);
         let count = self.mesh.positions.len();
         for v in 0..count {
-            let value = match v.checked_sub(kept).map(|i| sigma.get(i)) {
+            let value = match v.checked_sub(kept).map(|i| expected_error.get(i)) {
                 None => earlier.get(v).copied().unwrap_or(0.0),
                 Some(Some(error)) => error.unwrap_or(UNKNOWN),
-                Some(None) if sigma.is_empty() => UNKNOWN,
+                Some(None) if expected_error.is_empty() => UNKNOWN,
                 // Copies of vertices of the rim.
                 Some(None) => 0.0,
             };

@@ -51,15 +51,15 @@ pub struct Component {
 /// The components of a welded mesh, in the order of their numbers; `debris` is the part of the largest area below which one counts as
 /// debris.
 pub(crate) fn components(mesh: &Mesh, topology: &Topology, debris: f64) -> Vec<Component> {
-    let count = topology.piece_faces.len();
+    let count = topology.component_faces.len();
     let mut faces: Vec<Vec<u32>> = vec![Vec::new(); count];
     for f in topology.faces() {
-        faces[topology.piece[f as usize] as usize].push(f);
+        faces[topology.component[f as usize] as usize].push(f);
     }
     let boxes: Vec<Bounds> = faces.par_iter().map(|own| bounds(mesh, own)).collect();
     let mut open = vec![false; count];
     for h in (0..topology.opposite.len()).filter(|h| topology.opposite[*h] == NONE) {
-        let piece = topology.piece[h / 3];
+        let piece = topology.component[h / 3];
         if piece != NONE {
             open[piece as usize] = true;
         }

@@ -116,7 +116,7 @@ pub(super) fn inside_out(subject: &Subject, components: &[Component]) -> Defect 
     let wrong: Vec<bool> = components.iter().map(Component::is_inside_out).collect();
     let topology = subject.topology;
     let faces = topology.faces();
-    let faces = faces.filter(|&f| wrong[topology.piece[f as usize] as usize]);
+    let faces = faces.filter(|&f| wrong[topology.component[f as usize] as usize]);
     let count = wrong.iter().filter(|wrong| **wrong).count();
     Defect::new(DefectKind::InsideOut, count, faces.collect(), subject.mesh)
 }
@@ -133,7 +133,7 @@ pub(super) fn of_faces(subject: &Subject) -> [Defect; 3] {
     let Subject { mesh, topology, .. } = *subject;
     let degenerate: Vec<u32> = (0..mesh.faces.len() as u32)
         .into_par_iter()
-        .filter(|&f| topology.piece[f as usize] == NONE || is_flat(mesh.corners(f)))
+        .filter(|&f| topology.component[f as usize] == NONE || is_flat(mesh.corners(f)))
         .collect();
     let twice = duplicates(mesh, topology);
     let crossing = crossing(mesh, topology);

@@ -136,7 +136,7 @@ fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample
     let steps: Vec<usize> = components.iter().map(step).collect();
     let mut seen = vec![0; components.len()];
     let is_asked = |f: &u32| {
-        let piece = topology.piece[*f as usize];
+        let piece = topology.component[*f as usize];
         if piece == NONE || !components[piece as usize].closed {
             return false;
         }
@@ -146,7 +146,7 @@ fn samples(subject: &Subject, components: &[Component], all: bool) -> Vec<Sample
     let asked: Vec<u32> = topology.faces().filter(is_asked).collect();
     let walls = Walls::new(mesh, topology);
     let sample = |f: u32| {
-        let component = topology.piece[f as usize];
+        let component = topology.component[f as usize];
         let own = 0.5 * area_vector(mesh.corners(f)).length();
         Some(Sample {
             face: f,

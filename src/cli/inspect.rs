@@ -96,7 +96,7 @@ fn cells(loaded: &Loaded, inspected: &Inspected) -> Vec<String> {
         loaded.format.to_string(),
         loaded.mesh.positions.len().to_string(),
         loaded.mesh.faces.len().to_string(),
-        found.topology.piece_faces.len().to_string(),
+        found.topology.component_faces.len().to_string(),
         found.holes.len().to_string(),
         match found.holes.is_empty() {
             true => "-".to_owned(),
@@ -142,7 +142,7 @@ fn creases(inspected: &Inspected, is_verbose: bool) -> String {
 
 fn table(loaded: &Loaded, inspected: &Inspected) -> String {
     let found = &inspected.found;
-    let pieces = found.topology.piece_faces.len();
+    let pieces = found.topology.component_faces.len();
     let [low, high] = loaded.mesh.bounds();
     let size = high - low;
     let mut text = String::new();

@@ -140,7 +140,7 @@ struct Row<'a> {
 impl Row<'_> {
     fn line(&self) -> String {
         let r = self.region;
-        let error = r.finish.as_ref().and_then(|f| f.largest_sigma());
+        let error = r.finish.as_ref().and_then(|f| f.largest_expected_error());
         let cells = Cells {
             hole: &short_list(&r.holes),
             diameter: &digits(r.diameter, 4),

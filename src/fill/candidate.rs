@@ -48,8 +48,8 @@ impl FinishReport {
     }
 
     /// The largest expected error of a vertex.
-    pub fn largest_sigma(&self) -> Option<f64> {
-        let pieces = self.pieces.iter().filter_map(|p| p.largest_sigma);
+    pub fn largest_expected_error(&self) -> Option<f64> {
+        let pieces = self.pieces.iter().filter_map(|p| p.largest_expected_error);
         pieces.reduce(f64::max)
     }
 }
@@ -60,14 +60,14 @@ pub(super) struct FinishedPatch {
     /// None where it was not finished.
     pub(super) report: Option<FinishReport>,
     /// For each new vertex its expected error.
-    pub(super) sigma: Vec<Option<f64>>,
+    pub(super) expected_error: Vec<Option<f64>>,
 }
 
 impl FinishedPatch {
     /// A patch as it is.
     pub(super) fn unfinished(patch: Patch) -> Self {
         Self {
-            sigma: vec![None; patch.positions.len()],
+            expected_error: vec![None; patch.positions.len()],
             patch,
             report: None,
         }

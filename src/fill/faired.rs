@@ -128,7 +128,7 @@ impl RegionProblem<'_> {
             all.patch
                 .faces
                 .extend(finished.patch.faces.iter().map(|f| f.map(moved)));
-            all.sigma.extend(finished.sigma);
+            all.expected_error.extend(finished.expected_error);
             pieces.extend(finished.report.into_iter().flat_map(|r| r.pieces));
         }
         let edges: usize = self.holes.iter().map(|h| h.edges).sum();

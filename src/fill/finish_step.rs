@@ -143,7 +143,7 @@ impl RegionProblem<'_> {
         // Two results: the blend with what the surroundings predict, and the minimum of the energy, which replaces it if
         // the blend intersects more faces. Connected components of the patch are finished one by one.
         let (mut blend, mut minimum) = (patch.positions.clone(), patch.positions.clone());
-        let mut sigma = vec![None; patch.positions.len()];
+        let mut expected_error = vec![None; patch.positions.len()];
         let mut report = FinishReport {
             start,
             pieces: Vec::new(),
@@ -154,18 +154,22 @@ impl RegionProblem<'_> {
                 let at = v as usize - own;
                 blend[at] = done.positions[i];
                 minimum[at] = *done.minimum.get(i).unwrap_or(&done.positions[i]);
-                sigma[at] = done.sigma.get(i).copied().filter(|s| s.is_finite());
+                expected_error[at] = done
+                    .expected_error
+                    .get(i)
+                    .copied()
+                    .filter(|s| s.is_finite());
             }
             report.pieces.push(done.found);
         }
         // After a cancellation the patch keeps its positions and has no expected errors.
         if self.cancel.is_cancelled() {
-            sigma.fill(None);
+            expected_error.fill(None);
             let report = Some(report);
             return FinishedPatch {
                 patch,
                 report,
-                sigma,
+                expected_error,
             };
         }
         // The first of the two that intersects no more faces than the patch did before is taken.
@@ -189,12 +193,12 @@ impl RegionProblem<'_> {
             patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
         } else {
             report.pieces.iter_mut().for_each(FinishFound::refuse_all);
-            sigma.fill(None);
+            expected_error.fill(None);
         }
         FinishedPatch {
             patch,
             report: Some(report),
-            sigma,
+            expected_error,
         }
     }
 

@@ -17,7 +17,7 @@ pub struct RegionPatch {
     /// The patch: vertex numbers below the input's number of vertices are the input's, the others those of its own vertices.
     pub mesh: Mesh,
     /// For each of its own vertices its expected error in the mesh's units; none where nothing can be said.
-    pub sigma: Vec<Option<f64>>,
+    pub expected_error: Vec<Option<f64>>,
     /// What was done.
     pub report: RegionReport,
     /// What became of each of its holes, in the order of the report's.
@@ -78,7 +78,7 @@ impl RegionProblem<'_> {
         let FinishedPatch {
             patch,
             report: finish,
-            sigma,
+            expected_error,
         } = finished;
         report.finish = finish;
         report.seam_angle_mean = Some(patch.report.seam_angle_mean);
@@ -89,7 +89,7 @@ impl RegionProblem<'_> {
         report.rise = self.rise(&patch.positions);
         let mesh = Mesh::new(patch.positions, patch.faces);
         RegionPatch {
-            sigma,
+            expected_error,
             ..self.all(mesh, report, outcome)
         }
     }
@@ -110,7 +110,7 @@ impl RegionProblem<'_> {
         report.new_vertices = mesh.positions.len();
         report.new_faces = mesh.faces.len();
         RegionPatch {
-            sigma: vec![None; mesh.positions.len()],
+            expected_error: vec![None; mesh.positions.len()],
             mesh,
             report,
             outcomes: vec![outcome; self.holes.len()],

@@ -56,7 +56,7 @@ impl RegionProblem<'_> {
         renumber(&mut faces, &part, self.mesh.positions.len());
         RegionPatch {
             mesh: Mesh::new(Vec::new(), faces),
-            sigma: Vec::new(),
+            expected_error: Vec::new(),
             report,
             outcomes,
             is_cramped: false,

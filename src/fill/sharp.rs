@@ -200,7 +200,7 @@ impl RegionProblem<'_> {
             ..RegionReport::default()
         };
         let mut finished = FinishedPatch::unfinished(patch);
-        finished.sigma.fill(error);
+        finished.expected_error.fill(error);
         Ok(self.all_finished(finished, report, HoleOutcome::Filled))
     }
 

@@ -21,12 +21,12 @@ mod blend;
 mod candidates;
 mod chart;
 mod collar;
+mod expected_error;
 mod geometry;
 mod kriging;
 mod params;
 mod patch;
 mod report;
-mod sigma;
 mod surroundings;
 #[cfg(test)]
 mod tests;
@@ -51,7 +51,7 @@ pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams
     let mut finished = Finished {
         positions: vertices.iter().map(|&v| around.position(v)).collect(),
         minimum: Vec::new(),
-        sigma: vec![f64::NAN; vertices.len()],
+        expected_error: vec![f64::NAN; vertices.len()],
         found: FinishFound {
             vertices: vertices.len(),
             ..FinishFound::default()
@@ -181,16 +181,16 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
         one.ring_error = one.ring_error.map(|e| e * located.scale);
         found.candidates.push(one);
     }
-    let sigma = sigma::sigma(patch, &shape, &surfaces);
+    let expected_error = expected_error::expected_error(patch, &shape, &surfaces);
     if patch.cancel.is_cancelled() {
         finished.set_stopped();
         return;
     }
-    finished.sigma = sigma.iter().map(|s| s * located.scale).collect();
-    let mean = finished.sigma.iter().sum::<f64>() / finished.sigma.len() as f64;
-    found.mean_sigma = mean.is_finite().then_some(mean);
-    let largest = finished.sigma.iter().copied().fold(0.0, f64::max);
-    found.largest_sigma = found.mean_sigma.map(|_| largest);
+    finished.expected_error = expected_error.iter().map(|s| s * located.scale).collect();
+    let mean = finished.expected_error.iter().sum::<f64>() / finished.expected_error.len() as f64;
+    found.mean_expected_error = mean.is_finite().then_some(mean);
+    let largest = finished.expected_error.iter().copied().fold(0.0, f64::max);
+    found.largest_expected_error = found.mean_expected_error.map(|_| largest);
     if found.result == FinishResult::Unchanged {
         return;
     }

@@ -14,7 +14,7 @@ pub struct Finished {
     pub minimum: Vec<DVec3>,
     /// The expected error of each, in their order, in units of the mesh: about 0.7 of a patch's vertices are nearer to the true
     /// surface than this, 0.92 nearer than twice this. NaN where nothing can be said.
-    pub sigma: Vec<f64>,
+    pub expected_error: Vec<f64>,
     /// What was found.
     pub found: FinishFound,
 }
@@ -23,7 +23,7 @@ impl Finished {
     /// Makes it one that was stopped before the positions were taken.
     pub(super) fn set_stopped(&mut self) {
         self.minimum.clear();
-        self.sigma.fill(f64::NAN);
+        self.expected_error.fill(f64::NAN);
         let found = &self.found;
         self.found = FinishFound {
             vertices: found.vertices,
@@ -74,9 +74,11 @@ pub struct FinishFound {
     /// The farthest way of a vertex, in units of the mesh.
     pub largest_move: f64,
     /// Mean of the expected errors of the vertices, in units of the mesh; none where nothing can be said.
-    pub mean_sigma: Option<f64>,
+    #[serde(alias = "mean_sigma")]
+    pub mean_expected_error: Option<f64>,
     /// The largest of them.
-    pub largest_sigma: Option<f64>,
+    #[serde(alias = "largest_sigma")]
+    pub largest_expected_error: Option<f64>,
 }
 
 impl FinishFound {
@@ -99,7 +101,7 @@ impl FinishFound {
         self.energy_after = self.energy_before;
         self.folds_after = self.folds_before;
         self.largest_move = 0.0;
-        (self.mean_sigma, self.largest_sigma) = (None, None);
+        (self.mean_expected_error, self.largest_expected_error) = (None, None);
     }
 }
 

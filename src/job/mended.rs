@@ -32,7 +32,7 @@ pub struct Mended<'s> {
     /// The mesh after; of a copy it is empty, and `first` has the mesh.
     pub(super) made: Arc<Mesh>,
     /// For each vertex of a patch its expected error.
-    pub(super) sigma: Vec<Option<f64>>,
+    pub(super) expected_error: Vec<Option<f64>>,
     /// Whether nothing of the input is in it.
     pub(super) whole: bool,
     /// Which vertices and faces of the input are kept, where something was cut out.
@@ -84,7 +84,7 @@ impl<'s> Mended<'s> {
             size: self.size,
             before: self.before,
             made: self.made,
-            sigma: self.sigma,
+            expected_error: self.expected_error,
             whole: self.whole,
             kept: self.kept,
             face_origins: self.face_origins,
@@ -169,8 +169,8 @@ impl<'s> Mended<'s> {
 
     /// For each new vertex its expected error in the mesh's units, none where nothing can be said; empty for a whole level set
     /// and a faired surface.
-    pub fn sigma(&self) -> &[Option<f64>] {
-        &self.sigma
+    pub fn expected_error(&self) -> &[Option<f64>] {
+        &self.expected_error
     }
 
     /// Number of vertices that are not the input's, without copies of others that [`Mended::model`] may add.
@@ -250,7 +250,7 @@ impl<'s> Mended<'s> {
             first: &self.first.mesh,
             after,
             kept: self.kept_size()[1],
-            errors: &self.sigma,
+            errors: &self.expected_error,
             notes,
             filed,
             report: &self.report,
@@ -284,7 +284,7 @@ impl<'s> Mended<'s> {
                 let saving = Saving {
                     input: &self.first,
                     whole: self.whole,
-                    sigma: &self.sigma,
+                    expected_error: &self.expected_error,
                     judges: self.extent.judged_by(),
                     components: &components,
                     mark: self.spec.deliverables.mark,

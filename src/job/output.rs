@@ -66,7 +66,7 @@ pub(super) struct Saving<'a> {
     /// Whether nothing of the input is kept.
     pub(super) whole: bool,
     /// For each vertex of a patch its expected error.
-    pub(super) sigma: &'a [Option<f64>],
+    pub(super) expected_error: &'a [Option<f64>],
     /// How the bytes are to be judged once they are read again, if they are.
     pub(super) judges: Option<CheckParams>,
     /// The components of the patches, and how they are marked.
@@ -194,7 +194,7 @@ impl Output {
             done.notes.extend(notes);
         }
         if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
-            done.tell_errors(kept, saving.sigma);
+            done.tell_errors(kept, saving.expected_error);
         }
         let in_file = self.format == Format::Obj && self.place.folder().is_some();
         let material = in_file && refer_to_material(&mut done.attributes);

@@ -83,7 +83,7 @@ impl Extent {
 /// What the work made.
 pub(super) struct Made {
     pub(super) mesh: Mesh,
-    pub(super) sigma: Vec<Option<f64>>,
+    pub(super) expected_error: Vec<Option<f64>>,
     pub(super) first: First,
     pub(super) extent: Extent,
     pub(super) report: FillReport,
@@ -93,7 +93,7 @@ impl From<Filled> for Made {
     fn from(filled: Filled) -> Self {
         Self {
             mesh: filled.mesh,
-            sigma: filled.sigma,
+            expected_error: filled.expected_error,
             first: First::All,
             extent: Extent::Holes,
             report: filled.report,
@@ -105,7 +105,7 @@ impl From<Restored> for Made {
     fn from(mut restored: Restored) -> Self {
         Self {
             mesh: restored.mesh,
-            sigma: restored.sigma,
+            expected_error: restored.expected_error,
             first: First::Cut(restored.kept),
             report: std::mem::take(&mut restored.report.fill),
             extent: Extent::Region(restored.report),
@@ -117,7 +117,7 @@ impl From<Faired> for Made {
     fn from(mut faired: Faired) -> Self {
         Self {
             mesh: faired.mesh,
-            sigma: Vec::new(),
+            expected_error: Vec::new(),
             first: faired.kept.map_or(First::All, First::Cut),
             report: std::mem::take(&mut faired.report.fill),
             extent: Extent::Faired(faired.report),
@@ -130,7 +130,7 @@ impl Made {
     pub(super) fn copy(mesh: &Mesh) -> Self {
         Self {
             mesh: Mesh::default(),
-            sigma: Vec::new(),
+            expected_error: Vec::new(),
             first: First::All,
             extent: Extent::Copied,
             report: FillReport {
@@ -223,7 +223,7 @@ pub(super) fn repaired(
     );
     Ok(Made {
         mesh: done.mesh,
-        sigma: done.sigma,
+        expected_error: done.expected_error,
         first: First::Repaired {
             first,
             origins: done.origins,

@@ -204,7 +204,7 @@ impl<'s> Read<'s> {
             size,
             before,
             made: Arc::new(made.mesh),
-            sigma: made.sigma,
+            expected_error: made.expected_error,
             whole,
             kept,
             face_origins,

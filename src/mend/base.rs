@@ -13,13 +13,13 @@ pub(super) fn base_planes(
     if !plans.contains(&RegionPlan::Base) {
         return vec![None; plans.len()];
     }
-    let extents = found.topology.piece_bounds(&found.mesh);
+    let extents = found.topology.component_bounds(&found.mesh);
     let plane = |(group, plan): (&Vec<usize>, &RegionPlan)| {
         let ([hole], RegionPlan::Base) = (&group[..], plan) else {
             return None;
         };
         let hole = &found.holes[*hole];
-        let extent = extents[hole.piece as usize];
+        let extent = extents[hole.component as usize];
         Some(BasePlane::new(hole, extent, params.base_offset))
     };
     groups.iter().zip(plans).map(plane).collect()

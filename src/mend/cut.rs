@@ -89,7 +89,7 @@ impl<'a> CutResult<'a> {
         let before = self.before;
         plan.vertices = before.input.positions.len();
         plan.faces = before.input.faces.len();
-        plan.pieces = before.topology.piece_faces.len();
+        plan.pieces = before.topology.component_faces.len();
         plan.defects = before.topology.defects;
         for hole in &mut plan.holes {
             if let HolePlan::Leave(why) = &mut hole.plan {
@@ -106,7 +106,7 @@ impl<'a> CutResult<'a> {
         let before = self.before;
         report.vertices = before.input.positions.len();
         report.faces = before.input.faces.len();
-        report.pieces = before.topology.piece_faces.len();
+        report.pieces = before.topology.component_faces.len();
         report.defects = before.topology.defects;
         for hole in &mut report.holes {
             if let HoleOutcome::Left(why) = &mut hole.outcome {
@@ -171,10 +171,10 @@ fn edges(rim: &[u32], origin: &[u32]) -> Vec<Edge> {
 
 /// Pieces of more than two faces must keep some.
 fn refuse_whole_pieces(before: &Inspection, removed: &[bool]) -> Result<(), RestoreError> {
-    let mut left = before.topology.piece_faces.clone();
+    let mut left = before.topology.component_faces.clone();
     for (&piece, _) in before
         .topology
-        .piece
+        .component
         .iter()
         .zip(removed)
         .filter(|(_, r)| **r)
@@ -183,7 +183,7 @@ fn refuse_whole_pieces(before: &Inspection, removed: &[bool]) -> Result<(), Rest
             left[piece as usize] -= 1;
         }
     }
-    let sizes = before.topology.piece_faces.iter().zip(&left);
+    let sizes = before.topology.component_faces.iter().zip(&left);
     let whole = sizes.filter(|(all, left)| **left == 0 && **all > SMALL_FACES);
     match whole.map(|(all, _)| *all).max() {
         Some(faces) => Err(RestoreError::WholePiece { faces }),

@@ -77,7 +77,7 @@ impl<'m> Inspection<'m> {
 
     /// Whether a hole bounds a component of one or two triangles.
     pub(super) fn bounds_small_component(&self, hole: usize) -> bool {
-        self.topology.piece_faces[self.holes[hole].piece as usize] <= 2
+        self.topology.component_faces[self.holes[hole].component as usize] <= 2
     }
 }
 

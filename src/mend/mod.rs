@@ -49,7 +49,7 @@ pub struct Filled {
     pub mesh: Mesh,
     /// For each vertex of a patch, in order, its expected error in the mesh's units; none where nothing can be said. Empty with
     /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole).
-    pub sigma: Vec<Option<f64>>,
+    pub expected_error: Vec<Option<f64>>,
     /// What was found and done.
     pub report: FillReport,
 }

@@ -153,7 +153,7 @@ impl Reach {
 
 /// Vertices that a region knows: those of its rims, and of the faces that it knows.
 fn known_vertices(found: &Inspection, region: &Looking, faces: &[u32]) -> Vec<DVec3> {
-    let is_known = |f: &&u32| match (found.topology.piece[**f as usize], &region.known) {
+    let is_known = |f: &&u32| match (found.topology.component[**f as usize], &region.known) {
         (NONE, _) => false,
         (piece, known) => known.as_ref().is_none_or(|known| known[piece as usize]),
     };

@@ -197,7 +197,7 @@ impl<'a> Regions<'a> {
         FillPlan {
             vertices: found.input.positions.len(),
             faces: found.input.faces.len(),
-            pieces: found.topology.piece_faces.len(),
+            pieces: found.topology.component_faces.len(),
             defects: found.topology.defects,
             open_chains: found.open_chains.clone(),
             holes,
@@ -293,7 +293,7 @@ impl<'a> Regions<'a> {
             SurfaceKind::Whole => Mesh::default(),
         };
         let mut report = self.report();
-        let mut sigma = Vec::new();
+        let mut expected_error = Vec::new();
         for (i, patch) in patches.into_iter().enumerate() {
             for (&h, outcome) in self.groups[i].iter().zip(patch.outcomes) {
                 report.holes[h].outcome = outcome;
@@ -305,12 +305,12 @@ impl<'a> Regions<'a> {
                 &patch.mesh,
                 self.params.surface,
             );
-            sigma.extend(patch.sigma);
+            expected_error.extend(patch.expected_error);
             report.regions.push(patch.report);
         }
         Ok(Filled {
             mesh,
-            sigma,
+            expected_error,
             report,
         })
     }

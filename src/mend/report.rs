@@ -49,7 +49,7 @@ impl FillReport {
         Self {
             vertices: found.input.positions.len(),
             faces: found.input.faces.len(),
-            pieces: found.topology.piece_faces.len(),
+            pieces: found.topology.component_faces.len(),
             defects: found.topology.defects,
             open_chains: found.open_chains.clone(),
             ..Self::default()

@@ -22,8 +22,8 @@ pub struct Restored {
     pub mesh: Mesh,
     /// What is kept of the input, and which vertices and faces these are.
     pub kept: Remainder,
-    /// For each vertex of a patch its expected error; see [`Filled::sigma`].
-    pub sigma: Vec<Option<f64>>,
+    /// For each vertex of a patch its expected error; see [`Filled::expected_error`].
+    pub expected_error: Vec<Option<f64>>,
     /// What was found and done.
     pub report: RestoreReport,
 }
@@ -55,7 +55,7 @@ impl Inspection<'_> {
             report.fill.seconds = clock.elapsed().as_secs_f64();
             Ok(Restored {
                 mesh: filled.mesh,
-                sigma: filled.sigma,
+                expected_error: filled.expected_error,
                 kept: cut.into_kept(),
                 report,
             })

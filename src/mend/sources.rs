@@ -167,9 +167,9 @@ struct Bodies {
 impl Bodies {
     fn new(found: &Inspection) -> Self {
         let (mesh, topology) = (&found.mesh, &found.topology);
-        let mut sets = DisjointSets::new(topology.piece_faces.len());
+        let mut sets = DisjointSets::new(topology.component_faces.len());
         let mut first = vec![NONE; mesh.positions.len()];
-        for (face, &piece) in mesh.faces.iter().zip(&topology.piece) {
+        for (face, &piece) in mesh.faces.iter().zip(&topology.component) {
             if piece == NONE {
                 continue;
             }
@@ -182,7 +182,7 @@ impl Bodies {
                 }
             }
         }
-        let count = topology.piece_faces.len();
+        let count = topology.component_faces.len();
         let of_piece: Vec<u32> = (0..count as u32).map(|p| sets.find(p)).collect();
         let mut faces = vec![0; count];
         let nothing = Bounds {
@@ -190,8 +190,8 @@ impl Bodies {
             high: DVec3::NEG_INFINITY,
         };
         let mut boxes = vec![nothing; count];
-        for (face, &piece) in mesh.faces.iter().zip(&topology.piece) {
-            if piece == NONE || topology.piece_faces[piece as usize] <= 2 {
+        for (face, &piece) in mesh.faces.iter().zip(&topology.component) {
+            if piece == NONE || topology.component_faces[piece as usize] <= 2 {
                 continue;
             }
             let body = of_piece[piece as usize] as usize;
@@ -208,7 +208,7 @@ impl Bodies {
 
     /// The bodies of a group's rims, sorted, if the box of another one meets the region's.
     fn others_near(&self, found: &Inspection, group: &[usize]) -> Option<Vec<u32>> {
-        let piece = |h: &usize| found.holes[*h].piece as usize;
+        let piece = |h: &usize| found.holes[*h].component as usize;
         let mut own: Vec<u32> = group.iter().map(|h| self.of_piece[piece(h)]).collect();
         own.sort_unstable();
         own.dedup();

@@ -57,7 +57,7 @@ impl RegionTask {
         let rims = looking.holes.iter().flat_map(|h| h.rim.iter().copied());
         let part = Part::new(&found.mesh, faces, rims);
         let known = looking.known.as_ref().map(|known| {
-            let is_known = |&f: &u32| match found.topology.piece[f as usize] {
+            let is_known = |&f: &u32| match found.topology.component[f as usize] {
                 NONE => true,
                 piece => known[piece as usize],
             };
@@ -102,7 +102,7 @@ impl RegionTask {
         let topology = Topology::as_it_is(mesh);
         let mut holes = self.holes.clone();
         for hole in &mut holes {
-            hole.piece = piece_at(mesh, &topology, hole).ok_or(FillError::Task)?;
+            hole.component = piece_at(mesh, &topology, hole).ok_or(FillError::Task)?;
         }
         let holes: Vec<&Hole> = holes.iter().collect();
         let [of_known, of_all] = self.centres;
@@ -110,8 +110,8 @@ impl RegionTask {
         let known = match &self.known {
             None => all.about(of_known),
             Some(known) => {
-                let mut pieces = vec![false; topology.piece_faces.len()];
-                for (&piece, _) in topology.piece.iter().zip(known).filter(|(_, k)| **k) {
+                let mut pieces = vec![false; topology.component_faces.len()];
+                for (&piece, _) in topology.component.iter().zip(known).filter(|(_, k)| **k) {
                     if piece != NONE {
                         pieces[piece as usize] = true;
                     }
@@ -176,6 +176,6 @@ fn piece_at(mesh: &Mesh, topology: &Topology, hole: &Hole) -> Option<u32> {
     let (&from, &to) = (hole.rim.first()?, hole.rim.get(1)?);
     let boundary = (0..topology.boundary.len() as u32).filter(|&h| topology.boundary[h as usize]);
     let mut at_rim = boundary.filter(|&h| end(mesh, h) == from && start(mesh, h) == to);
-    let piece = topology.piece[at_rim.next()? as usize / 3];
+    let piece = topology.component[at_rim.next()? as usize / 3];
     (piece != NONE).then_some(piece)
 }

@@ -55,7 +55,7 @@ pub(super) fn describe_chains(
     let is_non_manifold = |v: u32| {
         around.of(v).iter().any(|&f| {
             let half_edges = (0..3).map(|k| 3 * f + k);
-            topology.piece[f as usize] != NONE
+            topology.component[f as usize] != NONE
                 && half_edges
                     .filter(|&h| start(mesh, h) == v || end(mesh, h) == v)
                     .any(|h| {

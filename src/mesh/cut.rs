@@ -70,7 +70,7 @@ fn smaller_fans(
     vertex: u32,
     removed: &[bool],
 ) -> Vec<u32> {
-    let known = |f: u32| topology.piece[f as usize] != NONE;
+    let known = |f: u32| topology.component[f as usize] != NONE;
     let faces: Vec<u32> = faces.iter().copied().filter(|&f| known(f)).collect();
     let stays = |i: usize| !removed[faces[i] as usize];
     let (mut fan, mut sector): (Vec<usize>, Vec<usize>) = (0..faces.len()).map(|i| (i, i)).unzip();
@@ -115,8 +115,8 @@ fn relabel(labels: &mut [usize], i: usize, j: usize) {
 
 /// Small parts of pieces that lost faces; the largest part of each is none.
 fn small_parts_of(topology: &Topology, removed: &[bool], small_parts: bool) -> Vec<u32> {
-    let mut lost = vec![0usize; topology.piece_faces.len()];
-    for (&piece, _) in topology.piece.iter().zip(removed).filter(|(_, r)| **r) {
+    let mut lost = vec![0usize; topology.component_faces.len()];
+    for (&piece, _) in topology.component.iter().zip(removed).filter(|(_, r)| **r) {
         if piece != NONE {
             lost[piece as usize] += 1;
         }
@@ -124,7 +124,7 @@ fn small_parts_of(topology: &Topology, removed: &[bool], small_parts: bool) -> V
     let mut seen = removed.to_vec();
     let mut parts: Vec<(u32, Vec<u32>)> = Vec::new();
     for seed in 0..removed.len() {
-        let piece = topology.piece[seed];
+        let piece = topology.component[seed];
         if piece == NONE || seen[seed] || lost[piece as usize] == 0 {
             continue;
         }
@@ -142,7 +142,7 @@ fn small_parts_of(topology: &Topology, removed: &[bool], small_parts: bool) -> V
         }
         parts.push((piece, part));
     }
-    let mut largest = vec![0; topology.piece_faces.len()];
+    let mut largest = vec![0; topology.component_faces.len()];
     for (piece, part) in &parts {
         let most = &mut largest[*piece as usize];
         *most = part.len().max(*most);
@@ -160,12 +160,13 @@ fn small_parts_of(topology: &Topology, removed: &[bool], small_parts: bool) -> V
 /// Takes out degenerate faces that touch what is removed and have a vertex that no other face keeps.
 fn remove_loose(mesh: &Mesh, topology: &Topology, around: &VertexFaces, removed: &mut [bool]) {
     for f in 0..mesh.faces.len() {
-        if topology.piece[f] != NONE || removed[f] {
+        if topology.component[f] != NONE || removed[f] {
             continue;
         }
         let of = |v: u32| around.of(v).iter().map(|&g| g as usize);
         let loose = mesh.faces[f].iter().any(|&v| {
-            of(v).any(|g| removed[g]) && !of(v).any(|g| topology.piece[g] != NONE && !removed[g])
+            of(v).any(|g| removed[g])
+                && !of(v).any(|g| topology.component[g] != NONE && !removed[g])
         });
         removed[f] = loose;
     }

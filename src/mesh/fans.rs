@@ -12,7 +12,9 @@ pub fn fans(mesh: &Mesh, topology: &Topology, around: &VertexFaces, vertex: u32)
     let mut seen = vec![false; all.len()];
     let mut fans = Vec::new();
     for seed in 0..all.len() {
-        if topology.piece[all[seed] as usize] == NONE || std::mem::replace(&mut seen[seed], true) {
+        if topology.component[all[seed] as usize] == NONE
+            || std::mem::replace(&mut seen[seed], true)
+        {
             continue;
         }
         let mut fan = vec![all[seed]];
@@ -50,7 +52,7 @@ pub fn has_several_fans(
     }
     // A bit for each face: those in any fan, those reached from the first of them, and of these the ones to go on from.
     let in_fans = all.iter().rev().fold(0u64, |bits, f| {
-        bits << 1 | u64::from(topology.piece[*f as usize] != NONE)
+        bits << 1 | u64::from(topology.component[*f as usize] != NONE)
     });
     let mut seen = in_fans & in_fans.wrapping_neg();
     let mut next = seen;

@@ -42,7 +42,7 @@ pub struct Hole {
     /// Zero where the rim encloses no area, such as the two sides of a slit.
     pub normal: DVec3,
     /// The piece of the mesh it bounds, from 0.
-    pub piece: u32,
+    pub component: u32,
     /// Whether it is taken for the outer border of an open sheet.
     pub outer_border: bool,
 }
@@ -179,7 +179,7 @@ fn describe(mesh: &Mesh, topology: &Topology, half_edges: &[u32]) -> Hole {
         height: high - low,
         centre,
         normal,
-        piece: topology.piece[half_edges[0] as usize / 3],
+        component: topology.component[half_edges[0] as usize / 3],
         outer_border: false,
     }
 }
@@ -252,10 +252,10 @@ fn plane_residual(points: &[DVec3]) -> f64 {
 /// The outer border of an open sheet: the longest loop of its piece where, on the whole, the surface would continue
 /// away from the loop's centre, and as wide as half the piece.
 fn mark_outer_borders(mesh: &Mesh, topology: &Topology, holes: &mut [Hole]) {
-    let extent = topology.piece_bounds(mesh);
-    let mut seen = vec![false; topology.piece_faces.len()];
+    let extent = topology.component_bounds(mesh);
+    let mut seen = vec![false; topology.component_faces.len()];
     for hole in holes.iter_mut() {
-        let piece = hole.piece as usize;
+        let piece = hole.component as usize;
         if std::mem::replace(&mut seen[piece], true) {
             continue;
         }

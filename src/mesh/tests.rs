@@ -125,9 +125,9 @@ fn a_loose_triangle_is_a_small_component() {
         .extend([away, away + DVec3::Y, away + DVec3::Z]);
     mesh.faces.push([first, first + 1, first + 2]);
     let (topology, holes) = holes_of(&mut mesh);
-    assert_eq!(topology.piece_faces, [80, 1]);
+    assert_eq!(topology.component_faces, [80, 1]);
     assert_eq!(topology.defects.small_components, 1);
-    assert_eq!((holes.len(), holes[0].piece), (1, 1));
+    assert_eq!((holes.len(), holes[0].component), (1, 1));
 }
 
 #[test]

@@ -38,9 +38,9 @@ pub struct Topology {
     /// For each half-edge the half-edge on the other side, or `u32::MAX` (boundary, non-manifold or degenerate face).
     pub opposite: Vec<u32>,
     /// Piece of each face: connected through edges. Degenerate faces have `u32::MAX`.
-    pub piece: Vec<u32>,
+    pub component: Vec<u32>,
     /// Number of faces of each piece.
-    pub piece_faces: Vec<usize>,
+    pub component_faces: Vec<usize>,
     /// For each face, whether it was turned over to agree with its piece.
     pub turned: Vec<bool>,
     /// For each half-edge, whether it is the only one on its edge.
@@ -73,29 +73,29 @@ impl Topology {
         };
         let mut topology = Self {
             opposite: vec![NONE; 3 * mesh.faces.len()],
-            piece: vec![NONE; mesh.faces.len()],
-            piece_faces: Vec::new(),
+            component: vec![NONE; mesh.faces.len()],
+            component_faces: Vec::new(),
             turned: vec![false; mesh.faces.len()],
             boundary: vec![false; 3 * mesh.faces.len()],
             defects: Defects::default(),
         };
         topology.pair(mesh, &degenerate, &mut defects);
         topology.defects = defects;
-        topology.find_pieces(&degenerate);
+        topology.find_components(&degenerate);
         topology
     }
 
     /// The faces that belong to a piece: all but degenerate ones.
     pub fn faces(&self) -> impl Iterator<Item = u32> {
-        (0..self.piece.len() as u32).filter(|f| self.piece[*f as usize] != NONE)
+        (0..self.component.len() as u32).filter(|f| self.component[*f as usize] != NONE)
     }
 
     /// The bounding box of each piece, as its lowest and highest corner.
-    pub fn piece_bounds(&self, mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
+    pub fn component_bounds(&self, mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
         let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let mut boxes = vec![empty; self.piece_faces.len()];
+        let mut boxes = vec![empty; self.component_faces.len()];
         for f in self.faces() {
-            let (low, high) = &mut boxes[self.piece[f as usize] as usize];
+            let (low, high) = &mut boxes[self.component[f as usize] as usize];
             for p in mesh.corners(f) {
                 (*low, *high) = (low.min(p), high.max(p));
             }
@@ -107,7 +107,7 @@ impl Topology {
     pub fn crowded_edges(&self, mesh: &Mesh) -> Vec<Vec<u32>> {
         let crowded = |h: &u32| {
             let h = *h as usize;
-            self.opposite[h] == NONE && !self.boundary[h] && self.piece[h / 3] != NONE
+            self.opposite[h] == NONE && !self.boundary[h] && self.component[h / 3] != NONE
         };
         let mut all: Vec<(u64, u32)> = (0..self.opposite.len() as u32)
             .filter(crowded)
@@ -146,29 +146,29 @@ impl Topology {
         }
     }
 
-    fn find_pieces(&mut self, degenerate: &[bool]) {
+    fn find_components(&mut self, degenerate: &[bool]) {
         let mut stack = Vec::new();
         for (f, &degenerate) in degenerate.iter().enumerate() {
-            if self.piece[f] != NONE || degenerate {
+            if self.component[f] != NONE || degenerate {
                 continue;
             }
-            let id = self.piece_faces.len() as u32;
+            let id = self.component_faces.len() as u32;
             let mut count = 0;
-            self.piece[f] = id;
+            self.component[f] = id;
             stack.push(f);
             while let Some(g) = stack.pop() {
                 count += 1;
                 for k in 0..3 {
                     let o = self.opposite[3 * g + k];
-                    if o != NONE && self.piece[o as usize / 3] == NONE {
-                        self.piece[o as usize / 3] = id;
+                    if o != NONE && self.component[o as usize / 3] == NONE {
+                        self.component[o as usize / 3] = id;
                         stack.push(o as usize / 3);
                     }
                 }
             }
-            self.piece_faces.push(count);
+            self.component_faces.push(count);
         }
-        self.defects.small_components = self.piece_faces.iter().filter(|&&n| n <= 2).count();
+        self.defects.small_components = self.component_faces.iter().filter(|&&n| n <= 2).count();
     }
 
     /// Orients every piece that can be oriented as the majority of its faces.
@@ -176,7 +176,7 @@ impl Topology {
         let n = mesh.faces.len();
         let mut side = vec![0i8; n];
         for seed in 0..n {
-            if side[seed] != 0 || self.piece[seed] == NONE {
+            if side[seed] != 0 || self.component[seed] == NONE {
                 continue;
             }
             let mut queue = VecDeque::from([seed]);

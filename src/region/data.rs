@@ -76,7 +76,7 @@ impl<'a> MeshData<'a> {
             .collect();
         Self {
             sampler,
-            rims: CappedRims::new(holes, |hole| !sampler.is_small(hole.piece)),
+            rims: CappedRims::new(holes, |hole| !sampler.is_small(hole.component)),
             neighbourhoods,
             sphere: Sphere::new(mesh, holes),
             kept: None,

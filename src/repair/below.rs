@@ -62,7 +62,7 @@ impl Shape {
 /// A vertex under one of the surface.
 pub(super) fn below(lined: &Lined, v: u32) -> Below {
     let mesh = &lined.found.mesh;
-    let piece = |f: u32| lined.found.topology.piece[f as usize];
+    let piece = |f: u32| lined.found.topology.component[f as usize];
     let at = |f: &u32| {
         lined
             .faces

@@ -138,7 +138,7 @@ fn exchange(before: &Mesh, filled: &mut Filled, caps: Filled) {
         filled.mesh.faces[..faces].to_vec(),
     );
     mesh.positions.extend(&caps.mesh.positions[vertices..]);
-    filled.sigma.extend(caps.sigma);
+    filled.expected_error.extend(caps.expected_error);
     for (i, region) in filled.report.regions.iter_mut().enumerate() {
         let of_caps = caps.report.regions.iter().zip(&new);
         let mut cap = of_caps.filter(|(r, _)| is_clear(r) && r.holes == region.holes);
@@ -174,7 +174,7 @@ fn foils(draft: &Draft, regions: &[u32], least: Option<f64>) -> Result<BTreeSet<
         if !asked.contains(&region) {
             continue;
         }
-        let piece = topology.piece[f as usize] as usize;
+        let piece = topology.component[f as usize] as usize;
         let limit = least.unwrap_or(tuning().repair.least_wall * sheets.edge(piece));
         let wall = walls.at(f, sheets.volume[piece] < 0.0);
         let own = area_vector(mesh.corners(f)).length();
@@ -200,7 +200,7 @@ struct Sheets {
 impl Sheets {
     fn new(draft: &Draft, found: &Inspection) -> Self {
         let (mesh, topology) = (&found.mesh, &found.topology);
-        let count = topology.piece_faces.len();
+        let count = topology.component_faces.len();
         let mut sheets = Self {
             volume: vec![0.0; count],
             edges: vec![(0.0, 0); count],
@@ -208,7 +208,7 @@ impl Sheets {
         // Volumes about a vertex of each: far from the origin little else would be left.
         let mut origin = vec![None; count];
         for f in topology.faces() {
-            let piece = topology.piece[f as usize] as usize;
+            let piece = topology.component[f as usize] as usize;
             let corners = mesh.corners(f);
             let from = *origin[piece].get_or_insert(corners[0]);
             let [a, b, c] = corners.map(|p| p - from);

@@ -15,7 +15,7 @@ pub(super) fn take_borders(found: &mut Inspection) -> Vec<HoleId> {
     let mut sheets = Vec::new();
     for hole in found.holes.iter_mut().filter(|h| h.outer_border) {
         hole.outer_border = false;
-        let faces = found.topology.piece_faces[hole.piece as usize];
+        let faces = found.topology.component_faces[hole.component as usize];
         if faces > tuning().repair.small_faces {
             sheets.push(hole.id);
         }

@@ -36,7 +36,12 @@ pub(super) fn clean(
     }
     let removed: Vec<bool> = {
         let found = draft.inspect()?;
-        let mut removed: Vec<bool> = found.topology.piece.iter().map(|p| *p == NONE).collect();
+        let mut removed: Vec<bool> = found
+            .topology
+            .component
+            .iter()
+            .map(|p| *p == NONE)
+            .collect();
         let mut twice = duplicates(&found.mesh, &found.topology);
         if params.crossings {
             // Bodies that touch in them are united later.
@@ -128,9 +133,9 @@ fn drop_points(draft: &mut Draft) -> Result<usize, FillError> {
             let unit = f64::from(f32::EPSILON) * low.abs().max(high.abs()).max_element();
             (*high - *low).max_element() <= tuning().repair.point * unit
         };
-        let boxes = topology.piece_bounds(mesh);
+        let boxes = topology.component_bounds(mesh);
         let point: Vec<bool> = boxes.iter().map(is_point).collect();
-        let pieces = topology.piece.iter();
+        let pieces = topology.component.iter();
         pieces.map(|p| *p != NONE && point[*p as usize]).collect()
     };
     if removed.iter().all(|r| *r) || !removed.contains(&true) {

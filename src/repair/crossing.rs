@@ -47,7 +47,7 @@ pub(super) fn cut_patches(
             return Ok(None);
         }
         let mut near = marks.clone();
-        let all = vec![Some(rings); topology.piece_faces.len()];
+        let all = vec![Some(rings); topology.component_faces.len()];
         grow(mesh, topology, &mut near, &all);
         for f in (0..marks.len()).filter(|f| near[*f]) {
             marks[f] |= is_new(f as u32);
@@ -131,8 +131,8 @@ fn cuts(
     pairs: &[(u32, u32)],
 ) -> Option<Vec<bool>> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let mut rings_of = vec![Some(rings); topology.piece_faces.len()];
-    let piece = |f: u32| topology.piece[f as usize] as usize;
+    let mut rings_of = vec![Some(rings); topology.component_faces.len()];
+    let piece = |f: u32| topology.component[f as usize] as usize;
     loop {
         // Components that are left as they are stand in holes of the others.
         let mut marks = vec![false; mesh.faces.len()];
@@ -144,7 +144,7 @@ fn cuts(
         }
         grow(mesh, topology, &mut marks, &rings_of);
         let mut removed = settled(mesh, topology, &marks, true);
-        let mut left = topology.piece_faces.clone();
+        let mut left = topology.component_faces.clone();
         for f in topology.faces().filter(|f| removed[*f as usize]) {
             left[piece(f)] -= 1;
         }
@@ -154,7 +154,7 @@ fn cuts(
             left[p] == 0
                 || (wide
                     && left[p] <= tuning().repair.small_faces
-                    && topology.piece_faces[p] > tuning().repair.small_faces)
+                    && topology.component_faces[p] > tuning().repair.small_faces)
         };
         let gone: Vec<usize> = (0..left.len())
             .filter(|&p| little(p) && !scraps[p])
@@ -184,7 +184,8 @@ fn grow(mesh: &Mesh, topology: &Topology, marks: &mut [bool], rings_of: &[Option
             .flat_map(|(f, _)| f)
             .for_each(|&v| near[v as usize] = true);
         for f in topology.faces() {
-            let wanted = rings_of[topology.piece[f as usize] as usize].is_some_and(|n| ring < n);
+            let wanted =
+                rings_of[topology.component[f as usize] as usize].is_some_and(|n| ring < n);
             if wanted && mesh.faces[f as usize].iter().any(|v| near[*v as usize]) {
                 marks[f as usize] = true;
             }
@@ -206,9 +207,9 @@ struct Parts<'a> {
 impl<'a> Parts<'a> {
     fn new(found: &'a Inspection<'a>, removed: &[bool], pairs: &[(u32, u32)]) -> Self {
         let topology = &found.topology;
-        let piece = |f: u32| topology.piece[f as usize];
-        let mut sets = DisjointSets::new(topology.piece_faces.len());
-        let mut crosses = vec![false; topology.piece_faces.len()];
+        let piece = |f: u32| topology.component[f as usize];
+        let mut sets = DisjointSets::new(topology.component_faces.len());
+        let mut crosses = vec![false; topology.component_faces.len()];
         for &(f, g) in pairs {
             sets.join(piece(f), piece(g));
             crosses[piece(f) as usize] = true;
@@ -258,7 +259,7 @@ impl<'a> Parts<'a> {
     }
 
     fn piece(&self, part: usize) -> usize {
-        self.found.topology.piece[self.faces[part][0] as usize] as usize
+        self.found.topology.component[self.faces[part][0] as usize] as usize
     }
 
     /// The faces of parts that lie inside what they cross, or under another layer of it.
@@ -273,7 +274,7 @@ impl<'a> Parts<'a> {
         let mut covered = Vec::new();
         for (group, parts) in of_group.into_iter().filter(|(_, parts)| parts.len() > 1) {
             let topology = &self.found.topology;
-            let of_group = |f: &u32| self.group[topology.piece[*f as usize] as usize] == group;
+            let of_group = |f: &u32| self.group[topology.component[*f as usize] as usize] == group;
             let bvh = Bvh::new(&self.found.mesh, topology.faces().filter(of_group));
             let tree = WindingTree::new(&bvh);
             let under: Vec<[bool; 2]> = parts

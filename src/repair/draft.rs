@@ -20,7 +20,7 @@ pub(super) struct Draft {
     /// Where its vertices and faces come from; `u32::MAX` and [`FaceOrigin::NEW`] for those of patches.
     pub(super) origins: Origins,
     /// For each vertex its expected error, where it is one of a patch.
-    pub(super) sigma: Vec<Option<f64>>,
+    pub(super) expected_error: Vec<Option<f64>>,
     /// For each face the place of the region whose patch it is in; `u32::MAX` for those that come from the input.
     pub(super) region: Vec<u32>,
     /// For each face of the input its component there; `u32::MAX` for degenerate faces.
@@ -97,7 +97,7 @@ impl Faults {
 pub(super) struct Finished {
     pub(super) mesh: Mesh,
     pub(super) origins: Origins,
-    pub(super) sigma: Vec<Option<f64>>,
+    pub(super) expected_error: Vec<Option<f64>>,
     /// The new number of each vertex of the draft; `u32::MAX` where it went.
     pub(super) number: Vec<u32>,
 }
@@ -114,7 +114,7 @@ impl Draft {
             rounding: Rounding::default(),
             unit: 0.0,
             origins: Origins::of(mesh),
-            sigma: vec![None; mesh.positions.len()],
+            expected_error: vec![None; mesh.positions.len()],
             region: vec![NONE; mesh.faces.len()],
             mesh: mesh.clone(),
         }
@@ -156,7 +156,8 @@ impl Draft {
         self.origins
             .vertices
             .push(self.origins.vertices[vertex as usize]);
-        self.sigma.push(self.sigma[vertex as usize]);
+        self.expected_error
+            .push(self.expected_error[vertex as usize]);
         self.mesh.positions.len() as u32 - 1
     }
 
@@ -311,15 +312,15 @@ impl Draft {
     pub(super) fn take(
         &mut self,
         mesh: Mesh,
-        sigma: Vec<Option<f64>>,
+        expected_error: Vec<Option<f64>>,
         report: &FillReport,
         first: usize,
     ) {
         let faces = mesh.faces.len();
         self.mesh = mesh;
-        self.sigma.extend(sigma);
+        self.expected_error.extend(expected_error);
         let vertices = self.mesh.positions.len();
-        self.sigma.resize(vertices, None);
+        self.expected_error.resize(vertices, None);
         self.origins.vertices.resize(vertices, NONE);
         self.origins.faces.resize(faces, FaceOrigin::NEW);
         for (region, r) in report.regions.iter().enumerate() {
@@ -396,7 +397,7 @@ impl Draft {
                 vertices: old.iter().map(|&v| self.origins.vertices[v]).collect(),
                 faces: known.map(|&f| self.origins.faces[f]).collect(),
             },
-            sigma: new.iter().map(|&v| self.sigma[v]).collect(),
+            expected_error: new.iter().map(|&v| self.expected_error[v]).collect(),
             number,
         }
     }

@@ -44,7 +44,7 @@ impl Run<'_> {
         Ok(Repaired {
             mesh: done.mesh,
             origins: done.origins,
-            sigma: done.sigma,
+            expected_error: done.expected_error,
             report,
         })
     }

@@ -128,7 +128,7 @@ impl Linings {
         for position in &self.vertices {
             draft.mesh.positions.push(*position);
             draft.origins.vertices.push(NONE);
-            draft.sigma.push(None);
+            draft.expected_error.push(None);
         }
         for group in self.groups {
             let region = report.regions.len();

@@ -58,8 +58,8 @@ pub struct Repaired {
     pub mesh: Mesh,
     /// Where its first vertices and faces come from; what follows them is new.
     pub origins: Origins,
-    /// For each vertex of a patch its expected error; see [`super::Filled::sigma`].
-    pub sigma: Vec<Option<f64>>,
+    /// For each vertex of a patch its expected error; see [`super::Filled::expected_error`].
+    pub expected_error: Vec<Option<f64>>,
     /// What was found and done.
     pub report: RepairReport,
 }
@@ -152,7 +152,7 @@ impl Run<'_> {
         self.choice = Choice::new(&found, &params.fill)?;
         self.report.fill = FillReport::of(&found);
         let rounding = self.draft.rounding;
-        self.components.clone_from(&found.topology.piece);
+        self.components.clone_from(&found.topology.component);
         self.draft = Draft::new(self.input, self.components.clone());
         self.draft.rounding = rounding;
         // Rounding hides how many digits the coordinates had.
@@ -223,7 +223,7 @@ impl Run<'_> {
                 goes[i] = true;
                 *count = [count[0] + 1, count[1] + c.faces];
             }
-            let piece = found.topology.piece.iter();
+            let piece = found.topology.component.iter();
             piece.map(|&p| p != NONE && goes[p as usize]).collect()
         };
         self.draft.remove(&removed);
@@ -356,7 +356,7 @@ impl Run<'_> {
 
     /// Fills holes: those that are wanted the first time, later those that are no part of the old border.
     fn fill(&mut self, old: &HashSet<Edge>, first: bool) -> Result<(), FillError> {
-        let (mesh, sigma, report, caps) = {
+        let (mesh, expected_error, report, caps) = {
             let mut found = self.draft.take_inspection()?;
             let sheets = match self.params.borders && !self.params.fill.flat_base {
                 true => choice::take_borders(&mut found),
@@ -400,7 +400,7 @@ impl Run<'_> {
                 caps.iter_mut()
                     .for_each(|id| *id = numbers.get(id).copied().unwrap_or(*id));
             }
-            (filled.mesh, filled.sigma, filled.report, caps)
+            (filled.mesh, filled.expected_error, filled.report, caps)
         };
         let regions = self.report.fill.regions.len();
         let holes = if first {
@@ -410,7 +410,7 @@ impl Run<'_> {
         };
         let caps: Vec<HoleId> = caps.iter().map(|id| HoleId(id.0 + holes)).collect();
         let known = self.draft.mesh.positions.len();
-        self.draft.take(mesh, sigma, &report, regions);
+        self.draft.take(mesh, expected_error, &report, regions);
         self.draft.round_from(known);
         self.tell(report, regions, holes, first);
         self.drop_bad_caps(&caps, regions)

@@ -13,7 +13,7 @@ pub(super) fn orient(draft: &mut Draft) -> Result<usize, FillError> {
         let inside_out = inside_out(&found);
         let topology = &found.topology;
         // Components are measured as they are given; the faces that were turned to agree are the other way round then.
-        let turn = |f: usize| match topology.piece[f] {
+        let turn = |f: usize| match topology.component[f] {
             NONE => false,
             piece => topology.turned[f] != inside_out[piece as usize],
         };
@@ -32,8 +32,8 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
     agreeing.fill(false);
     let topology = crate::mesh::Topology {
         opposite: found.topology.opposite.clone(),
-        piece: found.topology.piece.clone(),
-        piece_faces: found.topology.piece_faces.clone(),
+        component: found.topology.component.clone(),
+        component_faces: found.topology.component_faces.clone(),
         turned: agreeing,
         boundary: found.topology.boundary.clone(),
         defects: found.topology.defects,
@@ -47,7 +47,7 @@ fn inside_out(found: &Inspection) -> Vec<bool> {
         } else {
             hole.length
         };
-        border[hole.piece as usize] += length;
+        border[hole.component as usize] += length;
     }
     let shows_inside = |(c, border): (&Component, &f64)| {
         let has_inside =

@@ -36,7 +36,7 @@ pub(super) fn open(
         if edges(&hole.rim).any(|e| known.contains(&e)) {
             continue;
         }
-        let faces = found.topology.piece_faces[hole.piece as usize];
+        let faces = found.topology.component_faces[hole.component as usize];
         let outcome = match (faces, was_border(hole)) {
             (1, _) => HoleOutcome::Left(LeftReason::SmallComponent),
             (2, true) => HoleOutcome::Left(LeftReason::SmallComponent),
@@ -114,7 +114,7 @@ mod tests {
     fn a_hole_for_which_no_patch_was_made_has_no_number_in_its_reason() {
         let mesh = punch(&icosphere(3), |p| p.z > 0.7);
         let found = Inspection::new(&mesh).unwrap();
-        let draft = Draft::new(&mesh, found.topology.piece.clone());
+        let draft = Draft::new(&mesh, found.topology.component.clone());
         let mut report = FillReport::default();
         open(&draft, &mut report, &|_| false).unwrap();
         let outcomes: Vec<&HoleOutcome> = report.holes.iter().map(|h| &h.outcome).collect();

@@ -18,7 +18,7 @@ pub(super) struct Region {
 impl Region {
     pub(super) fn new(holes: &[&Hole]) -> Self {
         Self {
-            piece: holes.first().map_or(NONE, |h| h.piece),
+            piece: holes.first().map_or(NONE, |h| h.component),
             faces: Vec::new(),
             known: HashSet::new(),
             border: holes.iter().flat_map(|h| h.rim.iter().copied()).collect(),
@@ -39,7 +39,7 @@ impl Region {
             let first = self.faces.len();
             for v in std::mem::take(&mut self.border) {
                 for &f in around.of(v) {
-                    if found.topology.piece[f as usize] == self.piece && self.known.insert(f) {
+                    if found.topology.component[f as usize] == self.piece && self.known.insert(f) {
                         self.faces.push(f);
                     }
                 }

@@ -22,7 +22,7 @@ pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
         let involved: BTreeSet<u32> = hosts.iter().flat_map(|(p, q)| [*p, *q]).collect();
         let mut faces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for f in found.topology.faces() {
-            let piece = found.topology.piece[f as usize];
+            let piece = found.topology.component[f as usize];
             if involved.contains(&piece) {
                 faces.entry(piece).or_default().push(f as usize);
             }
@@ -56,15 +56,17 @@ fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
     if unclear.is_empty() {
         return BTreeMap::new();
     }
-    let mut area = vec![0.0; topology.piece_faces.len()];
+    let mut area = vec![0.0; topology.component_faces.len()];
     for f in topology.faces() {
         let own = 0.5 * area_vector(mesh.corners(f)).length();
-        area[topology.piece[f as usize] as usize] += own;
+        area[topology.component[f as usize] as usize] += own;
     }
     let open = open_pieces(topology);
     let mut hosts: BTreeMap<u32, u32> = BTreeMap::new();
     for half_edges in unclear {
-        let pieces = half_edges.iter().map(|h| topology.piece[*h as usize / 3]);
+        let pieces = half_edges
+            .iter()
+            .map(|h| topology.component[*h as usize / 3]);
         let pieces: BTreeSet<u32> = pieces.collect();
         let larger = |p: &&u32, q: &&u32| area[**p as usize].total_cmp(&area[**q as usize]);
         let Some(&largest) = pieces.iter().max_by(larger) else {
@@ -87,11 +89,11 @@ fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
 /// Which pieces are scraps, but for what was filled of them.
 pub(super) fn pieces(draft: &Draft, topology: &Topology) -> Vec<bool> {
     let (mut some, mut all) = (
-        vec![false; topology.piece_faces.len()],
-        vec![true; topology.piece_faces.len()],
+        vec![false; topology.component_faces.len()],
+        vec![true; topology.component_faces.len()],
     );
     for f in topology.faces() {
-        let piece = topology.piece[f as usize] as usize;
+        let piece = topology.component[f as usize] as usize;
         if let Some(scrap) = draft.is_scrap(f as usize) {
             some[piece] = true;
             all[piece] &= scrap;
@@ -108,7 +110,7 @@ fn hanging(draft: &Draft, found: &Inspection) -> Vec<bool> {
     let topology = &found.topology;
     let open = open_pieces(topology);
     let scraps = pieces(draft, topology);
-    let piece = |f: u32| topology.piece[f as usize] as usize;
+    let piece = |f: u32| topology.component[f as usize] as usize;
     let mut is_closed: HashMap<u32, bool> = HashMap::new();
     for f in topology.faces().filter(|f| !scraps[piece(*f)]) {
         *is_closed.entry(draft.component(f as usize)).or_insert(true) &= !open[piece(f)];
@@ -128,7 +130,7 @@ pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillEr
     }
     let found = draft.inspect()?;
     let hang = hanging(draft, &found);
-    let own = found.holes.iter().filter(|h| hang[h.piece as usize]);
+    let own = found.holes.iter().filter(|h| hang[h.component as usize]);
     let rims: HashSet<Edge> = own.flat_map(|h| edges(&h.rim)).collect();
     for hole in &mut report.holes {
         let is_one = edges(&hole.hole.rim).any(|e| rims.contains(&e));
@@ -160,15 +162,15 @@ pub(super) fn drop(
         if may_stay {
             let mut crosses = vec![false; goes.len()];
             for f in crossing {
-                crosses[topology.piece[f as usize] as usize] = true;
+                crosses[topology.component[f as usize] as usize] = true;
             }
             goes.iter_mut().zip(crosses).for_each(|(g, c)| *g &= c);
         }
         let mut removed = vec![false; draft.mesh.faces.len()];
         for f in topology.faces() {
-            removed[f as usize] = goes[topology.piece[f as usize] as usize];
+            removed[f as usize] = goes[topology.component[f as usize] as usize];
         }
-        let gone = found.holes.iter().filter(|h| goes[h.piece as usize]);
+        let gone = found.holes.iter().filter(|h| goes[h.component as usize]);
         let rims: HashSet<Edge> = gone.flat_map(|h| edges(&h.rim)).collect();
         (removed, rims)
     };

@@ -103,7 +103,7 @@ pub(super) fn linings(
     let mut left: BTreeMap<u32, Vec<(usize, &Hole)>> = BTreeMap::new();
     let mut of_sheets: BTreeMap<u32, Vec<(usize, &Hole)>> = BTreeMap::new();
     for hole in open.iter().filter(|_| wanted.sheets && !whole) {
-        of_sheets.entry(hole.1.piece).or_default().push(*hole);
+        of_sheets.entry(hole.1.component).or_default().push(*hole);
     }
     of_sheets.retain(|_, holes| search.is_sheet(holes));
     let mut walled: HashSet<u32> = HashSet::new();
@@ -113,13 +113,16 @@ pub(super) fn linings(
             groups.push(group);
         }
     }
-    for hole in open.into_iter().filter(|h| !walled.contains(&h.1.piece)) {
+    for hole in open
+        .into_iter()
+        .filter(|h| !walled.contains(&h.1.component))
+    {
         let alone = (!whole)
             .then(|| search.group(&[hole], Part::Rings))
             .flatten();
         match alone {
             Some(group) => groups.push(group),
-            None => left.entry(hole.1.piece).or_default().push(hole),
+            None => left.entry(hole.1.component).or_default().push(hole),
         }
     }
     for holes in left.values() {
@@ -198,7 +201,7 @@ impl Search<'_> {
     /// Whether one of some holes of a component is its outer border: a sheet that no cap closed.
     fn is_sheet(&self, holes: &[(usize, &Hole)]) -> bool {
         let is_small = |h: &Hole| {
-            self.found.topology.piece_faces[h.piece as usize] <= tuning().repair.small_faces
+            self.found.topology.component_faces[h.component as usize] <= tuning().repair.small_faces
         };
         (holes.iter()).any(|(_, hole)| hole.outer_border || is_small(hole))
     }
@@ -276,7 +279,7 @@ impl Search<'_> {
     fn shell(&mut self, holes: &[&Hole], hair: bool) -> Option<(f64, Found)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
-        let faces = self.found.topology.piece_faces[region.piece as usize];
+        let faces = self.found.topology.component_faces[region.piece as usize];
         if faces > tuning().repair.lined_whole.min(self.budget.whole) {
             return None;
         }
@@ -319,7 +322,11 @@ impl Search<'_> {
 
     /// Whether a region is all of its component.
     fn is_all(&self, region: &Region) -> bool {
-        let all = self.found.topology.piece_faces.get(region.piece as usize);
+        let all = self
+            .found
+            .topology
+            .component_faces
+            .get(region.piece as usize);
         all == Some(&region.faces.len())
     }
 

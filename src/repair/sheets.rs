@@ -77,9 +77,9 @@ fn cut(draft: &mut Draft, faces: &[u32]) -> Result<usize, FillError> {
 /// everywhere goes whole.
 fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let size = |h: u32| topology.piece_faces[topology.piece[h as usize / 3] as usize];
+    let size = |h: u32| topology.component_faces[topology.component[h as usize / 3] as usize];
     let normal = |h: u32| crate::mesh::face_normal(mesh, h / 3);
-    let mut stays = vec![false; topology.piece_faces.len()];
+    let mut stays = vec![false; topology.component_faces.len()];
     let mut goes = Vec::new();
     for half_edges in unclear {
         let mut best: Option<(usize, f64, [u32; 2])> = None;
@@ -95,7 +95,7 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
         let kept = best.map_or([NONE; 2], |b| b.2);
         for &h in half_edges {
             if kept.contains(&h) {
-                stays[topology.piece[h as usize / 3] as usize] = true;
+                stays[topology.component[h as usize / 3] as usize] = true;
             } else {
                 goes.push(h / 3);
             }
@@ -104,13 +104,13 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
     let open = open_pieces(topology);
     let mut whole = vec![false; open.len()];
     for f in &goes {
-        let piece = topology.piece[*f as usize] as usize;
+        let piece = topology.component[*f as usize] as usize;
         whole[piece] = !open[piece] && !stays[piece];
     }
     goes.extend(
         topology
             .faces()
-            .filter(|&f| whole[topology.piece[f as usize] as usize]),
+            .filter(|&f| whole[topology.component[f as usize] as usize]),
     );
     goes.sort_unstable();
     goes.dedup();
@@ -121,8 +121,8 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
 /// that hang on surfaces with borders. These are no longer to be cut then. On closed surfaces and inside of them they are defects.
 fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Vec<Wish> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let piece = |f: u32| topology.piece[f as usize] as usize;
-    let mut left = topology.piece_faces.clone();
+    let piece = |f: u32| topology.component[f as usize] as usize;
+    let mut left = topology.component_faces.clone();
     cuts.iter().for_each(|&f| left[piece(f)] -= 1);
     let open = open_pieces(topology);
     let goes = |h: &u32| left[piece(h / 3)] == 0 && open[piece(h / 3)];
@@ -143,7 +143,7 @@ fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Ve
     for (own, v) in ends {
         let faces = around.of(v).iter().copied();
         let fan: Vec<u32> = faces
-            .filter(|&f| topology.piece[f as usize] == own as u32)
+            .filter(|&f| topology.component[f as usize] == own as u32)
             .collect();
         let ways = vec![along(mesh, &fan, v)];
         wishes.push(Wish {
@@ -158,9 +158,9 @@ fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Ve
 
 /// Which components have borders.
 pub(super) fn open_pieces(topology: &Topology) -> Vec<bool> {
-    let mut open = vec![false; topology.piece_faces.len()];
+    let mut open = vec![false; topology.component_faces.len()];
     let border = (0..topology.boundary.len()).filter(|h| topology.boundary[*h]);
-    border.for_each(|h| open[topology.piece[h / 3] as usize] = true);
+    border.for_each(|h| open[topology.component[h / 3] as usize] = true);
     open
 }
 

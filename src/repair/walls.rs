@@ -44,7 +44,7 @@ pub(super) fn record(
     let mut piece_of: HashMap<u32, u32> = HashMap::new();
     for f in found.topology.faces() {
         for v in result.faces[f as usize] {
-            piece_of.insert(v, found.topology.piece[f as usize]);
+            piece_of.insert(v, found.topology.component[f as usize]);
         }
     }
     let mut lined: BTreeMap<u32, Vec<&LinedWall>> = BTreeMap::new();

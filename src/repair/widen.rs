@@ -141,7 +141,7 @@ fn around(
     let mut border: BTreeSet<u32> = hole.rim.iter().copied().collect();
     for _ in 0..rings {
         let of_border = border.iter().flat_map(|v| vertex_faces.of(*v));
-        let own = of_border.filter(|f| found.topology.piece[**f as usize] == hole.piece);
+        let own = of_border.filter(|f| found.topology.component[**f as usize] == hole.component);
         let ring: Vec<u32> = own.copied().filter(|f| faces.insert(*f)).collect();
         border = ring
             .iter()
@@ -333,7 +333,7 @@ mod tests {
             holes: vec![told],
             ..FillReport::default()
         };
-        let mut draft = Draft::new(&mesh, found.topology.piece.clone());
+        let mut draft = Draft::new(&mesh, found.topology.component.clone());
         let mut lost = 0;
         for rings in 0..3 {
             lost += widen(&mut draft, &mut report, rings, 10).unwrap();

@@ -108,7 +108,7 @@ fn hole_cells(h: &Hole) -> [String; 10] {
         format!("{:.4}", h.planarity),
         point(h.centre, h.diameter),
         normal.join(", "),
-        h.piece.to_string(),
+        h.component.to_string(),
         kind.to_owned(),
     ]
 }

@@ -144,8 +144,11 @@ fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
     if finish.start == PatchStart::Triangulation {
         text += " from a triangulation";
     }
-    if let Some(sigma) = finish.largest_sigma() {
-        text += &format!(", expected error up to {}", Unit::text(unit, sigma));
+    if let Some(expected_error) = finish.largest_expected_error() {
+        text += &format!(
+            ", expected error up to {}",
+            Unit::text(unit, expected_error)
+        );
     }
     text
 }

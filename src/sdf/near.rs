@@ -39,7 +39,7 @@ pub fn faces_at(
             return pairs;
         }
         for (f, face) in (chunk * CHUNK..).zip(faces) {
-            if topology.piece[f] == NONE {
+            if topology.component[f] == NONE {
                 continue;
             }
             let around = Bounds::of(face.map(|v| mesh.positions[v as usize]));
@@ -79,7 +79,7 @@ impl<'a> Faces<'a> {
         topology: &'a Topology,
         wanted: &dyn Fn(u32) -> bool,
     ) -> Self {
-        let pieces = 0..topology.piece_faces.len() as u32;
+        let pieces = 0..topology.component_faces.len() as u32;
         Self {
             mesh,
             topology,
@@ -91,10 +91,10 @@ impl<'a> Faces<'a> {
     }
 
     fn is_wanted(&self, face: u32, small: bool) -> bool {
-        let piece = self.topology.piece[face as usize];
+        let piece = self.topology.component[face as usize];
         piece != NONE
             && self.wanted[piece as usize]
-            && (self.topology.piece_faces[piece as usize] <= 2) == small
+            && (self.topology.component_faces[piece as usize] <= 2) == small
     }
 
     fn list(&self, small: bool) -> impl Iterator<Item = u32> {

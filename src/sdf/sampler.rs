@@ -47,7 +47,7 @@ struct Smooth {
 
 impl Smooth {
     fn new(mesh: &Mesh, topology: &Topology) -> Self {
-        let faces = topology.piece.iter().zip(0u32..);
+        let faces = topology.component.iter().zip(0u32..);
         Self {
             around: VertexFaces::new(mesh),
             jets: (0..mesh.positions.len()).map(|_| OnceLock::new()).collect(),
@@ -168,7 +168,7 @@ impl<'a> Sampler<'a> {
 
     /// Whether a piece is a small component, which is no data.
     pub fn is_small(&self, piece: u32) -> bool {
-        let faces = self.topology.piece_faces.get(piece as usize);
+        let faces = self.topology.component_faces.get(piece as usize);
         faces.is_some_and(|&n| n <= 2)
     }
 

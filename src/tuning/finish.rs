@@ -129,21 +129,21 @@ thresholds! {
         /// Factor `a` of the expected error `a bᵏ d̄ᵖ √((d/d̄)² + f²)` from the deviation `d` of kriging and the bend `b`: a
         /// regression over 80 holes of eleven meshes, such that 0.70 of the vertices of a mean hole are nearer to the truth than
         /// it.
-        kriged_sigma: f64 = 0.25,
+        kriged_error: f64 = 0.25,
         /// Its exponent `k`.
-        kriged_sigma_bend: f64 = 0.15,
+        kriged_error_bend: f64 = 0.15,
         /// Its exponent `p`.
-        kriged_sigma_deviation: f64 = 0.65,
+        kriged_error_deviation: f64 = 0.65,
         /// Its floor `f`.
-        kriged_sigma_floor: f64 = 0.33,
+        kriged_error_floor: f64 = 0.33,
         /// Factor `a` of the expected error `a bᵏ sᵖ √(u² + f²)` from the error of slope `s` on the ring and the depth `u`, where
         /// nothing could be kriged: a regression over 48 holes.
-        ring_sigma: f64 = 0.13,
+        ring_error: f64 = 0.13,
         /// Its exponent `k`.
-        ring_sigma_bend: f64 = 0.2,
+        ring_error_bend: f64 = 0.2,
         /// Its exponent `p`.
-        ring_sigma_slope: f64 = 0.45,
+        ring_error_slope: f64 = 0.45,
         /// Its floor `f`.
-        ring_sigma_floor: f64 = 0.15,
+        ring_error_floor: f64 = 0.15,
     }
 }

@@ -48,7 +48,7 @@ impl Errors {
         let first = step.kept_size()[0].min(step.positions().len());
         let (kept, made) = step.positions().split_at(first);
         let told = step
-            .sigma()
+            .expected_error()
             .iter()
             .map(|s| s.map_or(f32::NAN, |s| s as f32));
         let told = told.chain(std::iter::repeat(f32::NAN));

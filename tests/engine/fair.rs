@@ -199,7 +199,7 @@ fn a_thin_part_over_a_border_evolves_too() {
     assert_sound(&faired.report);
     let found = inspect(&faired.mesh).expect("a sound mesh");
     assert_eq!(
-        (found.holes.len(), found.topology.piece_faces.len()),
+        (found.holes.len(), found.topology.component_faces.len()),
         (1, 1)
     );
     assert!(

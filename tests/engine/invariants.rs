@@ -117,7 +117,7 @@ fn torus_inner_side() {
 #[test]
 fn catenoid_neck_between_two_rims() {
     let mesh = turned(shapes::catenoid_neck(0.16));
-    assert_eq!(inspect(&mesh).unwrap().topology.piece_faces.len(), 2);
+    assert_eq!(inspect(&mesh).unwrap().topology.component_faces.len(), 2);
     let filled = fill_all(&mesh, 2);
     assert_eq!(
         filled.report.regions.len(),

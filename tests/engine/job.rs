@@ -183,7 +183,7 @@ fn a_mended_mesh_is_kept_and_written_several_times() {
         mended.kept_size(),
         [loaded.mesh.positions.len(), loaded.mesh.faces.len()]
     );
-    assert_eq!(mended.new_vertices(), mended.sigma().len());
+    assert_eq!(mended.new_vertices(), mended.expected_error().len());
     assert!(mended.kept().is_none());
 }
 

@@ -26,7 +26,7 @@ fn assert_not_worse(bad: &Mesh, done: &Repaired) {
     let found = inspect(bad).unwrap();
     let kept = done.origins.faces.iter();
     let there: HashSet<u32> = kept
-        .map(|o| found.topology.piece[o.face as usize])
+        .map(|o| found.topology.component[o.face as usize])
         .collect();
     assert_eq!(there.len(), before.components.len(), "components are lost");
     let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));

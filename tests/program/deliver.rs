@@ -47,7 +47,7 @@ fn patches_go_alone_with_their_holes_and_errors() {
         let kept = loaded(&desk, "ball.ply").mesh.faces.len();
         assert_eq!(own.mesh.faces.len(), all.mesh.faces.len() - kept, "{name}");
         let found = Inspection::new(&own.mesh).unwrap();
-        assert_eq!(found.topology.piece_faces.len(), 2, "{name}");
+        assert_eq!(found.topology.component_faces.len(), 2, "{name}");
         let has = |name: &str| {
             own.attributes
                 .vertex

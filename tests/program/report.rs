@@ -368,7 +368,7 @@ fn scene_with(
     changed: impl Fn(Option<f64>) -> Option<f64>,
 ) -> (Scene, usize) {
     let filled = fill(mesh, &FillParams::default()).unwrap();
-    let errors: Vec<Option<f64>> = filled.sigma.iter().map(|e| changed(*e)).collect();
+    let errors: Vec<Option<f64>> = filled.expected_error.iter().map(|e| changed(*e)).collect();
     let rims = filled.report.holes.iter().map(|h| {
         let rim = h.hole.rim.iter();
         rim.map(|&v| mesh.positions[v as usize]).collect()

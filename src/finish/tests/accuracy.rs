@@ -59,8 +59,8 @@ fn planes_are_mended_to_planes() {
     let result = finished(&mesh, &patch);
     let error = rms(&result, |p| p.z - 0.5 * p.x + 0.2 * p.y);
     assert!(error < 1e-6, "{error}");
-    let sigma = result.sigma.iter().copied().fold(0.0, f64::max);
-    assert!(sigma < 1e-4, "{sigma}");
+    let expected_error = result.expected_error.iter().copied().fold(0.0, f64::max);
+    assert!(expected_error < 1e-4, "{expected_error}");
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn noise_is_seen_and_not_continued() {
         let weights: f64 = blend.found.candidates.iter().map(|c| c.weight).sum();
         assert!((weights - 1.0).abs() < 1e-12);
         // The expected error is of the size of the true one.
-        let squares: f64 = blend.sigma.iter().map(|s| s * s).sum();
+        let squares: f64 = blend.expected_error.iter().map(|s| s * s).sum();
         let size = error * blend.found.diameter / (squares / patch.len() as f64).sqrt();
         assert!(size > 0.1 && size < 6.0, "{size}");
         sizes *= size;
@@ -123,13 +123,13 @@ fn the_expected_error_grows_from_the_rim_inwards() {
     );
     for result in [finished(&mesh, &patch), minimum(&mesh, &patch)] {
         let mut sums = [(0.0, 0.0); 3];
-        for (p, s) in result.positions.iter().zip(&result.sigma) {
+        for (p, s) in result.positions.iter().zip(&result.expected_error) {
             let third = ((0.45 - p.truncate().length()) / 0.15).clamp(0.0, 2.0) as usize;
             sums[third] = (sums[third].0 + s, sums[third].1 + 1.0);
         }
-        let largest = result.sigma.iter().copied().fold(0.0, f64::max);
-        assert_eq!(result.found.largest_sigma, Some(largest));
-        assert!(result.found.mean_sigma.unwrap() < largest);
+        let largest = result.expected_error.iter().copied().fold(0.0, f64::max);
+        assert_eq!(result.found.largest_expected_error, Some(largest));
+        assert!(result.found.mean_expected_error.unwrap() < largest);
         let [rim, middle, deep] = sums.map(|s| s.0 / s.1);
         assert!(
             0.0 < rim && 1.2 * rim < middle && 1.1 * middle < deep,
@@ -148,7 +148,7 @@ fn large_patches_get_the_energy_alone() {
     assert_eq!(result.found.blend_refused, Some(Refusal::TooLarge));
     let error = rms(&result, |p| p.length() - 1.0);
     assert!(error < 1e-3, "{error}");
-    assert!(result.sigma.iter().all(|s| *s > 0.0));
+    assert!(result.expected_error.iter().all(|s| *s > 0.0));
 }
 
 #[test]

@@ -156,7 +156,7 @@ fn one_vertex_is_finished_too() {
     let result = finished(&mesh, &[0]);
     let error = (result.positions[0].length() - 1.0).abs();
     assert!(error < 2e-3, "{error}");
-    assert!(result.sigma[0] > 0.0);
+    assert!(result.expected_error[0] > 0.0);
 }
 
 #[test]

@@ -81,7 +81,7 @@ fn what_is_far_away_does_not_matter_to_the_bit() {
     let patch: Vec<u32> = patch.iter().filter_map(|&v| number(v)).collect();
     let cut = finished(&part, &patch);
     assert_eq!(whole.positions, cut.positions);
-    assert_eq!(whole.sigma, cut.sigma);
+    assert_eq!(whole.expected_error, cut.expected_error);
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn the_bits_are_the_same_on_any_number_of_threads() {
         let one = |piece: &Vec<u32>| {
             let finished = finish(&around, piece, &params);
             assert_eq!(finished.found.result, FinishResult::Blend);
-            (finished.positions, finished.sigma)
+            (finished.positions, finished.expected_error)
         };
         pool.build()
             .unwrap()

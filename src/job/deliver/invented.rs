@@ -85,7 +85,7 @@ pub(in crate::job) struct Measured<'a> {
     /// How many of its vertices, from the first on, are the input's.
     pub(in crate::job) kept: usize,
     /// For each vertex of a patch, behind those, its expected error.
-    pub(in crate::job) sigma: &'a [Option<f64>],
+    pub(in crate::job) expected_error: &'a [Option<f64>],
     pub(in crate::job) components: &'a [Component],
     pub(in crate::job) report: &'a FillReport,
     pub(in crate::job) tolerance: Option<f64>,
@@ -137,7 +137,7 @@ impl Measured<'_> {
     fn sums(&self, component: &Component) -> Sums {
         let own = |v: u32| {
             let own = (v as usize).checked_sub(self.kept)?;
-            Some(self.sigma.get(own).copied().flatten())
+            Some(self.expected_error.get(own).copied().flatten())
         };
         let corners = component.faces.iter();
         let mut corners = corners.flat_map(|f| self.mesh.faces[*f as usize]);
@@ -200,7 +200,7 @@ mod tests {
             let measured = Measured {
                 mesh: &filled.mesh,
                 kept: open.positions.len(),
-                sigma: &filled.sigma,
+                expected_error: &filled.expected_error,
                 components: &all,
                 report: &filled.report,
                 tolerance,

@@ -21,7 +21,7 @@ pub(in crate::job) struct Whole<'a> {
     /// How many of its vertices, from the first on, are the input's.
     pub(in crate::job) kept: usize,
     /// For each vertex of a patch, behind those, its expected error.
-    pub(in crate::job) sigma: &'a [Option<f64>],
+    pub(in crate::job) expected_error: &'a [Option<f64>],
 }
 
 impl Whole<'_> {
@@ -91,8 +91,8 @@ impl Whole<'_> {
         let mut errors = Attribute::new(SIGMA_NAME, Role::Other, Scalar::F32, 1);
         for &v in &origins.vertices {
             let own = (v as usize).checked_sub(self.kept);
-            let error = match own.and_then(|i| self.sigma.get(i)) {
-                None if own.is_some() && self.sigma.is_empty() => UNKNOWN,
+            let error = match own.and_then(|i| self.expected_error.get(i)) {
+                None if own.is_some() && self.expected_error.is_empty() => UNKNOWN,
                 None => 0.0,
                 Some(error) => error.unwrap_or(UNKNOWN),
             };

@@ -152,7 +152,7 @@ fn outward(mesh: &Mesh, verdict: &Verdict, topology: &Topology) -> Option<Mesh> 
     let largest = volumes.iter().copied().fold(0.0, f64::max);
     let least = largest * tuning().deliver.piece_part;
     let stays = |f: usize| {
-        let volume = volumes.get(topology.piece[f] as usize);
+        let volume = volumes.get(topology.component[f] as usize);
         volume.is_some_and(|v| *v > least)
     };
     let out = compact(mesh, stays);

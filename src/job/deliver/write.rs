@@ -170,7 +170,7 @@ impl Mended<'_> {
         let measured = Measured {
             mesh: self.mesh(),
             kept: self.kept_size()[0],
-            sigma: &self.sigma,
+            expected_error: &self.expected_error,
             components,
             report: &self.report,
             tolerance: self.spec.deliverables.tolerance,
@@ -186,7 +186,7 @@ impl Mended<'_> {
             mesh: &model.mesh,
             attributes: &model.attributes,
             kept: self.kept_size()[0],
-            sigma: &self.sigma,
+            expected_error: &self.expected_error,
         };
         whole.patches(&self.components(), crate::io::Format::Ply)
     }
@@ -276,7 +276,7 @@ impl Mended<'_> {
                 mesh: &saved.mesh,
                 attributes: &saved.attributes,
                 kept: self.kept_size()[0],
-                sigma: &self.sigma,
+                expected_error: &self.expected_error,
             };
             let model = whole.patches(components, output.format);
             if model.mesh.faces.is_empty() {

@@ -40,7 +40,7 @@ impl HoleRow {
             height: hole.height,
             centre: hole.centre,
             normal: hole.normal,
-            piece: hole.piece,
+            piece: hole.component,
             outer_border: hole.outer_border,
         }
     }

@@ -243,15 +243,15 @@ impl Plan {
         found: &Inspection,
     ) -> Result<(Vec<bool>, usize), FairError> {
         let strip = STRIP * self.voxel;
-        let mut open = vec![false; found.topology.piece_faces.len()];
+        let mut open = vec![false; found.topology.component_faces.len()];
         for h in (0..found.topology.boundary.len()).filter(|h| found.topology.boundary[*h]) {
-            let piece = found.topology.piece[h / 3];
+            let piece = found.topology.component[h / 3];
             if piece != NONE {
                 open[piece as usize] = true;
             }
         }
         let of_open = |f: usize| {
-            let piece = found.topology.piece[f];
+            let piece = found.topology.component[f];
             piece != NONE && open[piece as usize]
         };
         let inner = shrunk_from_borders(&found.mesh, &found.topology, strip);

@@ -153,7 +153,7 @@ impl Union {
                     let far = |v: &u32| draft.mesh.positions[*v as usize].distance(p);
                     let nearest = corners.into_iter().min_by(|v, w| far(v).total_cmp(&far(w)));
                     let new = draft.copy_vertex(nearest.unwrap_or(corners[0]), p);
-                    draft.sigma[new as usize] = None;
+                    draft.expected_error[new as usize] = None;
                     new
                 });
                 place.insert(node, vertex);

@@ -32,8 +32,8 @@ pub(super) struct Bodies {
 impl Bodies {
     pub(super) fn new(found: &Inspection) -> Self {
         let (mesh, topology) = (&found.mesh, &found.topology);
-        let count = topology.piece_faces.len();
-        let piece = |h: u32| topology.piece[h as usize / 3];
+        let count = topology.component_faces.len();
+        let piece = |h: u32| topology.component[h as usize / 3];
         let crowded = topology.crowded_edges(mesh);
         let mut sets = DisjointSets::new(count);
         for edge in &crowded {
@@ -49,7 +49,7 @@ impl Bodies {
 
     /// Whether some of these faces belong to closed bodies.
     pub(super) fn are_closed(&mut self, topology: &Topology, faces: &[u32]) -> bool {
-        let mut pieces = faces.iter().map(|f| topology.piece[*f as usize]);
+        let mut pieces = faces.iter().map(|f| topology.component[*f as usize]);
         pieces.any(|p| !self.open[self.sets.find(p) as usize])
     }
 }
@@ -62,8 +62,8 @@ pub(super) fn clusters(
     pairs: &[[u32; 2]],
 ) -> Clusters {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let count = topology.piece_faces.len() as u32;
-    let piece = |f: u32| topology.piece[f as usize];
+    let count = topology.component_faces.len() as u32;
+    let piece = |f: u32| topology.component[f as usize];
     let Bodies {
         mut sets,
         open: own_open,
@@ -92,7 +92,7 @@ pub(super) fn clusters(
         .map(|p| sets.find(p))
         .map(|set| if takes_part[set as usize] { set } else { NONE })
         .collect();
-    let of_face: Vec<u32> = (topology.piece.iter())
+    let of_face: Vec<u32> = (topology.component.iter())
         .map(|p| of_piece.get(*p as usize).copied().unwrap_or(NONE))
         .collect();
     let mut paired = paired_components(mesh, topology);
@@ -110,7 +110,7 @@ pub(super) fn clusters(
 /// Components joined across edges with more than two faces, where a body lies between two of these. Of faces on each other each is taken
 /// for one of its own body.
 pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
-    let mut sets = DisjointSets::new(topology.piece_faces.len());
+    let mut sets = DisjointSets::new(topology.component_faces.len());
     for edge in topology.crowded_edges(mesh) {
         let a = start(mesh, edge[0]);
         let at = |v: u32| mesh.positions[v as usize];
@@ -136,7 +136,7 @@ pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSet
         for (_, d, u) in turns {
             if !taken.contains(&d) && !taken.contains(&u) {
                 taken.extend([d, u]);
-                let piece = |h: u32| topology.piece[h as usize / 3];
+                let piece = |h: u32| topology.component[h as usize / 3];
                 sets.join(piece(d), piece(u));
             }
         }
@@ -158,8 +158,8 @@ pub(in crate::repair) fn walls(found: &Inspection, duplicates: &[u32]) -> Vec<u3
         let sum = sums.entry((a.min(b), a.max(b))).or_insert((0, h));
         sum.0 += if runs_up(mesh, topology, h) { 1 } else { -1 };
     }
-    let mut body = |f: u32| bodies.sets.find(topology.piece[f as usize]) as usize;
-    let mut opens = vec![false; topology.piece_faces.len()];
+    let mut body = |f: u32| bodies.sets.find(topology.component[f as usize]) as usize;
+    let mut opens = vec![false; topology.component_faces.len()];
     for (sum, h) in sums.values() {
         opens[body(h / 3)] |= *sum != 0;
     }
@@ -183,13 +183,13 @@ fn open_pieces(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u3
     for h in 0..topology.opposite.len() as u32 {
         let o = topology.opposite[h as usize];
         if topology.boundary[h as usize] || (o != NONE && runs_up(h) == runs_up(o)) {
-            open.push(topology.piece[h as usize / 3]);
+            open.push(topology.component[h as usize / 3]);
         }
     }
     for edge in crowded {
         let up = edge.iter().filter(|h| runs_up(**h)).count();
         if 2 * up != edge.len() {
-            open.push(topology.piece[edge[0] as usize / 3]);
+            open.push(topology.component[edge[0] as usize / 3]);
         }
     }
     open.retain(|p| *p != NONE);

@@ -61,10 +61,10 @@ fn bodies(given: &Mesh, found: &Inspection, crossing: &[u32]) -> Vec<u32> {
     if crossing.iter().any(|f| body[*f as usize] == NONE) {
         let mut sets = paired_components(&found.mesh, topology);
         let of = |p: &u32| if *p == NONE { NONE } else { sets.find(*p) };
-        body = topology.piece.iter().map(of).collect();
+        body = topology.component.iter().map(of).collect();
     }
     let take_part: BTreeSet<u32> = crossing.iter().map(|f| body[*f as usize]).collect();
-    for (body, piece) in body.iter_mut().zip(&topology.piece) {
+    for (body, piece) in body.iter_mut().zip(&topology.component) {
         if !take_part.contains(body) || *piece == NONE {
             *body = NONE;
         }

@@ -17,7 +17,11 @@ use super::patch::Patch;
 use crate::tuning::tuning;
 
 /// The expected error of each vertex that moves, in the patch's units.
-pub(super) fn sigma(patch: &Patch, shape: &[DVec3], surfaces: &[Continuation]) -> Vec<f64> {
+pub(super) fn expected_error(
+    patch: &Patch,
+    shape: &[DVec3],
+    surfaces: &[Continuation],
+) -> Vec<f64> {
     let rules = &tuning().finish;
     let bend = bend(patch, shape);
     let best = surfaces
@@ -28,15 +32,15 @@ pub(super) fn sigma(patch: &Patch, shape: &[DVec3], surfaces: &[Continuation]) -
     let foretold = best.and_then(|(_, kriged)| foretold(patch, shape, kriged));
     let (factor, values) = match foretold {
         Some(values) => (
-            rules.kriged_sigma * bend.powf(rules.kriged_sigma_bend),
+            rules.kriged_error * bend.powf(rules.kriged_error_bend),
             values,
         ),
         None => {
             let error = surfaces.first().and_then(|s| s.found.ring_error);
             let slope = error.map_or(tuning().finish.median_slope, |e| e / patch.edge);
-            let factor = rules.ring_sigma
-                * bend.powf(rules.ring_sigma_bend)
-                * slope.powf(rules.ring_sigma_slope);
+            let factor = rules.ring_error
+                * bend.powf(rules.ring_error_bend)
+                * slope.powf(rules.ring_error_slope);
             (factor, by_depth(patch))
         }
     };
@@ -56,8 +60,8 @@ fn foretold(patch: &Patch, shape: &[DVec3], kriged: &Kriged) -> Option<Vec<f64>>
     if mean == 0.0 {
         return Some(deviations);
     }
-    let scale = mean.powf(tuning().finish.kriged_sigma_deviation);
-    let value = |d: &f64| scale * (d / mean).hypot(tuning().finish.kriged_sigma_floor);
+    let scale = mean.powf(tuning().finish.kriged_error_deviation);
+    let value = |d: &f64| scale * (d / mean).hypot(tuning().finish.kriged_error_floor);
     mean.is_finite()
         .then(|| deviations.iter().map(value).collect())
 }
@@ -71,7 +75,7 @@ fn by_depth(patch: &Patch) -> Vec<f64> {
         .map(|d| {
             (d / deepest)
                 .min(1.0)
-                .hypot(tuning().finish.ring_sigma_floor)
+                .hypot(tuning().finish.ring_error_floor)
         })
         .collect()
 }
