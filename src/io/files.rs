@@ -199,7 +199,7 @@ pub fn write_model(
     let format = match format.or_else(|| Format::from_extension(path)) {
         Some(format) => format,
         None => {
-            let what = "the extension is not that of a supported format".to_string();
+            let what = "the extension is of no supported format".to_string();
             return Err(IoError::UnknownFormat { what }.in_file(path));
         }
     };

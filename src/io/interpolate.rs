@@ -7,7 +7,7 @@ use glam::DVec3;
 use crate::mesh::attributes::{Attribute, Attributes, Role};
 use crate::mesh::{Mesh, Origins};
 
-// Marks a face without an origin, or a corner without a value.
+/// Marks a face without an origin, or a corner without a value.
 const NONE: u32 = u32::MAX;
 
 /// Sets the attributes of new vertices and corners by interpolation in the input face that contains them. `attributes`

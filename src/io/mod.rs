@@ -97,7 +97,7 @@ impl Loaded {
         self.with(mesh, attributes)
     }
 
-    /// Another mesh with its attributes; format, document and remarks are those of this file.
+    /// Another mesh with its attributes; format, document and remarks come from this file.
     fn with(&self, mesh: Mesh, attributes: Attributes) -> Self {
         Self {
             mesh,

@@ -11,9 +11,9 @@ use super::mesh_builder::{MeshBuilder, not_finite};
 use super::{Format, IoError, Loaded, Location, Precision, WriteOptions, Written, rounded, text};
 use crate::mesh::{Mesh, Welder, area_vector};
 
-// Bytes: 80 of free text and the 32-bit facet count.
+/// Bytes: 80 of free text and the 32-bit facet count.
 const HEADER: usize = 84;
-// Bytes of a facet: a normal and three corners as 32-bit floats, and two bytes of attributes.
+/// Bytes of a facet: a normal and three corners as 32-bit floats, and two bytes of attributes.
 const FACET: usize = 50;
 
 /// Reads a mesh from STL and welds it.

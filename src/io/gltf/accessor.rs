@@ -146,7 +146,7 @@ fn layout(
     }
 }
 
-/// Reads `accessor.count` items of `size` bytes each, and replaces those of the sparse part.
+/// Reads `accessor.count` items of `size` bytes each, and replaces the items of the sparse part.
 fn read<T: Copy>(
     buffers: &mut Buffers<'_>,
     accessor: &Accessor,

@@ -114,7 +114,7 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoEr
     Ok(reader.scene)
 }
 
-/// The root nodes: those of the default scene, or if the file has no scene all nodes without a parent.
+/// The root nodes: the roots of the default scene, or if the file has no scene all nodes without a parent.
 fn start(root: &Root, format: Format) -> Result<Vec<usize>, IoError> {
     let scene = root.scene.map_or(0, |scene| scene.value());
     match root.scenes.get(scene) {

@@ -56,7 +56,7 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
     build.finish()
 }
 
-// The objects that are not components of other objects in this part.
+/// The objects that are not components of other objects in this part.
 fn top_objects(part: &Part) -> Vec<Use> {
     let components = part.objects.values().flat_map(|o| &o.components);
     let own = components.filter(|c| c.part.is_none());
@@ -232,7 +232,7 @@ impl<'a> Build<'a> {
     }
 
     /// Adds the property of the last triangle. `places` are the indices in the group of its corners; `first_place` is
-    /// that of the first corner in file order.
+    /// the index of the first corner in file order.
     fn add_property(&mut self, group: Option<&Group>, places: [u32; 3], first_place: u32) {
         let (mut colours, mut material) = ([NONE; 3], NONE);
         match group {

@@ -169,7 +169,7 @@ fn bombs_and_loops_are_refused() {
     let long = " ".repeat(70 << 20);
     let text = model("inch", &(triangle(1, "") + &long), "<item objectid=\"1\"/>");
     let message = refusal(&alone(&text), Format::ThreeMf);
-    assert!(message.contains("larger unpacked"), "{message}");
+    assert!(message.contains("unpacked parts exceed"), "{message}");
     let own = "<object id=\"1\"><components><component objectid=\"1\"/></components></object>";
     let message = refusal(
         &alone(&model("inch", own, "<item objectid=\"1\"/>")),

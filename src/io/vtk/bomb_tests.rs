@@ -74,7 +74,7 @@ fn no_more_is_unpacked_than_a_file_of_that_size_may_take() {
         let data = packed(compressor, 300, 3 << 20);
         let bytes = file("PolyData", compressor, &poly_data(300 << 20, ""), &data);
         let message = refusal(&bytes, Format::Vtp);
-        let expected = ["7549747200 bytes more", "without compression"];
+        let expected = ["7549747200 more bytes", "without compression"];
         assert!(
             expected.iter().all(|e| message.contains(e)),
             "{compressor}: {message}"
@@ -84,7 +84,7 @@ fn no_more_is_unpacked_than_a_file_of_that_size_may_take() {
         let data = packed(compressor, 128, 1 << 20);
         let bytes = file("ImageData", compressor, image, &data);
         let message = read_volume_bytes(&bytes, None).unwrap_err().to_string();
-        let expected = ["1073741824 bytes more", "without compression"];
+        let expected = ["1073741824 more bytes", "without compression"];
         assert!(
             expected.iter().all(|e| message.contains(e)),
             "{compressor}: {message}"

@@ -209,7 +209,7 @@ fn damage_is_named_or_survived() {
         assert!(edited("Spacing=\"0.5", &to).contains("to measure"));
     }
     assert!(edited(" -7", "").contains("8 numbers are declared, but there are 7"));
-    assert!(edited("Spacing", "Direction=\"0 1 0 1 0 0 0 0 1\" Spacing").contains("turned"));
+    assert!(edited("Spacing", "Direction=\"0 1 0 1 0 0 0 0 1\" Spacing").contains("rotated"));
     assert!(edited("type=\"ImageData\"", "type=\"PolyData\"").contains("PolyData"));
     let written = volume_to_bytes(&sample(), "d", Precision::F32).unwrap();
     for bytes in [text.as_bytes(), &written] {

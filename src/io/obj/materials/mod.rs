@@ -265,7 +265,7 @@ fn is_image(head: &[u8]) -> bool {
     head.starts_with(b"\x89PNG\r\n\x1a\n") || head.starts_with(&[0xff, 0xd8, 0xff])
 }
 
-/// The roughness whose microfacet highlight is as wide as that of a specular exponent n: α² = 2 / (n + 2), where α is
+/// The roughness whose microfacet highlight is as wide as the highlight of a specular exponent n: α² = 2 / (n + 2), where α is
 /// the square of the roughness (Karis, "Specular BRDF reference", 2013).
 fn roughness(exponent: f32) -> f32 {
     (2.0 / (exponent.max(0.0) + 2.0)).powf(0.25)
