@@ -26,8 +26,8 @@ pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
     let blocks = out.par_chunks_exact_mut(BLOCK_NODES).enumerate();
     blocks.with_min_len(64).for_each(|(b, out)| {
         let reached = (0..27).map(offset).fold(0, |reached, o| {
-            let beside = grid.block_beside(b, o);
-            reached | beside.map_or(0, |b| reach(words[b], o))
+            let neighbour = grid.neighbour_block(b, o);
+            reached | neighbour.map_or(0, |b| reach(words[b], o))
         });
         for (i, o) in out.iter_mut().enumerate() {
             *o = (reached >> i) & 1 == 1;

@@ -253,14 +253,14 @@ impl SparseGrid {
             .collect();
         (0..self.blocks.len())
             .map(|b| {
-                let round = (0..27).filter_map(|i| self.block_beside(b, offset(i)));
+                let round = (0..27).filter_map(|i| self.neighbour_block(b, offset(i)));
                 round.fold(0, |sum, b| sum | own[b])
             })
             .collect()
     }
 
     /// The stored block at an offset (in blocks) from another block.
-    pub(crate) fn block_beside(&self, block: usize, offset: NodeIndex) -> Option<usize> {
+    pub(crate) fn neighbour_block(&self, block: usize, offset: NodeIndex) -> Option<usize> {
         let slot = self.slot(add(self.blocks[block], offset.map(|o| o * BLOCK)))?;
         Some(slot / BLOCK_NODES)
     }

@@ -206,7 +206,7 @@ impl MeshBuilder {
         let large = |p: &DVec3| p.abs().max_element() > LARGEST;
         if let Some(index) = self.positions.iter().position(large) {
             let what = format!(
-                "the coordinates {:?} are too large to measure, since the largest that can be is {LARGEST:e}",
+                "the coordinates {:?} are too large to measure; the largest possible coordinate is {LARGEST:e}",
                 self.positions[index].to_array()
             );
             return Err(
@@ -218,8 +218,8 @@ impl MeshBuilder {
         let extent = (high - low).max_element();
         if 0.0 < extent && extent < SMALLEST {
             let what = format!(
-                "the points lie within {extent:e} of each other, which is too small to measure, since the smallest mesh \
-                 that can be measures {SMALLEST:e}"
+                "the points are within {extent:e} of each other, which is too small to measure; the smallest possible \
+                 extent is {SMALLEST:e}"
             );
             return Err(
                 IoError::malformed(self.format, Location::File, what).advise("scale the mesh up")

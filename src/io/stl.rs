@@ -25,7 +25,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     }
 }
 
-/// Whether the length of the file is exactly that which its facet count requires.
+/// Whether the length of the file matches its facet count exactly.
 pub(super) fn has_binary_size(bytes: &[u8]) -> bool {
     claimed_facets(bytes)
         .is_some_and(|count| count > 0 && (bytes.len() - HEADER) as u64 == count * FACET as u64)

@@ -218,7 +218,7 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
         && band < voxel
     {
         return refuse(format!(
-            "the band must be at least a voxel wide, which is {voxel}, or full"
+            "the band must be full, or at least the width of a voxel, which is {voxel}"
         ));
     }
     // Nodes along each axis: the box and a margin on both sides.

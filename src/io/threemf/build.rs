@@ -196,7 +196,7 @@ impl<'a> Build<'a> {
         })?;
         let after = self.surface.positions.len() + object.positions.len();
         if u32::try_from(after).is_err() {
-            return Err(fault("it has more vertices than can be numbered"));
+            return Err(fault("it has more vertices than 32-bit indices can name"));
         }
         let base = (after - object.positions.len()) as u32;
         let is_plain = transform == DAffine3::IDENTITY && scale == 1.0;

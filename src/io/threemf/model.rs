@@ -289,7 +289,7 @@ impl Open<'_> {
             "pindex" => place = whole(value),
             _ => {}
         })?;
-        let id = id.ok_or("an object has no number")?;
+        let id = id.ok_or("an object has no numeric id")?;
         object.property = group.map(|group| [group, place.unwrap_or(0)]);
         check_name(&object.name)?;
         self.spend(size_of::<Object>() + object.name.len())?;
@@ -323,7 +323,7 @@ impl Open<'_> {
                 id = whole(value);
             }
         })?;
-        let id = id.ok_or("a group of properties has no number")?;
+        let id = id.ok_or("a group of properties has no numeric id")?;
         self.spend(size_of::<Group>())?;
         self.group = Some(id);
         self.part.groups.insert(id, group);
