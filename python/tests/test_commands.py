@@ -265,7 +265,7 @@ def test_volumes_are_arrays_and_files(tmp_path):
         (lambda s: isomend.sdf(s[0], [[0, 0, 0]]), isomend.MeshError, "degenerate"),
         (lambda s: isomend.sdf(*s, voxel=0.2).write("a.vtk"), isomend.ParameterError, "end the name a.vtk in .vti"),
         (lambda s: isomend.sdf(*s, voxel=0.2).write("none/a.vti"), isomend.FileError, "no folder"),
-        (lambda s: isomend.surface(isomend.sdf(*s, voxel=0.2), level=99), isomend.ParameterError, "other side of the level 99"),
+        (lambda s: isomend.surface(isomend.sdf(*s, voxel=0.2), level=99), isomend.ParameterError, "one side of the level 99"),
         (lambda s: isomend.surface(isomend.sdf(*s, voxel=0.2), level=np.nan), isomend.ParameterError, "level must be a finite number"),
         (lambda s: isomend.surface(isomend.sdf(*s, voxel=0.2), array="a"), isomend.ParameterError, "one array only"),
         (lambda s: isomend.surface("none.vti"), isomend.FileError, "none.vti"),

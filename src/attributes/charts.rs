@@ -1,4 +1,4 @@
-//! Charts: parts of a surface over which texture coordinates run without a seam.
+//! Charts: sets of faces over which texture coordinates are continuous.
 
 use rayon::prelude::*;
 
@@ -6,8 +6,8 @@ use super::Source;
 use crate::mesh::attributes::Labels;
 use crate::mesh::{DisjointSets, Mesh};
 
-/// The chart of each face: faces are in one where they share an edge, have the same texture coordinates at its ends and the
-/// same material. `weld` gives each vertex the first one in its place.
+/// The chart of each face. Two faces are in the same chart if they share an edge, with the same texture coordinates at
+/// its ends, and have the same material. `weld` maps each vertex to the first one at the same position.
 pub(super) fn charts(
     mesh: &Mesh,
     weld: &[u32],
@@ -36,7 +36,7 @@ pub(super) fn charts(
         .collect()
 }
 
-/// The corners at the two ends of a half-edge: face and corner.
+/// The two ends of a half-edge, as face and corner.
 fn ends(half: u32) -> [(usize, usize); 2] {
     let (face, corner) = (half as usize / 3, half as usize % 3);
     [(face, corner), (face, (corner + 1) % 3)]

@@ -1,4 +1,4 @@
-//! The values of one attribute on the slots of the patches.
+//! The values of an attribute on the patches: taken at the rim, continued inside.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use super::rim::Patches;
 use crate::mesh::Mesh;
 use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role};
 
-/// Where the corners of the mesh's own faces have their values.
+/// Where the values of the input's face corners are stored.
 #[derive(Clone, Copy)]
 pub(super) enum Source<'a> {
     Vertex(&'a Attribute),
@@ -16,7 +16,7 @@ pub(super) enum Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// The value at a corner of a face of the mesh.
+    /// The value at a corner of an input face.
     pub(super) fn at(&self, mesh: &Mesh, face: usize, corner: usize) -> Option<&'a [f64]> {
         match self {
             Source::Vertex(a) => a.get(mesh.faces[face][corner] as usize),
@@ -25,7 +25,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// The attribute, as a pool of values.
+    /// The attribute that holds the values.
     pub(super) fn attribute(&self) -> &'a Attribute {
         match self {
             Source::Vertex(a) | Source::Face(a) => a,
@@ -33,40 +33,40 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Whether values between others make sense: not for integers such as the number of a scan.
+    /// Whether values may be averaged. Integers that are not colours or normalised, such as a scan number, may not.
     fn blends(&self) -> bool {
         let a = self.attribute();
         a.scalar.is_float() || a.normalized || a.role != Role::Other
     }
 }
 
-/// Values of so many components on all slots.
+/// Values with `components` components at all slots.
 pub(super) struct Field {
     components: usize,
     values: Vec<f64>,
     has: Vec<bool>,
-    /// Whether the corners at a slot on the rim all have one value.
+    /// Whether all input corners at a rim slot have the same value.
     agrees: Vec<bool>,
 }
 
 impl Field {
-    /// The value on a slot.
+    /// The value at a slot.
     pub(super) fn get(&self, slot: usize) -> Option<&[f64]> {
         let at = slot * self.components;
         self.has[slot].then(|| &self.values[at..at + self.components])
     }
 
-    /// Whether all corners that meet a slot on the rim have one value.
+    /// Whether all input corners at a rim slot have the same value.
     pub(super) fn is_single(&self, slot: usize) -> bool {
         self.agrees[slot]
     }
 
-    /// Takes the values away from a slot.
+    /// Removes the value of a slot.
     pub(super) fn clear(&mut self, slot: usize) {
         self.has[slot] = false;
     }
 
-    /// The values at the rim: the mean of those of the corners that a slot meets.
+    /// The values at the rim: at each rim slot the mean over its input corners.
     pub(super) fn at_rim(mesh: &Mesh, patches: &Patches, source: &Source<'_>) -> Self {
         let (count, components) = (patches.slots.len(), source.attribute().components);
         let mut field = Self {
@@ -134,21 +134,24 @@ impl Field {
         }
     }
 
-    /// Normals of the patch's own shape, bent at the rim to the normals there: what they differ by is spread.
+    /// Normals on the patches: the normals of the patch's shape, plus the difference from the given normals at the rim,
+    /// which is interpolated harmonically.
     fn spread_normals(&mut self, laplacian: &Laplacian, fixed: &[bool], normals: &[DVec3]) {
         let at = |values: &[f64], s: usize| DVec3::from_slice(&values[3 * s..]);
-        // A file whose normals point inwards keeps that custom.
+        // If the normals of the file point inwards, those of the patches do too.
         let agreement: f64 = (0..fixed.len())
             .filter(|&s| fixed[s])
             .map(|s| at(&self.values, s).dot(normals[s]))
             .sum();
         let sign = if agreement < 0.0 { -1.0 } else { 1.0 };
+        // The difference at the rim, interpolated over the patches.
         let mut difference = self.values.clone();
         for s in (0..fixed.len()).filter(|&s| fixed[s]) {
             let d = at(&self.values, s) - sign * normals[s];
             difference[3 * s..3 * s + 3].copy_from_slice(&d.to_array());
         }
         laplacian.solve(fixed, 3, &mut difference);
+        // Shape normal plus difference, with unit length.
         for s in 0..fixed.len() {
             let bent = if fixed[s] {
                 at(&self.values, s)
@@ -156,13 +159,14 @@ impl Field {
                 sign * normals[s] + at(&difference, s)
             };
             let unit = bent.normalize_or(sign * normals[s]);
-            // A rim vertex whose corners agree keeps its normal, even one that is not quite of unit length.
+            // A rim vertex whose corners agree keeps its normal, even if it is not exactly of unit length.
             if !fixed[s] || !self.agrees[s] {
                 self.values[3 * s..3 * s + 3].copy_from_slice(&unit.to_array());
             }
         }
     }
 
+    /// Gives new tangents unit length, and the handedness (fourth component) of the nearest rim slot.
     fn unit_tangents(&mut self, fixed: &[bool], nearest: &[u32]) {
         for s in (0..fixed.len()).filter(|&s| !fixed[s] || !self.agrees[s]) {
             let at = s * self.components;

@@ -1,6 +1,7 @@
-//! Harmonic interpolation on patches: Laplace's equation with the values at the rim given.
+//! Harmonic interpolation on patches: Laplace's equation with given values at the rim.
 //!
-//! Cotangent weights (Pinkall and Polthier 1993), kept positive, so that no value leaves the range of those at the rim.
+//! Cotangent weights ½(cot α + cot β) (Pinkall and Polthier 1993), bounded below by a positive number, so that no value
+//! leaves the range of the rim's values.
 
 use std::collections::VecDeque;
 
@@ -10,17 +11,19 @@ use sprs::{CompressedStorage, CsVecViewI, TriMatI};
 use crate::linalg::{Csr, Jacobi, LinearOperator, SparseMatrix, conjugate_gradient};
 use crate::mesh::attributes::NONE;
 
-/// The least and the largest weight of an edge, in units of the cotangent of 45°.
+/// Least and largest weight of an edge, dimensionless: 1 is the weight of an edge whose opposite angles are both 45°.
 const WEIGHTS: [f64; 2] = [0.02, 50.0];
+/// Relative residual |r| / |b| at which the conjugate gradients stop.
 const TOLERANCE: f64 = 1e-9;
 const MOST_ITERATIONS: usize = 5000;
 
-/// The weights of the edges of patches.
+/// The edge weights of the patches.
 pub(super) struct Laplacian {
-    /// Symmetric, without a diagonal.
+    /// Symmetric, without the diagonal.
     weights: SparseMatrix,
 }
 
+/// The equations of the free points.
 struct System {
     matrix: Csr,
     inverse_diagonal: Vec<f64>,
@@ -37,10 +40,11 @@ impl LinearOperator for System {
 }
 
 impl Laplacian {
-    /// For the faces between the points.
+    /// The Laplacian of the faces on the points.
     pub(super) fn new(points: &[DVec3], faces: &[[u32; 3]]) -> Self {
         let count = points.len();
         let mut entries = TriMatI::with_capacity((count, count), 6 * faces.len());
+        // Half the cotangent of the angle at corner c belongs to the opposite edge ab: cot = p·q / |p × q|.
         for face in faces {
             for k in 0..3 {
                 let [c, a, b] = [face[k], face[(k + 1) % 3], face[(k + 2) % 3]].map(|v| v as usize);
@@ -56,7 +60,7 @@ impl Laplacian {
         Self { weights }
     }
 
-    /// The neighbours of a point with their weights, by rising number.
+    /// The neighbours of a point in ascending order, with their weights.
     fn of(&self, i: usize) -> impl Iterator<Item = (usize, f64)> {
         let range = self.weights.indptr().outer_inds_sz(i);
         let columns = &self.weights.indices()[range.clone()];
@@ -67,7 +71,7 @@ impl Laplacian {
             .zip(values.iter().copied())
     }
 
-    /// For each point the fixed one that is fewest edges away, or `u32::MAX` where there is none.
+    /// For each point, the fixed point that is the fewest edges away; `u32::MAX` if it is connected with none.
     pub(super) fn nearest(&self, fixed: &[bool]) -> Vec<u32> {
         let mut nearest = vec![NONE; fixed.len()];
         let mut queue = VecDeque::new();
@@ -86,13 +90,15 @@ impl Laplacian {
         nearest
     }
 
-    /// Fills in the values, of so many components, of all points that are connected with a fixed one.
+    /// Computes the values of all points that are connected with a fixed point. `values` has `components` numbers per
+    /// point.
     pub(super) fn solve(&self, fixed: &[bool], components: usize, values: &mut [f64]) {
         let nearest = self.nearest(fixed);
         let mut unknown = vec![NONE; fixed.len()];
         let free: Vec<usize> = (0..fixed.len())
             .filter(|&i| !fixed[i] && nearest[i] != NONE)
             .collect();
+        // Number the free points; each starts with the value of the nearest fixed point.
         for (row, &i) in free.iter().enumerate() {
             unknown[i] = row as u32;
         }
@@ -124,7 +130,7 @@ impl Laplacian {
         }
     }
 
-    /// The equations of the free points, numbered by `unknown`, which rises with the points.
+    /// The equations of the free points, which `unknown` numbers in ascending order: Σ w (xᵢ − xⱼ) = 0.
     fn system(&self, free: &[usize], unknown: &[u32]) -> System {
         let count = free.len();
         let mut matrix = SparseMatrix::empty(CompressedStorage::CSR, count);
@@ -137,7 +143,7 @@ impl Laplacian {
             for (j, w) in self.of(i) {
                 diagonal += w;
                 if j == i {
-                    // A face that uses a point twice.
+                    // An edge from a point to itself, of a face that uses the point twice.
                     diagonal -= w;
                 } else if unknown[j] != NONE {
                     columns.push(unknown[j]);
@@ -162,7 +168,7 @@ impl Laplacian {
 mod tests {
     use super::*;
 
-    /// A square of `n` by `n` points, its rim fixed.
+    /// A square of `n` by `n` points with fixed values on its boundary.
     fn square(n: u32) -> (Vec<DVec3>, Vec<[u32; 3]>, Vec<bool>) {
         let (mut points, mut faces, mut fixed) = (Vec::new(), Vec::new(), Vec::new());
         for j in 0..n {
@@ -190,7 +196,7 @@ mod tests {
             values[2 * i..2 * i + 2].fill(f64::NAN);
         }
         Laplacian::new(&points, &faces).solve(&fixed, 2, &mut values);
-        // A weight below the least is raised, which bends the function a little.
+        // A weight below the least one is raised, which changes the function slightly.
         for (value, wanted) in values.iter().zip(wanted) {
             assert!((value - wanted).abs() < 0.02, "{value} {wanted}");
         }

@@ -1,9 +1,10 @@
-//! Attributes on patches.
+//! Continues the attributes of a mesh on its patches: colours, normals, texture coordinates, materials, groups.
 //!
-//! What the mesh's own vertices, faces and corners carry stays as it is. On the patches values are interpolated
-//! harmonically from the rim; normals are those of the patch's shape, bent at the rim to the normals there; integers that
-//! are no colours, such as the number of a scan, are copied from the nearest vertex of the rim. Texture coordinates are
-//! interpolated where the whole rim lies in one chart; elsewhere the patch has none, and a material of its own.
+//! Attributes of the input's vertices, faces and corners are unchanged. On patches, values are interpolated
+//! harmonically from the rim. Normals follow the patch's shape, corrected to match the given normals at the rim.
+//! Integers that are not colours, for example a scan number, are copied from the nearest rim vertex. Texture
+//! coordinates are interpolated if the whole rim is in one chart; otherwise the patch has none, and a separate
+//! material.
 
 mod charts;
 mod field;
@@ -25,16 +26,16 @@ use field::{Field, Source};
 use harmonic::Laplacian;
 use rim::Patches;
 
-/// The expected error of a vertex of which nothing can be said.
+/// The expected error of a vertex if it is not known.
 const UNKNOWN: f64 = -1.0;
-/// Lengths that 32-bit floats hold to their full precision.
+/// Lengths that 32-bit floats hold with full precision.
 const SINGLE: std::ops::Range<f64> = 1e-30..1e38;
 
 /// Extends the attributes of a mesh to the patches that fill its holes.
 ///
-/// `filled` begins with the vertices and faces of `original`; what comes after them is new. In the result corners of patches may
-/// name another vertex in the same place than before: the one that the mesh's own faces at the rim use there, or, where those
-/// differ, a copy that stands behind all other vertices. Its notes are remarks on what could not be continued.
+/// `filled` begins with the vertices and faces of `original`; the others are new. In the result, corners of patches at
+/// the rim may use another vertex at the same position: the one that the input's faces use there or, where these use
+/// several with different values, a copy after all other vertices. The notes say what could not be continued.
 pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Model {
     let new_faces = filled.faces.len() - original.faces.len();
     let mut out = Model {
@@ -50,9 +51,10 @@ pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Model
 }
 
 impl Model {
-    /// Gives the vertices of patches, which begin behind the `kept` ones of the input, their expected errors as values named
-    /// [`SIGMA_NAME`]; those of an earlier run stay. Nothing where no error is known, of this run or an earlier one. With no errors at
-    /// all, as of a faired surface, nothing is known of the new vertices.
+    /// Stores the expected errors of the patches' vertices, which follow the `kept` vertices of the input, as the
+    /// vertex attribute [`SIGMA_NAME`] in units of length. Input vertices keep the errors of an earlier run, or get 0.
+    /// Vertices without a known error get −1. Adds nothing if no error is known, from this run or an earlier one. An
+    /// empty `expected_error`, as for a faired surface, means that no error is known for the new vertices.
     pub fn tell_errors(&mut self, kept: usize, expected_error: &[Option<f64>]) {
         let own = |a: &Attribute| a.name == SIGMA_NAME && a.components == 1;
         let place = self.attributes.vertex.iter().position(own);
@@ -60,34 +62,34 @@ impl Model {
             return;
         }
         let largest = expected_error.iter().flatten().copied().fold(0.0, f64::max);
-        // Meshes may have units in which 32-bit floats hold no such lengths.
+        // In some units 32-bit floats cannot hold the lengths.
         let scalar = match SINGLE.contains(&largest) {
             true => Scalar::F32,
             false => Scalar::F64,
         };
         let all = &mut self.attributes.vertex;
-        let mut told = match place {
+        let mut errors = match place {
             Some(place) => all.remove(place),
             None => Attribute::new(SIGMA_NAME, Role::Other, scalar, 1),
         };
-        let earlier = std::mem::take(&mut told.values);
+        let earlier = std::mem::take(&mut errors.values);
         let count = self.mesh.positions.len();
         for v in 0..count {
             let value = match v.checked_sub(kept).map(|i| expected_error.get(i)) {
                 None => earlier.get(v).copied().unwrap_or(0.0),
                 Some(Some(error)) => error.unwrap_or(UNKNOWN),
                 Some(None) if expected_error.is_empty() => UNKNOWN,
-                // Copies of vertices of the rim.
+                // Copies of rim vertices.
                 Some(None) => 0.0,
             };
-            told.push(Some(&[value]));
+            errors.push(Some(&[value]));
         }
-        told.missing = Vec::new();
-        self.attributes.vertex.push(told);
+        errors.missing = Vec::new();
+        self.attributes.vertex.push(errors);
     }
 }
 
-/// Marks the new faces, and those that an earlier run marked.
+/// Marks the new faces, and keeps the marks of an earlier run.
 fn mark_patches(attributes: &mut Attributes, kept: usize, new: usize) {
     let found = attributes
         .face
@@ -107,6 +109,7 @@ fn mark_patches(attributes: &mut Attributes, kept: usize, new: usize) {
     }
 }
 
+/// The data needed to continue attributes on patches.
 struct Transfer<'a> {
     original: &'a Mesh,
     before: &'a Attributes,
@@ -114,8 +117,8 @@ struct Transfer<'a> {
     laplacian: Laplacian,
     /// Normals of the filled mesh's shape at the slots.
     normals: Vec<DVec3>,
-    /// Patches whose rim lies in several charts.
-    crosses_seam: Vec<bool>,
+    /// Whether the rim of a patch is in several charts.
+    has_seam_at_rim: Vec<bool>,
 }
 
 impl<'a> Transfer<'a> {
@@ -128,49 +131,49 @@ impl<'a> Transfer<'a> {
             .collect();
         let laplacian = Laplacian::new(&points, &patches.faces);
         let normals = shape_normals(&patches, &points, original);
-        let crosses_seam = vec![false; patches.rim_faces.len()];
+        let has_seam_at_rim = vec![false; patches.rim_faces.len()];
         let mut transfer = Self {
             original,
             before,
             patches,
             laplacian,
             normals,
-            crosses_seam,
+            has_seam_at_rim,
         };
-        transfer.find_seam_crossings();
+        transfer.find_seams_at_rims();
         transfer
     }
 
-    /// Finds the patches whose rim does not lie in one chart of every set of texture coordinates that it has.
-    fn find_seam_crossings(&mut self) {
+    /// Finds the patches whose rim is not in a single chart, for any set of texture coordinates at the rim.
+    fn find_seams_at_rims(&mut self) {
         let vertex = self.before.vertex.iter().map(Source::Vertex);
         let sources = vertex.chain(self.before.corner.iter().map(Source::Corner));
         let materials = self.before.labels_of(LabelKind::Material);
         for source in sources.filter(|s| matches!(s.attribute().role, Role::Uv(_))) {
             let field = Field::at_rim(self.original, &self.patches, &source);
             let chart = charts::charts(self.original, &self.patches.weld, &source, materials);
-            let mut some = vec![false; self.crosses_seam.len()];
+            let mut some = vec![false; self.has_seam_at_rim.len()];
             for (s, slot) in self.patches.slots.iter().enumerate() {
                 let patch = slot.patch as usize;
                 some[patch] |= field.get(s).is_some();
-                self.crosses_seam[patch] |= !field.is_single(s);
+                self.has_seam_at_rim[patch] |= !field.is_single(s);
             }
             for (patch, faces) in self.patches.rim_faces.iter().enumerate() {
                 let one_chart = faces
                     .windows(2)
                     .all(|f| chart[f[0] as usize] == chart[f[1] as usize]);
-                self.crosses_seam[patch] |= some[patch] && !one_chart;
+                self.has_seam_at_rim[patch] |= some[patch] && !one_chart;
             }
         }
     }
 
-    /// The values of an attribute on all slots.
+    /// The values of an attribute at all slots.
     fn field(&self, source: &Source<'_>) -> Field {
         let mut field = Field::at_rim(self.original, &self.patches, source);
         field.spread(&self.patches, &self.laplacian, source, &self.normals);
         if matches!(source.attribute().role, Role::Uv(_)) {
             for (s, slot) in self.patches.slots.iter().enumerate() {
-                if self.crosses_seam[slot.patch as usize] {
+                if self.has_seam_at_rim[slot.patch as usize] {
                     field.clear(s);
                 }
             }
@@ -191,11 +194,11 @@ impl<'a> Transfer<'a> {
         let marks = self.before.face.iter().filter(|a| a.name == PATCH_NAME);
         out.attributes.face.extend(marks.cloned());
         vertices::finish(self, out);
-        let without = self.crosses_seam.iter().filter(|c| **c).count();
+        let without = self.has_seam_at_rim.iter().filter(|c| **c).count();
         if without > 0 {
             out.notes.push(format!(
                 "patches without texture coordinates, because their rims cross seams of the texture: {without} of {}",
-                self.crosses_seam.len()
+                self.has_seam_at_rim.len()
             ));
         }
     }
@@ -253,10 +256,10 @@ impl<'a> Transfer<'a> {
             all.push(materials);
         }
         for labels in &mut all {
-            let of_patch: Vec<u32> = (0..self.crosses_seam.len())
+            let of_patch: Vec<u32> = (0..self.has_seam_at_rim.len())
                 .map(|patch| match labels.kind {
                     LabelKind::Group => labels.place(PATCH_NAME),
-                    LabelKind::Material if self.crosses_seam[patch] => labels.place(PATCH_NAME),
+                    LabelKind::Material if self.has_seam_at_rim[patch] => labels.place(PATCH_NAME),
                     _ => most_frequent(self.patches.rim_faces[patch].iter(), labels),
                 })
                 .collect();
@@ -267,7 +270,7 @@ impl<'a> Transfer<'a> {
     }
 }
 
-/// The label that most of the faces have; of several the one that comes first.
+/// The label of most faces; the smallest index among equals.
 fn most_frequent<'a>(faces: impl Iterator<Item = &'a u32>, labels: &Labels) -> u32 {
     let mut count: BTreeMap<u32, usize> = BTreeMap::new();
     for face in faces {
@@ -279,7 +282,7 @@ fn most_frequent<'a>(faces: impl Iterator<Item = &'a u32>, labels: &Labels) -> u
     most.map_or(NONE, |(label, _)| *label)
 }
 
-/// Unit normals at the slots: of the patch and the mesh's own faces across the rim edges, weighted by area.
+/// Unit normals at the slots: area-weighted mean over the new faces and the input's faces at the rim edges.
 fn shape_normals(patches: &Patches, points: &[DVec3], original: &Mesh) -> Vec<DVec3> {
     let mut normals = vec![DVec3::ZERO; points.len()];
     for face in &patches.faces {

@@ -1,44 +1,44 @@
-//! The patches of a filled mesh, and the corners of the mesh's own faces that they meet.
+//! Splits the new faces of a filled mesh into patches, and finds the input's face corners along their rims.
 
 use std::collections::HashMap;
 
 use crate::mesh::{Mesh, weld_map};
 
-/// A vertex of one patch. A vertex of the mesh where several patches meet is a slot in each of them.
+/// A vertex of a patch. A vertex where several patches meet has a slot in each of them.
 pub(super) struct Slot {
-    /// The patch.
+    /// Index of the patch.
     pub(super) patch: u32,
-    /// The vertex of the filled mesh.
+    /// Index of the vertex in the filled mesh.
     pub(super) vertex: u32,
-    /// Corners of the mesh's own faces across the rim edges at the slot: face and corner. Empty inside the patch.
+    /// Corners (face, corner) of the input's faces across the rim edges at this slot. Empty inside the patch.
     pub(super) rim: Vec<(u32, u8)>,
 }
 
-/// The new faces, taken apart into patches that are connected through edges.
+/// The new faces, split into patches, that is, components connected through edges.
 pub(super) struct Patches {
     pub(super) slots: Vec<Slot>,
-    /// The new faces, in order, as slots.
+    /// The new faces in order, with slots as corners.
     pub(super) faces: Vec<[u32; 3]>,
     /// The patch of each new face.
     pub(super) of_face: Vec<u32>,
-    /// For each patch the mesh's own faces at its rim, in rising order.
+    /// For each patch, the input's faces at its rim, in ascending order.
     pub(super) rim_faces: Vec<Vec<u32>>,
-    /// For each vertex of the original mesh the first one in its place.
+    /// For each vertex of the input, the first one at the same position.
     pub(super) weld: Vec<u32>,
 }
 
 impl Patches {
     pub(super) fn new(original: &Mesh, filled: &Mesh) -> Self {
-        // Vertices of the mesh at the same position count as one, so that a patch stays connected where the mesh doubles
-        // vertices (seams of texture coordinates).
+        // Vertices of the input at the same position count as one, so that a patch stays connected where the input has
+        // duplicate vertices (texture seams).
         let weld = weld_map(original);
         let canonical = |v: u32| weld.get(v as usize).copied().unwrap_or(v);
         let faces: Vec<[u32; 3]> = filled.faces[original.faces.len()..]
             .iter()
             .map(|f| f.map(canonical))
             .collect();
-        // The new face that uses each directed edge: an edge that no new face uses the other way lies on the rim of a
-        // patch.
+        // The new face of each directed edge. An edge that no new face uses in the opposite direction is on the rim of
+        // a patch.
         let mut edges: HashMap<(u32, u32), u32> = HashMap::new();
         for (f, face) in faces.iter().enumerate() {
             for k in 0..3 {
@@ -48,8 +48,8 @@ impl Patches {
             }
         }
         let (of_face, count) = connected(&faces, &edges);
-        // One slot for each pair of patch and vertex, numbered in the order of the faces: where two patches meet at a
-        // vertex, each may have its own values there.
+        // One slot per pair of patch and vertex, numbered in the order of the faces. Where two patches meet at a
+        // vertex, each may have its own values.
         let (mut slots, mut number) = (Vec::new(), HashMap::new());
         let in_slots = faces
             .iter()
@@ -74,12 +74,12 @@ impl Patches {
             rim_faces: vec![Vec::new(); count],
             weld,
         };
-        // The corners of the mesh across the rim edges: the values at the rim are theirs.
+        // The input corners across the rim edges give the values at the rim.
         patches.meet(original, &edges, &number);
         patches
     }
 
-    /// Finds the mesh's own faces across the border edges of the patches.
+    /// Finds the input's faces across the rim edges of the patches.
     fn meet(
         &mut self,
         original: &Mesh,
@@ -99,7 +99,7 @@ impl Patches {
                 if !on_rim[a as usize] || !on_rim[b as usize] {
                     continue;
                 }
-                // The patch runs along its rim against the mesh's own faces, save those that are turned wrongly.
+                // The new face has the edge in the opposite direction, unless the input's face is wrongly oriented.
                 let (forth, back) = (edges.get(&(a, b)), edges.get(&(b, a)));
                 let new = match (forth, back) {
                     (None, Some(new)) | (Some(new), None) => *new,
@@ -119,7 +119,8 @@ impl Patches {
     }
 }
 
-/// The part of each face, connected through edges that two faces use in opposite directions, and the number of parts.
+/// The component of each face (connected through edges that two faces use in opposite directions), and the number of
+/// components.
 fn connected(faces: &[[u32; 3]], edges: &HashMap<(u32, u32), u32>) -> (Vec<u32>, usize) {
     let mut part = vec![u32::MAX; faces.len()];
     let (mut count, mut stack) = (0, Vec::new());

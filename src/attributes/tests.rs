@@ -1,8 +1,10 @@
+//! Tests of the attributes of patches: continuation, seams, split vertices.
+
 #![allow(clippy::too_many_lines)] // A long test tells one story.
 use super::*;
 
-/// A flat sheet of `n` by `n` unit squares without the middle `hole` by `hole` ones, and the same with them filled in, by a
-/// finer mesh of their inside.
+/// A flat sheet of `n` by `n` unit squares without the middle `hole` by `hole` squares, and the same sheet with the
+/// hole filled by a finer mesh.
 struct Sheet {
     original: Mesh,
     filled: Mesh,
@@ -66,14 +68,14 @@ fn with_vertex(attribute: Attribute) -> Attributes {
 }
 
 #[test]
-fn what_was_there_stays_and_new_faces_are_marked() {
+fn the_input_stays_and_new_faces_are_marked() {
     let Sheet { original, filled } = sheet();
     let out = transfer(&original, &Attributes::default(), filled.clone());
     assert_eq!(out.mesh, filled);
     let marked = (0..filled.faces.len()).filter(|&f| out.attributes.is_patch(f));
     assert_eq!(marked.count(), 18);
     assert!(!out.attributes.is_patch(original.faces.len() - 1));
-    // A second run marks its faces too and keeps the marks of the first.
+    // A second run marks its faces too and keeps the earlier marks.
     let again = transfer(&filled, &out.attributes, filled.clone());
     assert_eq!(again.attributes, out.attributes);
 }
@@ -137,7 +139,7 @@ fn normals_are_of_unit_length_and_keep_the_custom_of_the_file() {
     }
 }
 
-/// Texture coordinates of corners, one chart to the left of x = `seam` and one to the right.
+/// Texture coordinates of corners, with one chart left of x = `seam` and one right of it.
 fn two_charts(mesh: &Mesh, seam: f64) -> Attributes {
     let mut pool = Attribute::new("vt", Role::Uv(0), Scalar::F64, 2);
     let mut corners = Vec::new();
@@ -239,7 +241,7 @@ fn patches_use_the_vertices_of_their_rim_where_vertices_are_split() {
             place(p).map_or_else(|| new() as u32, |w| weld[w])
         }));
     }
-    // One vertex in the middle of the rim's lower side has another normal in one of its faces.
+    // One vertex in the middle of the lower side of the rim has another normal in one of its faces.
     let corner = (0..n).rfind(|&v| {
         split.positions[v] == DVec3::new(4.0, 3.0, 0.0)
             && split.faces[v / 3]

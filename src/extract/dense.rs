@@ -1,6 +1,6 @@
-//! Marching cubes over all cells of a box, in slabs of layers side by side.
+//! Marching cubes over all cells of a dense box, in parallel slabs.
 //!
-//! The result is that of [`marching_cubes`](super::marching_cubes) over the cells in the order of the nodes, to the byte.
+//! The result is bitwise equal to [`marching_cubes`](super::marching_cubes) over the cells in the order of the nodes.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,17 +11,17 @@ use super::{Builder, EdgeNumbers, IsoSurface};
 /// Layers of cells in a slab. The result does not depend on it.
 const LAYERS: usize = 16;
 
-/// A box of nodes; x runs fastest.
+/// A dense box of nodes; x varies fastest.
 pub(super) struct Nodes<'a, F> {
     /// Nodes along each axis, at least two.
     pub dims: [usize; 3],
-    /// What is added to a node's number for its lattice coordinates.
+    /// Offset from a node's index to its lattice coordinates.
     pub shift: i32,
-    /// Writes the values of the nodes of a plane of z; false stops everything.
+    /// Writes the node values of a plane of constant z. If it returns false, the extraction stops.
     pub plane: &'a F,
 }
 
-/// Vertices in lattice coordinates, and faces; `None` when a plane said so.
+/// Vertices in lattice coordinates, and faces; `None` if [`Nodes::plane`] stopped.
 pub(super) fn surface<F>(nodes: &Nodes<F>) -> Option<(Vec<DVec3>, Vec<[u32; 3]>)>
 where
     F: Fn(usize, &mut [f64]) -> bool + Sync,
@@ -37,12 +37,12 @@ where
     Some(join(&slabs?, nodes))
 }
 
-/// The surface between two planes, complete in itself.
+/// The surface of one slab, with its own vertex numbers.
 struct Slab {
     surface: IsoSurface,
-    /// The lowest plane, in lattice coordinates.
+    /// Lattice z coordinate of the lowest plane.
     bottom: i32,
-    /// The vertices on the edges along x and y in the highest plane.
+    /// The vertices on the x and y edges of the highest plane.
     top: [Vec<u32>; 2],
 }
 
@@ -86,7 +86,7 @@ impl<F: Fn(usize, &mut [f64]) -> bool + Sync> Nodes<'_, F> {
     }
 }
 
-/// The values of a plane of nodes, and 1 where they are negative.
+/// The values of a plane of nodes, and 1 for each negative value.
 struct Plane {
     values: Vec<f64>,
     inside: Vec<u8>,
@@ -109,17 +109,17 @@ impl Plane {
     }
 }
 
-/// The vertices on the edges of a layer of cells whose cells come in order.
+/// The vertex numbers on the edges of one layer of cells, visited in order.
 ///
-/// Nothing is ever cleared: whether an edge has its vertex follows from the cells that came before.
+/// Old numbers are not cleared: the visited neighbours of a cell tell which of its edges already have a vertex.
 #[derive(Default)]
 struct Layer {
     nx: usize,
-    /// Those along x and y, in the lower and the upper plane.
+    /// Vertices on x and y edges, in the lower and the upper plane.
     planes: [[Vec<u32>; 2]; 2],
-    /// Those along z.
+    /// Vertices on z edges.
     upright: Vec<u32>,
-    /// Slot of the cell's lowest corner, and a bit for each axis along which a cell lies before it.
+    /// Slot of the cell's lowest corner, and a bit for each axis along which the preceding cell exists.
     slot: usize,
     behind: u8,
     later: bool,
@@ -136,7 +136,7 @@ impl Layer {
         }
     }
 
-    /// Goes up to the next layer; `later` unless it is the first.
+    /// Moves up to the next layer. `later` is false for the first layer.
     fn advance(&mut self, later: bool) {
         self.planes.swap(0, 1);
         self.later = later;
@@ -164,11 +164,12 @@ impl EdgeNumbers for Layer {
     }
 }
 
-/// Puts slabs on each other: what lies in the lowest plane of one is that of the highest plane of the one before.
+/// Joins slabs. A vertex in the lowest plane of a slab is the one in the highest plane of the slab below.
 fn join<F>(slabs: &[Slab], nodes: &Nodes<F>) -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let mut positions = Vec::with_capacity(slabs.iter().map(|s| s.surface.positions.len()).sum());
     let mut numbers: Vec<Vec<u32>> = Vec::with_capacity(slabs.len());
     for (s, slab) in slabs.iter().enumerate() {
+        // Number all vertices; those in the lowest plane exist already.
         let IsoSurface {
             positions: own,
             edges,
@@ -186,6 +187,7 @@ fn join<F>(slabs: &[Slab], nodes: &Nodes<F>) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let all = own.iter().zip(edges).map(number).collect();
         numbers.push(all);
     }
+    // Renumber the faces of all slabs in parallel.
     let mut faces = vec![[0; 3]; slabs.iter().map(|s| s.surface.faces.len()).sum()];
     let mut rest = faces.as_mut_slice();
     let mut work = Vec::new();

@@ -1,11 +1,11 @@
-//! Extraction of the zero level of a lattice function as a triangle mesh.
+//! Marching cubes: extracts the zero level of a lattice function as a triangle mesh.
 //!
-//! [`marching_cubes`] visits only the cells it is given, so its cost follows the narrow band and not the box round it.
-//! The result is a manifold: every edge lies in one face (only at the border of the visited cells) or two, and the
-//! faces round a vertex form one fan. It has a border only where the visited cells end.
+//! [`marching_cubes`] visits only the given cells, so that its cost depends on the narrow band and not on the bounding
+//! box. The result is manifold: the faces around a vertex form one fan, and every edge is in two faces, or in one where
+//! the visited cells end. Only there does the surface have a border.
 //!
-//! Sources: Lorensen and Cline, "Marching cubes", 1987; Nielson and Hamann, "The asymptotic decider", 1991, for faces
-//! whose corners alternate in sign.
+//! Sources: Lorensen and Cline, "Marching cubes", 1987; Nielson and Hamann, "The asymptotic decider", 1991, for cell
+//! faces whose corners alternate in sign.
 
 mod dense;
 mod polygon;
@@ -26,12 +26,12 @@ use table::{CORNER, EDGE_AXIS, EDGE_NODE, table};
 
 pub use volume::{VolumeSurfaceError, level_surface};
 
-/// How near to a node a vertex may come, as a part of the lattice edge.
+/// Least distance of a vertex from the nodes of its lattice edge, as a fraction of the edge.
 ///
-/// Nodes that lie exactly on the level would otherwise put several vertices at one place.
+/// Otherwise a node exactly at the level would give several vertices at one position.
 pub const NODE_CLEARANCE: f64 = 1e-6;
 
-/// The axis number in [`IsoSurface::edges`] of a vertex in the middle of a cell.
+/// The axis in [`IsoSurface::edges`] of a vertex inside a cell.
 pub const CELL_CENTRE: u8 = 3;
 
 /// A level surface on a lattice.
@@ -41,23 +41,23 @@ pub struct IsoSurface {
     pub positions: Vec<DVec3>,
     /// Triangles, counter-clockwise seen from the positive side.
     pub faces: Vec<[u32; 3]>,
-    /// The lattice edge of each vertex: its lower node and its axis (0, 1, 2), or [`CELL_CENTRE`] for a vertex inside
-    /// the cell whose lowest corner is that node.
+    /// The lattice edge of each vertex: its lower node and its axis (0, 1, 2); or the lowest corner of a cell and
+    /// [`CELL_CENTRE`] for a vertex inside that cell.
     pub edges: Vec<([i32; 3], u8)>,
 }
 
-/// The zero level of `value` within the given cells, each named by its lowest corner.
+/// The zero level of `value` within the given cells; a cell is given by its lowest corner.
 ///
-/// Negative is inside; a node exactly at the level counts as outside. Vertices lie on lattice edges by linear
-/// interpolation, at least [`NODE_CLEARANCE`] from the nodes; one vertex per lattice edge. A face of a cell whose corners
-/// alternate in sign is decided by its bilinear saddle, from the four values alone, so that neighbouring cells agree.
-/// Vertices and faces come in the order of `cells`, which must not repeat.
+/// Negative values are inside; a node exactly at the level is outside. Each lattice edge that the surface passes
+/// through has one vertex, by linear interpolation and at least [`NODE_CLEARANCE`] from the nodes. Cell faces whose
+/// corners alternate in sign are decided by the bilinear saddle of their four values, so that neighbouring cells agree.
+/// Vertices and faces are in the order of `cells`, which must not contain duplicates.
 pub fn marching_cubes(cells: &[[i32; 3]], value: impl Fn([i32; 3]) -> f64) -> IsoSurface {
     let mut builder = Builder::<EdgeMap>::default();
     let mut corner = [0.0; 8];
     let mut last = None;
     for &cell in cells {
-        // the next cell along x shares a face with the one before
+        // The next cell along x shares four corners with this one.
         let follows = last == Some([cell[0].wrapping_sub(1), cell[1], cell[2]]);
         for i in 0..8 {
             let shared = follows && i & 1 == 0;
@@ -76,13 +76,13 @@ pub fn marching_cubes(cells: &[[i32; 3]], value: impl Fn([i32; 3]) -> f64) -> Is
     builder.surface
 }
 
-/// The numbers of the vertices on lattice edges.
+/// Vertex numbers on lattice edges.
 trait EdgeNumbers {
-    /// The number of the vertex on an edge of a cell: `fresh`, if it has none.
+    /// The number of the vertex on an edge of a cell; assigns `fresh` if the edge has no vertex.
     fn number(&mut self, cell: [i32; 3], edge: usize, fresh: u32) -> u32;
 }
 
-/// Numbers for cells in any order.
+/// Vertex numbers for cells in any order.
 #[derive(Default)]
 struct EdgeMap(HashMap<EdgeKey, u32, BuildHasherDefault<EdgeHasher>>);
 
@@ -137,7 +137,7 @@ impl<N: EdgeNumbers> Builder<N> {
         number
     }
 
-    /// A fan about the polygon's centroid, for a polygon that has no triangulation of its own.
+    /// Adds a fan around the polygon's centroid, for a polygon without an admissible triangulation.
     fn fan(&mut self, cell: [i32; 3], polygon: &Polygon) {
         let centre = self.surface.positions.len() as u32;
         self.surface.positions.push(polygon.centroid());
@@ -156,7 +156,7 @@ impl std::hash::Hash for EdgeKey {
     }
 }
 
-/// A multiplicative hash; only look-ups are made, so the order of the map never shows.
+/// A multiplicative hash. The map is never iterated, so that its order does not affect the result.
 #[derive(Default)]
 struct EdgeHasher(u64);
 

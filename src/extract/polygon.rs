@@ -1,12 +1,13 @@
-//! Triangulation of the closed polygon in which the level surface leaves a cell.
+//! Triangulates the polygons in which a level surface intersects the faces of a cell.
 
 use glam::DVec3;
 
 use super::table::EDGE_FACES;
 
+/// Most corners of a polygon: one per edge of a cell.
 const MOST: usize = 12;
 
-/// A closed polygon whose corners lie on different edges of one cell.
+/// A closed polygon whose corners are on different edges of one cell.
 #[derive(Default)]
 pub(super) struct Polygon {
     len: usize,
@@ -23,9 +24,10 @@ impl Polygon {
         self.len += 1;
     }
 
-    /// Appends the triangulation with the least sum of squared diagonals; false if there is none.
+    /// Appends the triangulation with the least sum of squared diagonals; false if none is admissible.
     ///
-    /// A diagonal must not lie in a face of the cell: the neighbour could have the same one, and an edge in four faces.
+    /// A diagonal must not be in a face of the cell: the neighbouring cell might have the same diagonal, which would
+    /// then be an edge of four faces.
     pub(super) fn triangulate(&self, faces: &mut Vec<[u32; 3]>) -> bool {
         let v = &self.vertex;
         match self.len {
@@ -46,6 +48,7 @@ impl Polygon {
         true
     }
 
+    /// The cost of a diagonal: squared length, 0 for a side of the polygon, infinite in a face of the cell.
     fn diagonal(&self, i: usize, j: usize) -> f64 {
         if j - i == 1 || (i == 0 && j == self.len - 1) {
             0.0
@@ -56,6 +59,8 @@ impl Polygon {
         }
     }
 
+    /// Dynamic programming: `cost[i][j]` is the least cost of the polygon i, …, j, and `apex[i][j]` the third corner of
+    /// its triangle on the side ij.
     fn triangulate_long(&self, faces: &mut Vec<[u32; 3]>) -> bool {
         let n = self.len;
         let mut cost = [[0.0; MOST]; MOST];
@@ -77,6 +82,7 @@ impl Polygon {
         if !cost[0][n - 1].is_finite() {
             return false;
         }
+        // Collect the triangles of the best triangulation.
         let mut stack = [(0, 0); 2 * MOST];
         stack[0] = (0, n - 1);
         let mut waiting = 1;

@@ -1,9 +1,9 @@
-//! The polygons of each of the 256 sign patterns of marching cubes (Lorensen and Cline 1987), found by tracing the segments on the faces
-//! of the cell instead of from a printed table.
+//! The polygons of the 256 sign patterns of marching cubes (Lorensen and Cline 1987). They are traced along the
+//! segments on the cell's faces, not copied from a printed table.
 
 use std::sync::OnceLock;
 
-/// Corners of a cell: bit 0 of the number is x, bit 1 is y, bit 2 is z.
+/// Corners of a cell: bit 0 of the index is x, bit 1 is y, bit 2 is z.
 pub(super) const CORNER: [[i32; 3]; 8] = [
     [0, 0, 0],
     [1, 0, 0],
@@ -31,7 +31,7 @@ const FACE: [[u8; 4]; 6] = [
     [4, 5, 7, 6],
 ];
 
-/// The faces in which each edge lies, as bits.
+/// The faces that contain each edge, as bits.
 pub(super) const EDGE_FACES: [u8; 12] = edge_faces();
 
 const fn edge_faces() -> [u8; 12] {
@@ -58,20 +58,20 @@ const fn edge_between(a: u8, b: u8) -> usize {
     e
 }
 
-/// All polygons.
+/// The polygons of all sign patterns.
 pub(super) struct Table {
     cases: Vec<Case>,
 }
 
 struct Case {
-    /// Faces whose corners alternate in sign.
+    /// The faces whose corners alternate in sign.
     ambiguous: Vec<u8>,
-    /// Polygons for each combination of decisions (bit i: the inside corners of `ambiguous[i]` are joined).
+    /// The polygons for each combination of decisions; bit i: the inside corners of face `ambiguous[i]` are joined.
     variants: Vec<Vec<Vec<u8>>>,
 }
 
 impl Table {
-    /// The polygons, as edge numbers, of a cell with these corner values; `case` has a bit for each negative corner.
+    /// The polygons, as edge indices, of a cell with these corner values. `case` has a bit for each negative corner.
     pub(super) fn loops(&self, case: u8, corner: &[f64; 8]) -> &[Vec<u8>] {
         let case = &self.cases[case as usize];
         let mut decisions = 0;
@@ -87,7 +87,7 @@ impl Table {
     }
 }
 
-/// The table, built at its first use.
+/// The table, built on first use.
 pub(super) fn table() -> &'static Table {
     static TABLE: OnceLock<Table> = OnceLock::new();
     TABLE.get_or_init(|| Table {
@@ -95,9 +95,9 @@ pub(super) fn table() -> &'static Table {
     })
 }
 
-/// Whether the bilinear saddle of an alternating face is negative (Nielson and Hamann 1991).
+/// Whether the bilinear saddle of a face with alternating signs is negative (Nielson and Hamann 1991).
 ///
-/// Only two commutative products are compared, so both cells at the face find the same answer.
+/// Only compares two products, which are commutative, so that both cells at the face get the same answer.
 fn joins_inside(face: usize, corner: &[f64; 8]) -> bool {
     let [a, b, c, d] = FACE[face].map(|q| corner[q as usize]);
     if a < 0.0 {
@@ -131,8 +131,8 @@ fn build_case(case: u8) -> Case {
     }
 }
 
-/// Follows the segments from face to face. A segment runs from the edge where the walk round the face enters the inside to
-/// the edge where it leaves, which turns the polygon counter-clockwise seen from the positive side.
+/// Follows the segments from face to face. A segment runs from the edge where the boundary of the face enters the
+/// inside to the edge where it leaves it. The polygon is thus counter-clockwise seen from the positive side.
 fn trace(case: u8, joined: impl Fn(u8) -> bool) -> Vec<Vec<u8>> {
     let inside = |q: u8| case >> q & 1 == 1;
     let mut next = [None; 12];

@@ -1,8 +1,10 @@
+//! Tests of marching cubes: closed manifolds for all sign patterns, slabs.
+
 use std::collections::HashMap;
 
 use super::*;
 
-/// A fixed sequence of numbers in [0, 1).
+/// A fixed pseudo-random sequence in [0, 1).
 struct Noise(u64);
 
 impl Noise {
@@ -53,12 +55,12 @@ fn assert_closed_manifold(s: &IsoSurface) {
     }
 }
 
-/// A field with free values within, positive on its border.
+/// A field with the given values inside the box and positive values on its boundary.
 fn closed_field(n: i32, mut inner: impl FnMut([i32; 3]) -> f64) -> HashMap<[i32; 3], f64> {
     let mut field = HashMap::new();
     for p in cells(n + 1) {
-        let border = p.iter().any(|&c| c == 0 || c == n);
-        field.insert(p, if border { 1.0 } else { inner(p) });
+        let on_boundary = p.iter().any(|&c| c == 0 || c == n);
+        field.insert(p, if on_boundary { 1.0 } else { inner(p) });
     }
     field
 }
@@ -104,7 +106,7 @@ fn random_fields_are_closed_manifolds() {
     for round in 0..60 {
         let field = closed_field(9, |_| match round % 3 {
             0 => noise.next() - 0.5,
-            // many nodes exactly at the level
+            // Many nodes exactly at the level.
             1 => (noise.next() * 3.0).floor() - 1.0,
             _ => noise.next() - 0.8,
         });
@@ -158,7 +160,7 @@ fn values_that_are_not_numbers_do_not_panic() {
 #[test]
 fn slabs_make_what_single_cells_make() {
     let mut noise = Noise(11);
-    // Zeros, whole numbers and plain noise; thin boxes, and more layers than a slab has.
+    // Zeros, integers and plain noise; thin boxes, and boxes with more layers than a slab.
     for (dims, round) in [
         ([9, 7, 21], 0.0),
         ([6, 11, 18], 1.0),

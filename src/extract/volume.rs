@@ -1,4 +1,4 @@
-//! The surface at one level of a volume.
+//! The level surface of a dense volume.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,14 +8,12 @@ use super::dense::{self, Nodes};
 use crate::grid::Volume;
 use crate::mesh::Mesh;
 
-/// Why a volume has no surface.
+/// Errors of [`level_surface`].
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum VolumeSurfaceError {
-    /// The values are all on one side of the level.
-    #[error(
-        "no value lies on the other side of the level {level}: they range from {low} to {high}"
-    )]
+    /// All values are on one side of the level.
+    #[error("all values are on one side of the level {level}: they range from {low} to {high}")]
     NoSurface {
         /// The level.
         level: f64,
@@ -32,35 +30,36 @@ pub enum VolumeSurfaceError {
         /// Its value.
         value: f64,
     },
-    /// The lattice is too thin or too long.
+    /// The lattice has too few or too many nodes along an axis.
     #[error(
         "the volume has {0:?} nodes, where at least 2 and at most 2147483645 are needed along each axis"
     )]
     Dims([usize; 3]),
 }
 
-/// The surface where a volume has the given level, in world units, by marching cubes (Lorensen and Cline 1987). Inside is where values
-/// are below the level.
+/// The surface where a volume has the given level, in world units, by marching cubes (Lorensen and Cline 1987). Values
+/// below the level are inside.
 ///
-/// It ends at the volume's border; with `close` it is closed there by flat caps, as if all beyond were outside.
+/// The surface ends at the outermost nodes. With `close` it is closed there by flat caps, as if all space beyond were
+/// outside.
 ///
 /// # Errors
-/// When there is no such surface, a value is not finite, or an axis has fewer than two nodes or too many.
+/// When there is no surface, a value is not finite, or an axis has fewer than two nodes or too many.
 pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, VolumeSurfaceError> {
     let dims = volume.dims;
     if dims.iter().any(|n| *n < 2 || *n > i32::MAX as usize - 2) {
         return Err(VolumeSurfaceError::Dims(dims));
     }
-    // With `close` a layer of nodes outside the solid surrounds the volume.
+    // With `close`, a layer of outside nodes surrounds the volume.
     let [low, high] = match close {
         true => volume.range(),
         false => [0.0; 2],
     };
-    // Far above all values, so that caps lie at the outermost nodes.
+    // Far above all values, so that the caps are at the outermost nodes.
     let beyond = ((high - level).abs().max((low - level).abs())).max(f64::MIN_POSITIVE) * 1e9;
     let margin = usize::from(close);
     let [nx, ny, nz] = dims.map(|n| n + 2 * margin);
-    // Writes the nodes of one z plane, as values relative to the level; false where one is not finite.
+    // Writes the nodes of one z plane as values relative to the level; false if one is not finite.
     let plane = |k: usize, out: &mut [f64]| {
         if close {
             out.fill(beyond);
@@ -79,7 +78,7 @@ pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, V
         }
         sound
     };
-    // Vertices come in lattice coordinates in which the first node of the volume is the origin.
+    // Vertices are in lattice coordinates, with the first node of the volume as origin.
     let nodes = Nodes {
         dims: [nx, ny, nz],
         shift: -(margin as i32),
@@ -92,8 +91,7 @@ pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, V
         let [low, high] = volume.range();
         return Err(VolumeSurfaceError::NoSurface { level, low, high });
     }
-    // Vertices between the added layer and the outermost nodes are moved onto the latter; then lattice coordinates become
-    // world coordinates.
+    // Move vertices in the added layer onto the outermost nodes, then convert lattice to world coordinates.
     let last = DVec3::from_array(dims.map(|n| (n - 1) as f64));
     positions
         .par_iter_mut()
@@ -101,7 +99,7 @@ pub fn level_surface(volume: &Volume, level: f64, close: bool) -> Result<Mesh, V
     Ok(Mesh::new(positions, faces))
 }
 
-/// Says which value it is.
+/// The error for the first value that is not finite.
 fn not_finite(volume: &Volume) -> VolumeSurfaceError {
     let dims = volume.dims;
     let wrong = volume.values.iter().position(|v| !v.is_finite());
@@ -133,7 +131,7 @@ mod tests {
         out
     }
 
-    /// Edges that are not shared by two faces in opposite directions.
+    /// Number of edges that are not shared by two faces in opposite directions.
     fn open_edges(mesh: &Mesh) -> usize {
         let mut edges = std::collections::HashMap::new();
         for f in &mesh.faces {
@@ -155,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_plane_lies_at_its_level_and_ends_at_the_border() {
+    fn a_plane_is_at_its_level_and_ends_at_the_outermost_nodes() {
         let field = volume(12, |p| p.x + 0.3 * p.y);
         for level in [1.5, 2.125] {
             let mesh = level_surface(&field, level, false).unwrap();
@@ -166,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn caps_close_a_surface_exactly_at_the_border() {
+    fn caps_close_a_surface_exactly_at_the_outermost_nodes() {
         let field = volume(12, |p| p.x + 0.3 * p.y - 2.0);
         let mesh = level_surface(&field, 0.0, true).unwrap();
         assert_eq!(open_edges(&mesh), 0);
@@ -201,7 +199,7 @@ mod tests {
             level_surface(&hurt, 0.0, true),
             Err(VolumeSurfaceError::Dims(_))
         ));
-        // Everything inside: the caps alone.
+        // Everything is inside: only the caps.
         let block = level_surface(&field, 9.0, true).unwrap();
         assert_eq!(open_edges(&block), 0);
     }

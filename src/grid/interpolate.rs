@@ -1,10 +1,10 @@
-//! Tricubic Lagrange interpolation on sparse nodes.
+//! Tricubic Lagrange and trilinear interpolation on a sparse lattice.
 
 use glam::DVec3;
 
 use super::sparse::SparseGrid;
 
-/// Weights of the cubic Lagrange polynomial at −1, 0, 1, 2 and their derivatives.
+/// Weights of the cubic Lagrange polynomial on the nodes −1, 0, 1, 2, and their derivatives.
 fn lagrange(t: f64) -> ([f64; 4], [f64; 4]) {
     let (m, z, p, q) = (t + 1.0, t, t - 1.0, t - 2.0);
     (
@@ -23,14 +23,14 @@ fn lagrange(t: f64) -> ([f64; 4], [f64; 4]) {
     )
 }
 
-/// The 64 values round a cell, ready to be evaluated anywhere in it.
+/// The 4 × 4 × 4 node values around a cell, cached for evaluation within it.
 pub struct Tricubic {
     base: [i32; 3],
     values: [f64; 64],
 }
 
 impl Default for Tricubic {
-    /// Values round no cell.
+    /// An empty cache.
     fn default() -> Self {
         Self {
             base: [i32::MIN; 3],
@@ -40,8 +40,8 @@ impl Default for Tricubic {
 }
 
 impl Tricubic {
-    /// Gathers the values round the cell that holds `p` (lattice coordinates), unless it has them; false where a node is not
-    /// stored.
+    /// Loads the values around the cell that contains `p` (lattice coordinates), unless they are cached. False if a
+    /// node is not stored.
     pub fn gather(&mut self, grid: &SparseGrid, field: &[f64], p: DVec3) -> bool {
         if !p.is_finite() {
             return false;
@@ -64,12 +64,12 @@ impl Tricubic {
         }
     }
 
-    /// Value and gradient at `p`, in lattice units.
+    /// Value and gradient at `p`; both in lattice units.
     pub fn evaluate(&self, p: DVec3) -> (f64, DVec3) {
         let (wx, dx) = lagrange(p.x - f64::from(self.base[0]));
         let (wy, dy) = lagrange(p.y - f64::from(self.base[1]));
         let (wz, dz) = lagrange(p.z - f64::from(self.base[2]));
-        // Sums along x, y, z in turn; the lanes are the nodes of a plane, then of a line.
+        // Sum along x, y, z in turn. The inner loops run over the nodes of a plane, then of a line.
         let (mut plane, mut slope) = ([0.0; 16], [0.0; 16]);
         for (i, layer) in self.values.chunks_exact(16).enumerate() {
             for k in 0..16 {
@@ -92,19 +92,19 @@ impl Tricubic {
     }
 }
 
-/// The largest integer below, without a call of the library.
+/// The largest integer not above `x`, without a library call.
 fn floor(x: f64) -> i32 {
     let i = x as i32;
     i - i32::from(f64::from(i) > x)
 }
 
-/// Tricubic value and gradient of a field at `p` (lattice coordinates); none where a node is not stored.
+/// Tricubic value and gradient of a field at `p` (lattice coordinates); `None` if a node is not stored.
 pub fn value_and_gradient(grid: &SparseGrid, field: &[f64], p: DVec3) -> Option<(f64, DVec3)> {
     let mut patch = Tricubic::default();
     patch.gather(grid, field, p).then(|| patch.evaluate(p))
 }
 
-/// Trilinear value of a field at `p` (lattice coordinates), over the stored corners only.
+/// Trilinear value of a field at `p` (lattice coordinates). Corners that are not stored are left out of the weights.
 pub fn linear(grid: &SparseGrid, field: &[f64], p: DVec3) -> Option<f64> {
     let base = p.floor();
     let t = p - base;

@@ -1,17 +1,18 @@
-//! Sets of stored nodes, a word for each block.
+//! Dilation of sets of lattice nodes, with one 64-bit word per block.
 
 use rayon::prelude::*;
 
 use super::sparse::{BLOCK_NODES, SparseGrid, offset};
 
-/// For each axis how far apart its neighbours are in a word, and the nodes of a block at its low and high end.
+/// For each axis: the bit distance of neighbours in a word, and the masks of the nodes at the low and the high end of a
+/// block.
 const AXES: [(u32, u64, u64); 3] = [
     (16, 0xffff, 0xffff << 48),
     (4, 0x000f_000f_000f_000f, 0xf000_f000_f000_f000),
     (1, 0x1111_1111_1111_1111, 0x8888_8888_8888_8888),
 ];
 
-/// Marks the nodes within one step (26 neighbours) of a marked one.
+/// Marks the nodes within one step (26 neighbours) of a marked node.
 pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
     if grid.is_cancelled() {
         return marked.to_vec();
@@ -25,8 +26,8 @@ pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
     let blocks = out.par_chunks_exact_mut(BLOCK_NODES).enumerate();
     blocks.with_min_len(64).for_each(|(b, out)| {
         let reached = (0..27).map(offset).fold(0, |reached, o| {
-            let beside = grid.block_beside(b, o);
-            reached | beside.map_or(0, |b| reach(words[b], o))
+            let neighbour = grid.neighbour_block(b, o);
+            reached | neighbour.map_or(0, |b| reach(words[b], o))
         });
         for (i, o) in out.iter_mut().enumerate() {
             *o = (reached >> i) & 1 == 1;
@@ -35,7 +36,7 @@ pub fn dilate(grid: &SparseGrid, marked: &[bool]) -> Vec<bool> {
     out
 }
 
-/// The nodes of a block within one step of those that are marked in the block at an offset from it.
+/// The nodes of a block within one step of marked nodes in the block at `offset`.
 fn reach(marked: u64, offset: [i32; 3]) -> u64 {
     let along = |word: u64, (&o, (step, low, high)): (&i32, (u32, u64, u64))| match o {
         -1 => (word & high) >> (3 * step),

@@ -1,4 +1,4 @@
-//! Lattices, sparse node sets and interpolation.
+//! Regular lattices, sparse sets of lattice nodes, interpolation, and volumes.
 
 mod interpolate;
 mod marks;

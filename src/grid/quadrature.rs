@@ -1,4 +1,4 @@
-//! Quadrature on a cell.
+//! Gauss quadrature on a lattice cell.
 
 /// Abscissae of the two-point Gauss rule on [0, 1].
 pub fn gauss_points() -> [f64; 2] {

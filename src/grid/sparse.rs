@@ -1,4 +1,4 @@
-//! A regular lattice of which only some blocks of nodes are stored.
+//! A sparse regular lattice that stores only some blocks of nodes.
 
 use glam::DVec3;
 
@@ -8,36 +8,36 @@ use crate::cancel::Cancel;
 pub const BLOCK: i32 = 4;
 /// Nodes of a block.
 pub(crate) const BLOCK_NODES: usize = (BLOCK * BLOCK * BLOCK) as usize;
-/// Where no node is stored.
+/// Marks a node or block that is not stored.
 pub(crate) const ABSENT: u32 = u32::MAX;
 
 /// Integer coordinates of a node.
 pub type NodeIndex = [i32; 3];
 
-/// The node at an offset from another.
+/// The node at an offset from another node.
 #[inline]
 pub(crate) fn add(n: NodeIndex, o: NodeIndex) -> NodeIndex {
     [n[0] + o[0], n[1] + o[1], n[2] + o[2]]
 }
 
-/// The offset to the i-th of the 3 × 3 × 3 nodes round a node, in lexicographic order.
+/// The offset of the i-th node of a 3 × 3 × 3 neighbourhood, in lexicographic order.
 #[inline]
 pub(crate) fn offset(i: i32) -> NodeIndex {
     [i / 9 - 1, i / 3 % 3 - 1, i % 3 - 1]
 }
 
-/// A node in lattice coordinates.
+/// The position of a node in lattice coordinates.
 #[inline]
 pub(crate) fn as_point(n: NodeIndex) -> DVec3 {
     DVec3::new(n[0].into(), n[1].into(), n[2].into())
 }
 
-/// Where a lattice lies in the world.
+/// The position and spacing of a lattice in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lattice {
     /// World position of node (0, 0, 0).
     pub origin: DVec3,
-    /// Spacing of the nodes in world units.
+    /// Distance of neighbouring nodes in world units.
     pub voxel: f64,
 }
 
@@ -52,26 +52,26 @@ impl Lattice {
         (p - self.origin) / self.voxel
     }
 
-    /// About how many blocks of nodes the lattice round a box with `margin` on all sides has.
+    /// Estimated number of blocks of the lattice around a box with `margin` on all sides.
     pub fn blocks(low: DVec3, high: DVec3, margin: DVec3, voxel: f64) -> f64 {
         let nodes = ((high - low + 2.0 * margin) / voxel).ceil() + 1.0;
         (nodes / f64::from(BLOCK)).ceil().element_product()
     }
 
-    /// The lattice round a box with `margin` on all sides, and its size in nodes: whole blocks.
+    /// The lattice around a box with `margin` on all sides, and its size in nodes, rounded up to whole blocks.
     pub fn around(low: DVec3, high: DVec3, margin: DVec3, voxel: f64) -> (Self, NodeIndex) {
         let nodes = ((high - low + 2.0 * margin) / voxel).ceil() + 1.0;
         let blocks = (nodes / f64::from(BLOCK)).ceil().as_ivec3();
         let dims = (BLOCK * blocks).to_array();
         let size = DVec3::from_array(dims.map(|d| f64::from(d - 1))) * voxel;
-        // An irrational offset keeps nodes off the symmetry planes and vertices of regular meshes.
+        // An irregular offset keeps nodes off the symmetry planes and vertices of regular meshes.
         let offset = voxel * DVec3::new(0.0137, -0.0251, 0.0319);
         let origin = 0.5 * (low + high) - 0.5 * size + offset;
         (Self { origin, voxel }, dims)
     }
 }
 
-/// The stored nodes of a box of `dims` nodes, in blocks of 4 × 4 × 4, in lexicographic order of the blocks.
+/// The stored nodes of a box of `dims` nodes, in blocks of 4 × 4 × 4. Blocks are in lexicographic order.
 #[derive(Clone, Debug)]
 pub struct SparseGrid {
     dims: NodeIndex,
@@ -82,7 +82,8 @@ pub struct SparseGrid {
 }
 
 impl SparseGrid {
-    /// A box with the blocks for which `wanted(corner node of the block)` holds. `dims` are rounded up to whole blocks.
+    /// A box that stores the blocks for which `wanted(corner node of the block)` is true. `dims` are rounded up to
+    /// whole blocks.
     pub fn new(dims: NodeIndex, mut wanted: impl FnMut(NodeIndex) -> bool) -> Self {
         let block_dims = dims.map(|d| (d + BLOCK - 1) / BLOCK);
         let count = block_dims.iter().map(|&d| d as usize).product();
@@ -109,25 +110,25 @@ impl SparseGrid {
         }
     }
 
-    /// Stops what is computed on the grid once a token is set.
+    /// Sets the token that cancels computations on this grid.
     #[must_use]
     pub fn stopped_by(mut self, cancel: &Cancel) -> Self {
         self.cancel = cancel.clone();
         self
     }
 
-    /// The token that stops what is computed on the grid.
+    /// The token that cancels computations on this grid.
     pub fn cancel(&self) -> &Cancel {
         &self.cancel
     }
 
-    /// Whether what is computed on the grid is to stop.
+    /// Whether computations on this grid should stop.
     #[inline]
     pub fn is_cancelled(&self) -> bool {
         self.cancel.is_cancelled()
     }
 
-    /// Nodes along each axis of the whole box.
+    /// Nodes of the whole box along each axis.
     pub fn dims(&self) -> NodeIndex {
         self.dims
     }
@@ -137,7 +138,7 @@ impl SparseGrid {
         self.blocks.len() * BLOCK_NODES
     }
 
-    /// True where nothing is stored.
+    /// Whether no node is stored.
     pub fn is_empty(&self) -> bool {
         self.blocks.is_empty()
     }
@@ -147,7 +148,7 @@ impl SparseGrid {
         &self.blocks
     }
 
-    /// Where a node is stored, if it is.
+    /// The slot (index in a field) of a node; `None` if it is not stored.
     #[inline]
     pub fn slot(&self, n: NodeIndex) -> Option<usize> {
         let inside = (0..3).all(|a| n[a] >= 0 && n[a] < self.dims[a]);
@@ -164,8 +165,8 @@ impl SparseGrid {
         Some(block as usize * BLOCK_NODES + local as usize)
     }
 
-    /// The values of a field at the 4 × 4 × 4 nodes from `corner` on, in lexicographic order; false where one is not stored.
-    /// The nodes must lie in the box.
+    /// Copies the field values at the 4 × 4 × 4 nodes from `corner` on, in lexicographic order. False if a node is not
+    /// stored. The nodes must be within the box.
     #[inline]
     pub(crate) fn gather_cube(
         &self,
@@ -173,7 +174,7 @@ impl SparseGrid {
         field: &[f64],
         values: &mut [f64; 64],
     ) -> bool {
-        // At most two blocks along each axis.
+        // The cube overlaps at most two blocks along each axis.
         let first = corner.map(|c| c >> 2);
         let mut blocks = [0; 8];
         for (i, block) in blocks.iter_mut().enumerate() {
@@ -204,13 +205,14 @@ impl SparseGrid {
         true
     }
 
-    /// The slots of the 3 × 3 × 3 nodes round the one at `slot`, in lexicographic order; `ABSENT` where one is not stored.
+    /// The slots of the 3 × 3 × 3 nodes around the node at `slot`, in lexicographic order; `ABSENT` for nodes that are
+    /// not stored.
     #[inline]
     pub(crate) fn around(&self, slot: usize) -> [u32; 27] {
         let local = slot % BLOCK_NODES;
         let local = [local >> 4, (local >> 2) & 3, local & 3];
         let own = self.blocks[slot / BLOCK_NODES].map(|c| c >> 2);
-        // At most one other block along each axis.
+        // The neighbourhood overlaps at most one other block along each axis.
         let side = local.map(|l| i32::from(l == 3) - i32::from(l == 0));
         let blocks: [u32; 8] = std::array::from_fn(|i| {
             let b: NodeIndex = std::array::from_fn(|d| {
@@ -227,7 +229,7 @@ impl SparseGrid {
         });
         let along: [[(usize, u32); 3]; 3] = std::array::from_fn(|d| {
             std::array::from_fn(|i| {
-                // One more, to stay above zero.
+                // Shifted by one block, so that the number is not negative.
                 let next = local[d] + i + 3;
                 (usize::from(!(4..8).contains(&next)), (next & 3) as u32)
             })
@@ -243,7 +245,7 @@ impl SparseGrid {
         })
     }
 
-    /// For each stored block what `of` says of its slots, joined by `|` with what it says of the blocks round it.
+    /// For each stored block, the bitwise OR of `of` over all slots of the block and of its 26 neighbours.
     pub(crate) fn summed_round(&self, of: impl Fn(usize) -> u8) -> Vec<u8> {
         let range = |b: usize| b * BLOCK_NODES..(b + 1) * BLOCK_NODES;
         let own: Vec<u8> = (0..self.blocks.len())
@@ -251,19 +253,19 @@ impl SparseGrid {
             .collect();
         (0..self.blocks.len())
             .map(|b| {
-                let round = (0..27).filter_map(|i| self.block_beside(b, offset(i)));
+                let round = (0..27).filter_map(|i| self.neighbour_block(b, offset(i)));
                 round.fold(0, |sum, b| sum | own[b])
             })
             .collect()
     }
 
-    /// The stored block at an offset from another, in blocks.
-    pub(crate) fn block_beside(&self, block: usize, offset: NodeIndex) -> Option<usize> {
+    /// The stored block at an offset (in blocks) from another block.
+    pub(crate) fn neighbour_block(&self, block: usize, offset: NodeIndex) -> Option<usize> {
         let slot = self.slot(add(self.blocks[block], offset.map(|o| o * BLOCK)))?;
         Some(slot / BLOCK_NODES)
     }
 
-    /// The node stored at a slot.
+    /// The node at a slot.
     #[inline]
     pub fn node(&self, slot: usize) -> NodeIndex {
         let corner = self.blocks[slot / BLOCK_NODES];
@@ -275,7 +277,7 @@ impl SparseGrid {
         ]
     }
 
-    /// True for nodes at least `margin` nodes away from the faces of the box.
+    /// Whether a node is at least `margin` nodes away from the faces of the box.
     pub fn is_interior(&self, n: NodeIndex, margin: i32) -> bool {
         (0..3).all(|a| n[a] >= margin && n[a] < self.dims[a] - margin)
     }

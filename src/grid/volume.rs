@@ -1,8 +1,8 @@
-//! Values on a full lattice, as volume files hold them.
+//! A dense scalar volume, as volume files hold it.
 
 use glam::DVec3;
 
-/// Numbers on the nodes of a box-shaped lattice.
+/// Values on the nodes of a box-shaped lattice.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Volume {
     /// Number of nodes along x, y and z.
@@ -11,7 +11,7 @@ pub struct Volume {
     pub origin: DVec3,
     /// Distance of neighbouring nodes along each axis; positive.
     pub spacing: DVec3,
-    /// The value of each node: x runs fastest, then y.
+    /// The value of each node; x varies fastest, then y.
     pub values: Vec<f64>,
 }
 
@@ -22,7 +22,7 @@ impl Volume {
         self.values[(k * self.dims[1] + j) * self.dims[0] + i]
     }
 
-    /// The position of a point in lattice coordinates; node `[i, j, k]` is at `(i, j, k)`.
+    /// The world position of a point in lattice coordinates; node `[i, j, k]` is at `(i, j, k)`.
     pub fn position(&self, point: DVec3) -> DVec3 {
         self.origin + self.spacing * point
     }

@@ -1,10 +1,10 @@
-//! Numbers in bytes.
+//! Reads binary numbers of any scalar type and byte order.
 
 use crate::mesh::attributes::Scalar;
 
 impl Scalar {
-    /// The number at the front of the bytes and what follows it; none where there are too few. Integers beyond 2⁵³ lose
-    /// digits; no index is that large.
+    /// The number at the start of the bytes, and the bytes after it; `None` if there are too few. Integers beyond 2⁵³
+    /// lose digits, but no index is that large.
     #[inline]
     pub(super) fn take<const BIG_ENDIAN: bool>(self, bytes: &[u8]) -> Option<(f64, &[u8])> {
         fn front<const BIG_ENDIAN: bool, const N: usize>(bytes: &mut &[u8]) -> Option<[u8; N]> {

@@ -1,5 +1,4 @@
-//! Values of corners, such as those at seams of a texture and at hard edges, from every format that has them to every
-//! other.
+//! Corner attributes (texture seams, hard normals) are carried from every format that has them to every other.
 
 use glam::DVec3;
 
@@ -7,11 +6,11 @@ use super::samples::read_alone;
 use super::{Contents, Format, Loaded, Precision, WriteOptions, model_to_bytes};
 use crate::mesh::attributes::{Attribute, Role};
 
-/// A roof of two squares with its seam along the ridge, and a vertex that no face uses.
+/// A roof of two squares with a texture seam along the ridge, and a vertex that no face uses.
 const SEAMS: &str = "v 0 0 0\nv 1 0 1\nv 1 1 1\nv 0 1 0\nv 2 0 0\nv 2 1 0\nv 7 7 7\nvt 0 0\nvt 0.5 0\nvt 0.5 1\nvt 0 1\n\
     vt 0.625 0\nvt 1 0\nvt 1 1\nvt 0.625 1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\nf 2/5 5/6 6/7\nf 2/5 6/7 3/8\n";
 
-/// The same with hard normals on both sides of the ridge.
+/// The same text with different normals on both sides of the ridge.
 fn with_normals(text: &str) -> String {
     let mut out = text.replace("\nf ", "\nvn -0.6 0 0.8\nvn 0.6 0 0.8\nf ");
     for line in text.lines().filter(|line| line.starts_with("f ")) {
@@ -32,7 +31,7 @@ fn with_normals(text: &str) -> String {
     out
 }
 
-/// A file of each format that has values of corners of its own, or whose vertices are told apart by their values.
+/// A file of each format that stores values per corner, or that splits vertices where their values differ.
 fn samples() -> Vec<(String, Loaded)> {
     let only_normals = SEAMS.lines().filter(|line| !line.starts_with("vt"));
     let only_normals: Vec<String> = only_normals
@@ -70,7 +69,7 @@ fn samples() -> Vec<(String, Loaded)> {
     samples
 }
 
-/// Normals of faces without texture coordinates: the first two faces have one, the others another.
+/// Normals without texture coordinates: the first two faces have one normal, the others another.
 fn hard(text: &str) -> String {
     let mut number = 0;
     let lines = text.lines().map(|line| match line.strip_prefix("f ") {
@@ -100,7 +99,7 @@ fn write(loaded: &Loaded, format: Format) -> (Vec<u8>, Vec<String>) {
     (written.bytes, written.notes)
 }
 
-/// Where the corners of the faces are and which values of a role they have, as single-precision numbers.
+/// The position of each face corner and its value of a role, in single precision.
 fn corners(loaded: &Loaded, role: Role) -> Vec<(DVec3, Option<Vec<f32>>)> {
     let all = &loaded.attributes;
     let floats =
@@ -149,13 +148,13 @@ fn seams_and_hard_normals_go_to_every_format_or_are_said_to_be_left_out() {
                     list.iter().map(|(p, _)| *p).collect()
                 };
                 assert_eq!(places(&before), places(&after), "{name} to {format}");
-                // A primitive has a value for each of its vertices or for none, and VTK fills gaps with zeros.
+                // In glTF all vertices of a primitive have a value or none has. VTK fills gaps with zeros.
                 let gaps = before.iter().any(|(_, v)| v.is_none());
                 let splits = matches!(format, Format::Gltf | Format::Glb);
                 if gaps && (splits || !differ(&loaded, role)) {
                     continue;
                 }
-                // A PLY face has a value for each of its corners or for none.
+                // All corners of a PLY face have a value or none has.
                 if format == Format::Ply && !notes.contains(word) {
                     let faces = before.chunks(3).zip(after.chunks(3));
                     let mut whole = faces.filter(|(b, _)| b.iter().all(|(_, v)| v.is_some()));

@@ -1,4 +1,4 @@
-//! How a file's format is told.
+//! Detects the file format from content or name.
 
 use std::path::Path;
 use std::str::FromStr;
@@ -6,10 +6,10 @@ use std::str::FromStr;
 use super::{Format, IoError, text};
 
 impl Format {
-    /// Tells the format from the content where the content is unmistakable.
+    /// The format by content, or `None` where the content is ambiguous.
     ///
     /// # Errors
-    /// When the content is unmistakably of a kind that is not supported, such as FBX or a compressed archive.
+    /// When the content is clearly of a kind that is not supported, for example FBX or a compressed archive.
     pub fn sniff(bytes: &[u8]) -> Result<Option<Format>, IoError> {
         if super::threemf::is_package(bytes) {
             return Ok(Some(Format::ThreeMf));
@@ -47,10 +47,10 @@ impl Format {
         Ok(None)
     }
 
-    /// The format of a file: told from the content where it can be, else from the name.
+    /// The format of a file: by content, else by extension, else OBJ if the text looks like OBJ.
     ///
     /// # Errors
-    /// When neither content nor name is of a supported format; the message lists the supported ones.
+    /// When neither content nor name is of a supported format. The message lists the supported ones.
     pub fn detect(bytes: &[u8], path: &Path) -> Result<Format, IoError> {
         if let Some(format) = Format::sniff(bytes)? {
             return Ok(format);
@@ -63,11 +63,11 @@ impl Format {
         }
         let what = match path.extension() {
             Some(extension) => format!(
-                "neither the content nor the extension .{} tells a supported format",
+                "the content and the extension .{} are of no supported format",
                 extension.display()
             ),
             None => {
-                "the content does not tell the format and the name has no extension".to_string()
+                "the content is of no supported format and the name has no extension".to_string()
             }
         };
         Err(IoError::UnknownFormat { what })
@@ -77,7 +77,7 @@ impl Format {
 impl FromStr for Format {
     type Err = IoError;
 
-    /// Takes an extension with or without the dot, in any case.
+    /// Accepts an extension with or without the dot, in any case.
     fn from_str(name: &str) -> Result<Self, IoError> {
         let wanted = name.trim_start_matches('.');
         Format::ALL
@@ -89,7 +89,7 @@ impl FromStr for Format {
     }
 }
 
-/// The name of a well-known format that is not supported, told from its first bytes.
+/// The name of a known but unsupported format, by its first bytes.
 fn foreign(bytes: &[u8]) -> Option<&'static str> {
     const MAGIC: [(&[u8], &str); 8] = [
         (
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn binary_stl_is_told_by_its_size() {
+    fn binary_stl_is_detected_by_its_size() {
         let mut bytes = vec![0u8; 134];
         bytes[80] = 1;
         assert_eq!(

@@ -1,4 +1,4 @@
-//! What can go wrong with a mesh file.
+//! Errors of reading and writing mesh files.
 
 use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
@@ -30,11 +30,12 @@ impl fmt::Display for Location {
     }
 }
 
-/// What is wrong in words of which some may come from a file: made printable, and cut to a sensible length.
-struct Said<'a>(&'a str);
+/// A message, part of which may come from a file: non-printable characters are escaped and the length is limited.
+struct Printable<'a>(&'a str);
 
-impl fmt::Display for Said<'_> {
+impl fmt::Display for Printable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Characters.
         const LONGEST: usize = 400;
         for (i, c) in self.0.chars().enumerate() {
             match c {
@@ -56,7 +57,7 @@ pub enum IoError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: std::io::Error,
     },
     /// The operating system refused to write a file.
@@ -64,7 +65,7 @@ pub enum IoError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: std::io::Error,
     },
     /// An error in a file that is known by its path.
@@ -76,13 +77,13 @@ pub enum IoError {
         error: Box<IoError>,
     },
     /// The format is not known or not supported.
-    #[error("{}; supported are {}", Said(what), Format::LIST)]
+    #[error("{}; supported are {}", Printable(what), Format::LIST)]
     UnknownFormat {
-        /// What was found instead.
+        /// What the file or name is instead.
         what: String,
     },
-    /// The file is well formed but holds something that is not read.
-    #[error("{format}: {}; {advice}", Said(what))]
+    /// The file is well formed but uses a feature that is not supported.
+    #[error("{format}: {}; {advice}", Printable(what))]
     Unsupported {
         /// The format of the file.
         format: Format,
@@ -92,7 +93,7 @@ pub enum IoError {
         advice: &'static str,
     },
     /// The file breaks the rules of its format.
-    #[error("{format}{place}: {}; {advice}", Said(what))]
+    #[error("{format}{place}: {}; {advice}", Printable(what))]
     Malformed {
         /// The format of the file.
         format: Format,
@@ -113,7 +114,7 @@ pub enum IoError {
         /// How many points there are.
         points: usize,
     },
-    /// Every face is degenerate.
+    /// All faces are degenerate.
     #[error(
         "{format}: all {faces} faces are degenerate (they repeat a corner or have no area); check the export settings \
          of the program that wrote the file"
@@ -125,7 +126,7 @@ pub enum IoError {
         faces: usize,
     },
     /// The mesh cannot be expressed in the format.
-    #[error("{format}: {}; {advice}", Said(what))]
+    #[error("{format}: {}; {advice}", Printable(what))]
     NotWritable {
         /// The format to be written.
         format: Format,
@@ -148,7 +149,7 @@ impl IoError {
         }
     }
 
-    /// Replaces the advice that a message ends with.
+    /// Replaces the advice at the end of a message.
     pub(super) fn advise(mut self, text: &'static str) -> Self {
         if let IoError::Malformed { advice, .. } | IoError::Unsupported { advice, .. } = &mut self {
             *advice = text;
@@ -156,7 +157,7 @@ impl IoError {
         self
     }
 
-    /// Says that the error is in a file of another format, which shares its reader.
+    /// Sets the format in the message, for formats that share a reader.
     pub(super) fn of_format(mut self, other: Format) -> Self {
         if let IoError::Malformed { format, .. } | IoError::Unsupported { format, .. } = &mut self {
             *format = other;
@@ -164,7 +165,7 @@ impl IoError {
         self
     }
 
-    /// Names the file the error is in.
+    /// Adds the path of the file to the message.
     pub(crate) fn in_file(self, path: &Path) -> Self {
         match self {
             IoError::Read { .. } | IoError::Write { .. } | IoError::InFile { .. } => self,

@@ -1,4 +1,4 @@
-//! Meshes from and to paths.
+//! Reading and writing meshes and volumes by path, with the side files that a mesh file names.
 
 use std::fs;
 use std::io::Read;
@@ -11,7 +11,7 @@ use super::{
 use crate::grid::Volume;
 use crate::mesh::{Attributes, Mesh};
 
-/// Reads a mesh file. The format is told from the content, else from the extension, unless it is given.
+/// Reads a mesh file. Unless `format` is given, it is detected from the content, or else from the extension.
 ///
 /// # Errors
 /// When the file cannot be read, its format is not supported, or its content is damaged or holds no surface. The message
@@ -21,21 +21,21 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<Loaded, IoError>
     read_as(path, &bytes, format, &beside(path))
 }
 
-/// The most bytes that are read from a stream, whose end is not known before: 2 GiB.
+/// Bytes. Largest stream that is read: 2 GiB, because the length of a stream is not known in advance.
 pub const MOST_STREAM: u64 = 2 << 30;
 
 /// Reads a stream to its end.
 ///
 /// # Errors
-/// When it cannot be read, or goes on after [`MOST_STREAM`] bytes.
+/// When it cannot be read, or is longer than [`MOST_STREAM`].
 pub fn read_stream(stream: impl Read) -> std::io::Result<Vec<u8>> {
     within(stream, MOST_STREAM)
 }
 
-/// The text of a file, or of what a pipe brings.
+/// Reads a text file or pipe.
 ///
 /// # Errors
-/// When it cannot be read, is a device, or no UTF-8.
+/// When it cannot be read, is a device, or is not UTF-8.
 pub fn read_text(path: &Path) -> Result<String, IoError> {
     String::from_utf8(bytes_of(path)?).map_err(|error| IoError::Read {
         path: path.to_path_buf(),
@@ -43,7 +43,7 @@ pub fn read_text(path: &Path) -> Result<String, IoError> {
     })
 }
 
-/// Reads a stream to its end; an error after `most` bytes.
+/// Reads a stream to its end, or gives an error after `most` bytes.
 fn within(stream: impl Read, most: u64) -> std::io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     stream.take(most + 1).read_to_end(&mut bytes)?;
@@ -54,7 +54,7 @@ fn within(stream: impl Read, most: u64) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The bytes of a file, or of what a pipe brings. Devices, which may have no end, are refused.
+/// Reads the bytes of a file or pipe. Devices are refused, because they may never end.
 ///
 /// # Errors
 /// When it cannot be read or is a device.
@@ -87,7 +87,8 @@ fn is_device(_: fs::FileType) -> bool {
     false
 }
 
-/// As [`read_path`], from the bytes that the file would hold. What it refers to by name is loaded by `resolve`.
+/// As [`read_path`], from bytes already in memory. `resolve` loads the side files; `path` serves for detection and
+/// messages.
 ///
 /// # Errors
 /// As [`read_path`].
@@ -98,15 +99,15 @@ pub fn read_as(
     resolve: &Resolve<'_>,
 ) -> Result<Loaded, IoError> {
     let read = || {
-        let told = match format {
+        let detected = match format {
             Some(format) => format,
             None => Format::detect(bytes, path)?,
         };
-        let mut loaded = read_bytes(bytes, told, resolve)?;
-        if format.is_none() && Format::from_extension(path).is_some_and(|named| named != told) {
+        let mut loaded = read_bytes(bytes, detected, resolve)?;
+        if format.is_none() && Format::from_extension(path).is_some_and(|named| named != detected) {
             let extension = path.extension().unwrap_or_default();
             loaded.notes.push(format!(
-                "the content is {told} in spite of the extension .{}",
+                "the content is {detected} although the extension is .{}",
                 extension.display()
             ));
         }
@@ -115,13 +116,13 @@ pub fn read_as(
     read().map_err(|error: IoError| error.in_file(path))
 }
 
-/// Loads what a file refers to by name: from its folder, out of which no name and no link may lead.
+/// A [`Resolve`] that loads side files from the folder of `path`. Names and links that lead outside are refused.
 pub fn beside(path: &Path) -> impl Fn(&str, u64) -> Result<Vec<u8>, IoError> + '_ {
     move |name, most| side_file(path, name, most)
 }
 
-/// Loads at most so many bytes of a file named inside another one, relative to the other's folder, out of which no name and
-/// no link may lead.
+/// Loads at most `most` bytes of a file that `path` names, relative to the folder of `path`. Names and links that lead
+/// outside this folder are refused.
 fn side_file(path: &Path, name: &str, most: u64) -> Result<Vec<u8>, IoError> {
     let refuse = |what: &str| IoError::Unsupported {
         format: Format::Gltf,
@@ -137,7 +138,7 @@ fn side_file(path: &Path, name: &str, most: u64) -> Result<Vec<u8>, IoError> {
     };
     let unreadable = |cause: std::io::Error| refuse(&format!("cannot be read ({cause})"));
     let folder = fs::canonicalize(folder).map_err(unreadable)?;
-    // Names that lead out are refused before anything is asked about what they name.
+    // Names that lead outside are refused before the file system is asked about them.
     let mut depth = 0i64;
     for part in Path::new(name).components() {
         depth += match part {
@@ -163,9 +164,10 @@ fn side_file(path: &Path, name: &str, most: u64) -> Result<Vec<u8>, IoError> {
     Ok(bytes)
 }
 
-/// Writes a mesh file and returns remarks for the user. The format is that of the extension unless it is given.
+/// Writes a mesh file and returns remarks for the user. Unless `format` is given, the extension decides it.
 ///
-/// The file is written beside its target and then moved over it, so that a failure leaves the target as it was.
+/// The bytes go to a temporary file in the same folder, which then replaces the target, so that a failure leaves the
+/// target unchanged.
 ///
 /// # Errors
 /// When the format is not supported, cannot hold the mesh, or the file cannot be written.
@@ -197,7 +199,7 @@ pub fn write_model(
     let format = match format.or_else(|| Format::from_extension(path)) {
         Some(format) => format,
         None => {
-            let what = "the extension does not tell a supported format to write".to_string();
+            let what = "the extension is of no supported format".to_string();
             return Err(IoError::UnknownFormat { what }.in_file(path));
         }
     };
@@ -212,16 +214,16 @@ pub fn write_model(
 /// Reads a volume file; see [`read_volume_bytes`].
 ///
 /// # Errors
-/// When the file cannot be read or holds no such volume. The message begins with the path.
+/// When the file cannot be read or does not hold the volume. The message begins with the path.
 pub fn read_volume_path(path: &Path, array: Option<&str>) -> Result<Volume, IoError> {
     let bytes = bytes_of(path)?;
     read_volume_bytes(&bytes, array).map_err(|error| error.in_file(path))
 }
 
-/// Writes a volume as a VTI file; see [`volume_to_bytes`]. The file is written beside its target and then moved over it.
+/// Writes a volume as a VTI file; see [`volume_to_bytes`]. A temporary file replaces the target, as in [`write_path`].
 ///
 /// # Errors
-/// When the volume cannot be expressed or the file cannot be written.
+/// When the volume cannot be written as VTI or the file cannot be written.
 pub fn write_volume_path(
     path: &Path,
     volume: &Volume,
@@ -352,7 +354,7 @@ mod tests {
         }
     }
 
-    /// A glTF file of one triangle whose points are in the named buffer.
+    /// A glTF file of one triangle with its points in the named buffer.
     fn gltf(name: &str, length: u64) -> String {
         format!(
             r#"{{"asset":{{"version":"2.0"}},"nodes":[{{"mesh":0}}],"buffers":[{{"byteLength":{length},"uri":"{name}"}}],

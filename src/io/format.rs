@@ -1,11 +1,11 @@
-//! The mesh file formats.
+//! The list of mesh and volume file formats, with their names and extensions.
 
 use std::fmt;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-/// A file format that can be read and written: of meshes, and of volumes.
+/// A mesh or volume file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
@@ -16,25 +16,25 @@ pub enum Format {
     Ply,
     /// STL, text or binary.
     Stl,
-    /// glTF 2.0 as JSON with outside or embedded buffers.
+    /// glTF 2.0 as JSON with external or embedded buffers.
     Gltf,
-    /// glTF 2.0 in one binary file.
+    /// glTF 2.0 as one binary file.
     Glb,
-    /// VTK legacy, text or binary.
+    /// VTK legacy: mesh or volume, text or binary.
     Vtk,
     /// VTK XML poly data.
     Vtp,
     /// OFF, text.
     Off,
-    /// 3MF: a package of objects with a unit.
+    /// 3MF: a ZIP package of objects, with a unit of length.
     #[serde(rename = "3mf")]
     ThreeMf,
-    /// VTK XML image data: a volume, not a mesh.
+    /// VTK XML image data, a volume.
     Vti,
 }
 
 impl Format {
-    /// Every format of meshes, in the order in which they are listed to users.
+    /// All mesh formats, in the order in which users see them.
     pub const ALL: [Format; 9] = [
         Format::Obj,
         Format::Ply,
@@ -47,11 +47,11 @@ impl Format {
         Format::ThreeMf,
     ];
 
-    /// The formats as one line for messages and help texts.
+    /// The mesh formats as one line for messages and help texts.
     pub const LIST: &'static str = "OBJ (.obj), PLY (.ply), STL (.stl), glTF (.gltf, .glb), VTK legacy (.vtk), \
                                     VTK XML poly data (.vtp), OFF (.off) and 3MF (.3mf)";
 
-    /// The usual file name extension, lower case, without a dot.
+    /// The usual file name extension, in lower case and without a dot.
     pub fn extension(self) -> &'static str {
         match self {
             Format::Obj => "obj",
@@ -67,7 +67,7 @@ impl Format {
         }
     }
 
-    /// The format a file name's extension stands for, if it is a supported one.
+    /// The mesh format of a file name's extension, if supported.
     pub fn from_extension(path: &Path) -> Option<Format> {
         path.extension()?.to_str()?.parse().ok()
     }

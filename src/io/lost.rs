@@ -1,8 +1,8 @@
-//! Remarks on attributes that a format cannot hold.
+//! Remarks on attributes that a format cannot hold and that are left out.
 
 use super::{Contents, Format, Written};
 
-/// Adds a remark when there are attributes at all, marks of patches not counted.
+/// Adds the remark for a format that holds no attributes. The marks of patches are not mentioned.
 pub(super) fn all(mut written: Written, model: &Contents<'_>, format: Format) -> Written {
     written
         .notes
@@ -10,7 +10,7 @@ pub(super) fn all(mut written: Written, model: &Contents<'_>, format: Format) ->
     written
 }
 
-/// The remark that a format cannot hold what is listed, if anything is.
+/// The remark that `format` has no place for the attributes in `listed`; none if `listed` is empty.
 pub(super) fn note(listed: &str, format: Format) -> Option<String> {
     (!listed.is_empty())
         .then(|| format!("left out, because {format} has no place for it: {listed}"))

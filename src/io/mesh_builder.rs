@@ -1,4 +1,4 @@
-//! Collects the points and faces of a file and checks them.
+//! Collects the points and faces of a file, checks them and triangulates polygons.
 
 use glam::DVec3;
 
@@ -6,7 +6,8 @@ use super::{Format, IoError, Loaded, Location};
 use crate::mesh::triangulate::Triangulator;
 use crate::mesh::{Attributes, LARGEST, Mesh, SMALLEST, bounds};
 
-/// A surface under construction. Vertices keep the order of the file; polygons are cut once all points are known.
+/// A surface under construction. Vertices keep the order of the file. Polygons are triangulated once all points are
+/// known.
 pub(super) struct MeshBuilder {
     format: Format,
     /// Points in file order.
@@ -18,16 +19,16 @@ pub(super) struct MeshBuilder {
     pub(super) notes: Vec<String>,
 }
 
-/// Where the triangles of a surface come from.
+/// For each triangle of a surface, the face and corners of the file that it comes from.
 pub(super) struct CutFrom {
-    /// For each triangle the face it was cut from, counted in the order in which faces were added.
+    /// The face of each triangle, counted in the order in which faces were added.
     pub(super) face: Vec<u32>,
-    /// For each triangle its corners, counted over the corners of all faces in that order.
+    /// The three corners of each triangle, counted over the corners of all faces in that order.
     pub(super) corners: Vec<[u32; 3]>,
 }
 
 impl CutFrom {
-    /// Of so many triangles that were not cut.
+    /// For `count` triangles that are the faces of the file.
     pub(super) fn identity(count: usize) -> Self {
         Self {
             face: (0..count as u32).collect(),
@@ -37,7 +38,7 @@ impl CutFrom {
         }
     }
 
-    /// Adds triangles that were not cut, the first of which has the given number and first corner.
+    /// Appends triangles that were faces of the file. The first of them is number `face` and begins at corner `corner`.
     fn add_triangles(&mut self, count: usize, face: usize, corner: usize) {
         self.face.extend((0..count).map(|i| (face + i) as u32));
         let first = |i: usize| (corner + 3 * i) as u32;
@@ -46,11 +47,11 @@ impl CutFrom {
     }
 }
 
-/// A face of more than three corners, waiting to be cut.
+/// A face of more than three corners, not yet triangulated.
 struct Polygon {
-    /// How many triangles were collected before it.
+    /// The number of triangles collected before it.
     after: usize,
-    /// Where its corners end among all polygon corners.
+    /// The end of its corners in `polygon_corners`.
     end: usize,
 }
 
@@ -66,17 +67,17 @@ impl MeshBuilder {
         }
     }
 
-    /// The triangles collected so far, polygons not among them.
+    /// The triangles collected so far, without polygons.
     pub(super) fn triangles_mut(&mut self) -> &mut Vec<[u32; 3]> {
         &mut self.triangles
     }
 
-    /// Makes room for faces that are known to be there.
+    /// Reserves memory for faces whose number is known.
     pub(super) fn reserve_faces(&mut self, count: usize) {
         self.triangles.reserve(count);
     }
 
-    /// How many faces were collected, polygons counted once.
+    /// The number of faces collected; a polygon counts as one.
     pub(super) fn face_count(&self) -> usize {
         self.triangles.len() + self.polygons.len()
     }
@@ -114,8 +115,8 @@ impl MeshBuilder {
         }
     }
 
-    /// Adds the triangles of a strip, every second one turned so that all face the same way. Triangles that repeat a
-    /// corner only connect the parts of a strip and are left out.
+    /// Adds the triangles of a strip; every second one is reversed so that all have the same orientation. Triangles
+    /// that repeat a corner only connect the parts of a strip and are omitted.
     pub(super) fn push_strip(&mut self, corners: &[u32]) {
         for (i, window) in corners.windows(3).enumerate() {
             let (a, b, c) = (window[0], window[1], window[2]);
@@ -126,23 +127,23 @@ impl MeshBuilder {
         }
     }
 
-    /// Adds the triangles of a fan round its first corner.
+    /// Adds the triangles of a fan around its first corner.
     pub(super) fn push_fan(&mut self, corners: &[u32]) {
         for pair in corners.get(1..).unwrap_or(&[]).windows(2) {
             self.triangles.push([corners[0], pair[0], pair[1]]);
         }
     }
 
-    /// Checks points and faces, cuts polygons and counts what is degenerate.
+    /// Checks points and faces, triangulates polygons and counts degenerate triangles.
     ///
     /// # Errors
-    /// When a coordinate is not finite, a face names a point that is not there, there are no faces, or all are
+    /// When a coordinate is not finite, a face names a point that does not exist, there are no faces, or all are
     /// degenerate.
     pub(super) fn finish(self) -> Result<Loaded, IoError> {
         self.finish_with(&mut None)
     }
 
-    /// As [`MeshBuilder::finish`]; says also where the triangles come from, if it is asked to by a value in `cut`.
+    /// As [`MeshBuilder::finish`]. If `cut` holds a value, it is replaced by the origins of the triangles.
     pub(super) fn finish_with(mut self, cut: &mut Option<CutFrom>) -> Result<Loaded, IoError> {
         self.check_positions()?;
         self.check_indices()?;
@@ -199,12 +200,13 @@ impl MeshBuilder {
         }
     }
 
-    /// Refuses coordinates whose squares, of which lengths are made, no number can hold.
+    /// Refuses coordinates above `LARGEST` and extents below `SMALLEST`: fourth powers of lengths would overflow or
+    /// underflow.
     fn check_sizes(&self) -> Result<(), IoError> {
         let large = |p: &DVec3| p.abs().max_element() > LARGEST;
         if let Some(index) = self.positions.iter().position(large) {
             let what = format!(
-                "the coordinates {:?} are too large to measure, since the largest that can be is {LARGEST:e}",
+                "the coordinates {:?} are too large to measure; the largest possible coordinate is {LARGEST:e}",
                 self.positions[index].to_array()
             );
             return Err(
@@ -216,8 +218,8 @@ impl MeshBuilder {
         let extent = (high - low).max_element();
         if 0.0 < extent && extent < SMALLEST {
             let what = format!(
-                "the points lie within {extent:e} of each other, which is too small to measure, since the smallest mesh \
-                 that can be measures {SMALLEST:e}"
+                "the points are within {extent:e} of each other, which is too small to measure; the smallest possible \
+                 extent is {SMALLEST:e}"
             );
             return Err(
                 IoError::malformed(self.format, Location::File, what).advise("scale the mesh up")
@@ -297,7 +299,7 @@ impl MeshBuilder {
         ));
         if unclean > 0 {
             self.notes.push(format!(
-                "of these, faces that cross themselves or have no area and are cut arbitrarily: {unclean}"
+                "of these, faces with self-intersections or without area, cut arbitrarily: {unclean}"
             ));
         }
         faces
@@ -408,8 +410,11 @@ mod tests {
         };
         for factor in [1e160, 1e76] {
             let message = scaled(factor).unwrap_err();
-            let told = message.contains("vertex 1") && message.contains("too large to measure");
-            assert!(told && message.contains("scale the mesh down"), "{message}");
+            let is_named = message.contains("vertex 1") && message.contains("too large to measure");
+            assert!(
+                is_named && message.contains("scale the mesh down"),
+                "{message}"
+            );
         }
         for factor in [1e-160, 1e-76] {
             let message = scaled(factor).unwrap_err();

@@ -1,11 +1,12 @@
-//! Reading and writing mesh files.
+//! Reading and writing mesh and volume files: OBJ, PLY, STL, glTF/GLB, VTK legacy, VTP, OFF, 3MF and VTI.
 //!
-//! Volumes are VTI files and, for reading, VTK legacy ones. Every format has one module that turns bytes into a [`Mesh`] and back; only [`read_path`] and [`write_path`] touch the
-//! file system. Coordinates are `f64` inside. Vertices of indexed formats keep the order of the file, unreferenced and
-//! duplicate ones included; the facets of an STL file are welded where their corners have equal coordinates. Faces of
-//! more than three corners are cut into triangles, concave ones properly.
+//! Each format has one module that turns bytes into a [`Mesh`] and back. Volumes are written as VTI and read from VTI
+//! and VTK legacy. Only the functions of paths, such as [`read_path`] and [`write_path`], use the file system.
+//! Coordinates are `f64` in memory. Indexed formats keep the vertex order of the file, including unreferenced and
+//! duplicate vertices. The corners of an STL file are welded where their coordinates are equal. Faces of more than
+//! three corners, also concave ones, are triangulated.
 //!
-//! Counts claimed by a file are checked against its size before anything is allocated, and a damaged file ends in an
+//! Counts claimed by a file are checked against its size before memory is allocated. A damaged file gives an
 //! [`IoError`] that says where the fault is.
 //!
 //! ```
@@ -24,11 +25,11 @@ mod binary;
 #[cfg(test)]
 mod corner_tests;
 mod detect;
-mod divided;
 mod error;
 mod files;
 mod format;
 mod gltf;
+mod interpolate;
 mod lost;
 mod mesh_builder;
 mod obj;
@@ -61,41 +62,42 @@ use serde::{Deserialize, Serialize};
 use crate::grid::Volume;
 use crate::mesh::{Attributes, Mesh, Model, Origins};
 
-/// A mesh that was read, and what is to be known about its file.
+/// A mesh read from a file, with its attributes, its format and remarks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Loaded {
     /// The mesh.
     pub mesh: Mesh,
     /// The format it was read from.
     pub format: Format,
-    /// Whether every coordinate is a 32-bit float, so that writing 32-bit floats changes nothing.
+    /// Whether every coordinate is exactly a 32-bit float, so that writing 32-bit floats loses nothing.
     pub f32_exact: bool,
-    /// What the mesh carries beside its shape: colours, texture coordinates, materials and the like.
+    /// Data other than the shape: colours, texture coordinates, materials and so on.
     pub attributes: Attributes,
-    /// What else was in the file, kept for writing the same format again.
+    /// The rest of a glTF file, kept so that the same format can be written again.
     pub document: Option<Document>,
     /// Remarks for the user, one sentence each, such as how many faces are degenerate.
     pub notes: Vec<String>,
 }
 
 impl Loaded {
-    /// What is left of it after a cut: `mesh`, and what the marked vertices and faces carry.
+    /// The result of removing faces: `mesh`, with the attributes of the marked vertices and faces.
     #[must_use]
     pub fn restricted(&self, mesh: Mesh, [vertices, faces]: [&[bool]; 2]) -> Self {
         let attributes = self.attributes.with_faces(faces);
         self.with(mesh, attributes.with_vertices(vertices))
     }
 
-    /// What was made of it: a mesh with what its faces and vertices carry. `kept` marks the faces that are as they were.
+    /// The result of an operation: `mesh`, with attributes taken from this input by `origins`. `kept` marks the faces
+    /// of the input that are unchanged.
     #[must_use]
     pub fn derived(&self, mesh: Mesh, origins: &Origins, kept: &[bool]) -> Self {
         let mut attributes = self.attributes.derived(origins, kept);
         let before = (&self.attributes, &self.mesh);
-        divided::interpolate(&mut attributes, &mesh, origins, before);
+        interpolate::interpolate(&mut attributes, &mesh, origins, before);
         self.with(mesh, attributes)
     }
 
-    /// Another mesh and what it carries, with what is known of this one's file.
+    /// Another mesh with its attributes; format, document and remarks come from this file.
     fn with(&self, mesh: Mesh, attributes: Attributes) -> Self {
         Self {
             mesh,
@@ -151,15 +153,15 @@ pub struct WriteOptions {
     pub ascii: bool,
 }
 
-/// A mesh with all that is written beside its shape.
+/// A mesh with everything that is written in addition to its shape.
 #[derive(Clone, Copy, Debug)]
 pub struct Contents<'a> {
     /// The mesh.
     pub mesh: &'a Mesh,
-    /// What it carries beside its shape.
+    /// Data other than the shape.
     pub attributes: &'a Attributes,
-    /// The rest of the glTF file that the mesh came from: its first vertices and faces must be those of the file, save
-    /// faces that [`Attributes::with_faces`] took out. It is used where glTF or GLB is written.
+    /// The rest of the glTF file that the mesh came from. The first vertices and faces of the mesh must be the file's,
+    /// apart from faces that [`Attributes::with_faces`] removed. Only used when writing glTF or GLB.
     pub document: Option<&'a Document>,
 }
 
@@ -173,26 +175,26 @@ pub struct Written {
     pub notes: Vec<String>,
 }
 
-/// Loads a file that another file names, such as the buffer of a glTF file or the materials of an OBJ file, by the name it is
-/// given there; no more of it than so many bytes from its beginning are needed.
+/// Loads a file that another file names, for example the buffer of a glTF file or the materials of an OBJ file.
+/// Arguments: the name as the file gives it, and the most bytes needed from the file's beginning.
 pub type Resolve<'a> = dyn Fn(&str, u64) -> Result<Vec<u8>, IoError> + 'a;
 
-/// A [`Resolve`] for bytes that stand alone: it refuses every name.
+/// A [`Resolve`] for bytes without side files: it refuses every name.
 ///
 /// # Errors
 /// Always.
 pub fn no_side_files(name: &str, _: u64) -> Result<Vec<u8>, IoError> {
     Err(IoError::Unsupported {
         format: Format::Gltf,
-        what: format!("'{name}' lies outside the file"),
+        what: format!("'{name}' is outside the file"),
         advice: "read the mesh from its path, or save it as GLB",
     })
 }
 
 /// Reads a mesh from the bytes of a file of a known format.
 ///
-/// `resolve` loads what the file refers to by name: the buffers of a glTF file, and the material files and the first bytes of
-/// the images of an OBJ file, which may be missing.
+/// `resolve` loads what the file refers to by name: the buffers of a glTF file; the material files and the first bytes
+/// of the images of an OBJ file. The files of an OBJ may be missing.
 ///
 /// # Errors
 /// When the bytes are damaged, hold no faces, or hold only degenerate ones.
@@ -220,7 +222,7 @@ pub fn read_bytes(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Result
 /// Writes a mesh to bytes, without attributes.
 ///
 /// # Errors
-/// When a face names a vertex that is not there, or a coordinate is not finite or too large for the format.
+/// When a face names a vertex that does not exist, or a coordinate is not finite or too large for the format.
 pub fn to_bytes(mesh: &Mesh, format: Format, options: &WriteOptions) -> Result<Written, IoError> {
     let attributes = &Attributes::default();
     let model = Contents {
@@ -231,7 +233,8 @@ pub fn to_bytes(mesh: &Mesh, format: Format, options: &WriteOptions) -> Result<W
     model_to_bytes(&model, format, options)
 }
 
-/// Writes a mesh and its attributes to bytes. What the format cannot hold is left out, and named in the remarks.
+/// Writes a mesh and its attributes to bytes. The remarks name attributes that the format cannot hold; these are left
+/// out.
 ///
 /// # Errors
 /// As [`to_bytes`].
@@ -254,7 +257,7 @@ pub fn model_to_bytes(
     }
 }
 
-/// The error for a volume where a mesh should be.
+/// The error for a volume file where a mesh is expected.
 fn no_mesh() -> IoError {
     IoError::Unsupported {
         format: Format::Vti,
@@ -265,10 +268,10 @@ fn no_mesh() -> IoError {
 
 /// Reads a volume from the bytes of a VTI file or of a VTK legacy file of structured points.
 ///
-/// `array` names the values to take where there are several.
+/// `array` names the scalar array to read if the file has several.
 ///
 /// # Errors
-/// When the bytes are damaged, hold no volume or none of that name, or hold several and none is named.
+/// When the bytes are damaged, hold no volume or no array of that name, or hold several arrays and `array` is `None`.
 pub fn read_volume_bytes(bytes: &[u8], array: Option<&str>) -> Result<Volume, IoError> {
     if text::skip_blank(bytes).starts_with(b"#") {
         vtk::read_image_legacy(bytes, array)
@@ -294,7 +297,7 @@ fn check(mesh: &Mesh, format: Format) -> Result<(), IoError> {
         Err(IoError::NotWritable {
             format,
             what,
-            advice: "this is a fault of the caller: mend the mesh first",
+            advice: "repair the mesh before writing it",
         })
     };
     let count = mesh.positions.len();
@@ -313,7 +316,7 @@ fn check(mesh: &Mesh, format: Format) -> Result<(), IoError> {
     }
 }
 
-/// Coordinates as 32-bit floats, with a note when that changed any of them.
+/// Coordinates as 32-bit floats, with a remark if any of them changed.
 fn rounded(mesh: &Mesh, format: Format) -> Result<(Vec<[f32; 3]>, Vec<String>), IoError> {
     let mut largest = 0.0f64;
     let mut points = Vec::with_capacity(mesh.positions.len());
@@ -357,7 +360,7 @@ pub(crate) mod samples {
         Mesh::new(positions, vec![[0, 1, 2], [0, 3, 1], [1, 3, 2]])
     }
 
-    /// The same with coordinates that 32-bit floats cannot hold.
+    /// [`open_tetrahedron`] with coordinates that 32-bit floats cannot hold.
     pub(crate) fn fine_tetrahedron() -> Mesh {
         let mut mesh = open_tetrahedron();
         for p in &mut mesh.positions {
@@ -366,12 +369,12 @@ pub(crate) mod samples {
         mesh
     }
 
-    /// Reads bytes that need nothing else.
+    /// Reads bytes that have no side files.
     pub(crate) fn read_alone(bytes: &[u8], format: Format) -> Result<Loaded, IoError> {
         read_bytes(bytes, format, &no_side_files)
     }
 
-    /// The message of the error that reading ends in.
+    /// The message of the error that reading gives.
     pub(crate) fn refusal(bytes: &[u8], format: Format) -> String {
         match read_alone(bytes, format) {
             Ok(loaded) => panic!("read as {:?}", loaded.mesh),
@@ -379,7 +382,7 @@ pub(crate) mod samples {
         }
     }
 
-    /// Writes and reads back; the mesh must come back bit for bit and without remarks.
+    /// Writes and reads back; the mesh must be bitwise the same and without remarks.
     pub(crate) fn assert_round_trip(mesh: &Mesh, format: Format, options: WriteOptions) {
         let written = to_bytes(mesh, format, &options).unwrap();
         assert_eq!(written.notes, Vec::<String>::new());
@@ -395,7 +398,7 @@ pub(crate) mod samples {
         assert_eq!(loaded.f32_exact, Precision::of(mesh) == Precision::F32);
     }
 
-    /// Damages a written file, in text and in binary.
+    /// Damages a written file, as text and as binary.
     pub(crate) fn assert_damage_is_survived(format: Format) {
         for ascii in [false, true] {
             let options = WriteOptions {
@@ -407,7 +410,7 @@ pub(crate) mod samples {
         }
     }
 
-    /// Cuts a file short at every length and flips bytes all over it: any result will do, as long as there is one.
+    /// Truncates a file at every length and replaces each byte in turn. Any result is accepted, but no panic.
     pub(crate) fn assert_survives_damage(bytes: &[u8], format: Format) {
         for length in 0..bytes.len() {
             let _ = read_alone(&bytes[..length], format);

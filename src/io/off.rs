@@ -1,7 +1,7 @@
-//! OFF (Geomview's object file format), text.
+//! Reads and writes OFF (Geomview's object file format), text.
 //!
-//! Vertices may have normals (`NOFF`), colours (`COFF`) and texture coordinates (`STOFF`), faces colours behind their corners. Binary OFF
-//! and OFF in other than three dimensions are refused by name.
+//! Vertices may have normals (`NOFF`), colours (`COFF`) and texture coordinates (`STOFF`); faces may have colours after
+//! their corners. Binary OFF and OFF of other than three dimensions are refused, with their name in the message.
 
 use std::io::Write;
 
@@ -11,11 +11,11 @@ use super::mesh_builder::{CutFrom, MeshBuilder, not_finite};
 use super::{Contents, Format, IoError, Loaded, Location, Written, lost, text};
 use crate::mesh::attributes::{Attribute, Role, Scalar};
 
-/// The least bytes that a vertex or a face takes in text: a digit and a blank or newline for each of three numbers. The last line may lack
-/// its newline, for which `header` allows one item more.
+/// Bytes. Lower bound of the text of a vertex or face: three numbers of one digit, each with a blank or newline. The
+/// last line may lack its newline, therefore `header` allows one item more.
 const LEAST_BYTES: usize = 6;
 
-/// What the first word of a file says of its vertices: `[ST][C][N]OFF`.
+/// The vertex data that the first word of a file announces: `[ST][C][N]OFF`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Kind {
     normals: bool,
@@ -24,7 +24,7 @@ struct Kind {
 }
 
 impl Kind {
-    /// The kind of a first word.
+    /// Parses the first word of a file.
     fn of(word: &[u8]) -> Option<Self> {
         let mut rest = word.strip_suffix(b"OFF")?;
         let mut kind = Self::default();
@@ -42,13 +42,13 @@ impl Kind {
     }
 }
 
-/// Whether a first word is that of an OFF file, supported or not.
+/// Whether a word begins an OFF file, of a supported kind or not.
 pub(super) fn is_first_word(word: &[u8]) -> bool {
     let other: [&[u8]; 3] = [b"4OFF", b"nOFF", b"4nOFF"];
     Kind::of(word).is_some() || other.contains(&word)
 }
 
-/// Lines with something on them, without comments.
+/// Iterates over lines that are not empty, without comments.
 struct Lines<'a> {
     rest: &'a [u8],
     number: usize,
@@ -70,7 +70,7 @@ impl<'a> Lines<'a> {
         None
     }
 
-    /// The next line, which must be there.
+    /// The next line; an error that names `what` at the end of the file.
     fn wanted(&mut self, what: &str) -> Result<&'a [u8], IoError> {
         self.next_line()
             .ok_or_else(|| self.fault(format!("the file ends where {what} should be")))
@@ -80,7 +80,7 @@ impl<'a> Lines<'a> {
         IoError::malformed(Format::Off, Location::Line(self.number.max(1)), what)
     }
 
-    /// The numbers of a line.
+    /// Parses the numbers of a line.
     fn numbers(&self, line: &[u8], into: &mut Vec<f64>) -> Result<(), IoError> {
         into.clear();
         for token in text::Tokens::new(line, 0) {
@@ -136,7 +136,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     Ok(loaded)
 }
 
-/// The kind of the file and the numbers of its vertices and faces.
+/// Parses the kind of the file and the counts of its vertices and faces.
 fn header(lines: &mut Lines<'_>) -> Result<(Kind, [usize; 2]), IoError> {
     let first = lines.wanted("the first line")?;
     let mut tokens = text::Tokens::new(first, 0);
@@ -144,7 +144,10 @@ fn header(lines: &mut Lines<'_>) -> Result<(Kind, [usize; 2]), IoError> {
     let Some(kind) = Kind::of(word) else {
         return Err(match is_first_word(word) {
             true => unsupported("a mesh of other than three dimensions"),
-            false => lines.fault(format!("{} is no first word of OFF", text::shown(word))),
+            false => lines.fault(format!(
+                "the file begins with {} instead of 'OFF'",
+                text::shown(word)
+            )),
         });
     };
     let mut rest = tokens.rest_of_line();
@@ -194,9 +197,11 @@ fn read_corners(
             return Err(lines.fault(what));
         };
         let index = text::integer(token).and_then(|i| u32::try_from(i).ok());
-        corners.push(index.ok_or_else(|| {
-            lines.fault(format!("{} is no number of a vertex", text::shown(token)))
-        })?);
+        corners.push(
+            index.ok_or_else(|| {
+                lines.fault(format!("{} is not a vertex index", text::shown(token)))
+            })?,
+        );
     }
     match count {
         0..3 => Err(lines.fault(format!(
@@ -206,17 +211,17 @@ fn read_corners(
     }
 }
 
-/// Colours of all vertices, or of all faces: whole numbers to 255, or floats to 1.
+/// The colours of all vertices or of all faces: integers from 0 to 255, or floats from 0 to 1.
 #[derive(Default)]
 struct Colours {
-    /// The numbers of each colour as they stand in the file.
+    /// The numbers of each colour as the file gives them.
     values: Vec<Option<Vec<f64>>>,
-    /// Whether any number has a decimal point or an exponent.
+    /// Whether any number is written with a decimal point or an exponent.
     has_fractions: bool,
 }
 
 impl Colours {
-    /// Takes the words of a colour: none where there are not three or four finite numbers.
+    /// Adds the words of a colour, or `None` if they are not three or four finite numbers.
     fn push(&mut self, words: &[&[u8]]) {
         let number = |word: &&[u8]| text::number(word).filter(|x| x.is_finite());
         let is_colour = (3..=4).contains(&words.len());
@@ -228,7 +233,8 @@ impl Colours {
         self.values.push(colour);
     }
 
-    /// The colours from 0 to 255. They are floats to 1 where any number has a fraction or none is above 1.
+    /// The colours scaled to 0..255. They are taken as floats from 0 to 1 if any number has a fraction or none is above
+    /// 1.
     fn scaled(mut self) -> Vec<Option<Vec<f64>>> {
         let is_above = self.values.iter().flatten().flatten().any(|x| *x > 1.0);
         let unit = if self.has_fractions || !is_above {
@@ -243,7 +249,7 @@ impl Colours {
     }
 }
 
-/// Values of vertices behind their coordinates.
+/// Vertex values after the coordinates.
 #[derive(Default)]
 struct VertexColumns {
     normals: Vec<Option<Vec<f64>>>,
@@ -252,7 +258,8 @@ struct VertexColumns {
 }
 
 impl VertexColumns {
-    /// Takes the numbers of a vertex behind its coordinates: normal, colour, texture coordinates, as the kind has them.
+    /// Adds the numbers of a vertex after its coordinates: normal, colour and texture coordinates, as `kind` announces
+    /// them.
     fn take(&mut self, kind: Kind, mut rest: &[f64], line: &[u8]) {
         let mut split = |count: usize| {
             let (own, after) = rest.split_at(count.min(rest.len()));
@@ -299,7 +306,8 @@ impl VertexColumns {
     }
 }
 
-/// Values as an attribute of as many components as the longest has; those that are shorter are missing. None where all are.
+/// Makes an attribute with as many components as the longest value; missing values stay missing. `None` if all are
+/// missing.
 fn attribute<'a>(
     name: &str,
     role: Role,
@@ -309,7 +317,7 @@ fn attribute<'a>(
     let components = values.clone().flatten().map(Vec::len).max()?;
     let mut out = Attribute::new(name, role, scalar, components);
     for value in values {
-        // Three numbers of a colour beside four are opaque.
+        // If some colours have an alpha and this has none, it is opaque.
         let whole = value.as_ref().map(|v| {
             let mut v = v.clone();
             v.resize(components, 255.0);
@@ -320,15 +328,15 @@ fn attribute<'a>(
     Some(out)
 }
 
-/// Gives the triangles the colours of the faces that they were cut from.
+/// Gives each triangle the colour of the face that it comes from.
 fn face_colours(colours: &[Option<Vec<f64>>], of_face: &[u32], loaded: &mut Loaded) {
     let of_triangles = of_face.iter().map(|f| &colours[*f as usize]);
     let found = attribute("colour", Role::Colour, Scalar::U8, of_triangles);
     loaded.attributes.face.extend(found);
 }
 
-/// Writes a mesh as OFF with the shortest decimals that give back the same floats, with the normals and colours of its vertices and the
-/// colours of its faces.
+/// Writes a mesh as OFF, with vertex normals, vertex colours and face colours. Decimals are the shortest that give the
+/// same floats when read.
 pub(super) fn write(model: &Contents<'_>) -> Written {
     let (mesh, all) = (model.mesh, model.attributes);
     let whole = |role: Role, components: std::ops::RangeInclusive<usize>| {
@@ -375,7 +383,7 @@ pub(super) fn write(model: &Contents<'_>) -> Written {
     }
 }
 
-/// Writes the colour of an item in so many whole numbers to 255; nothing where it is missing.
+/// Writes the colour of an item as `components` integers from 0 to 255; nothing if the item has no colour.
 fn write_colour(bytes: &mut Vec<u8>, colours: &Attribute, item: usize, components: usize) {
     let unit = colours.unit();
     let Some(value) = colours.get(item) else {
@@ -444,7 +452,7 @@ mod tests {
             let vertex = all.vertex_role(Role::Colour).unwrap().clone();
             (vertex, all.face[0].clone())
         };
-        // A whole number beside floats is one of them; whole numbers to 255 may be small in some lines.
+        // One colour with a fraction makes all of them floats; small integers count as 0..255 if another is above 1.
         let (vertex, face) = colours(["1 0 0", "0 0.5 0", "1 1 1"], ["255 0 0", "1 1 0"]);
         assert_eq!(vertex.get(0), Some(&[255.0, 0.0, 0.0][..]));
         assert_eq!(vertex.get(2), Some(&[255.0, 255.0, 255.0][..]));
@@ -458,7 +466,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said_with_its_line() {
+    fn faults_are_named_with_their_line() {
         for (text, said) in [
             (&b"OFF\n9999999 1 0\n0 0 0\n"[..], "room for"),
             (b"OFF BINARY\n", "binary form"),

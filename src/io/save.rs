@@ -1,4 +1,4 @@
-//! Files that appear as a whole or not at all.
+//! Atomic saving: a file appears complete under its name, or not at all.
 
 use std::fs;
 use std::io::{Error, Result, Write};
@@ -7,32 +7,32 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::NamedTempFile;
 
-/// Temporary files that are not yet what they are to become. It is locked while one is made, renamed or removed.
+/// Temporary files not yet renamed to their targets. Locked while a temporary file is created, renamed or removed.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// As long as this is kept, no file that is being saved is finished and no other is begun.
+/// While this value exists, no file can be created or finished by the functions of this module.
 #[doc(hidden)]
 #[must_use = "saving goes on when it is dropped"]
 #[derive(Debug)]
 pub struct Abandoned(#[allow(dead_code)] MutexGuard<'static, Vec<PathBuf>>);
 
-/// Removes what is only half saved, for a process that is about to end. Files that are saved already stay; a thread that
-/// is saving one waits until the result is dropped and then fails.
+/// Removes all temporary files, for a process that is about to end. Finished files stay. A thread that is saving waits
+/// until the result is dropped, then fails.
 #[doc(hidden)]
 pub fn abandon_unfinished() -> Abandoned {
     let mut paths = unfinished();
     for path in paths.drain(..) {
-        // One that is gone already needs no removing, and there is nobody left to tell about others.
+        // Errors are ignored: the file may be gone already, and nobody remains to report others to.
         let _ = fs::remove_file(path);
     }
     Abandoned(paths)
 }
 
-/// A temporary file that is on the list of unfinished ones.
+/// A temporary file that is in the list [`UNFINISHED`].
 struct Temporary(Option<NamedTempFile>);
 
 impl Temporary {
@@ -69,10 +69,10 @@ impl Temporary {
     }
 }
 
-/// Writes a file that was not there before: the whole of it or nothing appears under its name.
+/// Writes a file that must not exist yet. It appears complete under its name, or not at all.
 ///
 /// # Errors
-/// [`std::io::ErrorKind::AlreadyExists`] when the name is taken, also by a link; else what the system says.
+/// [`std::io::ErrorKind::AlreadyExists`] if the name is taken, even by a link; otherwise the system's error.
 #[cfg(feature = "view")]
 pub(crate) fn write_new(target: &Path, bytes: &[u8]) -> Result<()> {
     let mut temporary = Temporary::beside(target)?;
@@ -99,13 +99,14 @@ impl Drop for Temporary {
     }
 }
 
-/// Writes bytes to a file beside the target and moves it over the target, so that a failure leaves the target as it was.
+/// Writes bytes to a temporary file beside the target and renames it to the target, so that a failure leaves the target
+/// unchanged.
 ///
-/// A link stays, and what it points to is written, whether it is there or not. A file that is replaced hands on its
-/// permissions and, as far as the user may do so, its owner.
+/// A symbolic link is kept and its target is written, whether the target exists or not. The new file takes the
+/// permissions of the file that it replaces and, where the system allows it, the owner.
 ///
 /// # Errors
-/// When the target is a folder or may not be changed, or the file cannot be written.
+/// When the target is a folder or read-only, or the file cannot be written.
 pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let old = match fs::metadata(path) {
         Ok(old) if old.is_dir() => {
@@ -116,7 +117,7 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
             return file.write_all(bytes);
         }
         Ok(old) if old.permissions().readonly() => {
-            return Err(Error::other("the file is there and may not be changed"));
+            return Err(Error::other("the file exists and is read-only"));
         }
         Ok(old) => Some(old),
         Err(_) => None,
@@ -124,7 +125,7 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     let target = end_of_links(path)?;
     let mut temporary = Temporary::beside(&target)?;
     if let Some(file) = &mut temporary.0 {
-        // Before the content is there, so that nobody can read it who could not read the old one.
+        // Set before the content is written, so that nobody can read it who could not read the old file.
         if let Some(old) = &old {
             keep_owner(file.as_file(), old);
             fs::set_permissions(file.path(), old.permissions())?;
@@ -134,9 +135,9 @@ pub fn replace_file(path: &Path, bytes: &[u8]) -> Result<()> {
     temporary.become_file(&target)
 }
 
-/// Where a path leads when links are followed, to a file that need not be there.
+/// Follows symbolic links to the file that they name, which need not exist.
 fn end_of_links(path: &Path) -> Result<PathBuf> {
-    // As many as Linux follows.
+    // Links; Linux follows as many.
     const MOST: usize = 40;
     let mut target = path.to_path_buf();
     for _ in 0..MOST {
@@ -148,7 +149,7 @@ fn end_of_links(path: &Path) -> Result<PathBuf> {
             _ => return Ok(target),
         }
     }
-    Err(Error::other("it is a link that leads to itself"))
+    Err(Error::other("it is a symbolic link that leads to itself"))
 }
 
 #[cfg(unix)]
@@ -156,7 +157,7 @@ fn keep_owner(file: &fs::File, old: &fs::Metadata) {
     use std::os::unix::fs::{MetadataExt, fchown};
     let Ok(new) = file.metadata() else { return };
     if (new.uid(), new.gid()) != (old.uid(), old.gid()) {
-        // Only root may give files away; others may give theirs to a group that they are in.
+        // Only root may give files away. Others may give their files to a group of which they are members.
         if fchown(file, Some(old.uid()), Some(old.gid())).is_err() {
             let _ = fchown(file, None, Some(old.gid()));
         }
@@ -233,7 +234,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("mesh.ply");
         fs::write(&path, b"old").unwrap();
-        // Others than root cannot make the file of another owner that this is about; theirs stays theirs.
+        // Only root can make a file with another owner; for other users the owner stays the same.
         let given = chown(&path, Some(1234), Some(5678)).is_ok();
         let before = fs::metadata(&path).unwrap();
         replace_file(&path, b"new").unwrap();

@@ -1,7 +1,7 @@
-//! STL, text and binary.
+//! Reads and writes STL, text and binary.
 //!
-//! STL repeats the coordinates of a corner in each of its facets; corners with exactly equal coordinates become one
-//! vertex.
+//! STL repeats the coordinates of a vertex in each of its facets. Corners with exactly equal coordinates are welded
+//! into one vertex.
 
 use std::io::Write;
 
@@ -11,7 +11,9 @@ use super::mesh_builder::{MeshBuilder, not_finite};
 use super::{Format, IoError, Loaded, Location, Precision, WriteOptions, Written, rounded, text};
 use crate::mesh::{Mesh, Welder, area_vector};
 
+/// Bytes: 80 of free text and the 32-bit facet count.
 const HEADER: usize = 84;
+/// Bytes of a facet: a normal and three corners as 32-bit floats, and two bytes of attributes.
 const FACET: usize = 50;
 
 /// Reads a mesh from STL and welds it.
@@ -23,7 +25,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     }
 }
 
-/// Whether the length of the file is exactly what its facet count asks for.
+/// Whether the length of the file matches its facet count exactly.
 pub(super) fn has_binary_size(bytes: &[u8]) -> bool {
     claimed_facets(bytes)
         .is_some_and(|count| count > 0 && (bytes.len() - HEADER) as u64 == count * FACET as u64)
@@ -75,7 +77,7 @@ fn read_binary(bytes: &[u8]) -> Result<Loaded, IoError> {
     }
     if body.len() > count * FACET {
         surface.notes.push(format!(
-            "bytes behind the last facet that were not read: {}",
+            "bytes after the last facet, not read: {}",
             body.len() - count * FACET
         ));
     }
@@ -113,7 +115,7 @@ fn vertex(
     })
 }
 
-/// Reads the facets of all solids of a text file. Names of solids and the normals are passed over.
+/// Reads the facets of all solids of a text file. Names of solids and normals are ignored.
 fn read_text(bytes: &[u8]) -> Result<Loaded, IoError> {
     let bytes = text::strip_bom(bytes);
     let mut tokens = text::Tokens::new(bytes, 0);
@@ -175,7 +177,7 @@ fn fault(tokens: &text::Tokens<'_>, what: String) -> IoError {
     IoError::malformed(Format::Stl, Location::Line(tokens.line()), what)
 }
 
-/// Writes STL; binary always holds 32-bit floats.
+/// Writes STL. Binary STL always holds 32-bit floats.
 pub(super) fn write(mesh: &Mesh, options: &WriteOptions) -> Result<Written, IoError> {
     let Ok(count) = u32::try_from(mesh.faces.len()) else {
         return Err(IoError::NotWritable {
@@ -247,7 +249,7 @@ mod tests {
     use super::super::to_bytes;
     use super::*;
 
-    /// Without the vertex that no facet uses, which STL cannot hold.
+    /// The mesh without the vertex that no facet uses, which STL cannot hold.
     fn facets(mut mesh: Mesh) -> Mesh {
         mesh.positions.truncate(4);
         mesh

@@ -1,9 +1,9 @@
-//! Small helpers for files that are text in part or whole.
+//! Helpers for text files: decoding, numbers, tokens, names without duplicates.
 
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 
-/// Decodes UTF-16 and drops a byte order mark; other text is left as it is.
+/// Decodes UTF-16 and removes a byte order mark. Other text is returned unchanged.
 pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
     let big = match bytes {
         [0xff, 0xfe, ..] => Some(false),
@@ -31,12 +31,12 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, [u8]> {
     }
 }
 
-/// Drops a UTF-8 byte order mark.
+/// Removes a UTF-8 byte order mark.
 pub(super) fn strip_bom(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
-/// Drops leading white space.
+/// Removes leading white space.
 pub(super) fn skip_blank(bytes: &[u8]) -> &[u8] {
     bytes.trim_ascii_start()
 }
@@ -46,20 +46,21 @@ pub(super) fn find(haystack: &[u8], needle: &[u8]) -> Option<usize> {
     memchr::memmem::find(haystack, needle)
 }
 
-/// The line, counted from 1, that a byte offset lies on.
+/// The line of a byte offset, counted from 1.
 pub(super) fn line_at(bytes: &[u8], offset: usize) -> usize {
     1 + memchr::memchr_iter(b'\n', &bytes[..offset.min(bytes.len())]).count()
 }
 
-/// A token as text for a message: made printable and cut to a sensible length.
+/// A token as text for a message: non-printable characters are escaped and the length is limited.
 pub(super) fn shown(token: &[u8]) -> String {
+    // Bytes.
     const LONGEST: usize = 40;
     let text = String::from_utf8_lossy(&token[..token.len().min(LONGEST)]);
     let dots = if token.len() > LONGEST { "…" } else { "" };
     format!("'{}{dots}'", text.escape_debug())
 }
 
-/// A decimal number; `None` when the token is not one. May be infinite or not a number.
+/// A decimal number; `None` if the token is not one. Infinity and NaN are accepted.
 pub(super) fn number(token: &[u8]) -> Option<f64> {
     std::str::from_utf8(token).ok()?.parse().ok()
 }
@@ -69,7 +70,7 @@ pub(super) fn number_f32(token: &[u8]) -> Option<f32> {
     std::str::from_utf8(token).ok()?.parse().ok()
 }
 
-/// A decimal integer; `None` when the token is not one or does not fit.
+/// A decimal integer; `None` if the token is not one or does not fit.
 pub(super) fn integer(token: &[u8]) -> Option<i64> {
     let (negative, digits) = match token {
         [b'-', rest @ ..] => (true, rest),
@@ -91,38 +92,39 @@ pub(super) fn integer(token: &[u8]) -> Option<i64> {
     Some(if negative { -value } else { value })
 }
 
-/// Names that are not to come twice.
+/// A set of names without duplicates.
 #[derive(Default)]
 pub(super) struct Distinct {
     taken: HashSet<String>,
-    /// How many were asked for under each name.
+    /// How often each name was requested.
     asked: HashMap<String, usize>,
 }
 
 impl Distinct {
-    /// Takes a name; says whether it was free.
+    /// Reserves a name; returns whether it was free.
     pub(super) fn take(&mut self, name: &str) -> bool {
         self.taken.insert(name.to_owned())
     }
 
-    /// The name itself, with underscores behind it where it is taken, and with a number where there are many.
+    /// Returns the name, or if it is taken the name with up to 8 underscores, or else with a number.
     pub(super) fn name(&mut self, name: String) -> String {
+        // With more requests than this for a name, a number is appended, so that names stay short.
         const UNDERSCORES: usize = 8;
         let asked = self.asked.entry(name.clone()).or_default();
         loop {
-            let tried = match *asked {
+            let candidate = match *asked {
                 n if n <= UNDERSCORES => name.clone() + &"_".repeat(n),
                 n => format!("{name}_{n}"),
             };
             *asked += 1;
-            if self.taken.insert(tried.clone()) {
-                return tried;
+            if self.taken.insert(candidate.clone()) {
+                return candidate;
             }
         }
     }
 }
 
-/// Walks over white-space separated tokens of a byte slice and knows where it is.
+/// Iterates over the white-space separated tokens of a byte slice.
 #[derive(Clone)]
 pub(super) struct Tokens<'a> {
     bytes: &'a [u8],
@@ -137,22 +139,22 @@ impl<'a> Tokens<'a> {
         }
     }
 
-    /// The offset behind the last token taken.
+    /// The offset after the last token returned.
     pub(super) fn offset(&self) -> usize {
         self.at
     }
 
-    /// The line of the last token taken.
+    /// The line of the last token returned, counted from 1.
     pub(super) fn line(&self) -> usize {
         line_at(self.bytes, self.at)
     }
 
-    /// How many bytes are left.
+    /// The number of bytes left.
     pub(super) fn left(&self) -> usize {
         self.bytes.len() - self.at
     }
 
-    /// Takes the rest of the line, without its end.
+    /// Returns the rest of the line without its end, and moves to the next line.
     pub(super) fn rest_of_line(&mut self) -> &'a [u8] {
         let rest = &self.bytes[self.at..];
         let length = memchr::memchr(b'\n', rest).unwrap_or(rest.len());
@@ -198,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn names_are_told_apart_however_many_there_are() {
+    fn names_are_distinct_however_many_there_are() {
         let mut names = Distinct::default();
         assert!(names.take("x") && !names.take("x"));
         let first = ["x", "a", "a", "a_", "a"].map(|n| names.name(n.to_owned()));

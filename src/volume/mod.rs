@@ -1,4 +1,4 @@
-//! The signed distance of a whole model on a lattice round it.
+//! The signed distance of a whole mesh on a regular lattice.
 
 mod points;
 mod signs;
@@ -18,13 +18,13 @@ use crate::spatial::Bvh;
 pub use points::signed_distances;
 use signs::Signs;
 
-/// The most nodes that a volume is given: about one gigabyte of values.
+/// Nodes. Largest volume; its values take about one gigabyte.
 pub const MOST_NODES: usize = 1 << 27;
 
-/// Voxels along the longest side of the model where the voxel size is left to isomend.
+/// Voxels along the longest side of the model for the automatic voxel size.
 pub const AUTO_VOXELS: f64 = 128.0;
 
-/// Voxels between the model's bounding box and the volume's border.
+/// Voxels between the model's bounding box and the outermost nodes.
 pub const MARGIN: f64 = 3.0;
 
 /// Settings of [`signed_distance_volume`].
@@ -32,9 +32,9 @@ pub const MARGIN: f64 = 3.0;
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct VolumeParams {
-    /// Distance of neighbouring nodes, in the mesh's units; `Auto` is 1/128 of the longest side of the bounding box.
+    /// Distance of neighbouring nodes in the mesh's units; `Auto` is 1/128 of the longest side of the bounding box.
     pub voxel: VoxelSize,
-    /// Distances beyond this are cut off at it, which is faster; in the mesh's units, at least a voxel. `None` keeps all.
+    /// Distances are clamped to this, which is faster; in the mesh's units, at least one voxel. `None` does not clamp.
     pub band: Option<f64>,
 }
 
@@ -48,92 +48,92 @@ impl Default for VolumeParams {
 }
 
 impl VolumeParams {
-    /// Whether they make sense by themselves.
+    /// Checks the parameters without a mesh.
     ///
     /// # Errors
-    /// With the parameter that does not.
+    /// If a parameter is out of bounds; names it.
     pub fn check(&self) -> Result<(), OutOfBounds> {
         solve::VOXEL.check(self.voxel.length())?;
         tables::BAND.check(self.band)
     }
 }
 
-/// Why there is no signed distance.
+/// Errors of [`signed_distance_volume`].
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum VolumeError {
-    /// The mesh makes no sense.
+    /// The mesh is not valid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// All faces are degenerate.
     #[error("all faces are degenerate; there is no surface to measure distances from")]
     NoSurface,
-    /// A parameter makes no sense for this mesh.
+    /// A parameter does not suit this mesh.
     #[error("{what}")]
     Parameter {
-        /// What is wrong and what would be right.
+        /// What is wrong and which values are possible.
         what: String,
     },
-    /// A number that a parameter cannot have.
+    /// A parameter is out of bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),
     /// The volume would be too large.
     #[error(
-        "a voxel of {} makes {} x {} x {} nodes, more than the {MOST_NODES} there may be; the smallest voxel that fits is \
-         about {fits:.4e}",
+        "a voxel of {} makes {} x {} x {} nodes, but at most {MOST_NODES} are possible; the smallest voxel that fits is \
+        about {fits:.4e}",
         length(*voxel), dims[0], dims[1], dims[2]
     )]
     TooLarge {
-        /// The voxel size asked for.
+        /// The requested voxel size.
         voxel: f64,
         /// The number of nodes along each axis.
         dims: [u64; 3],
-        /// A voxel size that fits.
+        /// The smallest voxel size that fits, to within 1 %.
         fits: f64,
     },
 }
 
-/// A volume, and what it took.
+/// A volume, with statistics of its computation.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Measured {
-    /// The signed distance at each node, in units of the mesh, negative inside.
+    /// The signed distance at each node in the mesh's units; negative inside.
     pub volume: Volume,
-    /// Number of nodes whose distance is not cut off.
+    /// Number of nodes whose distance was not clamped.
     pub nodes: usize,
-    /// Where the time went.
+    /// The time taken, by step.
     pub seconds: MeasuredSeconds,
 }
 
-/// Where the time of a volume went, in seconds.
+/// The time taken, by step, in seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct MeasuredSeconds {
-    /// Joining vertices at the same place and finding edges and pieces.
+    /// Welding vertices and finding edges and components.
     pub topology: f64,
-    /// Building the hierarchy of the faces.
+    /// Building the bounding volume hierarchy of the faces.
     pub tree: f64,
-    /// Distances without their signs.
+    /// Unsigned distances.
     pub distances: f64,
-    /// Which side of the surface the nodes lie on.
+    /// Signs.
     pub signs: f64,
 }
 
-/// The signed distance of a mesh, negative inside.
+/// The signed distance of a mesh on a lattice; negative inside.
 ///
-/// Distances are those to the triangles, exact up to rounding. A node is inside where the magnitude of the generalized
-/// winding number exceeds one half (Jacobson, Kavan and Sorkine-Hornung 2013), so that open meshes have an inside too.
+/// Distances to the triangles are exact up to rounding. A node is inside if the magnitude of the generalized winding
+/// number exceeds one half (Jacobson, Kavan and Sorkine-Hornung 2013), so that open meshes have an inside too.
 ///
 /// # Errors
-/// When the mesh or the parameters make no sense, or the volume would have more than [`MOST_NODES`] nodes.
+/// When the mesh or the parameters are not valid, or the volume would have more than [`MOST_NODES`] nodes.
 pub fn signed_distance_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Volume, VolumeError> {
     Ok(measure_volume(mesh, params)?.volume)
 }
 
-/// The same as [`signed_distance_volume`], and what it took.
+/// As [`signed_distance_volume`], with statistics.
 ///
 /// # Errors
-/// As there.
+/// As [`signed_distance_volume`].
 pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, VolumeError> {
     let mut seconds = MeasuredSeconds::default();
     let mut clock = Instant::now();
@@ -143,20 +143,21 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
             .as_secs_f64()
     };
     params.check()?;
-    // Vertices at one place are joined and degenerate faces left out, so that the signs see no cracks.
+    // Weld vertices and drop degenerate faces, so that the winding number sees no cracks.
     mesh.validate()?;
     let (mut mesh, _) = welded(mesh);
     let topology = Topology::new(&mut mesh);
     if topology.faces().next().is_none() {
         return Err(VolumeError::NoSurface);
     }
+    // Lattice around the bounding box, and the hierarchy of the faces.
     let (low, high) = bounds(topology.faces().flat_map(|f| mesh.corners(f)));
     let (voxel, dims) = lattice(high - low, params)?;
     let origin = low - MARGIN * voxel;
     seconds.topology = lap();
     let bvh = Bvh::new(&mesh, topology.faces());
     seconds.tree = lap();
-    // Distances without signs, in slabs of four layers of nodes, cut off at the band.
+    // Unsigned distances, clamped to the band, in slabs of four layers of nodes.
     let band = params.band.unwrap_or(f64::INFINITY);
     let distances = Distances {
         blocks: Blocks::new(&bvh, origin, voxel, dims, band),
@@ -173,7 +174,7 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
         .map(|(i, out)| distances.layers(i * Blocks::SMALL, out))
         .sum();
     seconds.distances = lap();
-    // Signs along rows of nodes, from the winding number.
+    // Signs from the winding number, along rows of nodes.
     let signs = Signs::new(&mesh, &topology, &bvh, voxel);
     values
         .par_chunks_mut(dims[0])
@@ -197,18 +198,18 @@ pub fn measure_volume(mesh: &Mesh, params: &VolumeParams) -> Result<Measured, Vo
     })
 }
 
-/// The voxel size and the number of nodes.
+/// The voxel size and the number of nodes along each axis.
 fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), VolumeError> {
     let voxel = match params.voxel {
         VoxelSize::Auto => size.max_element() / AUTO_VOXELS,
         VoxelSize::Length(voxel) => voxel,
     };
     let refuse = |what: String| Err(VolumeError::Parameter { what });
-    // A voxel is no longer than the model, and a band at least a voxel wide.
+    // The voxel must not exceed the model, and the band must be at least a voxel.
     let longest = size.max_element();
     if voxel > longest {
         return refuse(format!(
-            "a voxel of {} is larger than the model, whose longest side is {longest:.4e}; the usual voxel is {:.4e}",
+            "a voxel of {} is larger than the model, whose longest side is {longest:.4e}; the automatic voxel is {:.4e}",
             length(voxel),
             longest / AUTO_VOXELS
         ));
@@ -217,7 +218,7 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
         && band < voxel
     {
         return refuse(format!(
-            "the band must be at least a voxel wide, which is {voxel}, or full"
+            "the band must be full, or at least the width of a voxel, which is {voxel}"
         ));
     }
     // Nodes along each axis: the box and a margin on both sides.
@@ -229,7 +230,7 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
     if count(voxel) <= MOST_NODES as f64 {
         return Ok((voxel, dims(voxel).map(|n| n as usize)));
     }
-    // The smallest voxel that would do, to within one per cent.
+    // The smallest voxel that fits, to within 1 %.
     let mut fits = voxel;
     while count(fits) > MOST_NODES as f64 {
         fits *= 1.01;
@@ -241,7 +242,7 @@ fn lattice(size: DVec3, params: &VolumeParams) -> Result<(f64, [usize; 3]), Volu
     })
 }
 
-/// Distances at the nodes of a lattice.
+/// Computes unsigned distances at the nodes of a lattice.
 struct Distances<'a> {
     bvh: &'a Bvh,
     origin: DVec3,
@@ -252,11 +253,12 @@ struct Distances<'a> {
 }
 
 impl Distances<'_> {
-    /// Measures the distances on a few layers of nodes from the given one on; how many of them are not cut off.
+    /// Computes the distances on the layers of nodes from `first` on. Returns the number of nodes whose distance is not
+    /// clamped.
     ///
-    /// Goes block by block, since nodes near each other look at the same part of the mesh.
+    /// Proceeds in blocks, because neighbouring nodes search the same part of the mesh.
     fn layers(&self, first: usize, out: &mut [f64]) -> usize {
-        // What stays where the surface is farther away.
+        // The value of nodes in blocks beyond the band.
         out.fill(self.band);
         let [nx, ny, _] = self.dims;
         let steps = |n: usize| (0..n).step_by(Blocks::SMALL);
@@ -270,16 +272,16 @@ impl Distances<'_> {
         measured
     }
 
-    /// Measures the distances in a block whose middle is so far from the surface.
+    /// Computes the distances in a block. `middle` is the distance of the block's centre from the surface.
     fn block(&self, [i, j, first]: [usize; 3], middle: f64, out: &mut [f64]) -> usize {
         let [nx, ny, _] = self.dims;
         let half = 0.5 * (Blocks::SMALL - 1) as f64;
         let centre = self.origin
             + DVec3::new(i as f64 + half, j as f64 + half, first as f64 + half) * self.voxel;
-        // Nodes this close to the middle lie beyond the band.
+        // Nodes closer to the centre than this are beyond the band (triangle inequality).
         let free = middle - self.band - 1e-6 * self.voxel;
         let mut measured = 0;
-        let mut before: Option<DVec3> = None;
+        let mut previous: Option<DVec3> = None;
         for (k, layer) in out.chunks_mut(nx * ny).enumerate() {
             for j in j..(j + Blocks::SMALL).min(ny) {
                 let start =
@@ -289,8 +291,8 @@ impl Distances<'_> {
                     if free > 0.0 && p.distance_squared(centre) < free * free {
                         continue;
                     }
-                    // The point that was closest to the node before is at least as far, up to rounding.
-                    let near = before.map_or(f64::INFINITY, |c| {
+                    // The closest point of the previous node gives an upper bound, up to rounding.
+                    let near = previous.map_or(f64::INFINITY, |c| {
                         c.distance(p) * (1.0 + 1e-9) + 1e-6 * self.voxel
                     });
                     let mut closest = self.bvh.closest(p, near.min(self.band));
@@ -300,7 +302,7 @@ impl Distances<'_> {
                     if let Some(closest) = &closest {
                         layer[j * nx + i] = closest.distance.min(self.band);
                         measured += 1;
-                        before = Some(closest.point);
+                        previous = Some(closest.point);
                     }
                 }
             }
@@ -313,20 +315,21 @@ fn node(start: DVec3, i: usize, voxel: f64) -> DVec3 {
     start + DVec3::X * (i as f64 * voxel)
 }
 
-/// How far blocks of nodes lie from the surface, to pass over those beyond the band.
+/// Distances of blocks of nodes from the surface, used to skip blocks beyond the band.
 struct Blocks {
-    /// Nodes along the side of a block.
+    /// Nodes along the edge of a block.
     side: usize,
     dims: [usize; 3],
-    /// Distance of each block's middle; infinite where the whole block lies beyond the band. Empty where there is no band.
+    /// Distance of each block's centre from the surface; infinite if the whole block is beyond the band. Empty without
+    /// a band.
     middles: Vec<f64>,
 }
 
 impl Blocks {
-    /// The side of the small blocks.
+    /// Nodes along the edge of a small block.
     const SMALL: usize = 4;
 
-    /// Large blocks first, then small ones in those that are not far.
+    /// Measures large blocks first, then the small blocks within the large ones that are not beyond the band.
     fn new(bvh: &Bvh, origin: DVec3, voxel: f64, nodes: [usize; 3], band: f64) -> Self {
         let mut blocks = Self {
             side: 1,
@@ -338,7 +341,7 @@ impl Blocks {
         }
         for side in [4 * Self::SMALL, Self::SMALL] {
             let half = 0.5 * (side - 1) as f64 * voxel;
-            // From the middle of a block to its corners, and some for rounding.
+            // Distance from a block's centre to its corners plus the band, with a tolerance for rounding.
             let reach = band + half * 3f64.sqrt() * (1.0 + 1e-9) + 1e-6 * voxel;
             let dims = nodes.map(|n| n.div_ceil(side));
             let distance = |block: usize| {
@@ -362,7 +365,7 @@ impl Blocks {
         blocks
     }
 
-    /// Distance of the middle of a node's block, infinite beyond the band; 0 where it is not known.
+    /// Distance of the centre of a node's block from the surface; infinite beyond the band, 0 if not measured.
     fn middle(&self, node: [usize; 3]) -> f64 {
         let [i, j, k] = node.map(|n| n / self.side);
         let block = (k * self.dims[1] + j) * self.dims[0] + i;
@@ -397,7 +400,7 @@ mod tests {
         for (i, (value, cut)) in full.values.iter().zip(&banded.values).enumerate() {
             let node = DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / nx / ny) as f64);
             let exact = full.position(node).distance(centre) - 1.0;
-            // Faces lie inside the sphere by as much as this.
+            // The faces are inside the sphere by up to this distance.
             assert!((value - exact).abs() < 0.02, "{value} {exact}");
             assert!((cut - value.clamp(-0.3, 0.3)).abs() < 1e-12);
         }
@@ -405,7 +408,7 @@ mod tests {
 
     #[test]
     fn a_round_trip_moves_the_surface_by_less_than_half_a_voxel() {
-        // Corners of a cube are cut off, by less than the diagonal of a voxel.
+        // The edges of a cube are cut off by less than the diagonal of a voxel.
         for (mesh, voxel, cut) in [
             (shapes::icosphere(3), 0.05, 0.5),
             (cube(), 0.07, 3f64.sqrt()),
@@ -448,7 +451,7 @@ mod tests {
         for (i, value) in volume.values.iter().enumerate() {
             let node = DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / nx / ny) as f64);
             let winding = tree.winding_number(&bvh, volume.position(node));
-            // On the surface it jumps.
+            // The winding number jumps on the surface.
             if (winding - 0.5).abs() > WINDING_ERROR && value.abs() > 1e-9 {
                 assert_eq!(*value < 0.0, winding > 0.5, "{node} {winding} {value}");
             }

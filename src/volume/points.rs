@@ -1,4 +1,4 @@
-//! The signed distance of a model at points.
+//! The signed distance of a mesh at given points.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -7,11 +7,11 @@ use super::VolumeError;
 use crate::mesh::{Mesh, Topology, welded};
 use crate::spatial::{Bvh, WindingTree};
 
-/// The signed distances of points from a mesh, in their order and in units of the mesh, negative inside, as those of
-/// [`super::signed_distance_volume`]. Points with a coordinate that is not finite have the distance NaN.
+/// The signed distances of points from a mesh, in the mesh's units and in the order of the points; negative inside,
+/// with the same sign rule as [`super::signed_distance_volume`]. A point with a coordinate that is not finite gets NaN.
 ///
 /// # Errors
-/// When the mesh makes no sense or has no area.
+/// When the mesh is not valid or has no area.
 pub fn signed_distances(mesh: &Mesh, points: &[DVec3]) -> Result<Vec<f64>, VolumeError> {
     mesh.validate()?;
     let (mut mesh, _) = welded(mesh);
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn points_that_are_none_and_meshes_without_area_are_told() {
+    fn points_that_are_not_finite_and_meshes_without_area_are_reported() {
         let far = [DVec3::splat(1e200), DVec3::new(0.5, f64::NAN, 0.5)];
         let distances = signed_distances(&cube(), &far).unwrap();
         assert!(

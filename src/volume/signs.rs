@@ -1,7 +1,8 @@
-//! On which side of a surface the nodes of a lattice lie.
+//! Signs of the distances at lattice nodes, from the winding number along rows.
 //!
-//! Along a row of nodes the winding number changes by one where the row passes through a face, and off the surface by as
-//! much as the rims of an open mesh let it. So it is carried along, and measured only where it is in doubt.
+//! Along a row the winding number changes by one at each face that the row passes through. Elsewhere it changes only
+//! near the boundary edges of an open mesh, by a bounded amount. It is therefore carried from node to node, and
+//! computed only where the carried value with its error does not decide the sign.
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -12,24 +13,25 @@ use robust::{Coord, Coord3D, orient2d, orient3d};
 use crate::mesh::{Mesh, Topology};
 use crate::spatial::{Bvh, WindingTree};
 
-/// How far the winding number may be off, since distant faces are summed up together.
+/// Error of the computed winding number, which sums distant faces with an expansion.
 pub(super) const WINDING_ERROR: f64 = 0.02;
 
-/// Closer to the surface than this part of a voxel the winding number is on its jump.
+/// In voxels. Nodes closer to the surface are at the jump of the winding number; a value computed there is not carried
+/// on.
 const ON_SURFACE: f64 = 1e-3;
 
-/// The winding numbers of nodes on rows along the first axis.
+/// Computes winding numbers at nodes on rows along the x axis.
 pub(super) struct Signs<'a> {
     mesh: &'a Mesh,
     bvh: &'a Bvh,
     voxel: f64,
     rims: Rims,
-    /// Gathered when it is first asked for.
+    /// Built on first use.
     winding: OnceLock<WindingTree>,
 }
 
 impl<'a> Signs<'a> {
-    /// Prepares the signs at nodes that lie a voxel apart.
+    /// Prepares the signs for nodes with spacing `voxel`.
     pub fn new(mesh: &'a Mesh, topology: &Topology, bvh: &'a Bvh, voxel: f64) -> Self {
         Self {
             mesh,
@@ -40,29 +42,32 @@ impl<'a> Signs<'a> {
         }
     }
 
-    /// Gives the distances along a row their signs: negative where the magnitude of the winding number exceeds one half.
-    /// The row starts outside the box round the mesh.
+    /// Makes the distances along a row negative where the magnitude of the winding number exceeds one half. The row
+    /// starts outside the bounding box of the mesh.
     pub fn row(&self, start: DVec3, distances: &mut [f64]) {
         let step = self.voxel * (1.0 + 1e-9);
         let mut jumps = self.jumps(start, distances.len()).into_iter().peekable();
-        // The winding number and by how much it may be off.
-        let mut known = self.rims.are_none().then_some((0.0, 0.0));
+        // The winding number at the last node and the bound of its error; (0, 0) outside a closed mesh.
+        let mut known = self.rims.is_empty().then_some((0.0, 0.0));
         for (i, value) in distances.iter_mut().enumerate() {
+            // Jumps at the faces between the last node and this one.
             let mut jump = 0.0;
             while let Some((_, by)) = jumps.next_if(|(at, _)| *at <= i) {
                 jump += by;
             }
             let p = self.node(start, i);
+            // Bound of the continuous change within one step, which increases the error.
             let change = match known {
                 Some(_) => self.rims.rate(p, step) * step,
                 None => 0.0,
             };
+            // The carried value counts only if its error leaves no doubt about the sign.
             let carried = known
                 .map(|(winding, error)| (winding + jump, error + change))
                 .filter(|(winding, error)| (winding.abs() - 0.5).abs() > *error);
             let (winding, error) = carried.unwrap_or_else(|| (self.measured(p), WINDING_ERROR));
-            let is_lasting = carried.is_some() || *value > ON_SURFACE * self.voxel;
-            known = is_lasting.then_some((winding, error));
+            let is_reliable = carried.is_some() || *value > ON_SURFACE * self.voxel;
+            known = is_reliable.then_some((winding, error));
             if winding.abs() > 0.5 {
                 *value = -*value;
             }
@@ -78,13 +83,13 @@ impl<'a> Signs<'a> {
         super::node(start, i, self.voxel)
     }
 
-    /// Where a row passes through faces: the first node behind, and by how much the winding number changes, in order.
+    /// The faces that a row passes through: the first node behind each, and the change of the winding number, in order.
     fn jumps(&self, start: DVec3, count: usize) -> Vec<(usize, f64)> {
         let mut jumps = Vec::new();
         let end = self.node(start, count);
         self.bvh.for_each_in_box(start, end, |face| {
             let corners = self.mesh.corners(face);
-            let around = turns(corners, start);
+            let around = winding_2d(corners, start);
             if around != 0 {
                 jumps.push((
                     self.first_behind(corners, around, start, count),
@@ -96,14 +101,15 @@ impl<'a> Signs<'a> {
         jumps
     }
 
-    /// The first node on the far side of a triangle that the row passes through, exactly; `count` if there is none.
+    /// The first node behind a triangle that the row passes through, by exact predicates; `count` if there is none.
     fn first_behind(&self, corners: [DVec3; 3], around: i32, start: DVec3, count: usize) -> usize {
         let [a, b, c] = corners;
         let is_behind = |i: usize| {
             let [a, b, c, p] = [a, b, c, self.node(start, i)].map(coord3);
-            // Positive below a triangle that is seen counter-clockwise from above.
+            // `orient3d` is positive for points below a triangle that is counter-clockwise seen from above.
             orient3d(a, b, c, p) * f64::from(around) < 0.0
         };
+        // Guess from the plane of the triangle, corrected with the exact predicate.
         let normal = (b - a).cross(c - a);
         let x = a.x - (normal.y * (start.y - a.y) + normal.z * (start.z - a.z)) / normal.x;
         let (low, high) = (a.min(b).min(c).x, a.max(b).max(c).x);
@@ -119,11 +125,11 @@ impl<'a> Signs<'a> {
     }
 }
 
-/// How often a triangle, seen along the first axis from its far end, runs round a point counter-clockwise: −1, 0 or 1.
+/// Winding number of a triangle's boundary around a point, seen along the x axis from its far end: −1, 0 or 1.
 ///
-/// Exact, and an edge belongs to one of two triangles beside it, so that no passage through a surface is lost or counted
-/// twice (Hormann and Agathos, "The point in polygon problem for arbitrary polygons", 2001).
-fn turns(corners: [DVec3; 3], p: DVec3) -> i32 {
+/// Exact. An edge belongs to only one of the two triangles beside it, so that no passage through a surface is missed or
+/// counted twice (Hormann and Agathos, "The point in polygon problem for arbitrary polygons", 2001).
+fn winding_2d(corners: [DVec3; 3], p: DVec3) -> i32 {
     let mut turns = 0;
     for k in 0..3 {
         let (u, v) = (corners[k], corners[(k + 1) % 3]);
@@ -149,19 +155,19 @@ fn coord3(p: DVec3) -> Coord3D<f64> {
     }
 }
 
-/// The rims of a mesh, in groups, to bound how fast the winding number changes off the surface.
+/// The boundary edges of a mesh in groups, which bound the rate of change of the winding number off the surface.
 ///
-/// Its gradient is that of the solid angle of the rims, at most `L / (4 π d²)` at the distance `d` from a rim of length
-/// `L` (the law of Biot and Savart).
+/// The gradient of the winding number is at most `L / (4 π d²)` at distance `d` from boundary edges of total length `L`
+/// (law of Biot and Savart).
 struct Rims {
-    /// Bounding box and length of each group.
+    /// Bounding box and total edge length of each group.
     groups: Vec<(DVec3, DVec3, f64)>,
-    /// Whether there are edges besides at which the winding number has a source.
+    /// Whether non-manifold or misoriented edges also contribute, for which no bound is computed.
     unknown: bool,
 }
 
 impl Rims {
-    /// The most groups that are told apart.
+    /// Most groups.
     const MOST: usize = 48;
 
     fn new(mesh: &Mesh, topology: &Topology) -> Self {
@@ -190,12 +196,12 @@ impl Rims {
         }
     }
 
-    /// Whether there is nothing that changes the winding number off the surface.
-    fn are_none(&self) -> bool {
+    /// Whether the mesh is closed and consistently oriented, so that the winding number is constant off the surface.
+    fn is_empty(&self) -> bool {
         self.groups.is_empty() && !self.unknown
     }
 
-    /// The most that the winding number changes with the distance, within a step of a point.
+    /// Upper bound of the change of the winding number per unit length, within `step` of a point.
     fn rate(&self, p: DVec3, step: f64) -> f64 {
         if self.unknown {
             return f64::INFINITY;
@@ -211,7 +217,7 @@ impl Rims {
     }
 }
 
-/// Joins groups whose boxes meet, then all, if there are more than so many.
+/// Joins groups whose boxes overlap, and all further groups beyond `most`.
 fn merged(groups: Vec<(DVec3, DVec3, f64)>, most: usize) -> Vec<(DVec3, DVec3, f64)> {
     let join = |a: &mut (DVec3, DVec3, f64), b: &(DVec3, DVec3, f64)| {
         *a = (a.0.min(b.0), a.1.max(b.1), a.2 + b.2);

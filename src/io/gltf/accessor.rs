@@ -1,4 +1,4 @@
-//! Decoding accessors: positions and indices out of buffer views, with strides and sparse parts.
+//! Decodes glTF accessors: positions, indices and attributes, with strides, normalisation and sparse parts.
 
 use gltf_json::Accessor;
 use gltf_json::accessor::sparse::Sparse;
@@ -60,7 +60,7 @@ pub(super) fn indices(buffers: &mut Buffers<'_>, index: usize) -> Result<Vec<u32
     })
 }
 
-/// The numbers of an attribute.
+/// The values of an attribute.
 pub(super) struct Raw {
     pub(super) scalar: Scalar,
     pub(super) normalized: bool,
@@ -146,7 +146,7 @@ fn layout(
     }
 }
 
-/// Reads `count` items of `size` bytes each and replaces those that the sparse part names.
+/// Reads `accessor.count` items of `size` bytes each, and replaces the items of the sparse part.
 fn read<T: Copy>(
     buffers: &mut Buffers<'_>,
     accessor: &Accessor,
@@ -179,8 +179,8 @@ fn read<T: Copy>(
     Ok(values)
 }
 
-/// The length of an accessor without a buffer view, which is all zeros but for its sparse part. No bytes back its count,
-/// so it is held against a limit instead.
+/// The length of an accessor without a buffer view, which is zero except in its sparse part. No bytes of the file back
+/// this length, so that it is limited to `MOST` items.
 fn zeros(buffers: &Buffers<'_>, accessor: &Accessor, index: usize) -> Result<usize, IoError> {
     const MOST: u64 = 1 << 20;
     if accessor.sparse.is_none() {
@@ -247,7 +247,7 @@ fn replace<T: Copy>(
     Ok(())
 }
 
-/// Items in a buffer view.
+/// A range of equally spaced items in a buffer view.
 struct Wanted {
     view: usize,
     offset: u64,
@@ -297,7 +297,7 @@ impl Wanted {
     }
 }
 
-/// The number in as many bytes as the type has.
+/// The number in the bytes of a scalar; NaN if there are too few bytes.
 fn number(scalar: Scalar, bytes: &[u8]) -> f64 {
     scalar
         .take::<false>(bytes)

@@ -1,4 +1,4 @@
-//! The buffers of a glTF file: its own binary chunk, data URIs and files beside it.
+//! Loads the buffers of a glTF file (binary chunk, data URIs, side files) within a memory limit.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,23 +11,23 @@ use gltf_json::buffer::View;
 
 use super::super::{Format, IoError, Location, Resolve};
 
-/// How much memory a scene may take: so many bytes, and so many times the size of its file and buffers. A mesh that is used
-/// once takes 6 to 12 times its size.
+/// Memory limit of a scene: `LEAST` bytes plus `TIMES` the size of its file and buffers. A mesh that is used once takes
+/// 6 to 12 times its size.
 const LEAST: usize = 80 << 20;
 const TIMES: usize = 32;
 
-/// Loads each buffer when it is first asked for, so that one that holds only images is never touched.
+/// Loads each buffer on first use, so that buffers that hold only images are not loaded while triangles are read.
 pub(super) struct Buffers<'a> {
     pub(super) root: &'a Root,
     pub(super) format: Format,
     binary: Option<&'a [u8]>,
     resolve: &'a Resolve<'a>,
-    /// How much memory the scene may still take.
+    /// Bytes of memory that the scene may still take.
     budget: usize,
-    /// Whether something was refused for that.
+    /// Whether the limit was exceeded.
     exhausted: bool,
     loaded: Vec<Option<Arc<Vec<u8>>>>,
-    /// The files that were read, by name, with how much of them was wanted.
+    /// The files read so far by name, with the number of bytes requested.
     files: HashMap<String, (u64, Arc<Vec<u8>>)>,
 }
 
@@ -51,7 +51,7 @@ impl<'a> Buffers<'a> {
         }
     }
 
-    /// The bytes of a buffer view, checked to lie inside its buffer.
+    /// The bytes of a buffer view; an error if they are not all in its buffer.
     pub(super) fn view(&mut self, index: usize) -> Result<(&View, &[u8]), IoError> {
         let fault = |what: String| {
             IoError::malformed(self.format, Location::Item("buffer view", index), what)
@@ -74,7 +74,7 @@ impl<'a> Buffers<'a> {
             Some(part) => Ok((view, part)),
             None => {
                 let what = format!(
-                    "{length} bytes from byte {start} lie beyond the {} bytes of the buffer",
+                    "{length} bytes from byte {start} are beyond the {} bytes of the buffer",
                     bytes.len()
                 );
                 Err(IoError::malformed(format, place, what))
@@ -82,8 +82,8 @@ impl<'a> Buffers<'a> {
         }
     }
 
-    /// Accounts for memory that is about to be taken. Nodes that use one mesh, and items that only their count says are
-    /// there, can make a small file enormous.
+    /// Charges memory before it is allocated. Many nodes with the same mesh, or accessors with a count but no data,
+    /// could make a small file very large in memory.
     pub(super) fn spend(&mut self, bytes: usize) -> Result<(), IoError> {
         match self.budget.checked_sub(bytes) {
             Some(left) => {
@@ -93,11 +93,11 @@ impl<'a> Buffers<'a> {
             None => {
                 self.exhausted = true;
                 let what = format!(
-                    "the scene needs {bytes} bytes more of memory, where {} are left of what a file of this size may take",
+                    "the scene needs {bytes} more bytes of memory, but only {} are left of the limit for a file of this size",
                     self.budget
                 );
                 Err(IoError::malformed(self.format, Location::File, what)
-                    .advise("save the parts of the scene to be mended on their own"))
+                    .advise("save the parts of the scene to be repaired as separate files"))
             }
         }
     }
@@ -107,7 +107,7 @@ impl<'a> Buffers<'a> {
         self.exhausted
     }
 
-    /// All buffers, as far as they can be had: those that hold no triangles may be missing.
+    /// All buffers. Buffers that cannot be loaded are `None`; they hold no triangles.
     pub(super) fn all(mut self) -> Vec<Option<Arc<Vec<u8>>>> {
         for index in 0..self.root.buffers.len() {
             let binary = self.buffer(index).ok().map(<[u8]>::to_vec);
@@ -118,7 +118,7 @@ impl<'a> Buffers<'a> {
         self.loaded
     }
 
-    /// The whole bytes of a buffer.
+    /// All bytes of a buffer.
     fn buffer(&mut self, index: usize) -> Result<&[u8], IoError> {
         let fault =
             |what: String| IoError::malformed(self.format, Location::Item("buffer", index), what);
@@ -158,7 +158,7 @@ impl<'a> Buffers<'a> {
             .map_or(&[], |bytes| bytes.as_slice()))
     }
 
-    /// The first bytes of another file, which is read once for all buffers that name it and want no more of it.
+    /// The first `length` bytes of a side file. A file is read once for all buffers that need no more bytes.
     fn file(&mut self, uri: &str, length: u64) -> Result<Arc<Vec<u8>>, IoError> {
         let known = self.files.get(uri);
         if let Some((_, bytes)) = known.filter(|(wanted, _)| *wanted >= length) {
@@ -185,7 +185,7 @@ pub(super) fn decode_data_uri(data: &str) -> Option<Vec<u8>> {
         .ok()
 }
 
-/// Replaces `%20` and its like by the bytes they stand for.
+/// Decodes percent-encoded bytes such as `%20`.
 pub(super) fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();

@@ -1,4 +1,4 @@
-//! Adding to a glTF document in JSON, and packing it into a file.
+//! Builds a glTF document in JSON with a binary buffer, and packs it as glTF or GLB.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -6,12 +6,12 @@ use serde_json::{Map, Value, json};
 
 use super::super::{Format, IoError};
 
-/// Component types by their numbers.
+/// Component types of accessors.
 pub(super) const F32: u32 = 5126;
 pub(super) const U32: u32 = 5125;
 const U8: u32 = 5121;
 
-/// Targets of buffer views by their numbers.
+/// Targets of buffer views.
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
 
@@ -30,7 +30,7 @@ impl Builder {
         }
     }
 
-    /// A list of the document, which is made where there is none.
+    /// A list of the document; created if missing.
     pub(super) fn list(&mut self, key: &str) -> &mut Vec<Value> {
         if !self.json.is_object() {
             self.json = Value::Object(Map::new());
@@ -45,7 +45,7 @@ impl Builder {
         }
     }
 
-    /// Appends an item to a list; returns its place.
+    /// Appends an item to a list; returns its index.
     pub(super) fn push(&mut self, key: &str, item: Value) -> usize {
         let list = self.list(key);
         list.push(item);
@@ -79,7 +79,7 @@ impl Builder {
         )
     }
 
-    /// Appends an accessor of floats, of so many components.
+    /// Appends an accessor of floats with `components` components.
     pub(super) fn floats(&mut self, values: &[f32], components: usize) -> usize {
         let view = self.view(values.iter().flat_map(|v| v.to_le_bytes()), VERTICES);
         let count = values.len() / components.max(1);
@@ -90,7 +90,7 @@ impl Builder {
         )
     }
 
-    /// Appends an accessor of colours in four bytes each.
+    /// Appends an accessor of colours with four bytes each.
     pub(super) fn bytes(&mut self, colours: &[[u8; 4]]) -> usize {
         let view = self.view(colours.iter().flatten().copied(), VERTICES);
         self.push(
@@ -101,7 +101,7 @@ impl Builder {
         )
     }
 
-    /// Appends an accessor of positions, with their bounds.
+    /// Appends an accessor of positions, with their minimum and maximum.
     pub(super) fn positions(&mut self, points: &[[f32; 3]]) -> usize {
         let accessor = self.floats(points.as_flattened(), 3);
         let start = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
@@ -118,7 +118,7 @@ impl Builder {
         accessor
     }
 
-    /// The bytes of the file. The first buffer is the one under construction.
+    /// The bytes of the file. `data` becomes the first buffer.
     pub(super) fn finish(mut self, format: Format) -> Result<Vec<u8>, IoError> {
         self.align();
         let mut buffer = json!({ "byteLength": self.data.len() });
@@ -150,7 +150,7 @@ fn kind(components: usize) -> &'static str {
     ["SCALAR", "VEC2", "VEC3", "VEC4"][components.clamp(1, 4) - 1]
 }
 
-/// A GLB file of a JSON chunk and a binary one.
+/// Packs a JSON chunk and a binary chunk as GLB; `None` above 4 GB.
 fn pack(mut json: Vec<u8>, data: &[u8]) -> Option<Vec<u8>> {
     json.resize(json.len().next_multiple_of(4), b' ');
     let length = u32::try_from(12 + 8 + json.len() + 8 + data.len()).ok()?;

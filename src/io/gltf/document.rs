@@ -1,4 +1,4 @@
-//! A glTF file that was read, kept so that it can be written again with more in it.
+//! The rest of a glTF file that was read, kept so that patches can be added to the original file.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,18 +10,18 @@ use serde_json::Value;
 use super::super::{Contents, text};
 use super::scene::{Block, PlacedPrimitive};
 
-/// A glTF or GLB file with all that a mesh does not hold: its node tree, materials, textures, animations and extras.
+/// A glTF or GLB file with everything that a mesh does not hold: node tree, materials, textures, animations, extras.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Document {
     pub(super) json: Value,
-    /// The buffers; one that could not be loaded, and holds no triangles, stays outside.
+    /// The buffers; `None` for a buffer that could not be loaded, which stays an external file and holds no triangles.
     #[serde(with = "buffers")]
     pub(super) buffers: Vec<Option<Arc<Vec<u8>>>>,
     pub(super) blocks: Vec<Block>,
     pub(super) parts: Vec<PlacedPrimitive>,
 }
 
-/// Buffers by serde: one that several documents share is written once for each of them.
+/// Serialises buffers; a buffer that several documents share is written once per document.
 mod buffers {
     use std::sync::Arc;
 
@@ -42,9 +42,9 @@ mod buffers {
 /// An image of a document.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Image {
-    /// In the file: its bytes.
+    /// Embedded: the bytes of the image.
     Bytes(Vec<u8>),
-    /// A file, relative to the folder of the document's.
+    /// A file name relative to the folder of the document.
     File(String),
 }
 
@@ -53,7 +53,7 @@ fn number(value: &Value) -> Option<usize> {
 }
 
 impl Document {
-    /// Keeps a file; `None` where it cannot be written again without knowing an extension.
+    /// Keeps a file; `None` if its compression extension prevents writing it again.
     pub(super) fn new(
         json: &[u8],
         buffers: Vec<Option<Arc<Vec<u8>>>>,
@@ -74,20 +74,21 @@ impl Document {
         })
     }
 
-    /// How many vertices and faces the scene has.
+    /// The number of vertices and faces of the scene.
     pub(super) fn counts(&self) -> (usize, usize) {
         let vertices = self.blocks.last().map_or(0, |b| b.start + b.count);
         let faces = self.parts.last().map_or(0, |p| p.faces.0 + p.faces.1);
         (vertices as usize, faces)
     }
 
-    /// The transform to the scene from the coordinates of the node with the most vertices, in which the file holds 32-bit floats.
+    /// The transform to the scene from the node with the most vertices, whose coordinates the file holds as 32-bit
+    /// floats.
     pub(crate) fn largest_transform(&self) -> DMat4 {
         let largest = self.blocks.iter().max_by_key(|b| b.count);
         largest.map_or(DMat4::IDENTITY, |b| b.transform)
     }
 
-    /// How many of the faces are kept.
+    /// How many faces of the file the model keeps.
     pub(super) fn kept(&self, model: &Contents<'_>) -> usize {
         match &model.attributes.kept_of_file {
             Some(kept) => kept.iter().filter(|k| **k).count(),
@@ -95,7 +96,7 @@ impl Document {
         }
     }
 
-    /// Whether a mesh can be one that began as this scene.
+    /// Whether a mesh can be an extension of this scene: it has at least its vertices and kept faces.
     pub(super) fn fits(&self, model: &Contents<'_>) -> bool {
         let (vertices, faces) = self.counts();
         let marks = model.attributes.kept_of_file.as_ref();
@@ -104,7 +105,7 @@ impl Document {
             && marks.is_none_or(|kept| kept.len() == faces)
     }
 
-    /// For the faces of each part the number of the image that gives them their colour.
+    /// For each placed primitive, its faces and the index of the image that colours them.
     pub fn images_of_faces(&self) -> impl Iterator<Item = (Range<usize>, Option<usize>)> + '_ {
         let image = |material: usize| {
             let material = self.json.get("materials")?.get(material)?;
@@ -116,7 +117,7 @@ impl Document {
         parts.map(move |p| (p.faces.0..p.faces.0 + p.faces.1, p.material.and_then(image)))
     }
 
-    /// An image.
+    /// The image of an index.
     pub fn image(&self, index: usize) -> Option<Image> {
         let image = self.json.get("images")?.get(index)?;
         if let Some(uri) = image.get("uri").and_then(Value::as_str) {
@@ -133,7 +134,7 @@ impl Document {
         Some(Image::Bytes(buffer.get(start..end)?.to_vec()))
     }
 
-    /// Names of files that the document refers to and that stay outside: images, and buffers that could not be loaded.
+    /// The names of external files that the document refers to: images, and buffers that could not be loaded.
     pub fn side_files(&self) -> Vec<String> {
         let list = |key: &str| self.json.get(key).and_then(Value::as_array);
         let buffers = list("buffers").into_iter().flatten().enumerate();

@@ -1,4 +1,4 @@
-//! The materials of a new document, with what is known of how they look.
+//! Writes materials with colours and textures to a new glTF document.
 
 use std::collections::HashMap;
 
@@ -7,21 +7,21 @@ use serde_json::{Value, json};
 use super::build::Builder;
 use crate::mesh::attributes::{Attribute, Attributes, LabelKind, Material, Role};
 
-/// The materials of a document, numbered as the labels of its faces are.
+/// The materials of a document, with the same indices as the face labels.
 pub(super) struct Materials<'a> {
     names: &'a [String],
-    looks: HashMap<&'a str, &'a Material>,
-    /// For labels whose material has a texture, the same material without, once it has been needed.
+    appearances: HashMap<&'a str, &'a Material>,
+    /// For labels with a textured material, the index of its copy without texture, once needed.
     plain: HashMap<u32, usize>,
 }
 
 impl<'a> Materials<'a> {
-    /// Adds the materials to a document, with their textures and images.
+    /// Adds all materials to a document, with textures and images.
     pub(super) fn new(builder: &mut Builder, attributes: &'a Attributes) -> Self {
         let labels = attributes.labels_of(LabelKind::Material);
         let materials = Self {
             names: labels.map_or(&[], |l| &l.names),
-            looks: attributes
+            appearances: attributes
                 .materials
                 .iter()
                 .map(|m| (m.name.as_str(), m))
@@ -43,7 +43,7 @@ impl<'a> Materials<'a> {
         materials
     }
 
-    /// The material of a label for faces that have texture coordinates or have none: a texture needs them.
+    /// The index of a label's material. Faces without texture coordinates get the copy without texture.
     pub(super) fn index(&mut self, builder: &mut Builder, label: u32, has_uv: bool) -> usize {
         let name = &self.names[label as usize];
         let textured = self.look(name).is_some_and(|m| m.texture.is_some());
@@ -58,10 +58,10 @@ impl<'a> Materials<'a> {
     }
 
     fn look(&self, name: &str) -> Option<&'a Material> {
-        self.looks.get(name.trim()).copied()
+        self.appearances.get(name.trim()).copied()
     }
 
-    /// A material without its texture.
+    /// The JSON of a material without its texture.
     fn described(&self, name: &str) -> Value {
         let mut material = json!({ "name": name });
         let Some(look) = self.look(name) else {
@@ -69,7 +69,7 @@ impl<'a> Materials<'a> {
         };
         let [r, g, b] = look.colour.unwrap_or([1.0; 3]);
         let opacity = look.opacity.unwrap_or(1.0);
-        // Without a word on it a material is no metal, where glTF would take one for metal.
+        // glTF's default metallic factor is 1; materials that give no factor are not metallic.
         let colour = [r, g, b, opacity].map(decimal);
         material["pbrMetallicRoughness"] = json!({
             "baseColorFactor": colour,
@@ -83,13 +83,13 @@ impl<'a> Materials<'a> {
     }
 }
 
-/// The number with the digits that a 32-bit float has.
+/// The shortest decimal that gives the same 32-bit float, as a 64-bit float.
 fn decimal(value: f32) -> f64 {
     value.to_string().parse().unwrap_or(f64::from(value))
 }
 
-/// Texture coordinates as glTF has them, for a texture that was not glTF's: two numbers, of which the second counts from the
-/// top, where other formats count from the bottom.
+/// Converts texture coordinates of other formats to glTF's: two components, with v measured from the top instead of the
+/// bottom.
 pub(super) fn turned(uv: &Attribute) -> Option<Attribute> {
     if !matches!(uv.role, Role::Uv(_)) || uv.components < 2 {
         return None;
@@ -102,7 +102,7 @@ pub(super) fn turned(uv: &Attribute) -> Option<Attribute> {
     Some(turned)
 }
 
-/// A path as a relative reference (RFC 3986).
+/// A path as a percent-encoded relative reference (RFC 3986).
 fn percent_encoded(path: &str) -> String {
     let mut out = String::with_capacity(path.len());
     for byte in path.bytes() {

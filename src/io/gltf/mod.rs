@@ -1,4 +1,4 @@
-//! glTF 2.0, as JSON or in one binary file.
+//! Reads and writes glTF 2.0, as JSON (.gltf) or binary (.glb).
 
 mod accessor;
 mod buffers;
@@ -51,7 +51,7 @@ pub(super) fn read(bytes: &[u8], format: Format, resolve: &Resolve<'_>) -> Resul
     Ok(loaded)
 }
 
-/// Writes a mesh: into the document it came from, where there is one, else into a new one.
+/// Writes a mesh into the document that it came from, or else into a new document.
 pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoError> {
     match model.document.filter(|document| document.fits(model)) {
         Some(document) => patch::write(document, model, format),
@@ -64,7 +64,7 @@ struct Chunks<'a> {
     binary: Option<&'a [u8]>,
 }
 
-/// Splits a GLB file into its chunks. Chunks of other kinds are passed over, as the format asks.
+/// Splits a GLB file into its chunks. Chunks of other types are skipped, as the format requires.
 fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, IoError> {
     let fault = |at: usize, what: String| IoError::malformed(Format::Glb, Location::Byte(at), what);
     let word = |at: usize| {
@@ -121,7 +121,7 @@ fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, IoError> {
     Ok(chunks)
 }
 
-/// Extensions that may be required without changing where the triangles are.
+/// Prefixes of extensions that may be required without changing where the triangles are.
 const HARMLESS: [&str; 9] = [
     "KHR_mesh_quantization",
     "KHR_materials_",
@@ -145,7 +145,7 @@ fn check_extensions(root: &Root, format: Format) -> Result<(), IoError> {
     }
 }
 
-/// The refusal of an extension by name.
+/// The error for an unsupported extension, by name.
 fn unsupported_extension(format: Format, name: &str) -> IoError {
     let compression = name.contains("draco") || name.contains("meshopt");
     let (kind, advice) = if compression {
@@ -154,11 +154,11 @@ fn unsupported_extension(format: Format, name: &str) -> IoError {
             "decompress it first, for example with 'gltf-transform copy' or by saving it from Blender",
         )
     } else {
-        ("in need of", "save the file without this extension")
+        ("encoded with", "save the file without this extension")
     };
     IoError::Unsupported {
         format,
-        what: format!("the mesh is {kind} {name}, which is not read"),
+        what: format!("the mesh is {kind} {name}, which is not supported"),
         advice,
     }
 }

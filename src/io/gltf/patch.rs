@@ -1,4 +1,4 @@
-//! Writing a glTF file again with patches in it: all that was there stays, patches become nodes of their own.
+//! Writes a glTF file again with patches: the original content stays, patches are added as new nodes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use super::write::push_floats;
 use crate::mesh::DisjointSets;
 use crate::mesh::attributes::{LabelKind, NONE, PATCH_NAME, Role};
 
-/// Writes the document with the new faces of the mesh.
+/// Writes the original document with the new faces of the mesh, and without the removed ones.
 pub(super) fn write(
     document: &Document,
     model: &Contents<'_>,
@@ -23,7 +23,7 @@ pub(super) fn write(
 ) -> Result<Written, IoError> {
     let mut builder = merge(document);
     if let Some(kept) = &model.attributes.kept_of_file {
-        take_out(&mut builder, document, model, kept);
+        remove_faces(&mut builder, document, model, kept);
     }
     let mut notes = Vec::new();
     let patches = Patches::new(document, model);
@@ -36,7 +36,7 @@ pub(super) fn write(
     for (block, primitives) in meshes {
         add_node(&mut builder, document.blocks[block].node, primitives);
     }
-    if patches.unlike_file() {
+    if patches.has_skinning() {
         notes.push(
             "joints and weights are left out on the patches, which follow their node only"
                 .to_owned(),
@@ -46,7 +46,7 @@ pub(super) fn write(
     Ok(Written { bytes, notes })
 }
 
-/// The document with all buffers that were loaded made one; its views are moved along.
+/// Copies the document with all loaded buffers joined into one; buffer views are adjusted.
 fn merge(document: &Document) -> Builder {
     let mut builder = Builder {
         json: document.json.clone(),
@@ -87,8 +87,9 @@ fn merge(document: &Document) -> Builder {
     builder
 }
 
-/// Gives primitives that lost faces new indices. A mesh that several nodes use is copied for the one that lost some.
-fn take_out(builder: &mut Builder, document: &Document, model: &Contents<'_>, kept: &[bool]) {
+/// Gives new indices to primitives that lost faces. A mesh that several nodes use is copied for the node that lost
+/// faces.
+fn remove_faces(builder: &mut Builder, document: &Document, model: &Contents<'_>, kept: &[bool]) {
     let mut next = 0;
     let mut copied: BTreeMap<usize, usize> = BTreeMap::new();
     let mut emptied: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
@@ -117,10 +118,10 @@ fn take_out(builder: &mut Builder, document: &Document, model: &Contents<'_>, ke
         primitive["indices"] = json!(indices);
         primitive["mode"] = json!(4);
     }
-    remove(builder, &emptied);
+    remove_primitives(builder, &emptied);
 }
 
-/// The mesh of a part, copied where other nodes use it too.
+/// The mesh of a placed primitive; copied first if other nodes use it too.
 fn own_mesh(
     builder: &mut Builder,
     document: &Document,
@@ -143,8 +144,8 @@ fn own_mesh(
     copy
 }
 
-/// Takes primitives out of their meshes, and meshes without any out of their nodes.
-fn remove(builder: &mut Builder, emptied: &BTreeMap<usize, Vec<usize>>) {
+/// Removes primitives from their meshes, and references to meshes without faces from their nodes.
+fn remove_primitives(builder: &mut Builder, emptied: &BTreeMap<usize, Vec<usize>>) {
     for (mesh, primitives) in emptied {
         let Some(list) = builder.list("meshes")[*mesh]["primitives"].as_array_mut() else {
             continue;
@@ -158,7 +159,7 @@ fn remove(builder: &mut Builder, emptied: &BTreeMap<usize, Vec<usize>>) {
             });
             continue;
         }
-        // A mesh must have a primitive, so the one without faces stays, but no node uses it.
+        // A mesh must have a primitive, so that a mesh without faces stays in the file, but no node refers to it.
         for node in builder.list("nodes") {
             if node.get("mesh").and_then(Value::as_u64) == Some(*mesh as u64)
                 && let Some(node) = node.as_object_mut()
@@ -171,7 +172,7 @@ fn remove(builder: &mut Builder, emptied: &BTreeMap<usize, Vec<usize>>) {
     }
 }
 
-/// Adds a mesh of patches under a node.
+/// Adds a mesh of patches as a child of a node.
 fn add_node(builder: &mut Builder, node: usize, primitives: Vec<Value>) {
     let mesh = builder.push(
         "meshes",
@@ -185,11 +186,11 @@ fn add_node(builder: &mut Builder, node: usize, primitives: Vec<Value>) {
     }
 }
 
-/// The new faces, sorted by the node under which they are put and by their material.
+/// The new faces, grouped by the parent node and material.
 struct Patches<'a> {
     document: &'a Document,
     model: &'a Contents<'a>,
-    /// The block of each vertex that is a copy of one, or one, of the file.
+    /// For each new vertex that is a copy: the vertex of the file that it is a copy of.
     origin: BTreeMap<u32, u32>,
     groups: BTreeMap<(usize, u32), Vec<[u32; 3]>>,
 }
@@ -216,7 +217,7 @@ impl<'a> Patches<'a> {
         patches
     }
 
-    /// The vertex of the file that a vertex is or is a copy of.
+    /// The vertex of the file that a vertex is, or is a copy of.
     fn of_file(&self, vertex: u32) -> Option<u32> {
         let vertex = self.origin.get(&vertex).copied().unwrap_or(vertex);
         ((vertex as usize) < self.document.counts().0).then_some(vertex)
@@ -227,7 +228,7 @@ impl<'a> Patches<'a> {
         blocks.partition_point(|b| b.start + b.count <= vertex)
     }
 
-    /// The new faces by parts that are connected through vertices.
+    /// The connected components (through vertices) of the new faces, from face `first` on.
     fn connected(&self, first: usize) -> Vec<Vec<usize>> {
         let faces = &self.model.mesh.faces;
         let mut sets = DisjointSets::new(self.model.mesh.positions.len());
@@ -242,7 +243,7 @@ impl<'a> Patches<'a> {
         parts.into_values().collect()
     }
 
-    /// The block that most corners of the faces come from.
+    /// The block that most corners of the faces belong to.
     fn home(&self, faces: &[usize]) -> usize {
         let mut votes: BTreeMap<usize, usize> = BTreeMap::new();
         let corners = faces.iter().flat_map(|f| self.model.mesh.faces[*f]);
@@ -255,13 +256,13 @@ impl<'a> Patches<'a> {
         most.map_or(0, |(block, _)| *block)
     }
 
-    /// Whether the file has attributes that patches cannot have.
-    fn unlike_file(&self) -> bool {
+    /// Whether the file has skinning attributes, which patches cannot have.
+    fn has_skinning(&self) -> bool {
         let mut all = self.model.attributes.vertex.iter();
         !self.groups.is_empty() && all.any(|a| is_skinning(&a.name))
     }
 
-    /// A primitive of faces in the coordinates of a block's node.
+    /// A primitive of new faces in the local coordinates of a block's node.
     fn primitive(
         &self,
         builder: &mut Builder,
@@ -296,7 +297,7 @@ impl<'a> Patches<'a> {
         Ok(primitive)
     }
 
-    /// The place of a material in the file; that of patches without a texture is added when it is first used.
+    /// The index of a material in the document. The plain material of patches is added on first use.
     fn material(&self, builder: &mut Builder, place: usize) -> usize {
         let there = builder.list("materials").len();
         if place < there {
@@ -313,7 +314,7 @@ impl<'a> Patches<'a> {
         )
     }
 
-    /// Positions in the coordinates of the block's node: those of the file where they are of the node.
+    /// Positions in the local coordinates of the block's node. Vertices of the block keep the coordinates of the file.
     fn local_points(
         &self,
         block: &Block,
@@ -340,7 +341,7 @@ impl<'a> Patches<'a> {
                 false => Err(IoError::NotWritable {
                     format,
                     what: format!(
-                        "the transform of node {} flattens space, so that no patch can be put under it",
+                        "the transform of node {} is not invertible, so that no patch can be placed under it",
                         block.node
                     ),
                     advice: "write PLY instead, or apply the transforms first",
@@ -349,7 +350,7 @@ impl<'a> Patches<'a> {
             .collect()
     }
 
-    /// The attributes that all of the vertices have.
+    /// Adds the attributes that all the vertices have.
     fn attributes(
         &self,
         builder: &mut Builder,

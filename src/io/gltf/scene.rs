@@ -1,4 +1,4 @@
-//! Walking the nodes of a scene and collecting the triangles of their meshes.
+//! Traverses the nodes of a glTF scene and collects the triangles and attributes of their meshes.
 
 use std::collections::BTreeMap;
 
@@ -15,52 +15,52 @@ use super::buffers::Buffers;
 use super::unsupported_extension;
 use crate::mesh::attributes::PATCH_NAME;
 
-/// The most vertices or triangles that are collected from one file.
+/// Most vertices, and most triangles, that are collected from a file.
 const MOST: usize = 1 << 26;
 
-/// What a block and one of its attributes take beside their numbers, in bytes.
+/// Estimated memory in bytes of a block and of one of its attributes, without their values.
 const BLOCK: usize = 512;
 const NAMED: usize = 256;
 
-/// A run of vertices that come from one accessor of positions, under one node.
+/// A range of vertices from one accessor of positions, under one node.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct Block {
     pub(super) node: usize,
-    /// From the node's own coordinates to those of the scene.
+    /// From the node's local coordinates to the scene.
     pub(super) transform: DMat4,
     pub(super) start: u32,
     pub(super) count: u32,
-    /// The positions in the node's own coordinates; empty where these are those of the scene.
+    /// The positions in local coordinates; empty if these equal the scene's.
     pub(super) local: Vec<[f64; 3]>,
     position: usize,
-    /// The accessors of the other attributes, by name.
+    /// The accessors of the other attributes by name.
     attributes: BTreeMap<String, usize>,
 }
 
-/// The triangles of one primitive under one node.
+/// The triangles of a primitive under a node.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub(super) struct PlacedPrimitive {
     pub(super) mesh: usize,
     pub(super) primitive: usize,
     /// The block of its vertices.
     pub(super) block: usize,
-    /// Its first face and how many there are.
+    /// The first face and the number of faces.
     pub(super) faces: (usize, usize),
     pub(super) material: Option<usize>,
-    /// Whether it was marked as a patch by an earlier run.
+    /// Whether an earlier run of isomend marked it as a patch.
     pub(super) patch: bool,
 }
 
-/// What a scene holds.
+/// The collected content of a scene.
 pub(super) struct Scene {
     pub(super) surface: MeshBuilder,
     pub(super) blocks: Vec<Block>,
     pub(super) parts: Vec<PlacedPrimitive>,
-    /// The attributes of vertices: block, name and numbers.
+    /// Vertex attributes: block, name and values.
     pub(super) values: Vec<(usize, String, Raw)>,
 }
 
-/// Collects the triangles of the default scene. A mesh that several nodes use is read once for each.
+/// Collects the triangles of the default scene. A mesh is read once for each node that uses it.
 pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoError> {
     let mut reader = Reader {
         root,
@@ -70,8 +70,8 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoEr
             parts: Vec::new(),
             values: Vec::new(),
         },
-        passed_over: 0,
-        left_out: 0,
+        skipped_primitives: 0,
+        unread_attributes: 0,
         buffers,
     };
     let mut visited = vec![false; root.nodes.len()];
@@ -114,7 +114,7 @@ pub(super) fn read(root: &Root, buffers: &mut Buffers<'_>) -> Result<Scene, IoEr
     Ok(reader.scene)
 }
 
-/// The nodes to begin with: those of the default scene, or all that are no one's child where there is no scene.
+/// The root nodes: the roots of the default scene, or if the file has no scene all nodes without a parent.
 fn start(root: &Root, format: Format) -> Result<Vec<usize>, IoError> {
     let scene = root.scene.map_or(0, |scene| scene.value());
     match root.scenes.get(scene) {
@@ -144,7 +144,7 @@ fn start(root: &Root, format: Format) -> Result<Vec<usize>, IoError> {
     }
 }
 
-/// Whether extras say that a primitive is a patch.
+/// Whether the extras mark a primitive as a patch.
 fn is_marked(extras: Option<&gltf_json::extras::RawValue>) -> bool {
     let extras = extras.and_then(|raw| serde_json::from_str::<Value>(raw.get()).ok());
     extras.is_some_and(|e| {
@@ -172,29 +172,29 @@ struct Reader<'r, 'b> {
     root: &'r Root,
     buffers: &'r mut Buffers<'b>,
     scene: Scene,
-    passed_over: usize,
-    left_out: usize,
+    skipped_primitives: usize,
+    unread_attributes: usize,
 }
 
 impl Reader<'_, '_> {
-    /// Adds remarks on what was passed over.
+    /// Adds remarks on skipped content.
     fn remark(&mut self, skinned: usize) {
         if skinned > 0 {
             self.scene.surface.notes.push(format!(
-                "nodes whose skin was passed over, so that their mesh is in its bind pose: {skinned}"
+                "nodes whose skin was ignored, so that their mesh is in its bind pose: {skinned}"
             ));
         }
-        if self.passed_over > 0 {
+        if self.skipped_primitives > 0 {
             let note = format!(
-                "primitives of points or lines passed over: {}",
-                self.passed_over
+                "primitives of points or lines, skipped: {}",
+                self.skipped_primitives
             );
             self.scene.surface.notes.push(note);
         }
-        if self.left_out > 0 {
+        if self.unread_attributes > 0 {
             let note = format!(
-                "attributes of vertices that cannot be read and are left out: {}",
-                self.left_out
+                "vertex attributes that cannot be read and are left out: {}",
+                self.unread_attributes
             );
             self.scene.surface.notes.push(note);
         }
@@ -209,7 +209,7 @@ impl Reader<'_, '_> {
                 what,
             ));
         };
-        // Primitives of one mesh often share their positions, which are then taken over once.
+        // Primitives of a mesh often share their positions; these are read only once.
         let first_block = self.scene.blocks.len();
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             let mode = match primitive.mode {
@@ -217,7 +217,7 @@ impl Reader<'_, '_> {
                     mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan),
                 ) => mode,
                 Checked::Valid(_) => {
-                    self.passed_over += 1;
+                    self.skipped_primitives += 1;
                     continue;
                 }
                 Checked::Invalid => {
@@ -264,15 +264,15 @@ impl Reader<'_, '_> {
                 format!("an index is {outside}, but the primitive has only {count} vertices"),
             ));
         }
-        // A triangle takes 12 bytes; a strip has one for each corner.
+        // Bytes: each triangle takes 12; a strip or fan has nearly one triangle per corner.
         let each = if mode == Mode::Triangles { 4 } else { 12 };
         self.buffers.spend(each * corners.len())?;
         corners.iter_mut().for_each(|corner| *corner += start);
         self.faces(mesh, mode, &corners, transform.determinant() < 0.0)
     }
 
-    /// The block of a primitive's vertices: one of the same mesh with the same positions, if there is one whose other
-    /// attributes are not different ones.
+    /// The block of a primitive's vertices. Reuses a block of the same mesh with the same positions, unless an
+    /// attribute of the same name has another accessor.
     fn block(
         &mut self,
         mesh: usize,
@@ -326,14 +326,14 @@ impl Reader<'_, '_> {
         Ok(block)
     }
 
-    /// Reads an attribute of a block that was not read yet. One that is damaged does not spoil the mesh.
+    /// Reads an attribute of a block, unless it was read before. A damaged attribute is left out.
     fn attribute(&mut self, block: usize, name: String, accessor: usize) -> Result<(), IoError> {
         if self.scene.blocks[block].attributes.contains_key(&name) {
             return Ok(());
         }
         self.buffers.spend(NAMED)?;
         let count = self.scene.blocks[block].count as usize;
-        // One of another length is not even read.
+        // Attributes of another length are not decoded.
         let known = self.root.accessors.get(accessor);
         let fits = known.is_some_and(|a| a.count.0 == count as u64);
         match fits.then(|| accessor::attribute(self.buffers, accessor)) {
@@ -341,14 +341,14 @@ impl Reader<'_, '_> {
                 self.scene.values.push((block, name.clone(), raw));
             }
             Some(Err(error)) if self.buffers.is_exhausted() => return Err(error),
-            _ => self.left_out += 1,
+            _ => self.unread_attributes += 1,
         }
         self.scene.blocks[block].attributes.insert(name, accessor);
         Ok(())
     }
 
-    /// Appends the transformed positions of an accessor; returns where they begin, how many they are, and the positions
-    /// before the transform where that changes them.
+    /// Appends the transformed positions of an accessor. Returns the first index, the count, and the local positions if
+    /// the transform changes them.
     fn positions(
         &mut self,
         mesh: usize,
@@ -370,7 +370,7 @@ impl Reader<'_, '_> {
         Ok((start as u32, count as u32, local))
     }
 
-    /// Appends triangles, turned round when the transform mirrors.
+    /// Appends triangles; a mirroring transform reverses their orientation.
     fn faces(
         &mut self,
         mesh: usize,
@@ -402,7 +402,7 @@ impl Reader<'_, '_> {
         Ok(())
     }
 
-    /// Accounts for the attributes of all vertices that those of blocks are gathered into.
+    /// Charges the memory of the vertex attributes of the whole mesh, into which the values of the blocks are copied.
     fn spend_on_attributes(&mut self) -> Result<(), IoError> {
         let mut widest: BTreeMap<&str, usize> = BTreeMap::new();
         for (_, name, raw) in &self.scene.values {
@@ -414,7 +414,7 @@ impl Reader<'_, '_> {
             .spend(each.saturating_mul(self.scene.surface.positions.len()))
     }
 
-    /// Many nodes that use one mesh can make a small file enormous.
+    /// Limits the scene: many nodes that use one mesh could make a small file very large.
     fn check_size(&self, mesh: usize, size: usize) -> Result<(), IoError> {
         if size <= MOST {
             return Ok(());
@@ -424,7 +424,7 @@ impl Reader<'_, '_> {
                 mesh,
                 format!("with it the scene has more than {MOST} vertices or triangles"),
             )
-            .advise("save the parts of the scene to be mended on their own"))
+            .advise("save the parts of the scene to be repaired as separate files"))
     }
 
     fn no_positions(&self, mesh: usize) -> IoError {

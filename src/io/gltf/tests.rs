@@ -1,9 +1,11 @@
+//! Tests of glTF reading and writing: accessors, transforms, side files, damaged and oversized scenes.
+
 use super::super::samples::*;
 use super::super::{Precision, WriteOptions, read_bytes, to_bytes};
 use super::*;
 use base64::Engine;
 
-/// A strip of four vertices, 0 1 2 3, as floats with a fourth number between them.
+/// Four vertices, 0 1 2 3, as floats with a fourth number as padding, and indices.
 fn buffer() -> Vec<u8> {
     let points: [[f32; 4]; 4] = [
         [0., 0., 0., 9.],
@@ -22,7 +24,7 @@ fn buffer() -> Vec<u8> {
     data
 }
 
-/// A file with the buffer above and the given nodes and primitive.
+/// A file with the buffer of [`buffer`] and the given nodes and primitive.
 fn gltf(nodes: &str, primitive: &str) -> String {
     use base64::Engine;
     let data = base64::engine::general_purpose::STANDARD.encode(buffer());
@@ -248,8 +250,8 @@ fn damage_is_survived() {
     assert_survives_damage(&bytes, Format::Glb);
 }
 
-/// A scene of so many nodes that use a mesh of so many points. Its indices are all zero, and it has so many attributes, which
-/// are bytes of the accessor of the given number: 1 has twelve for each point, 2 has one.
+/// A scene of `nodes` nodes that use one mesh of `points` points. All indices are 0. The mesh has `attributes`
+/// attributes, from accessor `of`: accessor 1 has twelve bytes per point, accessor 2 has one.
 fn crowd(nodes: usize, points: usize, mode: u32, [attributes, of]: [usize; 2]) -> String {
     let bytes = 12 * points;
     let uri = base64::engine::general_purpose::STANDARD.encode(vec![0; bytes]);
@@ -276,15 +278,15 @@ fn small_files_do_not_become_enormous_scenes() {
         ("attributes", crowd(2000, 9_000, 4, [2000, 2])),
     ] {
         let message = refusal(text.as_bytes(), Format::Gltf);
-        let told = message.contains("memory") && message.contains("save the parts");
-        assert!(told, "{name}: {message}");
+        let is_refused = message.contains("memory") && message.contains("save the parts");
+        assert!(is_refused, "{name}: {message}");
     }
     assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
 }
 
 #[test]
 fn attributes_of_other_lengths_are_not_read() {
-    // 5000 names for an accessor of a million items that are not those of the vertices.
+    // 5000 names for an accessor of a million items, which is not the number of vertices.
     let text = crowd(1, 80_000, 4, [5000, 1]);
     let start = std::time::Instant::now();
     assert!(refusal(text.as_bytes(), Format::Gltf).contains("degenerate"));

@@ -1,4 +1,4 @@
-//! The attributes of a scene, gathered from its primitives.
+//! Gathers the vertex attributes, material labels and patch marks of a glTF scene from its primitives.
 
 use std::collections::BTreeMap;
 
@@ -9,8 +9,7 @@ use super::scene::{Block, PlacedPrimitive};
 use crate::mesh::Attributes;
 use crate::mesh::attributes::{Attribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar};
 
-/// Puts together what the primitives have, for so many vertices and faces. Normals and tangents are turned to the
-/// coordinates of the scene.
+/// Builds the attributes of `vertices` vertices and `faces` faces. Normals and tangents are transformed to the scene.
 pub(super) fn attributes(
     values: Vec<(usize, String, Raw)>,
     blocks: &[Block],
@@ -21,11 +20,11 @@ pub(super) fn attributes(
     let mut out = Attributes::default();
     let mut names: BTreeMap<_, Vec<(&Block, &Raw)>> = BTreeMap::new();
     for (block, name, raw) in &values {
-        let pieces = names.entry((order(name), name)).or_default();
-        pieces.push((&blocks[*block], raw));
+        let sources = names.entry((order(name), name)).or_default();
+        sources.push((&blocks[*block], raw));
     }
-    for ((_, name), pieces) in names {
-        out.vertex.push(gather(name, &pieces, vertices));
+    for ((_, name), sources) in names {
+        out.vertex.push(gather(name, &sources, vertices));
     }
     if !materials.is_empty() {
         let mut labels = Labels::new(LabelKind::Material);
@@ -50,7 +49,7 @@ pub(super) fn attributes(
     out
 }
 
-/// Sets of one kind by their numbers.
+/// Sort key of a name: sets of one kind are ordered by their numbers.
 fn order(name: &str) -> (String, u32) {
     let (stem, number) = name.rsplit_once('_').unwrap_or((name, ""));
     match number.parse() {
@@ -59,7 +58,7 @@ fn order(name: &str) -> (String, u32) {
     }
 }
 
-/// What an attribute means, by its name.
+/// The meaning of an attribute by its name.
 pub(super) fn role(name: &str) -> Role {
     let set = |prefix: &str| name.strip_prefix(prefix)?.parse().ok();
     match name {
@@ -70,14 +69,14 @@ pub(super) fn role(name: &str) -> Role {
     }
 }
 
-fn gather(name: &str, pieces: &[(&Block, &Raw)], vertices: usize) -> Attribute {
-    let (_, first) = pieces[0];
+fn gather(name: &str, sources: &[(&Block, &Raw)], vertices: usize) -> Attribute {
+    let (_, first) = sources[0];
     let same = |raw: &Raw| raw.scalar == first.scalar && raw.normalized == first.normalized;
-    let alike = pieces.iter().all(|(_, raw)| same(raw));
+    let alike = sources.iter().all(|(_, raw)| same(raw));
     let turned = matches!(name, "NORMAL" | "TANGENT");
     let role = role(name);
-    let widest = pieces.iter().map(|(_, raw)| raw.components).max();
-    // Colours with and without alpha go together; other attributes have one width.
+    let widest = sources.iter().map(|(_, raw)| raw.components).max();
+    // Colours with and without alpha are combined; other attributes have the width of the first primitive.
     let components = match role {
         Role::Colour => widest.unwrap_or(3),
         _ => first.components,
@@ -88,7 +87,7 @@ fn gather(name: &str, pieces: &[(&Block, &Raw)], vertices: usize) -> Attribute {
     out.normalized = keep && first.normalized;
     out.values = vec![0.0; vertices * components];
     out.missing = vec![true; vertices];
-    for (block, raw) in pieces {
+    for (block, raw) in sources {
         if raw.components != components && role != Role::Colour {
             continue;
         }
@@ -116,7 +115,7 @@ fn gather(name: &str, pieces: &[(&Block, &Raw)], vertices: usize) -> Attribute {
     out
 }
 
-/// Turns a normal or tangent from the coordinates of a node to those of the scene.
+/// Transforms a normal or tangent from a node's local coordinates to the scene.
 fn turn(block: &Block, role: Role, row: &mut [f64]) {
     if block.local.is_empty() || row.len() < 3 {
         return;
@@ -130,7 +129,7 @@ fn turn(block: &Block, role: Role, row: &mut [f64]) {
     row[..3].copy_from_slice(&turned.normalize_or(vector).to_array());
 }
 
-/// Turns a normal or tangent of the scene back to the coordinates of a node.
+/// Transforms a normal or tangent from the scene to a node's local coordinates.
 pub(super) fn turn_back(block: &Block, role: Role, vector: DVec3) -> DVec3 {
     if block.local.is_empty() {
         return vector;

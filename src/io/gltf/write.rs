@@ -1,4 +1,4 @@
-//! Writing a mesh as a new scene with one node: a primitive for each material, and for patches.
+//! Writes a mesh as a new glTF scene of one node, with a primitive for each material and for patches.
 
 use std::collections::HashMap;
 
@@ -38,7 +38,7 @@ pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoE
         .materials
         .iter()
         .any(|m| m.texture.is_some());
-    let mut left_out = model
+    let mut omitted = model
         .attributes
         .listed_where(|_| false, |k| k != LabelKind::Material);
     for (attribute, pool) in all {
@@ -50,12 +50,12 @@ pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoE
                 columns.push(split.column(&mut builder, attribute, pool, name, points.len()))
             }
             None => {
-                let join = if left_out.is_empty() { "" } else { ", " };
-                left_out += &format!("{join}'{}'", attribute.name);
+                let join = if omitted.is_empty() { "" } else { ", " };
+                omitted += &format!("{join}'{}'", attribute.name);
             }
         }
     }
-    notes.extend(lost::note(&left_out, format));
+    notes.extend(lost::note(&omitted, format));
     let marked = |a: &Attribute| model.attributes.face.iter().any(|f| std::ptr::eq(f, a));
     notes.extend(lost::note(
         &model.attributes.listed_where(marked, |_| false),
@@ -70,15 +70,16 @@ pub(super) fn write(model: &Contents<'_>, format: Format) -> Result<Written, IoE
     Ok(Written { bytes, notes })
 }
 
-/// The vertices that glTF needs where the corners of a vertex differ: the first combination keeps the vertex.
+/// Splits vertices whose corners differ in their values, as glTF requires. The first combination keeps the original
+/// vertex.
 struct Split {
     /// Faces with the vertices of the file.
     faces: Vec<[u32; 3]>,
-    /// How many vertices the mesh has; copies come behind them.
+    /// The number of vertices of the mesh; copies follow them.
     vertices: usize,
-    /// Which value of each pool a vertex has; empty where there are no pools.
+    /// For each vertex, the index of its value in each pool; empty if there are no pools.
     places: Vec<Vec<u32>>,
-    /// What each vertex behind the mesh's own is a copy of, and its values in the pools.
+    /// For each added vertex, the vertex that it is a copy of and its indices in the pools.
     copies: Vec<(u32, Vec<u32>)>,
 }
 
@@ -175,7 +176,7 @@ fn colour_bytes(value: Option<&[f64]>) -> [u8; 4] {
     bytes
 }
 
-/// Appends a value in the form that glTF asks for: fractions of 1 for colours, unit length for normals.
+/// Appends a value in glTF's form: colours as fractions of 1, normals and tangents with unit length.
 pub(super) fn push_floats(out: &mut Vec<f32>, attribute: &Attribute, value: Option<&[f64]>) {
     let start = out.len();
     let unit = attribute.unit();
@@ -200,15 +201,16 @@ pub(super) fn push_floats(out: &mut Vec<f32>, attribute: &Attribute, value: Opti
     }
 }
 
-/// An attribute of the file.
+/// A vertex attribute of the file.
 struct Column {
     name: String,
     accessor: usize,
-    /// Which vertices have it.
+    /// Whether each vertex has a value.
     there: Vec<bool>,
 }
 
-/// The name of an attribute in glTF; `None` where the form does not fit the name, or the name is taken.
+/// The name of an attribute in glTF; `None` if its number of components is not allowed for the name, or the name is in
+/// use.
 fn name(attribute: &Attribute, taken: &[Column]) -> Option<String> {
     let custom = || {
         let word = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
@@ -234,7 +236,7 @@ fn name(attribute: &Attribute, taken: &[Column]) -> Option<String> {
     Some(name).filter(|name| fits && is_free(name))
 }
 
-/// One primitive for each material, the kept faces and the patches apart, in the order of their first faces.
+/// One primitive per material, separately for kept faces and patches, in the order of their first faces.
 fn primitives(
     builder: &mut Builder,
     attributes: &Attributes,
@@ -256,7 +258,7 @@ fn primitives(
         });
         groups[group].1.extend(face);
     }
-    let mut looks = Materials::new(builder, attributes);
+    let mut materials_of_file = Materials::new(builder, attributes);
     let mut primitives = Vec::new();
     for ((patch, material), corners) in groups {
         let mut names = Map::new();
@@ -279,7 +281,7 @@ fn primitives(
         let indices = builder.indices(&corners);
         let mut primitive = json!({ "attributes": names, "indices": indices, "mode": 4 });
         if material != NONE {
-            primitive["material"] = json!(looks.index(builder, material, sets > 0));
+            primitive["material"] = json!(materials_of_file.index(builder, material, sets > 0));
         }
         if patch {
             primitive["extras"] = json!({ PATCH_NAME: true });

@@ -1,6 +1,6 @@
-//! What an OBJ file holds beside points and faces: texture coordinates, normals, colours, materials and groups.
+//! OBJ attributes: texture coordinates, normals, colours, materials, groups and smoothing groups.
 //!
-//! None of it makes a file unreadable: what is damaged is left out, with a remark.
+//! No fault in them makes a file unreadable: damaged values are left out, with a remark.
 
 use std::collections::HashMap;
 
@@ -9,18 +9,18 @@ use super::super::{IoError, Loaded, text};
 use crate::mesh::Attributes;
 use crate::mesh::attributes::{Attribute, CornerAttribute, LabelKind, Labels, NONE, Role, Scalar};
 
-/// Values that corners refer to by number.
+/// Values that corners refer to by index.
 #[derive(Default)]
 struct Pool {
     values: Vec<[f64; 3]>,
-    /// The most numbers on one line.
+    /// The largest count of numbers on a line.
     widest: usize,
-    /// For each corner of each face the value it names; no longer than the last corner that names one.
+    /// The index of the value of each corner, over the corners of all faces; ends at the last corner that has one.
     corners: Vec<u32>,
 }
 
 impl Pool {
-    /// Adds a value; one that is no number is kept as such, so that the count of the others is right.
+    /// Adds a value. A value that is not a number is kept as NaN, so that the indices of the others stay right.
     fn add(&mut self, line: &[u8]) {
         let mut value = [0.0; 3];
         let mut width = 0;
@@ -36,7 +36,8 @@ impl Pool {
             .push(if width == 0 { [f64::NAN; 3] } else { value });
     }
 
-    /// The corner of this number names a value, counted from 1 or backwards from the last. Returns whether it can be.
+    /// Sets the value of a corner from its index in the file (from 1, or negative from the last value). Returns whether
+    /// the index is valid.
     fn refer(&mut self, corner: usize, token: &[u8]) -> bool {
         let index = match text::integer(token) {
             Some(index) if index > 0 => u32::try_from(index - 1).ok(),
@@ -84,19 +85,19 @@ impl Pool {
     }
 }
 
-/// Labels of one kind, the last of which goes for the faces that follow.
+/// Labels of one kind; the label set last applies to the faces that follow.
 struct Running {
     labels: Labels,
     places: HashMap<String, u32>,
     now: u32,
 }
 
-/// All that is collected while a file is read.
+/// All attributes collected while a file is read.
 #[derive(Default)]
 pub(super) struct Extras {
     uv: Pool,
     normals: Pool,
-    /// Red, green, blue and alpha; no numbers where a vertex has none.
+    /// Red, green, blue and alpha; NaN where a vertex has no colour.
     colours: Vec<[f64; 4]>,
     has_alpha: bool,
     running: Vec<Running>,
@@ -107,7 +108,7 @@ pub(super) struct Extras {
 }
 
 impl Extras {
-    /// Takes a statement that is neither a vertex nor a face.
+    /// Handles a statement that is neither a vertex nor a face.
     pub(super) fn statement(&mut self, line: &[u8]) {
         let word = line
             .iter()
@@ -155,7 +156,8 @@ impl Extras {
         };
     }
 
-    /// Takes what follows the coordinates of a vertex, the last of so many. One number is a weight, more are a colour.
+    /// Handles the numbers after the coordinates of the last vertex; `vertices` counts the vertices so far. One number
+    /// is a weight and ignored, three or more are a colour.
     pub(super) fn colour(&mut self, vertices: usize, tokens: text::Tokens<'_>) {
         let mut colour = [f64::NAN, 0.0, 0.0, 1.0];
         let mut count = 0;
@@ -173,7 +175,7 @@ impl Extras {
         }
     }
 
-    /// Takes what follows the first slash of a corner of the face that is being read.
+    /// Handles the part of a face corner after its first slash.
     pub(super) fn corner(&mut self, corner: usize, token: &[u8]) {
         let corner = self.corners + corner;
         let slash = token.iter().position(|b| *b == b'/');
@@ -186,7 +188,7 @@ impl Extras {
         }
     }
 
-    /// A face of so many corners has been read.
+    /// Ends a face of `corners` corners.
     pub(super) fn face_done(&mut self, corners: usize) {
         self.faces += 1;
         self.corners += corners;
@@ -195,7 +197,7 @@ impl Extras {
         }
     }
 
-    /// Finishes the surface and gives it its attributes.
+    /// Finishes the surface and sets its attributes.
     pub(super) fn finish(mut self, surface: MeshBuilder) -> Result<Loaded, IoError> {
         let with_corners = !self.uv.corners.is_empty() || !self.normals.corners.is_empty();
         let mut cut = (with_corners || !self.running.is_empty()).then(|| CutFrom::identity(0));
@@ -229,7 +231,7 @@ impl Extras {
         }
         if self.faults > 0 {
             loaded.notes.push(format!(
-                "texture coordinates and normals left out, because they are no numbers or not in the file: {}",
+                "texture coordinates and normals left out, because they are not numbers or their index does not exist: {}",
                 self.faults
             ));
         }

@@ -1,6 +1,6 @@
-//! Wavefront OBJ.
+//! Reads and writes Wavefront OBJ.
 //!
-//! Vertices keep the order of their lines, and so do normals and texture coordinates. Lines, points and curves are skipped.
+//! Vertices, normals and texture coordinates keep the order of their lines. Line, point and curve elements are skipped.
 
 mod extras;
 mod materials;
@@ -17,7 +17,7 @@ use extras::Extras;
 
 pub(super) use write::write;
 
-/// Reads a mesh from OBJ text in UTF-8 or UTF-16, and what the material files that it names say of its materials.
+/// Reads a mesh from OBJ text in UTF-8 or UTF-16, with the materials from the material files that it names.
 pub(super) fn read(bytes: &[u8], resolve: &Resolve<'_>) -> Result<Loaded, IoError> {
     let decoded = text::decode(bytes);
     let mut reader = Reader {
@@ -40,7 +40,7 @@ pub(super) fn read(bytes: &[u8], resolve: &Resolve<'_>) -> Result<Loaded, IoErro
     Ok(loaded)
 }
 
-/// Whether text begins like an OBJ file: comments and OBJ statements, a vertex among them.
+/// Whether text begins like an OBJ file: only comments and OBJ statements up to the first vertex.
 pub(super) fn looks_like_obj(bytes: &[u8]) -> bool {
     const KNOWN: [&[u8]; 8] = [b"mtllib", b"usemtl", b"o", b"g", b"s", b"vn", b"vt", b"f"];
     let start = text::decode(&bytes[..bytes.len().min(4096)]).into_owned();
@@ -55,7 +55,7 @@ pub(super) fn looks_like_obj(bytes: &[u8]) -> bool {
     false
 }
 
-/// Lines joined at a trailing backslash, with the number of their first line.
+/// Iterates over lines, joined at trailing backslashes, with the number of their first line.
 struct Lines<'a> {
     rest: &'a [u8],
     line: usize,
@@ -111,7 +111,7 @@ impl<'a> Lines<'a> {
 struct Reader {
     surface: MeshBuilder,
     corners: Vec<u32>,
-    /// The largest index that named a vertex not yet read, and its line.
+    /// The largest vertex index that was used before its vertex was read, and its line.
     forward: Option<(u32, usize)>,
     extras: Extras,
 }
@@ -210,7 +210,7 @@ impl Reader {
             return found.ok_or_else(|| {
                 fault(
                     line,
-                    format!("index {index} reaches back behind the first of {count} vertices"),
+                    format!("index {index} counts back beyond the first of {count} vertices"),
                 )
             });
         }
@@ -411,7 +411,7 @@ mod tests {
     }
 
     #[test]
-    fn many_groups_are_told_apart_in_time() {
+    fn many_groups_are_distinguished_in_time() {
         let start = std::time::Instant::now();
         let groups: String = (0..200_000).map(|i| format!("g {i}\n")).collect();
         let loaded = read(format!("{SQUARE}{groups}f 1 2 3\ng 7\nf 1 3 4\n").as_bytes()).unwrap();

@@ -1,11 +1,11 @@
-//! Writing OBJ text.
+//! Writes OBJ text with texture coordinates, normals, colours and groups.
 
 use std::io::Write;
 
 use super::super::{Contents, Format, Written, lost};
 use crate::mesh::attributes::{Attribute, LabelKind, NONE, PATCH_NAME, Role, Scalar};
 
-/// Writes a mesh as OBJ text with the shortest decimals that give back the same floats.
+/// Writes a mesh as OBJ text. Decimals are the shortest that give the same floats when read.
 pub(in super::super) fn write(model: &Contents<'_>) -> Written {
     let mesh = model.mesh;
     let mut bytes = Vec::with_capacity(mesh.positions.len() * 40 + mesh.faces.len() * 24);
@@ -45,7 +45,7 @@ fn notes(model: &Contents<'_>) -> Vec<String> {
     notes
 }
 
-/// Writes the numbers of a value, each with a blank before it; integers that stand for fractions as these.
+/// Writes the numbers of a value, each after a blank; normalised integers are written as fractions.
 fn numbers(bytes: &mut Vec<u8>, attribute: &Attribute, value: &[f64]) {
     let unit = attribute.unit();
     for number in value {
@@ -57,7 +57,7 @@ fn numbers(bytes: &mut Vec<u8>, attribute: &Attribute, value: &[f64]) {
     }
 }
 
-/// The values of one role that corners name.
+/// Where the values of one role (texture coordinates or normals) come from.
 enum Corners<'a> {
     None,
     OfVertices(&'a Attribute),
@@ -88,7 +88,7 @@ impl<'a> Corners<'a> {
         }
     }
 
-    /// The number of a corner's value, counted from 1.
+    /// The index of a corner's value, counted from 1.
     fn number(&self, face: usize, corner: usize, vertex: u32) -> Option<u64> {
         let (pool, place) = match self {
             Corners::None => return None,
@@ -124,7 +124,7 @@ fn faces(bytes: &mut Vec<u8>, model: &Contents<'_>, corners: &[Corners<'_>; 2]) 
     }
 }
 
-/// Labels of the kinds that OBJ has, of which those that change from face to face are written.
+/// Writes labels (object, group, material, smoothing group) where they change from one face to the next.
 struct States<'m> {
     model: &'m Contents<'m>,
     now: [Option<&'m str>; 4],
@@ -152,7 +152,7 @@ impl<'m> States<'m> {
             let patch = kind == LabelKind::Group && attributes.is_patch(face);
             let label = match (label, kind) {
                 (None, LabelKind::Group) if patch => Some(PATCH_NAME),
-                // What has no label must not take that of the faces before it.
+                // Ends the previous label, which would otherwise apply to this face.
                 (None, LabelKind::Group) if now.is_some() => Some("default"),
                 (None, LabelKind::Smoothing) if now.is_some() => Some("off"),
                 (label, _) => label,

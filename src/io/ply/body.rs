@@ -1,4 +1,4 @@
-//! The body of a PLY file: vertices and faces, in text or binary.
+//! Reads the body of a PLY file: vertices, faces and triangle strips, text or binary.
 
 use glam::DVec3;
 
@@ -8,14 +8,14 @@ use super::columns::{Columns, FaceValues, Use};
 use super::header::{Element, Encoding, Header, Property};
 use crate::mesh::attributes::{Attribute, NONE, Role, Scalar};
 
-/// The points and faces of a file, and their values.
+/// The points and faces of a file with their attributes.
 pub(super) struct Body {
     pub(super) surface: MeshBuilder,
     pub(super) vertex: Vec<Attribute>,
     pub(super) face: FaceValues,
 }
 
-/// Reads points and faces; elements of other names are passed over.
+/// Reads vertices, faces and strips; other elements are skipped.
 pub(super) fn read(bytes: &[u8], header: &Header) -> Result<Body, IoError> {
     let rest = &bytes[header.body..];
     match header.encoding {
@@ -31,15 +31,15 @@ pub(super) fn read(bytes: &[u8], header: &Header) -> Result<Body, IoError> {
     }
 }
 
-/// A stream of numbers.
+/// A stream of numbers, from text or binary.
 trait Values {
-    /// The fewest bytes that a number of a type takes.
+    /// The smallest number of bytes that a value of a type takes.
     fn least_size(scalar: Scalar) -> usize;
-    /// How many bytes are left.
+    /// The number of bytes left.
     fn left(&self) -> usize;
     /// The next number, or `None` at the end or at something that is not a number.
     fn take(&mut self, scalar: Scalar) -> Option<f64>;
-    /// Why the last `take` gave nothing, if not for the end of the file.
+    /// Why the last `take` gave `None`; no error if the file ended.
     fn complaint(&self) -> Option<IoError>;
 }
 
@@ -79,7 +79,7 @@ impl Values for TextValues<'_> {
     }
 
     fn left(&self) -> usize {
-        // The last number of a file needs no white space behind it.
+        // The last number of a file needs no white space after it.
         self.tokens.left() + 1
     }
 
@@ -138,7 +138,8 @@ fn read_elements<V: Values>(values: &mut V, header: &Header) -> Result<Body, IoE
     Ok(body)
 }
 
-/// How many items of the claimed ones the rest of the file can hold at most, when each has a list of so many bytes.
+/// Upper bound of the items that fit into the rest of the file, at most the claimed count. `corners` is the smallest
+/// size in bytes of the items' list.
 fn plausible<V: Values>(values: &V, element: &Element, corners: usize) -> usize {
     let row: usize = element
         .properties
@@ -200,7 +201,7 @@ fn read_vertices<V: Values>(
     Ok(())
 }
 
-/// The list that holds the corners of faces or strips.
+/// The index of the property that lists the corners of faces or strips.
 fn corners_of(element: &Element) -> Result<usize, IoError> {
     let is_corners = |p: &Property| {
         p.length.is_some() && matches!(&p.name[..], b"vertex_indices" | b"vertex_index")
@@ -280,7 +281,8 @@ fn read_faces<V: Values>(
     Ok(())
 }
 
-/// Adds the texture coordinates of a face, two for each corner; a list of another length is none.
+/// Adds the texture coordinates of a face, two numbers per corner. A list of another length, or with numbers that are
+/// not finite, is ignored.
 fn add_uv(uv: &[f64], corners: usize, pool: &mut Attribute, places: &mut Vec<u32>) {
     let fits = uv.len() == 2 * corners && uv.iter().all(|v| v.is_finite());
     for corner in 0..corners {
@@ -331,7 +333,7 @@ fn vertex_index(value: f64, row: u64) -> Result<u32, IoError> {
     if f64::from(index) == value {
         return Ok(index);
     }
-    let what = format!("it uses vertex {value}, which cannot be");
+    let what = format!("it uses vertex {value}, which is not a valid index");
     Err(IoError::malformed(
         Format::Ply,
         Location::Item("face", row as usize),
@@ -363,7 +365,7 @@ fn skip_property<V: Values>(
     Ok(())
 }
 
-/// The length of a list, checked against what is left of the file; 1 for a single number.
+/// The length of a list, checked against the rest of the file; 1 for a scalar property.
 fn list_length<V: Values>(
     values: &mut V,
     property: &Property,

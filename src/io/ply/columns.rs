@@ -1,4 +1,4 @@
-//! PLY properties as attributes: which of them belong together, and where their numbers go.
+//! Groups PLY properties into attributes, such as `nx`, `ny`, `nz` into a normal.
 
 use std::collections::HashMap;
 
@@ -6,7 +6,7 @@ use super::super::mesh_builder::CutFrom;
 use super::header::{Element, Property};
 use crate::mesh::attributes::{Attribute, CornerAttribute, NONE, Role, Scalar};
 
-/// Properties that make up one attribute, by their names without the number of a texture set.
+/// Properties that together form one attribute. Names are without the number of a texture set.
 const GROUPS: [(&[&str], &str, Role); 8] = [
     (&["nx", "ny", "nz"], "normal", Role::Normal),
     (&["red", "green", "blue", "alpha"], "colour", Role::Colour),
@@ -22,27 +22,27 @@ const GROUPS: [(&[&str], &str, Role); 8] = [
     (&["u", "v"], "texture", Role::Uv(0)),
 ];
 
-/// What becomes of the numbers of a property.
+/// Where the numbers of a property go.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Use {
-    /// Coordinates and lists of corners are read by themselves; other lists are passed over.
+    /// Skipped. (The list of corners is also marked so, because it is read separately.)
     Nothing,
     /// The coordinate of an axis.
     Axis(usize),
     /// A component of an attribute.
     Value { attribute: usize, component: usize },
-    /// The texture coordinates of a face's corners.
+    /// The list of texture coordinates of the face's corners.
     CornerUv,
 }
 
-/// The columns of an element.
+/// The attributes of an element, and where each of its properties goes.
 pub(super) struct Columns {
     pub(super) uses: Vec<Use>,
     pub(super) attributes: Vec<Attribute>,
 }
 
 impl Columns {
-    /// Sorts the properties of an element; those of an axis are left to the caller.
+    /// Groups the properties of an element. Properties of an axis are read by the caller.
     pub(super) fn new(element: &Element, axes: &[Option<usize>]) -> Self {
         let properties = &element.properties;
         let mut columns = Columns {
@@ -83,14 +83,14 @@ impl Columns {
         columns
     }
 
-    /// Makes room for so many values.
+    /// Reserves memory for `count` items.
     pub(super) fn reserve(&mut self, count: usize) {
         for attribute in &mut self.attributes {
             attribute.values.reserve(count * attribute.components);
         }
     }
 
-    /// Makes room for the values of one more item, into which [`Columns::set`] writes.
+    /// Adds an item with zeros, into which [`Columns::set`] writes.
     pub(super) fn next_row(&mut self) {
         for attribute in &mut self.attributes {
             let longer = attribute.values.len() + attribute.components;
@@ -106,7 +106,7 @@ impl Columns {
     }
 }
 
-/// Where the properties of a name, texture set and type are; the first of them is the last of the list.
+/// The indices of the properties of a name, texture set and type, in descending order.
 type Places<'a> = HashMap<(&'a [u8], u32, Scalar), Vec<usize>>;
 
 fn places<'a>(properties: &'a [Property], free: &[bool]) -> Places<'a> {
@@ -126,7 +126,7 @@ fn places<'a>(properties: &'a [Property], free: &[bool]) -> Places<'a> {
     places
 }
 
-/// The properties, in order of component, of the attribute that a property belongs to.
+/// The properties, in order of components, of the attribute that property `at` belongs to.
 fn group(
     properties: &[Property],
     free: &[bool],
@@ -159,7 +159,7 @@ fn group(
     (vec![at], (Role::Other, ""))
 }
 
-/// A name without the digits at its end, and the number of the texture set that these stand for.
+/// A name without its final digits, and the number of the texture set that they give.
 fn without_set(name: &[u8]) -> (&[u8], u32) {
     let digits = name.iter().rev().take_while(|b| b.is_ascii_digit()).count();
     let (stem, digits) = name.split_at(name.len() - digits);
@@ -169,21 +169,20 @@ fn without_set(name: &[u8]) -> (&[u8], u32) {
     (stem, number.unwrap_or(0))
 }
 
-/// What was read of the faces: their values, and texture coordinates of their corners.
+/// The attributes of faces, and the texture coordinates of their corners.
 #[derive(Default)]
 pub(super) struct FaceValues {
     pub(super) attributes: Vec<Attribute>,
-    /// The pool, and for each corner of each face its place in it.
+    /// The pool, and for each corner of each face its index in the pool.
     pub(super) uv: Option<(Attribute, Vec<u32>)>,
 }
 
 impl FaceValues {
-    /// Whether there is nothing.
     pub(super) fn is_empty(&self) -> bool {
         self.attributes.is_empty() && self.uv.is_none()
     }
 
-    /// The values of the triangles that the faces were cut into.
+    /// The attributes of the triangles that the faces were cut into.
     pub(super) fn cut(self, cut: &CutFrom) -> (Vec<Attribute>, Option<CornerAttribute>) {
         let of_triangles = |attribute: Attribute| {
             let mut out = Attribute {

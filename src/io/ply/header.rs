@@ -1,9 +1,9 @@
-//! The header of a PLY file: what elements there are and how they are laid out.
+//! Parses the header of a PLY file: its elements and their properties.
 
 use super::super::{Format, IoError, Location, text};
 use crate::mesh::attributes::Scalar;
 
-/// How the body is encoded.
+/// The encoding of the body.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     Ascii,
@@ -12,7 +12,7 @@ pub(super) enum Encoding {
 }
 
 impl Scalar {
-    /// From the name of a property's type.
+    /// The type that a property's type name stands for.
     fn from_ply(name: &[u8]) -> Option<Self> {
         Some(match name {
             b"char" | b"int8" => Scalar::I8,
@@ -28,20 +28,20 @@ impl Scalar {
     }
 }
 
-/// One number, or a list of numbers, of each item of an element.
+/// A scalar or a list in each item of an element.
 #[derive(Debug)]
 pub(super) struct Property {
     pub(super) name: Vec<u8>,
-    /// The type of a list's length; `None` for a single number.
+    /// The type of a list's length; `None` for a scalar.
     pub(super) length: Option<Scalar>,
     pub(super) scalar: Scalar,
 }
 
-/// A table of the file, such as its vertices.
+/// A table of the file, for example its vertices.
 #[derive(Debug)]
 pub(super) struct Element {
     pub(super) name: Vec<u8>,
-    /// How many items the file claims to have.
+    /// The number of items that the file claims.
     pub(super) count: u64,
     pub(super) properties: Vec<Property>,
 }
@@ -51,13 +51,13 @@ pub(super) struct Element {
 pub(super) struct Header {
     pub(super) encoding: Encoding,
     pub(super) elements: Vec<Element>,
-    /// Texture files that comments name, as MeshLab writes them.
+    /// Texture files named in comments, as MeshLab writes them.
     pub(super) textures: Vec<String>,
-    /// Where the body begins.
+    /// The byte offset of the body.
     pub(super) body: usize,
 }
 
-/// Reads the header.
+/// Parses the header.
 pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
     let start = bytes.len() - text::skip_blank(text::strip_bom(bytes)).len();
     if !bytes[start..].starts_with(b"ply") {
@@ -100,7 +100,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Header, IoError> {
             word => {
                 return Err(fault(
                     line,
-                    format!("{} is no header statement", text::shown(word)),
+                    format!("{} is not a statement of a PLY header", text::shown(word)),
                 ));
             }
         }
@@ -126,7 +126,7 @@ fn texture(mut words: text::Tokens<'_>) -> Option<String> {
     Some(String::from_utf8_lossy(words.rest_of_line()).into_owned())
 }
 
-/// The byte that ends a header line, told from the first one.
+/// The byte that ends a header line, according to the first line.
 fn line_end(bytes: &[u8]) -> u8 {
     let first = memchr::memchr2(b'\n', b'\r', bytes).unwrap_or(0);
     match bytes.get(first..first + 2) {

@@ -1,4 +1,4 @@
-//! Stanford PLY.
+//! Reads and writes Stanford PLY.
 
 mod body;
 mod columns;
@@ -11,7 +11,7 @@ use crate::mesh::Attributes;
 
 pub(super) use write::write;
 
-/// Reads a mesh from PLY, text or binary of either byte order.
+/// Reads a mesh from PLY: text or binary, in either byte order.
 pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let header = header::parse(bytes)?;
     let body = body::read(bytes, &header)?;

@@ -1,4 +1,4 @@
-//! Writing PLY.
+//! Writes PLY with attributes of vertices and faces and with texture coordinates of corners.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -9,7 +9,7 @@ use super::super::{
 };
 use crate::mesh::attributes::{Attribute, Attributes, CornerAttribute, Role, Scalar};
 
-/// Writes positions, triangles and their attributes.
+/// Writes positions, triangles and attributes.
 pub(in super::super) fn write(
     model: &Contents<'_>,
     options: &WriteOptions,
@@ -50,13 +50,13 @@ pub(in super::super) fn write(
     Ok(Written { bytes, notes })
 }
 
-/// One scalar property: a component of an attribute.
+/// A scalar property: one component of an attribute.
 struct Column<'a> {
     name: String,
     scalar: Scalar,
     attribute: &'a Attribute,
     component: usize,
-    /// What values are multiplied by before they are rounded.
+    /// Factor by which values are multiplied before rounding to `scalar`.
     factor: f64,
 }
 
@@ -102,8 +102,8 @@ impl Column<'_> {
     }
 }
 
-/// The properties of an attribute. Those of a PLY file keep their names and types; others get the usual ones, colours as
-/// bytes.
+/// The properties of an attribute. An attribute from a PLY file keeps its names and types. Others get the usual names;
+/// their colours become bytes.
 fn columns(attribute: &Attribute) -> Vec<Column<'_>> {
     let from_ply = attribute.fields.len() == attribute.components;
     let bytes = attribute.role == Role::Colour && !from_ply;
@@ -151,7 +151,7 @@ fn usual_name(attribute: &Attribute, component: usize) -> String {
     }
 }
 
-/// The columns of attributes, under names that are not yet in use.
+/// The columns of attributes, with names that are not in use yet.
 fn distinct<'a>(attributes: &'a [Attribute], taken: &[&str]) -> Vec<Column<'a>> {
     let mut names = text::Distinct::default();
     for name in taken {
@@ -164,7 +164,8 @@ fn distinct<'a>(attributes: &'a [Attribute], taken: &[&str]) -> Vec<Column<'a>> 
     columns
 }
 
-/// The attributes with values of corners, save texture coordinates, made ones of vertices where they can be.
+/// Converts corner attributes (apart from texture coordinates) to vertex attributes where all corners at a vertex
+/// agree.
 fn of_vertices<'a>(model: &Contents<'a>) -> Cow<'a, Attributes> {
     let is_list = |c: &CornerAttribute| c.pool.role == Role::Uv(0);
     if model.attributes.corner.iter().all(is_list) {
@@ -180,12 +181,12 @@ fn of_vertices<'a>(model: &Contents<'a>) -> Cow<'a, Attributes> {
     Cow::Owned(all)
 }
 
-/// The columns of both tables.
+/// The columns of the vertex and the face table.
 struct Tables<'a> {
     vertex: Vec<Column<'a>>,
     face: Vec<Column<'a>>,
     uv: Option<&'a CornerAttribute>,
-    /// What is left out.
+    /// Remarks on attributes that are left out.
     notes: Vec<String>,
 }
 
@@ -286,7 +287,7 @@ impl<'a> Tables<'a> {
     }
 }
 
-/// Writes the texture coordinates of a face's corners; none where one has none.
+/// Writes the texture coordinates of a face's corners; an empty list if any corner has none.
 fn write_uv(bytes: &mut Vec<u8>, uv: &CornerAttribute, face: usize, ascii: bool) {
     let corners = [0, 1, 2].map(|k| uv.get(face, k));
     let all = corners.iter().all(Option::is_some);

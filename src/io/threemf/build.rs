@@ -1,4 +1,4 @@
-//! The build of a 3MF package as one mesh: objects put where they are used, with colours and materials.
+//! Assembles the build of a 3MF package into one mesh: transformed objects with colours, materials and patch marks.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,19 +14,19 @@ use crate::mesh::attributes::{
     Attribute, CornerAttribute, LabelKind, Labels, Material, NONE, PATCH_NAME, Role, Scalar,
 };
 
-/// Bytes that the objects of a build may take where they are used several times: at least the first number, for small files with an object
-/// on a whole plate, and the second times the size of the file. A mesh used once takes about 10 times its file, so that 64 leaves room for
-/// six copies of each object.
+/// Memory limit for the placed objects of a build: the larger of the first number in bytes and the second times the
+/// file size. The first serves small files whose object fills a whole plate. A mesh placed once takes about 10 times
+/// its file, so that 64 leaves room for six copies of each object.
 const ALLOWANCE: [usize; 2] = [256 << 20, 64];
-/// Bytes of a vertex (three floats of 8 bytes) and of a face (corners, places of colours, labels, and the copies of these while triangles are
-/// put together: estimated, not measured).
+/// Bytes per vertex (three 8-byte floats) and per face (corners, colour indices, labels, and their copies during
+/// assembly). Estimated, not measured.
 const BYTES: [usize; 2] = [24, 64];
-/// Objects in objects, at most.
+/// Deepest nesting of objects within objects.
 const MOST_DEPTH: usize = 32;
-/// Objects put somewhere, at most.
+/// Most objects placed, counting each use.
 const MOST_USES: usize = 100_000;
 
-/// Puts all items of the main model together.
+/// Places all build items of the main model.
 pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
     let main = &models.parts[&models.main];
     let [least, times] = ALLOWANCE;
@@ -39,14 +39,14 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
         colours: Colours::default(),
         objects: Names::new(LabelKind::Object),
         materials: Names::new(LabelKind::Material),
-        looks: BTreeMap::new(),
+        appearances: BTreeMap::new(),
         patches: Vec::new(),
-        passed_over: 0,
+        unread_properties: 0,
         supports: 0,
     };
     let all: Vec<Use> = match main.items.is_empty() {
         false => main.items.clone(),
-        // Without a build all objects that are no part of others are meant.
+        // A model without a build places all objects that are not components of others.
         true => top_objects(main),
     };
     for item in &all {
@@ -56,6 +56,7 @@ pub(super) fn build(models: Models, file: usize) -> Result<Loaded, IoError> {
     build.finish()
 }
 
+/// The objects that are not components of other objects in this part.
 fn top_objects(part: &Part) -> Vec<Use> {
     let components = part.objects.values().flat_map(|o| &o.components);
     let own = components.filter(|c| c.part.is_none());
@@ -73,21 +74,21 @@ struct Build<'a> {
     models: &'a Models,
     unit: Unit,
     surface: MeshBuilder,
-    /// Bytes that what is put somewhere may still take.
+    /// Bytes left for placed objects, of [`ALLOWANCE`].
     left: usize,
     uses: usize,
     colours: Colours,
     objects: Names,
     materials: Names,
-    looks: BTreeMap<String, [u8; 4]>,
+    appearances: BTreeMap<String, [u8; 4]>,
     patches: Vec<bool>,
-    /// Triangles with properties that are not read.
-    passed_over: usize,
-    /// Uses of support objects, which are not read.
+    /// Number of triangles with properties that are not read, for example textures.
+    unread_properties: usize,
+    /// Number of placed support objects, which are not read.
     supports: usize,
 }
 
-/// Labels, and the place of each name in them.
+/// Labels, and the index of each name.
 struct Names {
     labels: Labels,
     places: BTreeMap<String, u32>,
@@ -101,7 +102,7 @@ impl Names {
         }
     }
 
-    /// The place of a name, and whether it is new.
+    /// The index of a name, and whether the name is new.
     fn place(&mut self, name: &str) -> (u32, bool) {
         if let Some(place) = self.places.get(name) {
             return (*place, false);
@@ -113,11 +114,11 @@ impl Names {
     }
 }
 
-/// The colours of corners.
+/// The corner colours of the mesh.
 #[derive(Default)]
 struct Colours {
     pool: Vec<[u8; 4]>,
-    /// The first place in the pool of the colours of each group, by the address of the group.
+    /// The index in the pool of the first colour of each group, by the group's address.
     first: BTreeMap<*const Group, u32>,
     corners: Vec<[u32; 3]>,
 }
@@ -130,7 +131,7 @@ impl<'a> Build<'a> {
         Ok((part, part.objects.get(&id).ok_or_else(missing)?))
     }
 
-    /// The name of an item: that of its object, or its number.
+    /// The name of an item's object, or else a name with the object's number.
     fn name_of(&self, item: &Use) -> String {
         let part = item.part.as_ref().unwrap_or(&self.models.main);
         let object = self.object(part, item.object).ok();
@@ -139,7 +140,7 @@ impl<'a> Build<'a> {
         name.unwrap_or_else(|| format!("object_{}", item.object))
     }
 
-    /// Puts an object, named in `part`, and what it consists of somewhere.
+    /// Places an object, which `part` refers to, and its components.
     fn place(
         &mut self,
         part: &str,
@@ -150,7 +151,7 @@ impl<'a> Build<'a> {
     ) -> Result<(), IoError> {
         self.uses += 1;
         if depth > MOST_DEPTH {
-            let what = format!("objects lie in each other more than {MOST_DEPTH} times");
+            let what = format!("objects are nested more than {MOST_DEPTH} times");
             return Err(fault(what));
         }
         if self.uses > MOST_USES {
@@ -164,7 +165,7 @@ impl<'a> Build<'a> {
             self.supports += 1;
             return Ok(());
         }
-        // A translation is in the unit of the model that it stands in.
+        // A translation is in the unit of the model that contains it.
         let outside = self.models.parts.get(part).map_or(self.unit, |p| p.unit);
         let mut transform = used.transform;
         transform.translation *= ratio(outside, self.unit);
@@ -186,15 +187,16 @@ impl<'a> Build<'a> {
     ) -> Result<(), IoError> {
         if object.triangles.is_empty() {
             return Ok(());
+            // Charge the memory before anything is allocated.
         }
         let bytes = BYTES[0].saturating_mul(object.positions.len())
             + BYTES[1].saturating_mul(object.triangles.len());
         self.left = self.left.checked_sub(bytes).ok_or_else(|| {
-            fault("its objects are used so often that they do not fit into memory")
+            fault("its objects are placed so often that they do not fit into memory")
         })?;
         let after = self.surface.positions.len() + object.positions.len();
         if u32::try_from(after).is_err() {
-            return Err(fault("it has more vertices than can be numbered"));
+            return Err(fault("it has more vertices than 32-bit indices can name"));
         }
         let base = (after - object.positions.len()) as u32;
         let is_plain = transform == DAffine3::IDENTITY && scale == 1.0;
@@ -202,12 +204,14 @@ impl<'a> Build<'a> {
             true => *p,
             false => transform.transform_point3(scale * *p),
         };
+        // Append the vertices, transformed and in the unit of the main model.
         self.surface
             .positions
             .extend(object.positions.iter().map(placed));
         let is_mirrored = transform.matrix3.determinant() < 0.0;
         let (label, _) = self.objects.place(name);
         let first = self.surface.face_count();
+        // Append the triangles; a mirroring transform reverses their orientation.
         for triangle in &object.triangles {
             let count = object.positions.len();
             if let Some(v) = triangle.corners.iter().find(|v| **v as usize >= count) {
@@ -220,14 +224,15 @@ impl<'a> Build<'a> {
             self.objects.labels.of_face.push(label);
             let turned_places = turned(triangle.places);
             let group = model.groups.get(&triangle.group);
-            self.passed_over += usize::from(group.is_none() && triangle.group != NONE);
+            self.unread_properties += usize::from(group.is_none() && triangle.group != NONE);
             self.add_property(group, turned_places, triangle.places[0]);
         }
         self.mark(object, first);
         Ok(())
     }
 
-    /// Takes the property of the last triangle: the places in its group of its corners, and of its first corner in the file.
+    /// Adds the property of the last triangle. `places` are the indices in the group of its corners; `first_place` is
+    /// the index of the first corner in file order.
     fn add_property(&mut self, group: Option<&Group>, places: [u32; 3], first_place: u32) {
         let (mut colours, mut material) = ([NONE; 3], NONE);
         match group {
@@ -242,7 +247,7 @@ impl<'a> Build<'a> {
                     let (place, is_new) = self.materials.place(name);
                     material = place;
                     if is_new {
-                        self.looks.insert(name.clone(), *colour);
+                        self.appearances.insert(name.clone(), *colour);
                     }
                 }
             }
@@ -252,7 +257,7 @@ impl<'a> Build<'a> {
         self.materials.labels.of_face.push(material);
     }
 
-    /// Marks the faces of an object that are of patches.
+    /// Marks the faces of an object that belong to patches.
     fn mark(&mut self, object: &Object, first: usize) {
         self.patches.resize(self.surface.face_count(), false);
         let own = &mut self.patches[first..];
@@ -275,7 +280,7 @@ impl<'a> Build<'a> {
                 opacity: Some(f32::from(a) / 255.0),
                 ..Material::default()
             };
-            all.materials = self.looks.into_iter().map(look).collect();
+            all.materials = self.appearances.into_iter().map(look).collect();
             all.labels.push(self.materials.labels);
         }
         if !self.colours.pool.is_empty() {
@@ -292,26 +297,33 @@ impl<'a> Build<'a> {
             marked.for_each(|mark| marks.push(Some(&[mark])));
             all.face.push(marks);
         }
-        if self.passed_over > 0 {
+        if self.unread_properties > 0 {
             let what = "triangles with properties that are not read, such as textures";
-            loaded.notes.push(format!("{what}: {}", self.passed_over));
+            loaded
+                .notes
+                .push(format!("{what}: {}", self.unread_properties));
         }
         if self.supports > 0 {
             let what = "support objects, which are not read";
             loaded.notes.push(format!("{what}: {}", self.supports));
         }
-        let misfits: usize = self.models.parts.values().map(|part| part.misfits).sum();
-        if misfits > 0 {
+        let unmatched_marks: usize = self
+            .models
+            .parts
+            .values()
+            .map(|part| part.unmatched_marks)
+            .sum();
+        if unmatched_marks > 0 {
             let what =
-                "objects whose marks of patches do not fit their faces, so that they are ignored";
-            loaded.notes.push(format!("{what}: {misfits}"));
+                "objects whose patch marks do not match their faces, so that the marks are ignored";
+            loaded.notes.push(format!("{what}: {unmatched_marks}"));
         }
         Ok(loaded)
     }
 }
 
 impl Colours {
-    /// The first place of the colours of a group in the pool, where they are put when they are first used.
+    /// The index in the pool of a group's first colour. The group is added to the pool when first used.
     fn first_of(&mut self, group: &Group, colours: &[[u8; 4]]) -> u32 {
         let pool = &mut self.pool;
         *(self.first.entry(std::ptr::from_ref(group))).or_insert_with(|| {
@@ -321,7 +333,7 @@ impl Colours {
     }
 }
 
-/// How many of one unit another is.
+/// The length of unit `of` in units of `to`.
 fn ratio(of: Unit, to: Unit) -> f64 {
     if of == to {
         1.0

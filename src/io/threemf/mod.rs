@@ -1,8 +1,9 @@
-//! 3MF (3D Manufacturing Format): a package (ZIP) of models in XML, with units, objects, transforms and colours.
+//! Reads and writes 3MF (3D Manufacturing Format): a ZIP package of XML models with units, objects, transforms and
+//! colours.
 //!
-//! Read are the objects of the build with their components, also those in other parts of the package (production extension); colours of
-//! triangles (material extension) and base materials. Coordinates are those of the build in the unit of the package's main model. Textures,
-//! beams, slices and the like are passed over.
+//! The reader takes the objects of the build with their components, including those in other parts of the package
+//! (production extension), triangle colours (material extension) and base materials. Coordinates are in the build's
+//! space and in the unit of the main model. Textures, beams, slices and other extensions are skipped.
 
 mod build;
 mod model;
@@ -16,14 +17,14 @@ use super::{Format, IoError, Loaded, Location, text};
 
 pub(super) use write::write;
 
-/// Reads the build of a package.
+/// Reads the build of a package as one mesh.
 pub(super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let mut package = package::Package::open(bytes)?;
     let parts = package.models()?;
     build::build(parts, bytes.len())
 }
 
-/// Whether a ZIP archive has a 3MF model in it: the name of the part stands in the archive as it is.
+/// Whether a ZIP archive contains a 3MF model. Part names are stored uncompressed in the archive.
 pub(super) fn is_package(bytes: &[u8]) -> bool {
     bytes.starts_with(b"PK\x03\x04") && text::find(bytes, b".model").is_some()
 }

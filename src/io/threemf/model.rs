@@ -1,4 +1,4 @@
-//! The XML of a model in a 3MF package.
+//! Parses the XML of a model in a 3MF package: objects, properties, build items.
 
 use std::collections::BTreeMap;
 
@@ -11,13 +11,14 @@ use super::values::{check_name, colour_of, patch_ranges, transform, unescaped, w
 use crate::mesh::Unit;
 use crate::mesh::attributes::NONE;
 
-/// The metadata of an object that lists the faces of patches.
+/// Name of the object metadata that lists the faces of patches.
 pub(super) const PATCH_FACES: &str = "isomend:patch";
 
-/// The base material, in files that isomend writes, of faces without a material: objects with properties must name one.
+/// Name of the base material that isomend writes for faces without a material, because an object with properties must
+/// name one.
 pub(super) const NO_MATERIAL: &str = "isomend:none";
 
-/// The words for units.
+/// Names of units in the `unit` attribute.
 pub(super) const UNITS: [(&str, Unit); 6] = [
     ("micron", Unit::Micrometre),
     ("millimeter", Unit::Millimetre),
@@ -27,21 +28,21 @@ pub(super) const UNITS: [(&str, Unit); 6] = [
     ("meter", Unit::Metre),
 ];
 
-/// Most attributes of a tag: the search for attributes that are there twice takes time by their square.
+/// Most attributes of a tag. The check for duplicate attributes takes quadratic time.
 const MOST_ATTRIBUTES: usize = 256;
 
-/// A model: its objects, and what of them is built.
+/// A parsed model part: its objects, properties and build items.
 pub(super) struct Part {
     pub(super) unit: Unit,
-    /// Objects whose list of patch faces does not fit their faces, so that it is ignored.
-    pub(super) misfits: usize,
+    /// Number of objects whose list of patch faces does not match their faces and is ignored.
+    pub(super) unmatched_marks: usize,
     pub(super) objects: BTreeMap<u32, Object>,
     pub(super) groups: BTreeMap<u32, Group>,
     pub(super) items: Vec<Use>,
 }
 
 impl Part {
-    /// The names of other parts that its items and components name.
+    /// The names of other parts that its items and components refer to.
     pub(super) fn other_parts(&self) -> impl Iterator<Item = String> {
         let components = self.objects.values().flat_map(|o| &o.components);
         let uses = self.items.iter().chain(components);
@@ -49,22 +50,22 @@ impl Part {
     }
 }
 
-/// An object: a mesh, or other objects.
+/// An object: a mesh, or a set of other objects.
 #[derive(Default)]
 pub(super) struct Object {
     pub(super) name: String,
     pub(super) positions: Vec<DVec3>,
     pub(super) triangles: Vec<Triangle>,
     pub(super) components: Vec<Use>,
-    /// Group and place of the property of triangles that name none.
+    /// Default property of its triangles: group and index.
     pub(super) property: Option<[u32; 2]>,
-    /// First and last faces of patches: ascending ranges that do not overlap.
+    /// Faces of patches: first and last face of ascending, disjoint ranges.
     pub(super) patches: Vec<[usize; 2]>,
-    /// Whether the object only supports others while they are printed.
+    /// Whether the object is a support for printing.
     pub(super) is_support: bool,
 }
 
-/// A triangle with its property: the group, `NONE` where it names none, and the place in it for each corner.
+/// A triangle with its property: the group (`NONE` for none) and the index in the group for each corner.
 #[derive(Clone, Copy)]
 pub(super) struct Triangle {
     pub(super) corners: [u32; 3],
@@ -72,30 +73,30 @@ pub(super) struct Triangle {
     pub(super) places: [u32; 3],
 }
 
-/// A group of properties.
+/// A group of properties, to which triangles refer by index.
 pub(super) enum Group {
-    /// Red, green, blue, opacity.
+    /// Red, green, blue, opacity; 0 to 255.
     Colours(Vec<[u8; 4]>),
     /// Names and colours of base materials.
     Materials(Vec<(String, [u8; 4])>),
 }
 
-/// An object put somewhere.
+/// A placed object: a build item or a component.
 #[derive(Clone)]
 pub(super) struct Use {
     pub(super) object: u32,
-    /// The part that it is in, where that is another one.
+    /// The part that contains the object; `None` for the same part.
     pub(super) part: Option<String>,
     pub(super) transform: DAffine3,
 }
 
-/// Reads a model. `left`: bytes that parsed items may still take in memory.
+/// Parses a model. `left`: bytes of memory that parsed items may still take, over all models.
 pub(super) fn parse(markup: &str, left: &mut usize) -> Result<Part, IoError> {
     let mut reader = quick_xml::Reader::from_str(markup);
     let mut open = Open {
         part: Part {
             unit: Unit::Millimetre,
-            misfits: 0,
+            unmatched_marks: 0,
             objects: BTreeMap::new(),
             groups: BTreeMap::new(),
             items: Vec::new(),
@@ -138,24 +139,24 @@ pub(super) fn parse(markup: &str, left: &mut usize) -> Result<Part, IoError> {
     }
 }
 
-/// A model while it is read.
+/// The state of a model being parsed.
 struct Open<'a> {
     part: Part,
-    /// Bytes that parsed items may still take in memory.
+    /// Bytes of memory that parsed items may still take.
     left: &'a mut usize,
-    /// Prefixes of the core namespace, which is that of the model element; none before that element.
+    /// The prefixes of the core namespace, that is, the namespace of the model element. Empty before that element.
     core: Vec<String>,
-    /// The object and the group of properties that are open.
+    /// The open object, and below the open group of properties.
     object: Option<u32>,
     group: Option<u32>,
     in_mesh: bool,
     reads_patches: bool,
-    /// Ranges of patch faces of the open object, as text.
+    /// The text of the open object's list of patch faces.
     patches: String,
 }
 
 impl Open<'_> {
-    /// Reads a start tag. False for elements that are not read: their content is skipped.
+    /// Handles a start tag. Returns false for elements that are not read, whose content is then skipped.
     fn start(&mut self, tag: &BytesStart<'_>) -> Result<bool, String> {
         let (name, prefix) = tag.name().decompose();
         let prefix = prefix.as_ref().map_or("", |prefix| prefix.as_ref());
@@ -208,7 +209,7 @@ impl Open<'_> {
         }
     }
 
-    /// Takes bytes of memory for a parsed item.
+    /// Charges memory for a parsed item.
     fn spend(&mut self, bytes: usize) -> Result<(), String> {
         let left = self.left.checked_sub(bytes);
         *self.left = left.ok_or("its objects take more memory than is allowed")?;
@@ -238,7 +239,7 @@ impl Open<'_> {
             }
         })?;
         let colour = colour_of(&colour)
-            .ok_or_else(|| format!("{} is no colour", text::shown(colour.as_bytes())))?;
+            .ok_or_else(|| format!("{} is not a colour", text::shown(colour.as_bytes())))?;
         self.spend(size_of::<[u8; 4]>())?;
         if let Some(Group::Colours(all)) = self.open_group() {
             all.push(colour);
@@ -258,7 +259,7 @@ impl Open<'_> {
             let unknown = || format!("there is no unit {}", text::shown(word.as_bytes()));
             self.part.unit = unit.ok_or_else(unknown)?.1;
         }
-        // All prefixes that stand for the same namespace as the prefix of this element.
+        // All prefixes that are declared for the namespace of this element.
         let own = tag.name().prefix();
         let own = own.as_ref().map_or("", |prefix| prefix.as_ref());
         let declared = tag.attributes().filter_map(|attribute| {
@@ -288,7 +289,7 @@ impl Open<'_> {
             "pindex" => place = whole(value),
             _ => {}
         })?;
-        let id = id.ok_or("an object has no number")?;
+        let id = id.ok_or("an object has no numeric id")?;
         object.property = group.map(|group| [group, place.unwrap_or(0)]);
         check_name(&object.name)?;
         self.spend(size_of::<Object>() + object.name.len())?;
@@ -299,7 +300,7 @@ impl Open<'_> {
         }
     }
 
-    /// Ends an object: its list of patch faces is checked and merged.
+    /// Ends an object: checks its list of patch faces.
     fn end_object(&mut self) {
         let text = std::mem::take(&mut self.patches);
         self.in_mesh = false;
@@ -310,7 +311,7 @@ impl Open<'_> {
         {
             match patch_ranges(&text, object.triangles.len()) {
                 Some(ranges) => object.patches = ranges,
-                None => self.part.misfits += 1,
+                None => self.part.unmatched_marks += 1,
             }
         }
     }
@@ -322,7 +323,7 @@ impl Open<'_> {
                 id = whole(value);
             }
         })?;
-        let id = id.ok_or("a group of properties has no number")?;
+        let id = id.ok_or("a group of properties has no numeric id")?;
         self.spend(size_of::<Group>())?;
         self.group = Some(id);
         self.part.groups.insert(id, group);
@@ -346,7 +347,7 @@ impl Open<'_> {
                 point[axis] = text::number(value.trim().as_bytes());
                 if point[axis].is_none_or(|x| !x.is_finite()) {
                     wrong = Some(format!(
-                        "{} is no coordinate",
+                        "{} is not a coordinate",
                         text::shown(value.as_bytes())
                     ));
                 }
@@ -388,7 +389,8 @@ impl Open<'_> {
         let first = places[0];
         let own = |k: usize| places[k].or(first);
         let (group, places) = match (group, first, object.property) {
-            // A property without a place is none; without a group it is in that of the object.
+            // With a group but no index a triangle has no property. With an index but no group it uses the object's
+            // group.
             (NONE, None, Some([group, place])) => (group, [place; 3]),
             (NONE, Some(_), Some([group, _])) => (group, [0, 1, 2].map(|k| own(k).unwrap_or(0))),
             (NONE, ..) | (_, None, _) => (NONE, [0; 3]),
@@ -403,7 +405,7 @@ impl Open<'_> {
     }
 }
 
-/// Calls a function with the local names and the values of a tag's attributes.
+/// Calls `take` with the local name and the value of each attribute of a tag.
 fn each(tag: &BytesStart<'_>, mut take: impl FnMut(&str, &str)) -> Result<(), String> {
     for (number, attribute) in tag.attributes().enumerate() {
         if number >= MOST_ATTRIBUTES {
@@ -415,12 +417,12 @@ fn each(tag: &BytesStart<'_>, mut take: impl FnMut(&str, &str)) -> Result<(), St
     Ok(())
 }
 
-/// A name of a part in the form in which names are compared.
+/// A part name in the form used for comparison: lower case, without a leading slash.
 pub(super) fn part_name(name: &str) -> String {
     name.trim_start_matches('/').to_ascii_lowercase()
 }
 
-/// The object of an item or a component, and where it is put.
+/// Parses the object and transform of an item or component.
 fn used(tag: &BytesStart<'_>) -> Result<Use, String> {
     let (mut object, mut part, mut matrix) = (None, None, None);
     each(tag, |key, value| match key {
@@ -433,7 +435,7 @@ fn used(tag: &BytesStart<'_>) -> Result<Use, String> {
     let transform = match matrix {
         None => DAffine3::IDENTITY,
         Some(words) => transform(&words)
-            .ok_or_else(|| format!("{} is no transform", text::shown(words.as_bytes())))?,
+            .ok_or_else(|| format!("{} is not a transform", text::shown(words.as_bytes())))?,
     };
     Ok(Use {
         object,

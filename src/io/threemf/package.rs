@@ -1,4 +1,4 @@
-//! The parts of a 3MF package: which of them are models, unpacked within limits.
+//! Opens a 3MF package: finds and unpacks its model parts within memory limits.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -12,30 +12,33 @@ use super::super::{IoError, text};
 use super::fault;
 use super::model::{Part, parse, part_name};
 
-/// Bytes that all parts may take unpacked in small packages; in larger ones a multiple of the size of the file. XML of meshes packs by 5 to 20.
+/// Unpacked size that all parts together may have: the larger of this many bytes and [`ALLOWANCE_TIMES`] times the file
+/// size. Mesh XML is compressed by a factor of 5 to 20.
 const ALLOWANCE: u64 = 64 << 20;
 const ALLOWANCE_TIMES: u64 = 30;
-/// Most bytes that all parts may take unpacked, whatever the size of the file: models of about 160 million triangles.
+/// Upper bound in bytes of the unpacked size of all parts, for files of any size: models of about 160 million
+/// triangles.
 const MOST_UNPACKED: u64 = 16 << 30;
-/// Most bytes that the parsed items of all models may take in memory: about 200 million triangles, of 28 bytes and half a vertex each.
+/// Upper bound in bytes of the memory of all parsed items: about 200 million triangles, of 28 bytes and half a vertex
+/// each.
 const MOST_PARSED: u64 = 8 << 30;
-/// Most model parts that are read: slicers write one for each object.
+/// Most model parts that are read. Slicers write one part per object.
 const MOST_PARTS: usize = 10_000;
-/// The type of the relationship that names the main model.
+/// The type of the relationship to the main model.
 const MAIN: &str = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel";
-/// The usual name of the main model, for packages without relationships.
+/// The usual part name of the main model, for packages without relationships.
 const USUAL: &str = "3D/3dmodel.model";
 
-/// The models of a package by the names of their parts, in lower case, and which of them is the main one.
+/// The models of a package by part name (lower case), and the name of the main model.
 pub(super) struct Models {
     pub(super) parts: BTreeMap<String, Part>,
     pub(super) main: String,
 }
 
-/// A package that is being read.
+/// A package being read.
 pub(super) struct Package<'a> {
     archive: ZipArchive<Cursor<&'a [u8]>>,
-    /// The places of parts by their names in lower case.
+    /// The index of each part in the archive, by lower-case name.
     index: BTreeMap<String, usize>,
     /// Bytes that may still be unpacked.
     left: u64,
@@ -48,7 +51,7 @@ impl<'a> Package<'a> {
         let mut index = BTreeMap::new();
         for place in 0..archive.len() {
             if let Some(Ok(name)) = archive.name_for_index(place) {
-                // Of two parts of one name the first counts.
+                // If two parts have the same name, the first is used.
                 index.entry(part_name(&name)).or_insert(place);
             }
         }
@@ -60,7 +63,7 @@ impl<'a> Package<'a> {
         })
     }
 
-    /// The main model and all others that its components name, directly or through others.
+    /// Parses the main model and all models that it refers to, directly or through others.
     pub(super) fn models(&mut self) -> Result<Models, IoError> {
         let main = self.main_name()?;
         let mut parts = BTreeMap::new();
@@ -82,7 +85,7 @@ impl<'a> Package<'a> {
         Ok(Models { parts, main })
     }
 
-    /// The name of the main model's part.
+    /// The part name of the main model.
     fn main_name(&mut self) -> Result<String, IoError> {
         let Some(index) = self.index("_rels/.rels") else {
             return Ok(part_name(USUAL));
@@ -109,7 +112,7 @@ impl<'a> Package<'a> {
         }
     }
 
-    /// The place of a part; names are the same in upper and lower case.
+    /// The index of a part in the archive. Part names are case-insensitive.
     fn index(&self, name: &str) -> Option<usize> {
         self.index.get(&part_name(name)).copied()
     }
@@ -131,12 +134,12 @@ impl<'a> Package<'a> {
         read.map_err(|e| damaged(e.to_string()))?;
         self.left = self.left.checked_sub(bytes.len() as u64).ok_or_else(|| {
             fault(format!(
-                "its parts are larger unpacked than {} MB and {ALLOWANCE_TIMES} times the file, or than {} GB, which no mesh is",
+                "its unpacked parts exceed {} MB and {ALLOWANCE_TIMES} times the file, or {} GB, which is more than any mesh needs",
                 ALLOWANCE >> 20,
                 MOST_UNPACKED >> 30
             ))
         })?;
-        // Text that needs no decoding is not copied.
+        // UTF-8 text, which needs no decoding, is not copied.
         if let Cow::Owned(text) = text::decode(&bytes) {
             bytes = text;
         } else if text::strip_bom(&bytes).len() < bytes.len() {

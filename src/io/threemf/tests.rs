@@ -1,4 +1,4 @@
-//! Packages: what is written is read again, and what other programs write.
+//! Tests of 3MF: round trips, packages of other programs, damaged and malicious packages.
 
 use std::io::{Cursor, Read, Write};
 
@@ -13,7 +13,7 @@ use super::*;
 use crate::mesh::attributes::{Attribute, LabelKind, Labels, NONE, PATCH_NAME, Role, Scalar};
 use crate::mesh::{Attributes, Mesh, Unit};
 
-/// A package of parts.
+/// A package of the given parts: names and texts.
 fn package(parts: &[(&str, &str)]) -> Vec<u8> {
     let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Deflated);
@@ -24,7 +24,7 @@ fn package(parts: &[(&str, &str)]) -> Vec<u8> {
     zip.finish().unwrap().into_inner()
 }
 
-/// A model with its resources and its build.
+/// A model with the given resources and build.
 fn model(unit: &str, resources: &str, build: &str) -> String {
     format!(
         "<?xml version=\"1.0\"?><model unit=\"{unit}\" xmlns=\"c\" xmlns:m=\"m\" xmlns:p=\"p\"><resources>{resources}</resources>\
@@ -81,7 +81,7 @@ fn objects_are_put_where_transforms_say_in_the_unit_of_the_model() {
     let loaded = read_alone(&alone(&model("inch", &resources, build)), Format::ThreeMf).unwrap();
     let at = |f: usize| loaded.mesh.corners(f as u32);
     assert_eq!(at(0)[1], DVec3::new(22.0, 0.0, 5.0));
-    // The mirrored one is turned, so that its front stays its front.
+    // The mirrored triangle is reversed, so that its front side stays its front side.
     let [a, b, c] = at(1);
     assert!((b - a).cross(c - a).z > 0.0);
     assert_eq!(at(2)[1], DVec3::X);
@@ -169,14 +169,14 @@ fn bombs_and_loops_are_refused() {
     let long = " ".repeat(70 << 20);
     let text = model("inch", &(triangle(1, "") + &long), "<item objectid=\"1\"/>");
     let message = refusal(&alone(&text), Format::ThreeMf);
-    assert!(message.contains("larger unpacked"), "{message}");
+    assert!(message.contains("unpacked parts exceed"), "{message}");
     let own = "<object id=\"1\"><components><component objectid=\"1\"/></components></object>";
     let message = refusal(
         &alone(&model("inch", own, "<item objectid=\"1\"/>")),
         Format::ThreeMf,
     );
-    assert!(message.contains("lie in each other"), "{message}");
-    // Each object is twice the one before it.
+    assert!(message.contains("objects are nested"), "{message}");
+    // Each object consists of two copies of the previous one.
     let mut resources = triangle(1, "");
     for id in 2..30 {
         let inner = format!("<component objectid=\"{}\"/>", id - 1).repeat(2);
@@ -223,7 +223,7 @@ fn materials(of_face: [u32; 3]) -> Labels {
 
 #[test]
 fn only_core_meshes_of_objects_are_read() {
-    // Foreign vertices and triangles: in a slice stack, in a foreign mesh, behind the object.
+    // Vertices and triangles that are not the object's: in a slice stack, in a foreign mesh, after the object.
     let slices = "<s:slicestack id=\"9\"><s:slice ztop=\"1\"><s:vertices><s:vertex x=\"7\" y=\"7\"/></s:vertices></s:slice>\
                   <vertex x=\"7\"/></s:slicestack>";
     let foreign =
@@ -235,7 +235,7 @@ fn only_core_meshes_of_objects_are_read() {
     let loaded = read_alone(&alone(&text), Format::ThreeMf).unwrap();
     assert_eq!(loaded.mesh.positions.len(), 3);
     assert_eq!(loaded.mesh.faces.len(), 1);
-    // The core namespace may have a prefix, even two.
+    // The core namespace may have one prefix or several.
     let prefixed = "<k:model xmlns:k=\"core\" xmlns=\"core\" xmlns:s=\"s\"><k:resources>"
         .to_owned()
         + &triangle(1, "")
@@ -260,7 +260,7 @@ fn marks_of_patches_are_merged_or_ignored() {
     assert!(loaded.attributes.is_patch(0) && loaded.notes.is_empty());
     let loaded = marked("0,0");
     assert!(!loaded.attributes.is_patch(0));
-    assert!(loaded.notes[0].contains("do not fit their faces"));
+    assert!(loaded.notes[0].contains("do not match their faces"));
 }
 
 #[test]
@@ -279,7 +279,7 @@ fn many_names_of_objects_and_materials_take_no_time_by_their_square() {
     let loaded = read_alone(&alone(&text), Format::ThreeMf).unwrap();
     let names = loaded.attributes.labels_of(LabelKind::Material).unwrap();
     assert_eq!(names.names.len(), count);
-    // The components of that many objects: without a build each is looked for among them.
+    // One object with each other object as component. Without a build, each object is looked up among all components.
     let objects: String = (2..count)
         .map(|id| {
             format!(
@@ -290,7 +290,7 @@ fn many_names_of_objects_and_materials_take_no_time_by_their_square() {
     let text = model("inch", &(triangle(1, "") + &objects), "");
     let loaded = read_alone(&alone(&text), Format::ThreeMf).unwrap();
     assert_eq!(loaded.mesh.faces.len(), count - 2);
-    // By the square of their number they took minutes.
+    // An algorithm of quadratic time took minutes here.
     assert!(start.elapsed().as_secs() < 20);
 }
 
@@ -342,7 +342,7 @@ fn properties_that_are_not_written_are_listed_as_lost() {
         notes.len() == 1 && notes[0].ends_with(": materials"),
         "{notes:?}"
     );
-    // Colours of faces give way to those of vertices.
+    // Colours of vertices take precedence over colours of faces.
     let all = Attributes {
         face: vec![colour("colour", &[red; 3])],
         labels: Vec::new(),
@@ -424,14 +424,17 @@ fn vertices_of_several_objects_are_numbered_in_each() {
 }
 
 #[test]
-fn what_is_wrong_is_said() {
+fn faults_are_described() {
     let item = "<item objectid=\"1\"/>";
     let bad_vertex = triangle(1, "").replace("v3=\"2\"", "v3=\"9\"");
     let bad_number = triangle(1, "").replace("x=\"1\"", "x=\"one\"");
     for (text, said) in [
         (model("parsec", &triangle(1, ""), item), "no unit 'parsec'"),
         (model("inch", &bad_vertex, item), "uses vertex 9"),
-        (model("inch", &bad_number, item), "'one' is no coordinate"),
+        (
+            model("inch", &bad_number, item),
+            "'one' is not a coordinate",
+        ),
         (
             model("inch", &triangle(1, ""), "<item objectid=\"4\"/>"),
             "no object 4",

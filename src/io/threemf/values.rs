@@ -1,10 +1,10 @@
-//! Values of attributes in a 3MF model: numbers, colours, transforms, ranges of faces.
+//! Parses attribute values of a 3MF model: integers, names, colours, transforms, ranges of faces.
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::super::text;
 
-/// Most bytes of a name: longer ones would make each comparison of names slow.
+/// Bytes. Longest name that is accepted; longer names would make comparisons slow.
 const MOST_NAME: usize = 4096;
 
 pub(super) fn check_name(name: &str) -> Result<(), String> {
@@ -14,8 +14,8 @@ pub(super) fn check_name(name: &str) -> Result<(), String> {
     }
 }
 
-/// The faces that a list such as `3-5,9` names, as ascending ranges that do not overlap. None where it has more ranges than the object has
-/// faces, or faces that the object lacks.
+/// The faces in a list such as `3-5,9`, as ascending disjoint ranges. `None` if it has more ranges than the object has
+/// faces, or a face that the object does not have.
 pub(super) fn patch_ranges(text: &str, faces: usize) -> Option<Vec<[usize; 2]>> {
     let mut ranges: Vec<[usize; 2]> = Vec::new();
     for range in text.split(',').filter(|range| !range.trim().is_empty()) {
@@ -49,7 +49,7 @@ pub(super) fn unescaped(value: &str) -> String {
     }
 }
 
-/// A colour such as `#RRGGBB` or `#RRGGBBAA`.
+/// A colour of the form `#RRGGBB` or `#RRGGBBAA`.
 pub(super) fn colour_of(text: &str) -> Option<[u8; 4]> {
     let digits = text.trim().strip_prefix('#')?;
     let is_hex = digits.bytes().all(|b| b.is_ascii_hexdigit());
@@ -61,7 +61,7 @@ pub(super) fn colour_of(text: &str) -> Option<[u8; 4]> {
     }
 }
 
-/// A transform of 12 numbers, row after row, by which row vectors are multiplied from the left; the last row is the translation.
+/// A transform of 12 numbers, row by row, for row vectors multiplied from the left; the last row is the translation.
 pub(super) fn transform(words: &str) -> Option<DAffine3> {
     let numbers: Option<Vec<f64>> = (text::Tokens::new(words.as_bytes(), 0))
         .map(|word| text::number(word).filter(|x| x.is_finite()))

@@ -1,4 +1,4 @@
-//! Writing a mesh as a 3MF package.
+//! Writes a mesh as a 3MF package, with objects, colours or materials, and patch marks.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -21,13 +21,13 @@ const CONTENT_TYPES: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 const RELATIONSHIPS: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 <Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships"><Relationship Target="/3D/3dmodel.model" Id="rel0" Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>
 "#;
-/// Colours of base materials that say nothing else, and of patches.
+/// Colour (red, green, blue, opacity) of base materials without another colour, and of patches.
 const GREY: [u8; 4] = [200, 200, 200, 255];
 const ORANGE: [u8; 4] = [0xe6, 0x78, 0x14, 255];
-/// The number of the group of properties; those of objects follow.
+/// The id of the group of properties. The ids of objects follow.
 const GROUP: u32 = 1;
 
-/// Writes a package with an object for each label of that kind.
+/// Writes a package with one object per object label.
 pub(in super::super) fn write(model: &Contents<'_>) -> Result<Written, IoError> {
     let unit = model.attributes.unit;
     let properties = Properties::new(model);
@@ -45,7 +45,7 @@ pub(in super::super) fn write(model: &Contents<'_>) -> Result<Written, IoError> 
     }
     let holds_label = |kind: LabelKind| match kind {
         LabelKind::Object => true,
-        // A face has one property: where there are colours, no material.
+        // A face has only one property: if there are colours, materials are left out.
         LabelKind::Material => !matches!(properties, Properties::Colours { .. }),
         _ => false,
     };
@@ -58,11 +58,11 @@ pub(in super::super) fn write(model: &Contents<'_>) -> Result<Written, IoError> 
 
 fn packed(model: &str) -> Result<Vec<u8>, zip::result::ZipError> {
     let mut package = ZipWriter::new(Cursor::new(Vec::new()));
-    // The same bytes each time: no clock.
+    // A constant time stamp, so that the same mesh gives the same bytes.
     let options = SimpleFileOptions::default()
         .compression_method(CompressionMethod::Deflated)
         .last_modified_time(DateTime::default())
-        // A part of 4 GB or more needs the fields of ZIP64.
+        // Parts of 4 GB or more need ZIP64.
         .large_file(model.len() >= u32::MAX as usize);
     for (name, text) in [
         ("[Content_Types].xml", CONTENT_TYPES),
@@ -109,7 +109,7 @@ fn markup(model: &Contents<'_>, unit: Unit, properties: &Properties) -> String {
     out
 }
 
-/// The names of objects with their faces, in the order of their first faces.
+/// The objects: names and faces, in the order of their first faces.
 fn objects<'a>(model: &Contents<'a>) -> Vec<(&'a str, Vec<u32>)> {
     let labels = model.attributes.labels_of(LabelKind::Object);
     let mut all: Vec<(&str, Vec<u32>)> = Vec::new();
@@ -126,7 +126,8 @@ fn objects<'a>(model: &Contents<'a>) -> Vec<(&'a str, Vec<u32>)> {
     all
 }
 
-/// Writes an object. `number_of`: `NONE` for each vertex, before and after; the numbers of vertices in this object meanwhile.
+/// Writes an object. `number_of` is scratch space: `NONE` for each vertex before and after, within the function the
+/// index of each vertex in this object.
 fn object(
     out: &mut String,
     model: &Contents<'_>,
@@ -151,7 +152,7 @@ fn object(
             "<metadatagroup><metadata name=\"{PATCH_FACES}\" type=\"xs:string\" preserve=\"1\">{patches}</metadata></metadatagroup>"
         );
     }
-    // Vertices that no face uses are kept where there is one object.
+    // A single object also keeps the vertices that no face uses.
     let mut used: Vec<u32> = match is_only {
         true => (0..mesh.positions.len() as u32).collect(),
         false => faces.iter().flat_map(|f| mesh.faces[*f as usize]).collect(),
@@ -175,7 +176,7 @@ fn object(
     out.push_str("</triangles>\n</mesh>\n</object>\n");
 }
 
-/// The places of true values as ranges, such as `3-5,9`.
+/// The indices of true values as ranges, for example `3-5,9`.
 fn ranges(marks: impl Iterator<Item = bool>) -> String {
     let mut all: Vec<[usize; 2]> = Vec::new();
     for (f, _) in marks.enumerate().filter(|(_, mark)| *mark) {
@@ -191,13 +192,14 @@ fn ranges(marks: impl Iterator<Item = bool>) -> String {
     all.iter().map(text).collect::<Vec<_>>().join(",")
 }
 
-/// The properties of triangles: colours where there are any, else materials; without either patches are orange beside grey.
+/// The property of each triangle: colours if there are any, else materials, else orange for patches and grey for the
+/// other faces.
 enum Properties<'a> {
     Colours {
         palette: Vec<[u8; 4]>,
-        /// For each face the places of its corners in the palette.
+        /// The index in the palette of each corner's colour.
         of_face: Vec<[u32; 3]>,
-        /// The attributes that the colours are those of.
+        /// The attributes that the colours represent completely.
         held: Vec<&'a Attribute>,
     },
     Materials(&'a Labels, Vec<[u8; 4]>),
@@ -233,7 +235,7 @@ impl<'a> Properties<'a> {
         }
     }
 
-    /// The colours of corners: those of their faces on patches, else of the corners, the vertices or the faces.
+    /// Corner colours. Faces of patches take their face colour first; otherwise the order is corner, vertex, face.
     fn colours(model: &Contents<'a>) -> Option<Self> {
         let all = model.attributes;
         let is_colour = |a: &&Attribute| a.role == Role::Colour && (3..=4).contains(&a.components);
@@ -275,7 +277,7 @@ impl<'a> Properties<'a> {
                     uses_vertex |= found.is_some();
                     found
                 });
-                // A face whose colour gives way to those of its corners loses it.
+                // The face colour is lost where a corner or vertex colour replaces it.
                 uses_face &= own.is_none() || found.is_none();
                 found.or(own).unwrap_or(GREY)
             };
@@ -291,7 +293,7 @@ impl<'a> Properties<'a> {
         })
     }
 
-    /// Whether the colours of triangles are those of an attribute.
+    /// Whether the colours represent this attribute.
     fn holds(&self, attribute: &Attribute) -> bool {
         let Self::Colours { held, .. } = self else {
             return false;
@@ -299,17 +301,17 @@ impl<'a> Properties<'a> {
         held.iter().any(|own| std::ptr::eq(*own, attribute))
     }
 
-    /// The place of the property of an object's faces without one. An object must have it where any of its faces has a property.
+    /// The index of an object's default property. An object needs a default if any of its faces has a property.
     fn usual(&self, faces: &[u32]) -> Option<u32> {
         match self {
             Self::Nothing => None,
             Self::Colours { .. } | Self::Patches(_) => Some(0),
-            Self::Materials(labels, looks) => {
+            Self::Materials(labels, appearances) => {
                 let mut own = faces.iter().map(|f| labels.of_face[*f as usize]);
                 let first = own.clone().find(|label| *label != NONE)?;
-                // Behind the materials stands that of faces without one.
+                // The material for faces without one follows the others.
                 Some(match own.any(|label| label == NONE) {
-                    true => looks.len() as u32,
+                    true => appearances.len() as u32,
                     false => first,
                 })
             }
@@ -334,9 +336,9 @@ impl<'a> Properties<'a> {
                 }
                 out.push_str("</m:colorgroup>\n");
             }
-            Self::Materials(labels, looks) => {
+            Self::Materials(labels, appearances) => {
                 let _ = writeln!(out, "<basematerials id=\"{GROUP}\">");
-                for (name, look) in labels.names.iter().zip(looks) {
+                for (name, look) in labels.names.iter().zip(appearances) {
                     base(out, name, look);
                 }
                 if labels.of_face.contains(&NONE) {
@@ -353,7 +355,7 @@ impl<'a> Properties<'a> {
         }
     }
 
-    /// The attributes of a triangle.
+    /// Writes the property attributes of a triangle.
     fn of_face(&self, out: &mut String, f: usize) {
         let _ = match self {
             Self::Colours { of_face, .. } => match of_face[f] {

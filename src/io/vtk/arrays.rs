@@ -1,4 +1,4 @@
-//! Arrays of point and cell data, and how they become attributes.
+//! Point and cell data arrays of VTK files, and their conversion to attributes.
 
 use std::collections::{BTreeMap, HashSet};
 
@@ -7,24 +7,24 @@ use super::super::{IoError, Loaded};
 use super::scalar::Scalar;
 use crate::mesh::attributes::{Active, Attribute, Role};
 
-/// The arrays of a file under construction.
+/// The data arrays collected while a file is read.
 #[derive(Default)]
 pub(super) struct Arrays {
-    /// Of points.
+    /// Point data.
     pub(super) point: Vec<Attribute>,
-    /// Of cells, in the file's order.
+    /// Cell data, in the order of the file's cells.
     pub(super) cell: Vec<Attribute>,
-    /// For each face that was added the cell that it came from, over all kinds of cells.
-    pub(super) rows: Vec<u32>,
-    /// How many cells there are, those passed over included.
+    /// For each face added, the index of its cell, counted over all kinds of cells.
+    pub(super) cell_of_face: Vec<u32>,
+    /// The number of cells, including skipped points and lines.
     pub(super) cells: usize,
     /// Remarks for the user.
     pub(super) notes: Vec<String>,
-    /// The names of the arrays of cells and of points.
+    /// The names in use: of cell data, of point data.
     pub(super) names: [HashSet<String>; 2],
 }
 
-/// One array as it stands in a file.
+/// A data array as read from a file.
 pub(super) struct Array {
     pub(super) name: String,
     pub(super) scalar: Scalar,
@@ -38,7 +38,7 @@ impl Array {
         let role = match (self.use_, self.scalar, self.components) {
             (Active::Normals, _, 3) if of_points => Role::Normal,
             (Active::TextureCoordinates, _, 2) if of_points => Role::Uv(0),
-            // VTK shows such bytes as colours.
+            // VTK displays such bytes as colours.
             (Active::Scalars | Active::Plain, Scalar::U8, 3 | 4) => Role::Colour,
             _ => Role::Other,
         };
@@ -51,12 +51,15 @@ impl Array {
 }
 
 impl Arrays {
-    /// Adds an array, which must have a value for each point or cell; one that has not is left out with a remark.
+    /// Adds an array. An array without a value for each point or cell is left out, with a remark.
     pub(super) fn add(&mut self, array: Array, of_points: bool, count: usize) {
         let fits =
             array.components > 0 && array.values.len() == count.saturating_mul(array.components);
         if !fits {
-            self.left_out(&array.name, "it has not one value for each point or cell");
+            self.left_out(
+                &array.name,
+                "it does not have one value for each point or cell",
+            );
             return;
         }
         let list = if of_points {
@@ -65,33 +68,33 @@ impl Arrays {
             &mut self.cell
         };
         let mut attribute = array.attribute(of_points);
-        // Of several arrays for a use the first is the one that VTK uses.
+        // If several arrays are active for a use, VTK takes the first.
         if list.iter().any(|a| a.active == attribute.active) {
             attribute.active = Some(Active::Plain);
         }
         if !self.names[usize::from(of_points)].insert(attribute.name.clone()) {
-            self.left_out(&attribute.name, "there is one of that name already");
+            self.left_out(&attribute.name, "another array has the same name");
             return;
         }
         list.push(attribute);
     }
 
-    /// Says that an array is left out.
+    /// Adds the remark that an array is left out.
     pub(super) fn left_out(&mut self, name: &str, why: &str) {
         self.notes
             .push(format!("the array '{name}' is left out: {why}"));
     }
 
-    /// Says of the faces that were added last from which cell they came.
-    pub(super) fn came_from(&mut self, surface: &MeshBuilder, cell: usize) {
-        self.rows.resize(surface.face_count(), cell as u32);
+    /// Records `cell` as the origin of the faces that were added last.
+    pub(super) fn set_origin(&mut self, surface: &MeshBuilder, cell: usize) {
+        self.cell_of_face.resize(surface.face_count(), cell as u32);
     }
 
-    /// Appends the arrays of another piece, whose points and cells come after these. Arrays that only one of them has are
-    /// left out.
+    /// Appends the arrays of another VTK piece, whose points and cells follow. Arrays that not all pieces have are left
+    /// out.
     pub(super) fn append(&mut self, mut piece: Arrays, first: bool) {
         self.notes.append(&mut piece.notes);
-        self.rows.append(&mut piece.rows);
+        self.cell_of_face.append(&mut piece.cell_of_face);
         self.cells += piece.cells;
         if first {
             (self.point, self.cell) = (piece.point, piece.cell);
@@ -121,18 +124,21 @@ impl Arrays {
         }
     }
 
-    /// Finishes a surface together with its arrays.
+    /// Finishes the surface with its attributes.
     pub(super) fn finish(mut self, mut surface: MeshBuilder) -> Result<Loaded, IoError> {
         surface.notes.append(&mut self.notes);
         let mut cut = (!self.cell.is_empty()).then(|| CutFrom::identity(0));
         let mut loaded = surface.finish_with(&mut cut)?;
         if let Some(cut) = cut {
-            let rows = cut.face.iter().map(|f| self.rows[*f as usize] as usize);
-            let rows: Vec<usize> = rows.collect();
+            let cell_of_face = cut
+                .face
+                .iter()
+                .map(|f| self.cell_of_face[*f as usize] as usize);
+            let cell_of_face: Vec<usize> = cell_of_face.collect();
             loaded.attributes.face = self
                 .cell
                 .iter()
-                .map(|a| a.selected(rows.iter().copied()))
+                .map(|a| a.selected(cell_of_face.iter().copied()))
                 .collect();
         }
         loaded.attributes.vertex = self.point;

@@ -1,4 +1,4 @@
-//! Small files that claim, or unpack to, more than they should.
+//! Tests of small VTK files that claim, or decompress to, too much data.
 
 use std::io::Write;
 use std::time::Instant;
@@ -8,7 +8,7 @@ use super::super::{Format, read_volume_bytes};
 
 const COMPRESSORS: [&str; 3] = ["ZLib", "LZ4", "LZMA"];
 
-/// So many equal blocks of zeros, compressed, behind their sizes.
+/// A compressed array: `blocks` equal blocks of `block` zeros, after their sizes.
 fn packed(compressor: &str, blocks: usize, block: usize) -> Vec<u8> {
     let zeros = vec![0; block];
     let one = match compressor {
@@ -74,7 +74,7 @@ fn no_more_is_unpacked_than_a_file_of_that_size_may_take() {
         let data = packed(compressor, 300, 3 << 20);
         let bytes = file("PolyData", compressor, &poly_data(300 << 20, ""), &data);
         let message = refusal(&bytes, Format::Vtp);
-        let expected = ["7549747200 bytes more", "without compression"];
+        let expected = ["7549747200 more bytes", "without compression"];
         assert!(
             expected.iter().all(|e| message.contains(e)),
             "{compressor}: {message}"
@@ -84,7 +84,7 @@ fn no_more_is_unpacked_than_a_file_of_that_size_may_take() {
         let data = packed(compressor, 128, 1 << 20);
         let bytes = file("ImageData", compressor, image, &data);
         let message = read_volume_bytes(&bytes, None).unwrap_err().to_string();
-        let expected = ["1073741824 bytes more", "without compression"];
+        let expected = ["1073741824 more bytes", "without compression"];
         assert!(
             expected.iter().all(|e| message.contains(e)),
             "{compressor}: {message}"
@@ -97,7 +97,7 @@ fn arrays_at_one_place_are_decoded_once_and_all_counted() {
     let array = |i: usize, kind: &str| {
         format!("<DataArray type=\"{kind}\" Name=\"a{i}\" format=\"appended\" offset=\"0\"/>")
     };
-    // Of nine zeros three are declared for each array; the points themselves lie behind them.
+    // Each array declares three of the nine zeros; the points follow.
     let data = |count: usize, kind: &str| (0..count).map(|i| array(i, kind)).collect::<String>();
     let points: Vec<u8> = [9u64, 0]
         .iter()
@@ -119,7 +119,7 @@ fn arrays_at_one_place_are_decoded_once_and_all_counted() {
     }
     let start = Instant::now();
     assert!(plain(&data(5000, "Int8")).attributes.is_empty());
-    // 6 MB of numbers for each of 2000 arrays, as many as there are points.
+    // 6 MB of numbers for each of 2000 arrays, with one value per point.
     let zeros = packed("ZLib", 3, 1 << 18);
     let all = data(2000, "Int8").replace("/>", " NumberOfComponents=\"3\"/>");
     let bytes = file("PolyData", "ZLib", &poly_data(1 << 18, &all), &zeros);

@@ -1,4 +1,4 @@
-//! Points and cells as VTK lays them out, and how they become faces.
+//! Points and cells in VTK's layouts, and their conversion to faces.
 
 use glam::DVec3;
 
@@ -6,7 +6,7 @@ use super::super::mesh_builder::MeshBuilder;
 use super::super::{Format, IoError, Location};
 use super::arrays::Arrays;
 
-/// Cells of any size: their corners one after another, and where each cell ends.
+/// Cells of any number of corners: all corners in sequence, and the end of each cell in that sequence.
 #[derive(Default)]
 pub(super) struct Cells {
     corners: Vec<f64>,
@@ -14,7 +14,7 @@ pub(super) struct Cells {
 }
 
 impl Cells {
-    /// From `n i₁ … iₙ` records.
+    /// Parses `n i₁ … iₙ` records.
     pub(super) fn from_records(
         format: Format,
         kind: &'static str,
@@ -43,7 +43,7 @@ impl Cells {
         Ok(cells)
     }
 
-    /// From the corners and the offsets at which cells end, with or without a leading zero.
+    /// From the corners and the offsets at which cells end; a leading zero becomes an empty first cell.
     pub(super) fn from_offsets(
         format: Format,
         kind: &'static str,
@@ -71,7 +71,7 @@ impl Cells {
         Ok(Cells { corners, ends })
     }
 
-    /// Leaves out the first cell where it is the empty one of a leading zero offset.
+    /// Removes the empty first cell of a leading zero offset.
     pub(super) fn without_leading_zero(mut self, count: usize) -> Self {
         if self.ends.len() == count + 1 && self.ends.first() == Some(&0) {
             self.ends.remove(0);
@@ -79,12 +79,12 @@ impl Cells {
         self
     }
 
-    /// How many cells there are.
+    /// The number of cells.
     pub(super) fn len(&self) -> usize {
         self.ends.len()
     }
 
-    /// Calls `add` with the corners of each cell, as indices counted from the `base`-th point on.
+    /// Calls `add` with each cell and its corners; `base` is added to each corner index.
     pub(super) fn each(
         &self,
         format: Format,
@@ -98,7 +98,7 @@ impl Cells {
             for corner in &self.corners[start..*end] {
                 let index = corner + base as f64;
                 if *corner < 0.0 || f64::from(index as u32) != index {
-                    let what = format!("it uses point {corner}, which cannot be");
+                    let what = format!("it uses point {corner}, which is not a valid index");
                     return Err(IoError::malformed(format, Location::Item(kind, cell), what));
                 }
                 indices.push(index as u32);
@@ -121,12 +121,12 @@ impl Cells {
         arrays.cells += self.len();
         self.each(format, "polygon", base, |cell, corners| {
             surface.push_face(corners)?;
-            arrays.came_from(surface, first + cell);
+            arrays.set_origin(surface, first + cell);
             Ok(())
         })
     }
 
-    /// Adds the cells as strips of triangles.
+    /// Adds the cells as triangle strips.
     pub(super) fn add_strips(
         &self,
         format: Format,
@@ -138,13 +138,12 @@ impl Cells {
         arrays.cells += self.len();
         self.each(format, "triangle strip", base, |cell, corners| {
             surface.push_strip(corners);
-            arrays.came_from(surface, first + cell);
+            arrays.set_origin(surface, first + cell);
             Ok(())
         })
     }
 
-    /// Adds the cells of an unstructured grid, whose types say what they are. Returns how many points and lines were
-    /// passed over.
+    /// Adds the cells of an unstructured grid according to their types. Returns the number of skipped points and lines.
     pub(super) fn add_typed(
         &self,
         format: Format,
@@ -160,20 +159,20 @@ impl Cells {
             );
             return Err(IoError::malformed(format, Location::File, what));
         }
-        let mut passed_over = 0;
+        let mut skipped = 0;
         arrays.cells += self.len();
         self.each(format, "cell", 0, |cell, corners| {
             match (types[cell] as i64, corners) {
-                (1..=4, _) => passed_over += 1,
+                (1..=4, _) => skipped += 1,
                 (5 | 7 | 9, _) => surface.push_face(corners)?,
                 (6, _) => surface.push_strip(corners),
                 (8, [a, b, c, d]) => surface.push_face(&[*a, *b, *d, *c])?,
                 (other, _) => return Err(solid_cell(format, cell, other)),
             }
-            arrays.came_from(surface, cell);
+            arrays.set_origin(surface, cell);
             Ok(())
         })?;
-        Ok(passed_over)
+        Ok(skipped)
     }
 }
 
@@ -190,12 +189,12 @@ fn solid_cell(format: Format, cell: usize, type_: i64) -> IoError {
     };
     IoError::Unsupported {
         format,
-        what: format!("cell {cell} is of type {type_}, {name}, and the file is no surface"),
+        what: format!("cell {cell} is of type {type_}, {name}, and the file is not a surface"),
         advice: "extract its surface first, for example with ParaView's 'Extract Surface'",
     }
 }
 
-/// Appends points given as x y z, x y z, ….
+/// Appends points given as x y z, x y z, …
 pub(super) fn add_points(surface: &mut MeshBuilder, values: &[f64]) {
     surface
         .positions

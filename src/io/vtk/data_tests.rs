@@ -1,3 +1,5 @@
+//! Tests of VTK point and cell data.
+
 use super::super::samples::*;
 use super::super::{Contents, Format, Loaded, Precision, WriteOptions, model_to_bytes};
 use super::tests::legacy;
@@ -50,7 +52,7 @@ fn assert_dressed(loaded: &Loaded) {
         (point("ids").scalar, point("ids").values[3]),
         (Scalar::I64, -6.0)
     );
-    // The line is no face; the quad became two, the strip too.
+    // The line gives no face; the quad gives two, and so does the strip.
     let flow = find(&all.face, "flow");
     assert_eq!(
         flow.values,

@@ -1,4 +1,4 @@
-//! VTK XML image data (VTI).
+//! Reads VTK XML image data (VTI) as a volume.
 
 use glam::DVec3;
 
@@ -9,10 +9,10 @@ use super::xml::Decoder;
 use crate::grid::Volume;
 use crate::mesh::{LARGEST, SMALLEST};
 
-/// What the values of a file may take unpacked: this many bytes, and this many times the size of the file.
+/// Memory limit of decoded values: this many bytes plus this multiple of the file size.
 const ALLOWANCE: [usize; 2] = [96 << 20, 64];
 
-/// Reads one array of point data as a volume.
+/// Reads a point data array as a volume.
 pub(in super::super) fn read(bytes: &[u8], array: Option<&str>) -> Result<Volume, IoError> {
     read_vti(bytes, array).map_err(|error| error.of_format(Format::Vti))
 }
@@ -34,7 +34,7 @@ fn read_vti(bytes: &[u8], wanted: Option<&str>) -> Result<Volume, IoError> {
         let counts = self::dims(&part)?;
         let nodes = count(&counts).ok_or_else(|| {
             let [x, y, z] = counts;
-            fault(format!("{x} x {y} x {z} nodes are more than can be"))
+            fault(format!("{x} x {y} x {z} nodes are too many"))
         })?;
         let values = decoder.numbers(array, "the values", Expected::Exactly(nodes))?;
         room = room.saturating_add(values.len());
@@ -59,7 +59,7 @@ fn read_vti(bytes: &[u8], wanted: Option<&str>) -> Result<Volume, IoError> {
     })
 }
 
-/// Extent, origin and spacing.
+/// Parses the extent in nodes, the origin and the spacing.
 fn geometry(dataset: &Attributes) -> Result<([i64; 6], DVec3, DVec3), IoError> {
     let Some(extent) = attribute(dataset, b"WholeExtent") else {
         return Err(fault("the image data has no WholeExtent".to_owned()));
@@ -74,7 +74,7 @@ fn geometry(dataset: &Attributes) -> Result<([i64; 6], DVec3, DVec3), IoError> {
     {
         return Err(IoError::Unsupported {
             format: Format::Vti,
-            what: "its lattice is turned (Direction is not the identity)".to_owned(),
+            what: "its lattice is rotated (Direction is not the identity)".to_owned(),
             advice: "resample it on a lattice along the axes first",
         });
     }
@@ -86,7 +86,7 @@ fn geometry(dataset: &Attributes) -> Result<([i64; 6], DVec3, DVec3), IoError> {
     Ok((extent, origin, spacing))
 }
 
-/// What is wrong with an origin and a spacing, if anything.
+/// Checks that origin and spacing are finite, positive where needed, and within the range that can be measured.
 pub(super) fn check_geometry(origin: DVec3, spacing: DVec3) -> Result<(), String> {
     if !origin.is_finite() {
         return Err(format!("the origin {origin} is not finite"));
@@ -124,7 +124,7 @@ fn count(dims: &[usize; 3]) -> Option<usize> {
     dims[0].checked_mul(dims[1])?.checked_mul(dims[2])
 }
 
-/// Puts pieces together; neighbouring ones share the nodes between them.
+/// Joins pieces into one array; neighbouring pieces share the nodes between them.
 fn assemble(
     extent: &[i64; 6],
     dims: [usize; 3],
@@ -137,7 +137,7 @@ fn assemble(
             (0..3).all(|a| part[2 * a] >= extent[2 * a] && part[2 * a + 1] <= extent[2 * a + 1]);
         if !inside {
             return Err(fault(format!(
-                "the piece of extent {part:?} lies outside the whole"
+                "the piece of extent {part:?} is outside the whole extent"
             )));
         }
         let counts = self::dims(part)?;
@@ -170,7 +170,7 @@ fn pick<'p>(piece: &'p Piece, wanted: Option<&str>) -> Result<&'p Array, IoError
     Ok(arrays[place])
 }
 
-/// The place of the array to take.
+/// The index of the array to read.
 pub(super) fn choose(
     names: &[String],
     wanted: Option<&str>,
@@ -186,12 +186,12 @@ pub(super) fn choose(
     let listed = names.join("', '");
     match (names, wanted) {
         ([], _) if of_cells => refuse(
-            "its values are those of cells, not of nodes".to_owned(),
+            "its values belong to cells, not to nodes".to_owned(),
             "convert them first, for example with ParaView's 'Cell Data to Point Data'",
         ),
         ([], _) => refuse(
             "it has no array with one number for each node".to_owned(),
-            "check which arrays the program that wrote it puts out",
+            "check which arrays the program that wrote it exports",
         ),
         (_, Some(name)) => match names.iter().position(|n| n == name) {
             Some(place) => Ok(place),

@@ -1,4 +1,4 @@
-//! VTK legacy files of structured points.
+//! Reads VTK legacy files of structured points as a volume.
 
 use glam::DVec3;
 
@@ -8,7 +8,7 @@ use super::legacy::Reader;
 use super::scalar::Scalar;
 use crate::grid::Volume;
 
-/// Reads one array of point data as a volume.
+/// Reads a point data array as a volume.
 pub(in super::super) fn read(bytes: &[u8], wanted: Option<&str>) -> Result<Volume, IoError> {
     let mut reader = Reader::open(bytes)?;
     let dataset = reader.word("the kind of data set")?.to_ascii_uppercase();
@@ -36,7 +36,7 @@ struct Image {
     dims: Option<[usize; 3]>,
     origin: [f64; 3],
     spacing: Option<[f64; 3]>,
-    /// Whether what is read belongs to nodes, not to cells.
+    /// Whether the arrays being read belong to nodes, not to cells.
     of_points: bool,
     of_cells: bool,
     arrays: Vec<(String, Vec<f64>)>,
@@ -83,7 +83,7 @@ impl Image {
             b"METADATA" => reader.skip_metadata(),
             _ => {
                 let what = format!(
-                    "{} is no section of a volume that is read",
+                    "{} is not a supported section of a volume",
                     text::shown(keyword)
                 );
                 return Err(reader.fault(what));
@@ -92,7 +92,7 @@ impl Image {
         Ok(())
     }
 
-    /// How many nodes or cells an array has a value for.
+    /// The number of nodes or cells that an array must have values for.
     fn items(&self, reader: &Reader<'_>) -> Result<usize, IoError> {
         let Some(dims) = self.dims else {
             return Err(reader.fault("the values come before the dimensions".to_owned()));
@@ -101,7 +101,7 @@ impl Image {
         let product = dims
             .iter()
             .try_fold(1usize, |n, d| n.checked_mul(d.saturating_sub(less).max(1)));
-        product.ok_or_else(|| reader.fault("there are more nodes than can be".to_owned()))
+        product.ok_or_else(|| reader.fault("there are too many nodes".to_owned()))
     }
 
     fn scalars(&mut self, reader: &mut Reader<'_>) -> Result<(), IoError> {

@@ -1,3 +1,5 @@
+//! Tests of VTK volumes: VTI in every encoding and legacy structured points.
+
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
@@ -36,7 +38,7 @@ fn written_volumes_come_back() {
     for (a, b) in single.values.iter().zip(&volume.values) {
         assert_eq!(*a, f64::from(*b as f32));
     }
-    // More than one block, the last of which is whole.
+    // More than one compressed block; the last block is full.
     let large = Volume {
         dims: [64, 64, 64],
         values: (0..1 << 18).map(|i| f64::from(i % 977)).collect(),
@@ -207,7 +209,7 @@ fn damage_is_named_or_survived() {
         assert!(edited("Spacing=\"0.5", &to).contains("to measure"));
     }
     assert!(edited(" -7", "").contains("8 numbers are declared, but there are 7"));
-    assert!(edited("Spacing", "Direction=\"0 1 0 1 0 0 0 0 1\" Spacing").contains("turned"));
+    assert!(edited("Spacing", "Direction=\"0 1 0 1 0 0 0 0 1\" Spacing").contains("rotated"));
     assert!(edited("type=\"ImageData\"", "type=\"PolyData\"").contains("PolyData"));
     let written = volume_to_bytes(&sample(), "d", Precision::F32).unwrap();
     for bytes in [text.as_bytes(), &written] {

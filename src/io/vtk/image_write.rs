@@ -1,6 +1,6 @@
-//! Writing VTI files: raw appended data in blocks compressed with zlib, which is what VTK itself writes.
+//! Writes a volume as VTI: raw appended data in zlib-compressed blocks, as VTK writes it.
 //!
-//! vtkio is not used here: it keeps origin and spacing in 32 bits.
+//! vtkio is not used here, because it stores origin and spacing in 32 bits.
 
 use std::io::Write;
 
@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::super::{Format, IoError, Precision};
 use crate::grid::Volume;
 
-/// Bytes that are compressed at a time.
+/// Uncompressed bytes of a block.
 const BLOCK: usize = 1 << 20;
 
 /// Writes a volume with one array of the given name.
@@ -103,6 +103,6 @@ fn refuse(what: String) -> IoError {
     IoError::NotWritable {
         format: Format::Vti,
         what,
-        advice: "this is a fault of the caller: mend the volume first",
+        advice: "repair the volume before writing it",
     }
 }

@@ -1,4 +1,4 @@
-//! VTK legacy files, text and binary, versions 1 to 5.1.
+//! Reads VTK legacy files, text and binary, of versions 1 to 5.1.
 
 use super::super::mesh_builder::MeshBuilder;
 use super::super::{Format, IoError, Loaded, Location, text};
@@ -6,7 +6,7 @@ use super::arrays::Arrays;
 use super::cells::{Cells, add_points};
 use super::scalar::Scalar;
 
-/// Reads the faces of poly data, or of an unstructured grid that holds nothing but faces.
+/// Reads the faces of poly data, or of an unstructured grid of faces.
 pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let mut reader = Reader::open(bytes)?;
     let dataset = reader.word("the kind of data set")?.to_ascii_uppercase();
@@ -37,7 +37,7 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
                 reader.end_line();
                 let types = reader.numbers(count, Scalar::I32, "cell types")?;
                 let cells = grid.take().unwrap_or_default();
-                reader.passed_over += cells.add_typed(
+                reader.skipped += cells.add_typed(
                     Format::Vtk,
                     &types,
                     &mut reader.surface,
@@ -52,7 +52,7 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
             }
             _ => {
                 return Err(reader.fault(format!(
-                    "{} is no section of a surface",
+                    "{} is not a supported section of a surface",
                     text::shown(keyword)
                 )));
             }
@@ -61,7 +61,7 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     reader.finish()
 }
 
-/// The kinds of cells, in the order in which cell data count them.
+/// The kinds of cells, in the order in which cell data list them.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     Points,
@@ -74,20 +74,20 @@ pub(super) struct Reader<'a> {
     pub(super) tokens: text::Tokens<'a>,
     pub(super) bytes: &'a [u8],
     pub(super) binary: bool,
-    /// From version 5 on, cells are stored as offsets and connectivity.
+    /// Whether cells are stored as offsets and connectivity (version 5 and later).
     offsets: bool,
     surface: MeshBuilder,
-    /// What points and cells carry.
+    /// The point and cell data arrays.
     pub(super) arrays: Arrays,
-    /// The kind of cells read last.
+    /// The kind of the cells read last.
     kind: Kind,
-    /// Whether the kinds come in that order.
+    /// Whether the kinds of cells came in the order of [`Kind`].
     ordered: bool,
-    passed_over: usize,
+    skipped: usize,
 }
 
 impl<'a> Reader<'a> {
-    /// Reads the lines before the kind of data set.
+    /// Parses the header, up to the kind of data set.
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self, IoError> {
         let mut tokens = text::Tokens::new(bytes, 0);
         let first = tokens.rest_of_line();
@@ -107,20 +107,20 @@ impl<'a> Reader<'a> {
             arrays: Arrays::default(),
             kind: Kind::Points,
             ordered: true,
-            passed_over: 0,
+            skipped: 0,
         };
         let encoding = reader.word("ASCII or BINARY")?;
         reader.binary = encoding.eq_ignore_ascii_case(b"BINARY");
         if !reader.binary && !encoding.eq_ignore_ascii_case(b"ASCII") {
             return Err(reader.fault(format!(
-                "{} stands where ASCII or BINARY should",
+                "{} was found instead of ASCII or BINARY",
                 text::shown(encoding)
             )));
         }
         let dataset = reader.word("DATASET")?;
         if !dataset.eq_ignore_ascii_case(b"DATASET") {
             return Err(reader.fault(format!(
-                "{} stands where DATASET should",
+                "{} was found instead of DATASET",
                 text::shown(dataset)
             )));
         }
@@ -150,7 +150,7 @@ impl<'a> Reader<'a> {
             .ok_or_else(|| self.fault(format!("{} is not a data type", text::shown(word))))
     }
 
-    /// Goes to the data behind a keyword line.
+    /// Moves to the data after a keyword line.
     pub(super) fn end_line(&mut self) {
         if self.binary {
             self.tokens.rest_of_line();
@@ -169,7 +169,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Reads `count` numbers after checking that the rest of the file can hold them.
+    /// Reads `count` numbers, after checking that the rest of the file has room for them.
     pub(super) fn numbers(
         &mut self,
         count: usize,
@@ -220,7 +220,10 @@ impl<'a> Reader<'a> {
         let shown = String::from_utf8_lossy(name).into_owned();
         let word = self.word(&shown)?;
         if word != name {
-            return Err(self.fault(format!("{} stands where {shown} should", text::shown(word))));
+            return Err(self.fault(format!(
+                "{} was found instead of {shown}",
+                text::shown(word)
+            )));
         }
         let scalar = self.scalar()?;
         self.end_line();
@@ -237,7 +240,7 @@ impl<'a> Reader<'a> {
             self.end_line();
             let Some(scalar) = Scalar::from_legacy(kind) else {
                 let what = format!(
-                    "a field of type {} stands before the surface",
+                    "a field of type {} comes before the surface",
                     text::shown(kind)
                 );
                 return Err(self.fault(what));
@@ -247,7 +250,7 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Passes over lines up to an empty one.
+    /// Skips lines up to an empty line.
     pub(super) fn skip_metadata(&mut self) {
         self.tokens.rest_of_line();
         while self.tokens.left() > 0 && !self.tokens.rest_of_line().is_empty() {}
@@ -270,7 +273,7 @@ impl<'a> Reader<'a> {
         let (surface, arrays) = (&mut self.surface, &mut self.arrays);
         match kind {
             Kind::Points | Kind::Lines => {
-                self.passed_over += cells.len();
+                self.skipped += cells.len();
                 arrays.cells += cells.len();
                 Ok(())
             }
@@ -280,11 +283,10 @@ impl<'a> Reader<'a> {
     }
 
     fn finish(mut self) -> Result<Loaded, IoError> {
-        if self.passed_over > 0 {
-            self.surface.notes.push(format!(
-                "points and lines passed over: {}",
-                self.passed_over
-            ));
+        if self.skipped > 0 {
+            self.surface
+                .notes
+                .push(format!("points and lines, skipped: {}", self.skipped));
         }
         if !self.ordered && !self.arrays.cell.is_empty() {
             self.arrays.cell.clear();

@@ -1,4 +1,4 @@
-//! Point and cell data of VTK legacy files.
+//! Reads point and cell data of VTK legacy files.
 
 use super::super::{IoError, text};
 use super::arrays::Array;
@@ -7,11 +7,11 @@ use super::scalar::Scalar;
 use crate::mesh::attributes::Active;
 
 impl Reader<'_> {
-    /// Reads all arrays behind the first `POINT_DATA` or `CELL_DATA`. What cannot be read ends it, with a remark: the
-    /// surface stands before it.
+    /// Reads all arrays from the first `POINT_DATA` or `CELL_DATA` on. At the first fault it stops with a remark; the
+    /// surface has been read before.
     pub(super) fn data(&mut self, of_points: bool) {
         if let Err(error) = self.sections(of_points) {
-            let note = format!("point and cell data from there on are left out: {error}");
+            let note = format!("the remaining point and cell data are left out: {error}");
             self.arrays.notes.push(note);
         }
     }
@@ -42,7 +42,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Reads an array that has a keyword of its own.
+    /// Reads an array that is introduced by its own keyword.
     fn array(&mut self, keyword: &[u8], count: usize) -> Result<Array, IoError> {
         let (use_, components) = match &keyword.to_ascii_uppercase()[..] {
             b"COLOR_SCALARS" => return self.colours(count),
@@ -54,7 +54,7 @@ impl Reader<'_> {
             b"TENSORS6" => (Active::Plain, 6),
             b"GLOBAL_IDS" | b"PEDIGREE_IDS" | b"EDGE_FLAGS" => (Active::Plain, 1),
             _ => {
-                let what = format!("{} is no kind of array", text::shown(keyword));
+                let what = format!("{} is not a kind of array", text::shown(keyword));
                 return Err(self.fault(what));
             }
         };
@@ -79,13 +79,13 @@ impl Reader<'_> {
         })
     }
 
-    /// Takes what may follow the type of scalars: the number of components, and the name of a lookup table.
+    /// Parses the optional parts after the type of scalars: the number of components and the name of a lookup table.
     pub(super) fn components_and_table(&mut self) -> usize {
         let mut components = 1;
         let mut ahead = self.tokens.clone();
         if let Some(count) = ahead.next().and_then(text::integer) {
             let mut behind = ahead.clone();
-            // Without a lookup table the next word may be a value already.
+            // Without a lookup table, the next word may already be a value.
             let table = behind
                 .next()
                 .is_some_and(|w| w.eq_ignore_ascii_case(b"LOOKUP_TABLE"));
@@ -106,7 +106,7 @@ impl Reader<'_> {
         components
     }
 
-    /// Colours: bytes, or in text fractions of the largest.
+    /// Reads colours: bytes in binary files, fractions of 1 in text.
     fn colours(&mut self, count: usize) -> Result<Array, IoError> {
         let name = self.name()?;
         let components = self.count("components")?;
@@ -132,7 +132,7 @@ impl Reader<'_> {
         let mut left = self.count("arrays")?;
         while left > 0 {
             let word = self.word("the name of an array")?;
-            // Remarks on an array stand behind it.
+            // Metadata of an array follow the array.
             if word == b"METADATA" {
                 self.skip_metadata();
                 continue;
@@ -156,7 +156,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Takes an array in, if the count of its section is that of the points or cells.
+    /// Adds an array if its section's count is the number of points or cells.
     fn add(&mut self, array: Array, of_points: bool, count: usize) {
         let wanted = if of_points {
             self.point_count()
@@ -179,7 +179,7 @@ impl Reader<'_> {
     }
 }
 
-/// A name, in which `%` and two hexadecimal digits stand for a byte.
+/// Decodes a name in which `%` and two hexadecimal digits give a byte.
 fn decoded(name: &[u8]) -> String {
     let mut bytes = Vec::with_capacity(name.len());
     let mut rest = name;

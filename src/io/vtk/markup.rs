@@ -1,4 +1,4 @@
-//! The markup of VTK XML files: pieces, their arrays, and what is said about them.
+//! Parses the markup of VTK XML files: pieces, data arrays, active arrays, encoding.
 
 use std::collections::HashSet;
 
@@ -9,7 +9,7 @@ use super::payload::{Compressor, Encoding};
 use super::scalar::Scalar;
 use crate::mesh::attributes::Active;
 
-/// The part of a piece that an array belongs to.
+/// The element of a piece that contains an array.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Section {
     Points,
@@ -32,12 +32,12 @@ pub(super) fn attribute<'a>(attributes: &'a Attributes, name: &[u8]) -> Option<&
 #[derive(Default)]
 pub(super) struct Piece {
     pub(super) attributes: Attributes,
-    /// What the elements of point and cell data say: which arrays are the active ones, by section and use.
+    /// The active arrays that the point and cell data elements name: section, use, name.
     active: HashSet<(Section, &'static str, String)>,
     pub(super) arrays: Vec<Array>,
 }
 
-/// The attributes that name an active array, and what it is then taken for.
+/// The XML attributes that name an active array, and its use.
 const USES: [(&str, Active); 5] = [
     ("Scalars", Active::Scalars),
     ("Vectors", Active::Vectors),
@@ -61,7 +61,7 @@ impl Piece {
             .unwrap_or(0)
     }
 
-    /// What an array is taken for.
+    /// The use of an array.
     pub(super) fn use_of(&self, section: Section, name: &str) -> Active {
         let named = |key: &'static str| self.active.contains(&(section, key, name.to_owned()));
         let found = USES.iter().find(|(key, _)| named(key));
@@ -69,7 +69,7 @@ impl Piece {
     }
 }
 
-/// A value of the markup as text.
+/// The text of an attribute value, with XML entities decoded.
 pub(super) fn unescaped(value: &[u8]) -> String {
     let text = String::from_utf8_lossy(value);
     match quick_xml::escape::unescape(&text) {
@@ -92,15 +92,15 @@ impl Array {
 
 pub(super) struct Document {
     pub(super) encoding: Encoding,
-    /// What the element of the data set says, such as the extent of image data.
+    /// The attributes of the data set element, for example the extent of image data.
     pub(super) dataset: Attributes,
     pub(super) pieces: Vec<Piece>,
 }
 
 impl Document {
-    /// Takes the markup of a file whose data set must be of the given kind.
+    /// Parses the markup of a file whose data set must be of type `wanted`.
     pub(super) fn parse(markup: &[u8], wanted: &str) -> Result<Self, IoError> {
-        // Names of arrays in other encodings than UTF-8 do not make a file unreadable.
+        // Array names in encodings other than UTF-8 do not make a file unreadable.
         let markup = String::from_utf8_lossy(markup);
         let mut reader = quick_xml::Reader::from_str(&markup);
         reader.config_mut().check_end_names = false;
@@ -138,14 +138,14 @@ impl Document {
     }
 }
 
-/// A document while it is read.
+/// The state of a document being parsed.
 struct Open<'a> {
     wanted: &'a str,
     encoding: Option<Encoding>,
     dataset: Attributes,
     pieces: Vec<Piece>,
     section: Section,
-    /// How many elements inside the current array are open, if there is one.
+    /// Within a data array: the number of open child elements.
     array: Option<usize>,
 }
 
@@ -183,14 +183,14 @@ impl Open<'_> {
         Ok(())
     }
 
-    /// Opens a section. Those of data say which of their arrays are the active ones.
+    /// Opens a section. Data sections name their active arrays.
     fn open_section(&mut self, tag: &BytesStart<'_>) -> Result<(), IoError> {
         self.section = section_named(tag.local_name().as_ref());
         let data = matches!(self.section, Section::PointData | Section::CellData);
         if let Some(piece) = self.pieces.last_mut().filter(|_| data) {
-            let said = attributes(tag)?;
+            let named = attributes(tag)?;
             for (key, _) in USES {
-                if let Some(name) = attribute(&said, key.as_bytes()) {
+                if let Some(name) = attribute(&named, key.as_bytes()) {
                     piece.active.insert((self.section, key, unescaped(name)));
                 }
             }
@@ -236,7 +236,7 @@ fn attributes(tag: &BytesStart<'_>) -> Result<Attributes, IoError> {
         .collect()
 }
 
-/// Checks that the file holds what is wanted and reads how its arrays are encoded.
+/// Checks that the file holds the wanted kind of data, and reads how its arrays are encoded.
 fn file_encoding(tag: &BytesStart<'_>, wanted: &[u8]) -> Result<Encoding, IoError> {
     let attributes = attributes(tag)?;
     match attribute(&attributes, b"type") {
@@ -297,13 +297,13 @@ fn not_a_surface(kind: &str) -> IoError {
     }
 }
 
-/// The data behind the markup, and whether it is base64.
+/// The data after the markup, and whether they are base64.
 pub(super) struct Appended<'a> {
     pub(super) data: &'a [u8],
     pub(super) base64: bool,
 }
 
-/// Parts the markup from the appended data, which need not be XML at all.
+/// Separates the markup from the appended data, which need not be valid XML.
 pub(super) fn split_appended(bytes: &[u8]) -> (&[u8], Option<Appended<'_>>) {
     let Some(start) = text::find(bytes, b"<AppendedData") else {
         return (bytes, None);

@@ -1,7 +1,8 @@
-//! VTK poly data: legacy files and XML files (VTP); image data: XML files (VTI) and, for reading, legacy files.
+//! Reads and writes VTK files: surfaces as legacy and XML poly data (VTP), volumes as XML image data (VTI); reads
+//! legacy volumes.
 //!
-//! Files are written with vtkio. They are read here, because vtkio does not read raw appended data, which is what VTK
-//! writes unless told otherwise, and trusts the counts of a file.
+//! Surfaces are written with vtkio. Files are not read with it, because vtkio trusts the counts of a file and does not
+//! read raw appended data, which is VTK's default.
 
 mod arrays;
 mod cells;

@@ -1,4 +1,4 @@
-//! The numbers of a data array in a VTK XML file: text, base64 or raw bytes, compressed or not.
+//! Decodes the numbers of a data array in a VTK XML file: text, base64 or raw bytes, with or without compression.
 
 use std::cell::Cell;
 use std::io::{Read, Write};
@@ -29,12 +29,12 @@ impl Compressor {
     }
 }
 
-/// What the head of the file says about all its binary arrays.
+/// The encoding of all binary arrays of a file, as its root element states it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Encoding {
-    /// Whether the most significant byte comes first.
+    /// Whether the byte order is big endian.
     pub(super) big: bool,
-    /// The type of the sizes in front of an array: `U32` or `U64`.
+    /// The type of the sizes before an array: `U32` or `U64`.
     pub(super) sizes: Scalar,
     pub(super) compressor: Option<Compressor>,
 }
@@ -45,23 +45,23 @@ pub(super) enum Source<'a> {
     Text(&'a [u8]),
     /// Base64 of sizes and data.
     Base64(&'a [u8]),
-    /// Sizes and data, with anything behind them.
+    /// Sizes and data; other bytes may follow.
     Raw(&'a [u8]),
 }
 
-/// How many numbers an array should have.
+/// The number of values that an array must have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Expected {
-    /// So many.
+    /// Exactly this number.
     Exactly(usize),
-    /// So many or one more.
+    /// This number or one more.
     OrOneMore(usize),
-    /// So many at least; those behind them are not looked at.
+    /// At least this number; further values are ignored.
     First(usize),
 }
 
 impl Expected {
-    /// How many numbers to take of those that there are.
+    /// The number of values to take from `there`; an error if `there` does not fit.
     fn of(self, there: usize) -> Result<usize, String> {
         let declared = match self {
             Expected::Exactly(n) if there == n => return Ok(n),
@@ -77,14 +77,14 @@ impl Expected {
     }
 }
 
-/// How much the arrays of a file may still take unpacked, so that a small file cannot claim any amount of memory.
+/// Memory that the decoded arrays of a file may still take, so that a small file cannot claim any amount.
 pub(super) struct Budget {
     left: Cell<usize>,
     all: usize,
 }
 
 impl Budget {
-    /// So many bytes, and so many times those of the file.
+    /// A budget of `least` bytes plus `times` the size of the file.
     pub(super) fn new(file: &[u8], [least, times]: [usize; 2]) -> Self {
         let all = file.len().saturating_mul(times).saturating_add(least);
         Self {
@@ -93,7 +93,7 @@ impl Budget {
         }
     }
 
-    /// Accounts for bytes that are about to be made.
+    /// Charges bytes before they are allocated.
     pub(super) fn take(&self, bytes: usize) -> Result<(), String> {
         match self.left.get().checked_sub(bytes) {
             Some(left) => {
@@ -101,8 +101,8 @@ impl Budget {
                 Ok(())
             }
             None => Err(format!(
-                "{bytes} bytes more are needed to unpack it, where a file of this size may take {} in all and {} are left; \
-                 if it is right, write it without compression",
+                "{bytes} more bytes are needed to unpack it, but the limit for a file of this size is {} and {} are left; \
+                if the file is correct, write it without compression",
                 self.all,
                 self.left.get()
             )),
@@ -110,7 +110,7 @@ impl Budget {
     }
 }
 
-/// Decodes the numbers of an array. The error says what is wrong, not where.
+/// Decodes the numbers of an array. The error says what is wrong but not where.
 pub(super) fn decode(
     source: &Source<'_>,
     scalar: Scalar,
@@ -145,8 +145,8 @@ fn decode_text(
     text::Tokens::new(text, 0).take(count).map(number).collect()
 }
 
-/// Decodes base64 that may be several encodings one after another, each with its own padding: VTK encodes the sizes and
-/// the data of a compressed array apart.
+/// Decodes base64. The text may be several encodings in sequence, each with its own padding, because VTK encodes the
+/// sizes and the data of a compressed array separately.
 fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
     let compact: Vec<u8> = text
         .iter()
@@ -166,7 +166,7 @@ fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// The sizes in front of the data of an array.
+/// The list of sizes before the data of an array.
 struct Sizes<'a> {
     bytes: &'a [u8],
     width: usize,
@@ -193,7 +193,7 @@ impl Sizes<'_> {
 
 const BAD_SIZES: &str = "its sizes are damaged";
 
-/// Takes the sizes off the front, holds them against what is expected, and decompresses.
+/// Reads the sizes, compares them with the expected count, and decompresses the blocks.
 fn unpack(
     bytes: &[u8],
     scalar: Scalar,
@@ -206,6 +206,7 @@ fn unpack(
         width: encoding.sizes.size(),
         big: encoding.big,
     };
+    // Uncompressed: one size, then the data.
     let Some(compressor) = encoding.compressor else {
         let length = sizes.get(0)?;
         let data = &bytes[sizes.width..];
@@ -215,12 +216,14 @@ fn unpack(
         budget.take(count.saturating_mul(8))?;
         return Ok(scalar.decode_all(&data[..count * scalar.size()], encoding.big));
     };
+    // Compressed: number of blocks, size of a full block, size of a partial last block (0 if full), compressed size of
+    // each block.
     let blocks = sizes.get(0)?;
     if blocks == 0 {
         return expected.of(0).map(|_| Vec::new());
     }
     let (full, partial) = (sizes.get(1)?, sizes.get(2)?);
-    // The last compressed size being there means that the list of sizes is no longer than the data.
+    // If the last compressed size exists, the list of sizes is no longer than the data.
     sizes.get(blocks.checked_add(2).ok_or(BAD_SIZES)?)?;
     let last = if partial == 0 { full } else { partial };
     let total = full.checked_mul(blocks - 1).ok_or(BAD_SIZES)?;
@@ -253,14 +256,14 @@ fn unpack(
 
 const DAMAGED: &str = "its compressed data is damaged";
 
-/// Turns unpacked bytes into numbers as they come, so that the bytes are never held as a whole.
+/// Converts decompressed bytes to numbers in a stream, so that the bytes are never held as a whole.
 struct Numbers {
     values: Vec<f64>,
     wanted: usize,
     scalar: Scalar,
     big: bool,
-    /// The beginning of a number whose end has not come yet.
-    begun: Vec<u8>,
+    /// The first bytes of a number that is not complete yet.
+    incomplete: Vec<u8>,
 }
 
 impl Numbers {
@@ -271,31 +274,31 @@ impl Numbers {
             wanted,
             scalar,
             big,
-            begun: Vec::new(),
+            incomplete: Vec::new(),
         })
     }
 
-    /// How many bytes are still needed.
+    /// The number of bytes still needed.
     fn missing(&self) -> usize {
-        (self.wanted - self.values.len()) * self.scalar.size() - self.begun.len()
+        (self.wanted - self.values.len()) * self.scalar.size() - self.incomplete.len()
     }
 
     fn push(&mut self, mut bytes: &[u8]) {
         bytes = &bytes[..bytes.len().min(self.missing())];
         let size = self.scalar.size();
-        if !self.begun.is_empty() {
-            let (end, rest) = bytes.split_at(bytes.len().min(size - self.begun.len()));
-            self.begun.extend_from_slice(end);
+        if !self.incomplete.is_empty() {
+            let (end, rest) = bytes.split_at(bytes.len().min(size - self.incomplete.len()));
+            self.incomplete.extend_from_slice(end);
             bytes = rest;
-            if self.begun.len() == size {
-                let begun = std::mem::take(&mut self.begun);
+            if self.incomplete.len() == size {
+                let incomplete = std::mem::take(&mut self.incomplete);
                 self.values
-                    .extend(self.scalar.decode_iter(&begun, self.big));
+                    .extend(self.scalar.decode_iter(&incomplete, self.big));
             }
         }
-        let (whole, begun) = bytes.split_at(bytes.len() / size * size);
+        let (whole, incomplete) = bytes.split_at(bytes.len() / size * size);
         self.values.extend(self.scalar.decode_iter(whole, self.big));
-        self.begun.extend_from_slice(begun);
+        self.incomplete.extend_from_slice(incomplete);
     }
 }
 
@@ -310,7 +313,7 @@ impl Write for Numbers {
     }
 }
 
-/// Decompresses blocks; what zlib needs for it is made once.
+/// Decompresses blocks; the state of the zlib decoder is reused.
 struct Inflater<'a> {
     compressor: Compressor,
     zlib: ZlibDecoder<&'a [u8]>,
@@ -324,7 +327,7 @@ impl<'a> Inflater<'a> {
         }
     }
 
-    /// Appends a block of `length` decompressed bytes, or as many of them as are still needed.
+    /// Decompresses a block of `length` bytes and appends it, or the part of it that is still needed.
     fn inflate(
         &mut self,
         data: &'a [u8],
@@ -332,10 +335,10 @@ impl<'a> Inflater<'a> {
         numbers: &mut Numbers,
         budget: &Budget,
     ) -> Result<(), String> {
-        // The most memory that xz may ask for; its strongest preset needs 65 MB.
+        // Bytes. Memory limit of the xz decoder; its strongest preset needs 65 MB.
         const XZ_MEMORY: u64 = 80 << 20;
         let wanted = length.min(numbers.missing()) as u64;
-        let came = match self.compressor {
+        let decompressed = match self.compressor {
             Compressor::Zlib => {
                 self.zlib.reset(data);
                 std::io::copy(&mut (&mut self.zlib).take(wanted), numbers).ok()
@@ -346,7 +349,7 @@ impl<'a> Inflater<'a> {
                     let decoder = xz2::bufread::XzDecoder::new_stream(data, stream);
                     std::io::copy(&mut decoder.take(wanted), numbers).ok()
                 }),
-            // No LZ4 byte stands for more than 255 bytes.
+            // LZ4 expands by a factor of at most 255.
             Compressor::Lz4 if length / 255 > data.len() => None,
             Compressor::Lz4 => {
                 budget.take(length)?;
@@ -357,7 +360,7 @@ impl<'a> Inflater<'a> {
                 })
             }
         };
-        if came == Some(wanted) {
+        if decompressed == Some(wanted) {
             Ok(())
         } else {
             Err(DAMAGED.to_owned())

@@ -1,10 +1,10 @@
-//! The number types of VTK files.
+//! The number types of VTK files: names and decoding.
 
 use super::super::text;
 pub(super) use crate::mesh::attributes::Scalar;
 
 impl Scalar {
-    /// From the name used in XML files.
+    /// The type of a name in XML files.
     pub(super) fn from_xml(name: &[u8]) -> Option<Self> {
         Some(match name {
             b"Int8" => Scalar::I8,
@@ -21,7 +21,7 @@ impl Scalar {
         })
     }
 
-    /// From the name used in legacy files.
+    /// The type of a name in legacy files.
     pub(super) fn from_legacy(name: &[u8]) -> Option<Self> {
         Some(match &name.to_ascii_lowercase()[..] {
             b"char" | b"signed_char" => Scalar::I8,
@@ -38,12 +38,12 @@ impl Scalar {
         })
     }
 
-    /// Decodes all whole numbers in the bytes.
+    /// Decodes all complete numbers in the bytes.
     pub(super) fn decode_all(self, bytes: &[u8], big: bool) -> Vec<f64> {
         self.decode_iter(bytes, big).collect()
     }
 
-    /// The whole numbers in the bytes, one after another.
+    /// Iterates over the complete numbers in the bytes.
     pub(super) fn decode_iter(self, bytes: &[u8], big: bool) -> impl Iterator<Item = f64> + '_ {
         let number = move |chunk| match big {
             true => self.take::<true>(chunk),
@@ -53,7 +53,7 @@ impl Scalar {
         chunks.filter_map(move |chunk| Some(number(chunk)?.0))
     }
 
-    /// Reads a number in text with the precision of the type.
+    /// Parses a number with the precision of the type.
     pub(super) fn parse(self, token: &[u8]) -> Option<f64> {
         match self {
             Scalar::F32 => text::number_f32(token).map(f64::from),

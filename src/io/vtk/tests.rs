@@ -1,3 +1,5 @@
+//! Tests of VTK surfaces: legacy files and every layout of XML arrays.
+
 use std::io::Write;
 
 use base64::Engine;
@@ -122,7 +124,7 @@ fn legacy_faults_are_named() {
         ("POLYGONS 1 3\n2 0 1\n", "2 corners"),
         ("POINTS 1 quad\n", "'quad' is not a data type"),
         ("POINTS 99999999999999 float\n0 0 0\n", "are claimed"),
-        ("WHAT 3\n", "'WHAT' is no section"),
+        ("WHAT 3\n", "'WHAT' is not a supported section"),
         ("", "no faces"),
     ];
     for (text, expected) in cases {
@@ -136,7 +138,7 @@ fn legacy_faults_are_named() {
     assert!(refusal(b"# vtk DataFile Version x\n", Format::Vtk).contains("line 1"));
 }
 
-/// How the arrays of a test file are laid out.
+/// How the arrays of a test file are stored.
 #[derive(Clone, Copy, PartialEq)]
 enum Layout {
     Inline,
@@ -144,7 +146,7 @@ enum Layout {
     AppendedBase64,
 }
 
-/// A square in two pieces: a quad, and a strip over the same points.
+/// A square in two pieces: a quad, and a strip with the same points.
 fn vtp(layout: Layout, compressor: &str, wide: bool) -> Vec<u8> {
     let mut appended = Vec::new();
     let mut array = |kind: &str, name: &str, data: &[u8]| {
@@ -202,7 +204,7 @@ fn vtp(layout: Layout, compressor: &str, wide: bool) -> Vec<u8> {
     bytes
 }
 
-/// Sizes and data of an array, in blocks of 16 bytes where compressed.
+/// Sizes and data of an array; compressed arrays have blocks of 16 bytes.
 fn pack(data: &[u8], compressor: &str, wide: bool, base64: bool) -> Vec<u8> {
     let size = |value: usize| {
         let bytes = (value as u64).to_le_bytes();

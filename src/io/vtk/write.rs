@@ -1,4 +1,4 @@
-//! Writing VTK files with vtkio.
+//! Writes VTK legacy and XML poly data (VTP) with vtkio.
 
 use vtkio::IOBuffer;
 use vtkio::model::{Attributes, ByteOrder, DataSet, PolyDataPiece, Version, VertexNumbers, Vtk};
@@ -9,7 +9,7 @@ use crate::mesh::Mesh;
 
 const TITLE: &str = "written by isomend";
 
-/// Writes a legacy file, which every version of VTK reads.
+/// Writes a legacy file of version 3, which every version of VTK reads.
 pub(in super::super) fn write_legacy(
     model: &Contents<'_>,
     options: &WriteOptions,

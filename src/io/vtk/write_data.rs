@@ -1,4 +1,4 @@
-//! Point and cell data as vtkio writes them.
+//! Converts attributes to point and cell data of vtkio.
 
 use std::borrow::Cow;
 
@@ -9,10 +9,10 @@ use super::super::{Contents, Format, lost, text};
 use super::scalar::Scalar;
 use crate::mesh::attributes::{Active, Attribute, CornerAttribute, Role};
 
-/// The data of a model for a format, and what is left out.
+/// The data of a model for a format, and the remark on attributes that are left out.
 pub(super) fn data(model: &Contents<'_>, format: Format) -> (Data, Vec<String>) {
     let all = model.attributes;
-    // Values of corners become ones of points where all corners of a point agree.
+    // Corner attributes become point data where all corners at a point agree.
     let corner: Vec<Option<Attribute>> = all
         .corner
         .iter()
@@ -36,7 +36,7 @@ fn items(attributes: &[&Attribute], format: Format, of_points: bool) -> Vec<Item
     for attribute in attributes {
         let mut name = name(attribute);
         if name.is_empty() && format == Format::Vtk {
-            // An empty name would leave the array without one of its words.
+            // An empty name would leave the line of the array one word short.
             name = "unnamed".to_owned();
         }
         let name = names.name(name);
@@ -48,7 +48,7 @@ fn items(attributes: &[&Attribute], format: Format, of_points: bool) -> Vec<Item
         let data = buffer(attribute);
         let components = attribute.components as u32;
         match element(use_, components) {
-            // Of plain arrays and of further scalars legacy files keep all only in a field.
+            // Legacy files hold plain arrays and further scalars only in a field.
             ElementType::Generic(elem) if format == Format::Vtk => {
                 let name = encoded(&name);
                 field.push(FieldArray { name, elem, data });
@@ -99,7 +99,7 @@ fn element(use_: Active, components: u32) -> ElementType {
     }
 }
 
-/// The name in a VTK file: its own if it came from one, else the usual one of its role.
+/// The name in a VTK file: the attribute's own if it came from a VTK file, or else the usual name of its role.
 fn name(attribute: &Attribute) -> String {
     let role = attribute.role;
     match (attribute.active, role, attribute.components) {
@@ -114,7 +114,7 @@ fn name(attribute: &Attribute) -> String {
     }
 }
 
-/// A name for a legacy file, which parts words at blanks.
+/// Encodes a name for a legacy file, where blanks separate words.
 fn encoded(name: &str) -> String {
     let mut out = String::new();
     for byte in name.bytes() {
@@ -127,8 +127,8 @@ fn encoded(name: &str) -> String {
     out
 }
 
-/// The numbers in their type. What did not come from a VTK file becomes what VTK expects: bytes for colours, and floats
-/// for fractions.
+/// The values in the type to write. Attributes that did not come from a VTK file are converted to what VTK expects:
+/// bytes for colours, floats for fractions.
 fn buffer(attribute: &Attribute) -> IOBuffer {
     let own = attribute.active.is_some();
     let unit = attribute.unit();

@@ -1,4 +1,4 @@
-//! VTK XML poly data (VTP).
+//! Reads VTK XML poly data (VTP).
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -13,8 +13,8 @@ use super::markup::{
 use super::payload::{Budget, Encoding, Expected, Source, decode};
 use super::scalar::Scalar;
 
-/// What the arrays of a file may take unpacked: this many bytes, and this many times the size of the file. Arrays of text
-/// and uncompressed bytes take eight times their size at most; zlib packs a mesh by 10 to 20, and a constant by 1000.
+/// Memory limit of decoded arrays: this many bytes plus this multiple of the file size. Text and uncompressed arrays
+/// take at most eight times their size. Zlib compresses a mesh by 10 to 20, and constant values by 1000.
 const ALLOWANCE: [usize; 2] = [32 << 20, 48];
 
 /// Reads the polygons and strips of all pieces.
@@ -23,14 +23,14 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
     let document = Document::parse(markup, "PolyData")?;
     let decoder = Decoder::new(&document, appended.as_ref(), Budget::new(bytes, ALLOWANCE));
     let mut surface = MeshBuilder::new(Format::Vtp);
-    let mut passed_over = 0;
+    let mut skipped = 0;
     let mut all = Arrays::default();
     for (number, piece) in document.pieces.iter().enumerate() {
         let base = surface.positions.len();
         let others = piece.count(b"NumberOfVerts") + piece.count(b"NumberOfLines");
         let mut arrays = Arrays {
             cells: all.cells + others,
-            rows: std::mem::take(&mut all.rows),
+            cell_of_face: std::mem::take(&mut all.cell_of_face),
             ..Arrays::default()
         };
         add_points(&mut surface, &decoder.points(piece)?);
@@ -46,15 +46,15 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
             &mut surface,
             &mut arrays,
         )?;
-        passed_over += others;
+        skipped += others;
         arrays.cells -= all.cells;
         decoder.data(piece, surface.positions.len() - base, &mut arrays);
         all.append(arrays, number == 0);
     }
-    if passed_over > 0 {
+    if skipped > 0 {
         surface
             .notes
-            .push(format!("points and lines passed over: {passed_over}"));
+            .push(format!("points and lines, skipped: {skipped}"));
     }
     all.finish(surface)
 }
@@ -62,10 +62,10 @@ pub(in super::super) fn read(bytes: &[u8]) -> Result<Loaded, IoError> {
 pub(super) struct Decoder<'a> {
     encoding: Encoding,
     appended: Option<&'a Appended<'a>>,
-    /// Where the appended arrays begin, in order.
+    /// The offsets of the appended arrays, in ascending order.
     offsets: Vec<usize>,
     budget: Budget,
-    /// Arrays that begin where others do, which are decoded once.
+    /// Decoded arrays whose offset several arrays share.
     shared: RefCell<HashMap<(usize, Scalar, Expected), Vec<f64>>>,
 }
 
@@ -102,7 +102,8 @@ impl<'a> Decoder<'a> {
     }
 
     fn cells(&self, piece: &Piece, section: Section) -> Result<Cells, IoError> {
-        // A strip has a triangle for each corner, a polygon for three at the least.
+        // Bytes charged per corner for the faces: a strip gives about one triangle per corner, triangles give one per
+        // three corners.
         let (claim, kind, growth) = match section {
             Section::Strips => (&b"NumberOfStrips"[..], "triangle strip", 16),
             _ => (&b"NumberOfPolys"[..], "polygon", 8),
@@ -143,7 +144,7 @@ impl<'a> Decoder<'a> {
         ))
     }
 
-    /// Reads the point and cell data of a piece. What cannot be read is left out with a remark.
+    /// Reads the point and cell data of a piece. Arrays that cannot be read are left out, with a remark.
     fn data(&self, piece: &Piece, points: usize, arrays: &mut Arrays) {
         for array in &piece.arrays {
             let count = match array.section {
@@ -176,7 +177,7 @@ impl<'a> Decoder<'a> {
         }
     }
 
-    /// The numbers of an array, of which so many are expected.
+    /// Decodes the numbers of an array.
     pub(super) fn numbers(
         &self,
         array: &Array,
@@ -197,7 +198,7 @@ impl<'a> Decoder<'a> {
         .map_err(fail)
     }
 
-    /// Decodes an appended array, or takes it from another that begins at the same place.
+    /// Decodes an appended array, or copies it from an array with the same offset.
     fn appended(
         &self,
         array: &Array,
@@ -237,11 +238,11 @@ impl<'a> Decoder<'a> {
 }
 
 impl Appended<'_> {
-    /// The data from an offset on, up to the next array's where its end is not told otherwise.
+    /// The data from an offset on; base64 ends at the next array.
     fn source(&self, offset: usize, next: Option<usize>) -> Result<Source<'_>, String> {
         let Some(rest) = self.data.get(offset..) else {
             return Err(format!(
-                "its offset {offset} lies beyond the {} appended bytes",
+                "its offset {offset} is beyond the {} appended bytes",
                 self.data.len()
             ));
         };

@@ -1,8 +1,9 @@
-//! The material files that an OBJ file names, as far as other formats have a place for what they say.
+//! Reads the MTL material files that an OBJ file names: colour, opacity, diffuse texture, roughness and metallic
+//! factor.
 //!
-//! Lines are looked at before `tobj` reads them: it panics at a colour of fewer than three numbers, gives a whole file up for
-//! one bad line, and keeps every line that it does not know. None of it makes an OBJ file unreadable: what cannot be had is
-//! named in a remark.
+//! Lines are checked before `tobj` parses them: it panics at a colour of fewer than three numbers, abandons a whole
+//! file for one bad line, and stores every line that it does not know. No fault makes the OBJ file unreadable; a remark
+//! names what is missing.
 
 #[cfg(test)]
 mod tests;
@@ -13,19 +14,19 @@ use super::super::{IoError, Resolve, text};
 use super::Lines;
 use crate::mesh::attributes::Material;
 
-/// No more of a material file is read. Files of exporters hold about 200 bytes for each material.
+/// Bytes. Largest material file that is read. Exporters write about 200 bytes per material.
 const MOST_BYTES: u64 = 16 << 20;
-/// No more material files are asked for; the materials of others are known by name only.
+/// Most material files that are read; the materials of others are known by name only.
 const MOST_FILES: usize = 64;
-/// No more materials are read, each of which takes about 500 bytes while its file is read.
+/// Most materials that are read; each takes about 500 bytes while its file is read.
 const MOST_MATERIALS: usize = 1 << 16;
-/// No more textures are named in the remarks.
+/// Most textures that are named in the remarks.
 const MOST_REMARKS: usize = 5;
-/// As many bytes of an image tell PNG and JPEG, the two kinds that glTF has.
+/// Bytes of an image that suffice to recognise PNG and JPEG, the two kinds that glTF allows.
 const IMAGE_HEAD: u64 = 8;
 
-/// The materials of the given names, as the material files describe them, in the order of the names. Of several descriptions
-/// the first goes. What a file lacks is said in the remarks.
+/// The materials with the given names, in the order of the names. If a material is described several times, the first
+/// description applies. Remarks name what is missing.
 pub(super) fn read(
     libraries: &[String],
     names: &[String],
@@ -38,7 +39,7 @@ pub(super) fn read(
     }
     let mut found: HashMap<String, Material> = HashMap::new();
     let mut files = Files::new(resolve);
-    let mut left_out = Vec::new();
+    let mut remarks = Vec::new();
     for library in libraries {
         for (name, content) in files.of(library, notes) {
             let is_wanted = |n: &str| wanted.contains(n) && !found.contains_key(n);
@@ -52,7 +53,7 @@ pub(super) fn read(
             let mut reader = Reader {
                 folder: folder(&name),
                 resolve,
-                left_out: &mut left_out,
+                remarks: &mut remarks,
                 images: HashMap::new(),
             };
             let materials = tobj::load_mtl_buf(&mut clean.as_bytes()).map_or(Vec::new(), |m| m.0);
@@ -62,8 +63,8 @@ pub(super) fn read(
             }
         }
     }
-    let more = left_out.len().saturating_sub(MOST_REMARKS);
-    notes.extend(left_out.into_iter().take(MOST_REMARKS));
+    let more = remarks.len().saturating_sub(MOST_REMARKS);
+    notes.extend(remarks.into_iter().take(MOST_REMARKS));
     if more > 0 {
         notes.push(format!("more textures left out: {more}"));
     }
@@ -72,7 +73,7 @@ pub(super) fn read(
     names.filter_map(|name| found.remove(name)).collect()
 }
 
-/// The material files of an OBJ file, each asked for once.
+/// The material files of an OBJ file; each is loaded only once.
 struct Files<'a> {
     resolve: &'a Resolve<'a>,
     asked: HashSet<String>,
@@ -86,7 +87,8 @@ impl<'a> Files<'a> {
         }
     }
 
-    /// The files that one `mtllib` line names, with their contents: one, whose name may hold blanks, or several.
+    /// The files that an `mtllib` line names, with their contents. The line is one name, which may contain blanks, or
+    /// several names.
     fn of(&mut self, library: &str, notes: &mut Vec<String>) -> Vec<(String, Vec<u8>)> {
         let why = match self.load(library) {
             Ok(file) => return file.into_iter().collect(),
@@ -113,7 +115,8 @@ impl<'a> Files<'a> {
         found
     }
 
-    /// A file with its name; none where it was asked for before or too many were. The error is what follows the name.
+    /// Loads a file; `None` if it was loaded before or the limit of files is reached. The error is the end of a
+    /// sentence that begins with the name.
     fn load(&mut self, name: &str) -> Result<Option<(String, Vec<u8>)>, String> {
         let name = name.replace('\\', "/");
         if self.asked.len() >= MOST_FILES || !self.asked.insert(name.clone()) {
@@ -127,7 +130,7 @@ impl<'a> Files<'a> {
     }
 }
 
-/// Why a file cannot be had, as what follows its name.
+/// Why a file cannot be loaded, as the end of a sentence that begins with its name.
 fn reason(error: &IoError) -> String {
     match error {
         IoError::Unsupported { what, .. } => {
@@ -138,13 +141,13 @@ fn reason(error: &IoError) -> String {
     }
 }
 
-/// The folder of a file relative to that of the OBJ file.
+/// The folder of a material file, relative to the OBJ file.
 fn folder(name: &str) -> &str {
     name.rfind('/').map_or("", |slash| &name[..slash + 1])
 }
 
-/// The statements of wanted materials that are well formed, in the spelling that `tobj` knows, and how many lines there were
-/// that are not. No more materials than there is room for.
+/// The well-formed statements of wanted materials, spelled as `tobj` expects, and the number of malformed lines. Holds
+/// at most `room` materials.
 fn cleaned(content: &[u8], wanted: impl Fn(&str) -> bool, room: usize) -> (String, usize) {
     let decoded = text::decode(content);
     let (mut clean, mut bad, mut count, mut inside) = (String::new(), 0, 0, false);
@@ -180,13 +183,13 @@ fn cleaned(content: &[u8], wanted: impl Fn(&str) -> bool, room: usize) -> (Strin
     (clean, bad)
 }
 
-/// What the materials of one file are made with.
+/// Converts the materials of one file.
 struct Reader<'a> {
     folder: &'a str,
     resolve: &'a Resolve<'a>,
     /// Remarks on textures that cannot be used.
-    left_out: &'a mut Vec<String>,
-    /// The images that were looked at, and whether they can be used.
+    remarks: &'a mut Vec<String>,
+    /// For each image that was checked, whether it can be used.
     images: HashMap<String, bool>,
 }
 
@@ -207,7 +210,8 @@ impl Reader<'_> {
             .as_deref()
             .and_then(|t| self.texture(&from.name, t));
         let opacity = from.dissolve.or_else(|| number("Tr").map(|t| 1.0 - t));
-        // Exporters write black under a texture, by which it would be multiplied, and an opacity of zero where they mean one.
+        // Exporters write black beside a texture, although it would multiply the texture, and an opacity of 0 where
+        // they mean 1.
         let is_black = from.diffuse == Some([0.0; 3]) && texture.is_some();
         Material {
             colour: from
@@ -222,7 +226,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The path of an image relative to the OBJ file, if it is there and of a kind that can be used.
+    /// The path of an image relative to the OBJ file, if the image exists and is PNG or JPEG.
     fn texture(&mut self, material: &str, statement: &str) -> Option<String> {
         let name = without_options(statement).replace('\\', "/");
         let path = normalised(&format!("{}{name}", self.folder));
@@ -234,7 +238,7 @@ impl Reader<'_> {
             )
         };
         let Some(path) = path.filter(|_| !name.starts_with('/')) else {
-            self.left_out
+            self.remarks
                 .push(refuse("is outside the folder of the file"));
             return None;
         };
@@ -250,7 +254,7 @@ impl Reader<'_> {
         match why {
             None => Some(path),
             Some(why) => {
-                self.left_out.push(refuse(&why));
+                self.remarks.push(refuse(&why));
                 None
             }
         }
@@ -261,13 +265,13 @@ fn is_image(head: &[u8]) -> bool {
     head.starts_with(b"\x89PNG\r\n\x1a\n") || head.starts_with(&[0xff, 0xd8, 0xff])
 }
 
-/// The roughness of the microfacets whose highlight is as wide as that of a specular exponent n: α² = 2 / (n + 2) with α the
-/// square of the roughness (Karis, "Specular BRDF reference", 2013).
+/// The roughness whose microfacet highlight is as wide as the highlight of a specular exponent n: α² = 2 / (n + 2), where α is
+/// the square of the roughness (Karis, "Specular BRDF reference", 2013).
 fn roughness(exponent: f32) -> f32 {
     (2.0 / (exponent.max(0.0) + 2.0)).powf(0.25)
 }
 
-/// The file name of a texture statement, behind options such as `-s 1 1 1`.
+/// The file name of a texture statement, after options such as `-s 1 1 1`.
 fn without_options(statement: &str) -> &str {
     let mut rest = statement.trim();
     while rest.starts_with('-') {
@@ -291,7 +295,7 @@ fn without_options(statement: &str) -> &str {
     rest
 }
 
-/// A relative path without `.` and `..`; none where it leads out of the folder, or nowhere.
+/// A relative path without `.` and `..`; `None` if it leads out of the folder or is empty.
 fn normalised(path: &str) -> Option<String> {
     let mut parts: Vec<&str> = Vec::new();
     for part in path.split('/') {

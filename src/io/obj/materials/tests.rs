@@ -1,4 +1,4 @@
-//! Materials from OBJ to glTF, and material files that are missing, damaged or huge.
+//! Tests of materials from OBJ to glTF, and of material files that are missing, damaged or very large.
 
 use super::*;
 use crate::io::samples::read_alone;
@@ -7,7 +7,7 @@ use crate::io::{Contents, Format, Loaded, WriteOptions, model_to_bytes, read_byt
 const PNG: &[u8] = b"\x89PNG\r\n\x1a\nmore";
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0.25\nvt 1 1\n";
 
-/// A square of two materials, of which the second has no texture coordinates, beside files of these names and contents.
+/// A square of two materials, with the given material files. The second material has no texture coordinates.
 fn square(libraries: &str, files: &[(&str, &[u8])]) -> Loaded {
     let text =
         format!("{libraries}{SQUARE}usemtl red wood\nf 1/1 2/2 3/3\nusemtl glass\nf 1 3 4\n");
@@ -48,7 +48,7 @@ fn colours_textures_and_finish_reach_gltf() {
         pbr(&wood)["baseColorFactor"],
         serde_json::json!([0.8, 0.1, 0.0, 1.0])
     );
-    // 2 / (30 + 2) is a quarter to the square, and the roughness its root.
+    // 2 / (30 + 2) is a quarter squared; the roughness is the root of the quarter.
     assert_eq!(pbr(&wood)["roughnessFactor"], 0.5);
     assert_eq!(
         (&pbr(&wood)["metallicFactor"], wood.get("alphaMode")),
@@ -102,7 +102,7 @@ fn a_texture_needs_coordinates_which_gltf_counts_from_the_top() {
 }
 
 #[test]
-fn what_cannot_be_had_is_named_and_the_rest_read() {
+fn missing_files_are_named_and_the_rest_read() {
     let mtl: &[u8] = b"newmtl red wood\nKd 1\nKd\nNs x\nd -halo 0.5\nKd nan 0 0\nKd 0.25 0.5 1 \xff\nmap_Kd ../up.png\nmap_Kd\nnewmtl\nKd 1 1 1";
     let loaded = square("mtllib none.mtl a.mtl\nmtllib a.mtl\n", &[("a.mtl", mtl)]);
     let material = &loaded.attributes.materials[0];
@@ -112,7 +112,7 @@ fn what_cannot_be_had_is_named_and_the_rest_read() {
     );
     let notes = loaded.notes.join("\n");
     for part in [
-        "'none.mtl' lies outside the file: its materials",
+        "'none.mtl' is outside the file: its materials",
         "'a.mtl' that cannot be read: 7",
         "'../up.png'",
     ] {
@@ -184,7 +184,7 @@ fn damage_is_survived() {
 }
 
 #[test]
-fn options_and_paths_of_textures_are_told_apart() {
+fn options_and_paths_of_textures_are_separated() {
     let cases = [
         ("a b.png", "a b.png"),
         ("-s 1 2 3 -o 0.5 a.png", "a.png"),

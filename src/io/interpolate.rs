@@ -1,4 +1,4 @@
-//! What new vertices and corners carry that lie on faces of the input: values between those of the face's corners.
+//! Interpolates the attributes of new vertices and corners that are on faces of the input, after faces were split.
 
 use std::collections::HashMap;
 
@@ -7,23 +7,27 @@ use glam::DVec3;
 use crate::mesh::attributes::{Attribute, Attributes, Role};
 use crate::mesh::{Mesh, Origins};
 
+/// Marks a face without an origin, or a corner without a value.
 const NONE: u32 = u32::MAX;
 
-/// Gives vertices that are where no vertex of the input was, and corners that were none of a face's, what the face has there. `attributes` are
-/// those of `after` so far, which was made of `before` with `old` as the origins say.
+/// Sets the attributes of new vertices and corners by interpolation in the input face that contains them. `attributes`
+/// belong to `after` and hold the values copied so far; `old` belong to `before`. `origins` gives for each face of
+/// `after` the face of `before` that contains it.
 pub(super) fn interpolate(
     attributes: &mut Attributes,
     after: &Mesh,
     origins: &Origins,
     (old, before): (&Attributes, &Mesh),
 ) {
+    // The vertices whose attributes are set.
     let mut done = vec![false; after.positions.len()];
-    // The places in each pool of the values that were added to it.
+    // Index in the pool of each value already added: (pool, bits of the value) -> index.
     let mut places: HashMap<(usize, Vec<u64>), u32> = HashMap::new();
     for (f, (face, origin)) in after.faces.iter().zip(&origins.faces).enumerate() {
         if origin.face == NONE {
             continue;
         }
+        // A corner origin of 3 means: none of the three corners of the input face.
         for k in (0..3).filter(|k| origin.corners[*k] == 3) {
             let (v, own) = (face[k], origin.face as usize);
             let p = after.positions[v as usize];
@@ -54,7 +58,8 @@ pub(super) fn interpolate(
     }
 }
 
-/// The barycentric coordinates of the point of a triangle next to another one, or nearly so where that lies outside.
+/// The barycentric coordinates of `p` in a triangle. Where `p` is outside, negative coordinates are set to 0 and the
+/// rest scaled to the sum 1.
 fn weights([a, b, c]: [DVec3; 3], p: DVec3) -> [f64; 3] {
     let normal = (b - a).cross(c - a);
     let part = |q: DVec3, r: DVec3| (q - p).cross(r - p).dot(normal).max(0.0);
@@ -66,7 +71,8 @@ fn weights([a, b, c]: [DVec3; 3], p: DVec3) -> [f64; 3] {
     }
 }
 
-/// A weighted mean of three values; none where one is missing, or numbers stand for names.
+/// The weighted mean of three values. `None` if one is missing, or if the values are integers that are names (not
+/// colours).
 fn between(of: &Attribute, items: [u32; 3], weights: [f64; 3]) -> Option<Vec<f64>> {
     if !of.scalar.is_float() && of.role != Role::Colour {
         return None;
