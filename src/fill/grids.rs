@@ -114,8 +114,8 @@ pub(super) fn next_attempt(
         return Some(*first);
     };
     // The attempts with the same energy as the last; they are contiguous.
-    let begun = history.iter().rposition(|(t, _)| t.energy != last.energy);
-    let own = &history[begun.map_or(0, |i| i + 1)..];
+    let before = history.iter().rposition(|(t, _)| t.energy != last.energy);
+    let own = &history[before.map_or(0, |i| i + 1)..];
     let failure = failure.as_ref()?;
     // The next attempt with half the voxel, where refinement may help; it does not at the end of a tube.
     let finest = own.iter().map(|(t, _)| t.refine).fold(1.0, f64::max);

@@ -55,22 +55,22 @@ pub(super) fn make<'b>(
     let attempts = so_far.history();
     if attempts.last().is_some_and(|(t, _)| t.energy != now.energy) {
         // Another energy starts with its own budget and without the surfaces of the first.
-        so_far.nearest = None;
+        so_far.best_unconverged = None;
         so_far.retry_context.spent = 0;
     }
     let is_worth_it = |k: &&Unconverged| {
         now.refine > 1.0 && k.solved.last_update() < tuning().fill.initialising_update
     };
-    let from = so_far.nearest.as_ref().filter(is_worth_it);
+    let from = so_far.best_unconverged.as_ref().filter(is_worth_it);
     let mut done = problem.solve_and_join(now, from.map(|k| &k.solved.level));
     so_far.retry_context.spent += spent(&done.report.levels);
     done.report.earlier_tries = failures(&attempts);
-    // The second of two initialisations on one grid counts only if it converged.
+    // An unconverged result of the second of two initialisations on one grid is not kept.
     let is_second = attempts
         .last()
         .is_some_and(|(t, _)| *now == t.with_triangulation());
     let unconverged = done.unconverged.filter(|_| !is_second);
-    so_far.nearest = nearer(so_far.nearest.take(), unconverged);
+    so_far.best_unconverged = better_converged(so_far.best_unconverged.take(), unconverged);
     if done.failure == Some(TryFailure::ReachedBox) {
         so_far.retry_context.is_wide = Sphere::new(problem.mesh, problem.holes).is_some();
     }
@@ -93,25 +93,30 @@ pub(super) fn make<'b>(
 /// The patch of the unconverged level set whose last update was the smallest, if it intersects nothing.
 pub(super) fn make_unconverged(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made {
     let attempts = so_far.history();
-    let patch_of = |nearest: Unconverged| {
+    let patch_of = |unconverged: Unconverged| {
         let surface = LevelSurface {
-            level: &nearest.solved.level,
-            data: &nearest.data,
+            level: &unconverged.solved.level,
+            data: &unconverged.data,
         };
-        let extracted = nearest.solved.level.zero_set();
-        let patch = problem.stitch(&nearest.region, &surface, &extracted).ok()?;
+        let extracted = unconverged.solved.level.zero_set();
+        let patch = problem
+            .stitch(&unconverged.region, &surface, &extracted)
+            .ok()?;
         let report = RegionReport {
             earlier_tries: failures(&attempts),
-            ..nearest.report
+            ..unconverged.report
         };
         (patch.report.intersecting_faces == 0).then_some(Made::Joined(patch, report))
     };
-    let nearest = so_far.nearest.take();
-    nearest.and_then(patch_of).unwrap_or(Made::Nothing)
+    let unconverged = so_far.best_unconverged.take();
+    unconverged.and_then(patch_of).unwrap_or(Made::Nothing)
 }
 
 /// The unconverged level set with the smaller last update; the first of two equal ones.
-fn nearer<'a>(a: Option<Unconverged<'a>>, b: Option<Unconverged<'a>>) -> Option<Unconverged<'a>> {
+fn better_converged<'a>(
+    a: Option<Unconverged<'a>>,
+    b: Option<Unconverged<'a>>,
+) -> Option<Unconverged<'a>> {
     let update = |u: &Unconverged| u.solved.last_update();
     let both = [a, b].into_iter().flatten();
     both.min_by(|a, b| update(a).total_cmp(&update(b)))
@@ -121,9 +126,9 @@ impl RegionProblem<'_> {
     /// Solves a level set and joins its surface to the rims.
     fn solve_and_join(&self, now: &Attempt, from: Option<&Level>) -> LevelSetResult<'_> {
         // Solves on nested grids, from the surface of an earlier attempt where there is one.
-        let begun = Instant::now();
+        let clock = Instant::now();
         let (solved, region, data) = self.solve(now, from);
-        self.log_attempt(now, &region, &solved, begun);
+        self.log_attempt(now, &region, &solved, clock);
         let report = RegionReport {
             diameter: region.diameter,
             voxel: Some(region.voxel),
@@ -184,7 +189,7 @@ impl RegionProblem<'_> {
     fn unusable(&self, solved: &Solved, now: &Attempt) -> Option<TryFailure> {
         let to_steady_state =
             self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
-        let lost = solved.is_far_from_converged() && to_steady_state;
+        let is_unconverged = solved.is_far_from_converged() && to_steady_state;
         let may_grow = || now.may_widen() && solved.level.is_near_side(tuning().fill.near_side);
         if solved.has_diverged() && to_steady_state {
             // A solve that diverged this far never converged on another grid, except while growing towards a sphere.
@@ -196,19 +201,19 @@ impl RegionProblem<'_> {
                 false => TryFailure::Contradiction,
             });
         }
-        if lost && may_grow() {
+        if is_unconverged && may_grow() {
             return Some(TryFailure::ReachedBox);
         }
         let may_refine = self.params.voxel == VoxelSize::Auto;
-        if lost && now.refine == 1.0 && !now.accept {
+        if is_unconverged && now.refine == 1.0 && !now.accept {
             return may_refine.then_some(TryFailure::NotSteady);
         }
-        let cramped = !lost && now.may_widen() && solved.level.touches_box();
+        let cramped = !is_unconverged && now.may_widen() && solved.level.touches_box();
         cramped.then_some(TryFailure::ReachedBox)
     }
 
     /// Logs the grids, steps and times of an attempt.
-    fn log_attempt(&self, now: &Attempt, region: &Region, solved: &Solved, begun: Instant) {
+    fn log_attempt(&self, now: &Attempt, region: &Region, solved: &Solved, clock: Instant) {
         let ids: Vec<usize> = self.holes.iter().map(|h| h.id.get()).collect();
         let levels: Vec<String> = solved
             .reports
@@ -224,7 +229,7 @@ impl RegionProblem<'_> {
             "holes {ids:?}, {:.0} voxels across, {:?} start, {:.2} s: {}",
             region.diameter / region.voxel,
             now.start,
-            begun.elapsed().as_secs_f64(),
+            clock.elapsed().as_secs_f64(),
             levels.join("; ")
         );
     }

@@ -52,7 +52,7 @@ pub(crate) struct RegionProblem<'a> {
     pub(crate) joined: &'a [[u32; 2]],
     /// The plane of its flat base, if it gets one.
     pub(crate) base: Option<BasePlane>,
-    /// Upper bound of the growth of its box: beyond it the mesh at hand ends.
+    /// Upper bound of the factor of its box's margin: beyond it the mesh at hand ends.
     pub(crate) most_growth: f64,
     /// The surface before a cut whose shape is partly kept, if any.
     pub(crate) reference: Option<&'a ReferenceSurface<'a>>,

@@ -115,7 +115,7 @@ fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
         },
         endings: Vec::new(),
         made: Vec::new(),
-        nearest: None,
+        best_unconverged: None,
         last: RegionReport::default(),
         crease_ends: 0,
         not_continued: None,

@@ -20,7 +20,7 @@ pub(super) struct SoFar<'b> {
     /// The patches of the candidates, in the same order.
     pub(super) made: Vec<Made>,
     /// The unconverged level set with the smallest last update.
-    pub(super) nearest: Option<Unconverged<'b>>,
+    pub(super) best_unconverged: Option<Unconverged<'b>>,
     /// The report of the last level set without a patch.
     pub(super) last: RegionReport,
     /// Number of sharp edges that end at the rim.

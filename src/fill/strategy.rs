@@ -37,7 +37,7 @@ pub(super) enum Candidate {
 }
 
 impl Candidate {
-    /// The growth of the region's box for this candidate.
+    /// The factor of the box's margin for this candidate.
     pub(super) fn growth(&self) -> f64 {
         match self {
             Self::LevelSet(now) => now.growth,

@@ -120,7 +120,7 @@ impl<'a> CutResult<'a> {
     }
 
     /// Number of removed faces and vertices.
-    pub(super) fn taken(&self) -> [usize; 2] {
+    pub(super) fn removed_counts(&self) -> [usize; 2] {
         let gone = self.vertices.iter().filter(|kept| !**kept).count();
         [count(&self.removed), gone]
     }

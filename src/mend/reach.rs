@@ -30,7 +30,7 @@ pub(super) struct ReachQuery<'a> {
     pub(super) joined: &'a [[u32; 2]],
     /// The plane of its flat base, if it gets one.
     pub(super) base: Option<BasePlane>,
-    /// Upper bound of the growth of its box.
+    /// Upper bound of the factor of its box's margin.
     pub(super) growth: f64,
 }
 

@@ -29,7 +29,7 @@ use crate::tuning::tuning;
 /// Number of regions whose faces are found in one pass over the mesh.
 const AT_A_TIME: usize = 16;
 
-/// What a fill with some parameters is: regions that can be worked on one by one, anywhere, and put together.
+/// A fill divided into regions, which can be solved one by one, anywhere, and merged.
 ///
 /// ```
 /// # use isomend::{Control, FillParams, Inspection, Mesh, glam::DVec3};
@@ -144,7 +144,7 @@ impl<'a> Regions<'a> {
         .next()
     }
 
-    /// The tasks of some regions whose boxes may grow by a factor.
+    /// The tasks of some regions, whose boxes' margins may grow by this factor.
     fn tasks_of(
         &self,
         sources: Arc<RegionSources<'a>>,

@@ -75,7 +75,7 @@ impl Inspection<'_> {
         let fill = cut.params(&params.fill);
         let mut fill = Regions::new(&cut.found, fill, None)?.plan();
         cut.adapt_plan(&mut fill);
-        let [removed_faces, removed_vertices] = cut.taken();
+        let [removed_faces, removed_vertices] = cut.removed_counts();
         Ok(RestorePlan {
             marked_faces: count(marked),
             removed_faces,
@@ -105,7 +105,7 @@ impl RestoreParams {
 }
 
 fn restore_report(cut: &CutResult, marked: &[bool], params: &RestoreParams) -> RestoreReport {
-    let [removed_faces, removed_vertices] = cut.taken();
+    let [removed_faces, removed_vertices] = cut.removed_counts();
     RestoreReport {
         marked_faces: count(marked),
         removed_faces,

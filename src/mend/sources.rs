@@ -236,7 +236,7 @@ impl Bodies {
     }
 }
 
-/// The box of a region after its growth, on a fine or a coarse grid.
+/// The box of a region whose margin has grown by a factor, on a fine or a coarse grid.
 pub(super) fn grown_box(
     mesh: &Mesh,
     holes: &[&Hole],

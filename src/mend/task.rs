@@ -31,7 +31,7 @@ pub struct RegionTask {
     count: usize,
     /// Points relative to which distances are computed: for the known faces, and for all faces of the mesh.
     centres: [DVec3; 2],
-    /// Upper bound of the growth of the region's box.
+    /// Upper bound of the factor of its box's margin.
     growth: f64,
     /// The holes, in the part's vertex numbers.
     holes: Vec<Hole>,

@@ -35,7 +35,8 @@ pub struct KeptShape<'a> {
     pub evolving: Option<&'a [bool]>,
 }
 
-/// Where deep nodes are free: near the rim's centre, and not farther from the rim than half its width.
+/// Where deep nodes are free: near the rim's centre, and near the rim. The distances are the rim's radius and half the hole's
+/// width, both times `tuning().region.deep_reach`.
 struct Neighbourhood {
     centre: DVec3,
     radius: f64,

@@ -258,7 +258,7 @@ impl Sampling<'_> {
         } else {
             &coarser.within_two
         };
-        let asked = self.sample(&|n| {
+        let sampled = self.sample(&|n| {
             let any_sign = inside(n);
             // At the side of the box all nodes are fixed; the outermost have no cell or stencil that uses their values.
             let matters = !any_sign && self.grid.is_interior(n, 1);
@@ -275,9 +275,9 @@ impl Sampling<'_> {
         });
         // The flow uses the values of fixed nodes near free ones: these are sampled.
         if last {
-            self.with_stencils(asked, &|n| coarser.within(n))
+            self.with_stencils(sampled, &|n| coarser.within(n))
         } else {
-            asked
+            sampled
         }
     }
 
@@ -458,10 +458,10 @@ mod tests {
     }
 
     #[test]
-    fn free_nodes_well_inside_are_not_asked_for() {
+    fn free_nodes_well_inside_are_not_sampled() {
         let nodes = box_of([36, 40, 44], 0.07);
-        let asked = sampling(&nodes).sample_from_coarse(COARSER_LATTICES, nodes.1.dims());
-        let mut edge: Vec<bool> = asked.free.iter().map(|f| !f).collect();
+        let sampled = sampling(&nodes).sample_from_coarse(COARSER_LATTICES, nodes.1.dims());
+        let mut edge: Vec<bool> = sampled.free.iter().map(|f| !f).collect();
         for _ in 0..3 {
             edge = dilate(&nodes.1, &edge);
         }
@@ -469,7 +469,7 @@ mod tests {
         for slot in (0..edge.len()).filter(|&s| !edge[s]) {
             let n = nodes.1.node(slot);
             if nodes.1.is_interior(n, FIXED_MARGIN_NODES + 1) {
-                assert!(!asked.exact[slot], "{n:?}");
+                assert!(!sampled.exact[slot], "{n:?}");
                 well_inside += 1;
             }
         }

@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_of_a_sphere_tells_the_sphere_and_its_solid_side() {
+    fn the_rest_of_a_sphere_determines_the_sphere_and_its_solid_side() {
         for top in [-0.8, 0.0, 0.8] {
             let mut mesh = punch(&icosphere(4), |c| c.z < top);
             for side in [1.0, -1.0] {

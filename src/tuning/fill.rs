@@ -12,10 +12,10 @@ thresholds! {
         most_attempts: usize = 6,
         /// Upper bound of the factor that divides the automatic voxel in a retry: finer grids gave the same result.
         most_refined: f64 = 2.0,
-        /// Factor by which the box grows when the surface reaches its side.
+        /// Factor by which the margin of the box around the rims grows when the surface reaches its side.
         box_growth: f64 = 1.8,
-        /// Widths of the first box. The box grows while it is narrower than this, which allows two steps. A missing part much
-        /// wider than its rim, such as a sphere of which only a cap of 30° remains, needs both.
+        /// Margins of the first box. The box grows while its margin is narrower than this, which allows two steps. A missing part
+        /// much wider than its rim, such as a sphere of which only a cap of 30° remains, needs both.
         box_wide: f64 = 3.0,
         /// Diameters of the region. Two failures to join a surface at places closer than this count as the same failure.
         same_place: f64 = 0.05,
@@ -84,7 +84,7 @@ thresholds! {
 }
 
 impl FillTuning {
-    /// Upper bound of the growth of the box: two steps.
+    /// Upper bound of the growth of the box's margin: two steps.
     pub const fn widest(&self) -> f64 {
         self.box_growth * self.box_growth
     }

@@ -74,7 +74,8 @@ thresholds! {
         energy_blowup: f64 = 3.0,
         /// Energy at the end of the coarser level. Lower bound for the test of [`Self::energy_blowup`].
         energy_blowup_least: f64 = 300.0,
-        /// Rim radii. Deep nodes are free within this distance of the rim's centre.
+        /// Rim radii, and half widths of the hole. Deep nodes are free within this distance of the rim's centre and, in half
+        /// widths, of the rim.
         deep_reach: f64 = 1.3,
         /// Voxels. A node near a hole that is farther than this from the known surface is a deep node: it may be free although a
         /// rim is not the nearest part of the surface.

@@ -192,7 +192,7 @@ impl Inspection<'_> {
             let cut = CutResult::new(self, &marked, params.keep_vertices, false)?;
             out.whole = false;
             out.marked_faces = count(&marked);
-            [out.removed_faces, out.removed_vertices] = cut.taken();
+            [out.removed_faces, out.removed_vertices] = cut.removed_counts();
             out.pieces_left = left;
         }
         Ok(out)

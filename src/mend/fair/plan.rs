@@ -131,7 +131,7 @@ impl Plan {
             }
         }
         drop(reference);
-        let [removed_faces, removed_vertices] = cut.taken();
+        let [removed_faces, removed_vertices] = cut.removed_counts();
         Ok(Faired {
             mesh: filled.mesh,
             report: FairReport {
