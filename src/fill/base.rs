@@ -1,4 +1,4 @@
-//! Candidate: a flat base under an open sheet such as a terrain, with straight walls down from its border.
+//! Candidate: a flat base under an open sheet such as a terrain, with straight walls down from its outer border.
 
 use glam::{DVec2, DVec3};
 use thiserror::Error;
@@ -14,34 +14,34 @@ use crate::mesh::triangulate::constrained_delaunay;
 use crate::mesh::{Hole, Mesh, bounds};
 use crate::stitch::Patch;
 
-/// A vertex of the border nearer to the plane than this, in parts of the border's diameter, is a corner of the base itself.
+/// Border diameters. A border vertex closer to the plane than this is itself a corner of the base.
 const ON_PLANE: f64 = 1e-9;
 
-/// Why the border of a sheet cannot stand on a flat base.
+/// Why a sheet cannot get a flat base.
 #[derive(Clone, Copy, Debug, Error)]
 enum NoBase {
-    /// Not one border alone.
+    /// The region is not a single outer border.
     #[error("only a single outer border can stand on a flat base")]
     NotOneBorder,
-    /// Seen from above the border crosses itself.
+    /// The projection of the border along the walls intersects itself.
     #[error(
-        "the border overhangs: seen along the walls it crosses itself, so that no flat base fits under it"
+        "the border overhangs: its projection along the walls intersects itself, so no flat base fits under it"
     )]
     Overhang,
-    /// Number of faces of walls and base that intersect others.
+    /// Number of wall and base faces that intersect the surface.
     #[error(
-        "walls and a flat base would intersect the surface (faces that would: {0}); either the surface overhangs its border, or the base is to lie \
-         lower (`base_offset`)"
+        "{0} faces of the walls and the flat base would intersect the surface: the surface overhangs its border, or the base \
+         has to be lower (`base_offset`)"
     )]
     Intersects(usize),
 }
 
-/// Expected cost: that of a faired triangulation, which is more.
+/// Expected cost: as a faired triangulation, which is an upper bound.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
     faired::cost(problem)
 }
 
-/// The walls and the base of the only rim; where there can be none, the rim stays open, with the reason.
+/// Builds the walls and the base under the only rim. If that is impossible the rim stays open, with the reason.
 pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
     let mut report = problem.flat_report();
     Made::Region(match problem.on_base() {
@@ -49,7 +49,7 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
             report.closed_by = Some(ClosedBy::Base);
             let mut closed =
                 problem.all_finished(FinishedPatch::unfinished(patch), report, HoleOutcome::Base);
-            // It stands below its border, as was asked.
+            // A base is meant to be far from its border: its rise is not reported.
             closed.report.rise = None;
             closed
         }
@@ -76,7 +76,7 @@ impl RegionProblem<'_> {
         let (low, high) = bounds(rim.chain(patch.positions.iter().copied()));
         let part = self.all.part(low, high, hole.rim.iter().copied());
         let local = Local::new(part, self.mesh.positions.len(), &patch, self.cancel);
-        match local.crossing(&patch.positions) {
+        match local.count_intersecting(&patch.positions) {
             0 => {}
             faces => return Err(NoBase::Intersects(faces)),
         }
@@ -86,7 +86,7 @@ impl RegionProblem<'_> {
         Ok(patch)
     }
 
-    /// Positions of the base's corners and faces of walls and base; new vertices are numbered behind those of the mesh.
+    /// Positions of the base's corners, and faces of walls and base. New vertices are numbered after the mesh's.
     fn walls_and_base(
         &self,
         hole: &Hole,
@@ -95,7 +95,7 @@ impl RegionProblem<'_> {
         let first = self.mesh.positions.len();
         let at = |v: u32| self.mesh.positions[v as usize];
         let mut positions = Vec::new();
-        // The corner of the base below each vertex of the rim.
+        // The base's corner below each vertex of the rim.
         let mut corners = Vec::with_capacity(hole.rim.len());
         let mut outline: Vec<DVec2> = Vec::with_capacity(hole.rim.len());
         for &v in &hole.rim {
@@ -108,6 +108,7 @@ impl RegionProblem<'_> {
                 positions.push(below);
             }
         }
+        // The outline's signed area must be positive, and the outline a simple polygon: otherwise the sheet overhangs.
         let next = |i: usize| (i + 1) % outline.len();
         let twice = (0..outline.len()).map(|i| outline[i].perp_dot(outline[next(i)]));
         if twice.sum::<f64>() <= 0.0 {
@@ -118,6 +119,7 @@ impl RegionProblem<'_> {
             return Err(NoBase::Overhang);
         }
         let mut faces: Vec<[u32; 3]> = base.iter().map(|f| f.map(|i| corners[i])).collect();
+        // Walls: two triangles under each rim edge, fewer where the rim already meets the plane.
         for i in 0..corners.len() {
             let (a, b) = (hole.rim[i], hole.rim[next(i)]);
             let (below_a, below_b) = (corners[i], corners[next(i)]);

@@ -1,4 +1,4 @@
-//! The plane on which an open sheet is put.
+//! The plane of the flat base under an open sheet.
 
 use glam::{DVec2, DVec3};
 use serde::{Deserialize, Serialize};
@@ -8,15 +8,16 @@ use crate::mesh::Hole;
 /// The plane of a base.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct BasePlane {
-    /// The unit vector to which walls are parallel: along an axis, from the sheet to the base.
+    /// Unit vector along a coordinate axis, from the sheet to the base; walls are parallel to it.
     down: DVec3,
-    /// Component along it of the plane's points.
+    /// Signed distance of the plane from the origin along `down`.
     level: f64,
 }
 
 impl BasePlane {
-    /// The plane under the outer border of a sheet within these bounds: perpendicular to the axis that is nearest to the normal of the border,
-    /// `offset` below the lowest vertex; without an offset by the mean edge of the border, so that the lowest place has a thickness.
+    /// The plane under the outer border of a sheet with these bounds: perpendicular to the coordinate axis nearest to the
+    /// border's normal, `offset` below the lowest vertex. Without an offset, the mean edge length of the border, so that the
+    /// sheet has a thickness at its lowest point.
     pub(crate) fn new(hole: &Hole, (low, high): (DVec3, DVec3), offset: Option<f64>) -> Self {
         let normal = hole.normal.to_array();
         let largest = (0..3).max_by(|&i, &j| normal[i].abs().total_cmp(&normal[j].abs()));
@@ -31,9 +32,9 @@ impl BasePlane {
         }
     }
 
-    /// The point of the plane below a point.
+    /// The projection of a point to the plane.
     pub(super) fn below(&self, p: DVec3) -> DVec3 {
-        // Exactly in the plane, with the other coordinates bit for bit.
+        // Exactly in the plane; the other coordinates keep their bits.
         DVec3::select(
             self.down.abs().cmpgt(DVec3::ZERO),
             self.level * self.down,
@@ -41,7 +42,7 @@ impl BasePlane {
         )
     }
 
-    /// Coordinates within the plane, seen such that a base that faces down turns to the left.
+    /// Coordinates within the plane, oriented so that a base that faces down is counterclockwise.
     pub(super) fn flat(&self, p: DVec3) -> DVec2 {
         let x = self.down.any_orthonormal_vector();
         DVec2::new(p.dot(x), p.dot(self.down.cross(x)))

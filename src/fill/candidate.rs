@@ -1,4 +1,4 @@
-//! A patch after its finish, and what the finish found.
+//! A patch after its finish, its quality, and the report of the finish.
 
 use super::quality::Quality;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::finish::{CandidateFound, FinishFound};
 use crate::stitch::Patch;
 
-/// From what a patch was finished.
+/// The surface that the finish of a patch started from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -14,22 +14,22 @@ pub enum PatchStart {
     /// The surface of the level set.
     #[default]
     LevelSet,
-    /// A refined triangulation of the rim, filled biharmonically.
+    /// A refined triangulation of the rim, faired biharmonically.
     Triangulation,
 }
 
-/// What the finish of a region's patch found and did.
+/// Report of the finish of a region's patch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FinishReport {
-    /// From what it was finished.
+    /// The surface that the finish started from.
     pub start: PatchStart,
-    /// Each connected piece of the patch.
+    /// One record for each component of the patch.
     pub pieces: Vec<FinishFound>,
 }
 
 impl FinishReport {
-    /// What of a quality the finish tells.
+    /// The part of the quality that the finish determines.
     pub(super) fn quality(&self) -> Quality {
         let pieces = || self.pieces.iter();
         Quality {
@@ -41,13 +41,13 @@ impl FinishReport {
         }
     }
 
-    /// Whether all pieces are at a minimum of the energy, and none had to be kept as it was.
+    /// Whether all components have converged to a minimum of the energy, and none of the minima was refused.
     pub(super) fn is_at_minimum(&self) -> bool {
         let at_minimum = |p: &FinishFound| p.converged && p.willmore_refused.is_none();
         self.pieces.iter().all(at_minimum)
     }
 
-    /// The largest expected error of a vertex.
+    /// The largest expected error of any vertex.
     pub fn largest_expected_error(&self) -> Option<f64> {
         let pieces = self.pieces.iter().filter_map(|p| p.largest_expected_error);
         pieces.reduce(f64::max)
@@ -57,14 +57,14 @@ impl FinishReport {
 /// A patch after its finish.
 pub(super) struct FinishedPatch {
     pub(super) patch: Patch,
-    /// None where it was not finished.
+    /// None for a patch that was not finished.
     pub(super) report: Option<FinishReport>,
-    /// For each new vertex its expected error.
+    /// Expected error of each new vertex.
     pub(super) expected_error: Vec<Option<f64>>,
 }
 
 impl FinishedPatch {
-    /// A patch as it is.
+    /// A patch without a finish.
     pub(super) fn unfinished(patch: Patch) -> Self {
         Self {
             expected_error: vec![None; patch.positions.len()],
@@ -73,12 +73,12 @@ impl FinishedPatch {
         }
     }
 
-    /// How good it is.
+    /// Quality of the patch.
     pub(super) fn quality(&self) -> Quality {
         quality(&self.patch, self.report.as_ref())
     }
 
-    /// Whether it was finished and is at a minimum of the energy.
+    /// Whether the patch was finished and has converged to a minimum of the energy.
     pub(super) fn is_at_minimum(&self) -> bool {
         self.report
             .as_ref()
@@ -86,7 +86,7 @@ impl FinishedPatch {
     }
 }
 
-/// How good a joined patch is, and what its finish found of it.
+/// Quality of a joined patch, including the results of its finish.
 pub(super) fn quality(patch: &Patch, finish: Option<&FinishReport>) -> Quality {
     Quality {
         intersections: patch.report.intersecting_faces,
@@ -95,7 +95,7 @@ pub(super) fn quality(patch: &Patch, finish: Option<&FinishReport>) -> Quality {
     }
 }
 
-/// Error on the rings of what was blended for a piece, by the weights.
+/// Error on the rings of the blend of one component: root of the weighted mean square of its candidates' errors.
 fn ring_error(piece: &FinishFound) -> Option<f64> {
     let square = |c: &CandidateFound| Some(c.weight * c.ring_error?.powi(2));
     let squares: f64 = piece.candidates.iter().filter_map(square).sum();

@@ -1,4 +1,4 @@
-//! Candidates: refined triangulations of the rims, filled biharmonically and finished. They need no level set.
+//! Candidates: refined triangulations of the rims, faired biharmonically and finished. They need no level set.
 
 use std::collections::HashSet;
 
@@ -16,12 +16,12 @@ use crate::mesh::Hole;
 use crate::stitch::{Patch, flipped, refined_triangulation};
 use crate::tuning::tuning;
 
-/// Expected cost: infinite where a rim has too many edges.
+/// Expected cost in unknowns times steps; infinite where a rim has too many edges.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
     problem.holes.iter().map(|h| cost_of_rim(h.edges)).sum()
 }
 
-/// The same for one rim of so many edges.
+/// Expected cost for one rim with this number of edges.
 pub(super) fn cost_of_rim(edges: usize) -> f64 {
     match edges <= tuning().fill.most_faired_edges {
         true => tuning().fill.faired_cost * (edges as f64).powi(2),
@@ -34,17 +34,17 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
     problem.faired().into()
 }
 
-/// Each rim closed by a faired triangulation.
+/// Closes each rim of the region by its own faired triangulation.
 pub(super) fn make_each(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
     let (why, report) = so_far.without_level_set();
     let why = why.unwrap_or(TryFailure::Stopped);
     problem.each_faired(why, report).into()
 }
 
-/// New positions of the vertices of a patch, from its triangles alone.
+/// Computes new positions of a patch's vertices from its triangles alone.
 pub(super) type LinearFill = fn(&Surroundings<'_>, &[u32]) -> Result<Vec<(u32, DVec3)>, Refusal>;
 
-/// Moves the vertices of a patch of a part to where a fill has them; where it fails they stay.
+/// Moves the patch's vertices to the positions that a linear fill computes; if it fails they stay.
 fn fill(local: &mut Local, patch: &mut Patch, linear: LinearFill) {
     local.set_patch(&patch.positions, &patch.faces);
     let own = local.part.mesh.positions.len();
@@ -56,7 +56,7 @@ fn fill(local: &mut Local, patch: &mut Patch, linear: LinearFill) {
 }
 
 impl RegionProblem<'_> {
-    /// The faired triangulation of the only rim, finished; none where there are more rims, or it cannot be had.
+    /// The faired and finished triangulation of the only rim; none where the region has several rims, or the triangulation fails.
     pub(super) fn faired(&self) -> Option<FinishedPatch> {
         let [hole] = self.holes else {
             return None;
@@ -68,7 +68,8 @@ impl RegionProblem<'_> {
         Some(self.finished(local.to_whole(patch), PatchStart::Triangulation))
     }
 
-    /// A refined triangulation of a rim, in the numbers of the part of the mesh that is returned with it, filled and flipped in turn.
+    /// A refined triangulation of a rim, alternately faired and flipped. Its vertices are numbered as in the returned part of the
+    /// mesh.
     pub(super) fn spanned(&self, hole: &Hole, linear: LinearFill) -> Option<(Local, Patch)> {
         (hole.edges <= tuning().fill.most_faired_edges).then_some(())?;
         let (mut local, rim, mut patch) = self.refined(hole)?;
@@ -77,11 +78,11 @@ impl RegionProblem<'_> {
             patch = flipped(&local.part.mesh, &rim, &patch);
         }
         fill(&mut local, &mut patch, linear);
-        patch.report.intersecting_faces = local.crossing(&patch.positions);
+        patch.report.intersecting_faces = local.count_intersecting(&patch.positions);
         Some((local, patch))
     }
 
-    /// The part of the mesh round a hole, its rim and a refined triangulation of it, both in the part's numbers.
+    /// The part of the mesh around a hole, the hole's rim, and a refined triangulation of the rim, all in the part's numbers.
     fn refined(&self, hole: &Hole) -> Option<(Local, Vec<u32>, Patch)> {
         let part = self.wide_part(&Patch::default());
         let rim: Vec<u32> = hole.rim.iter().map(|&v| part.local(v)).collect();
@@ -92,9 +93,9 @@ impl RegionProblem<'_> {
         Some((local, rim, patch))
     }
 
-    /// Each hole closed by a faired triangulation; none where one cannot be, or two of them touch.
+    /// Closes each hole by its own faired triangulation; none where one fails, or two rims touch.
     fn each_faired(&self, why: TryFailure, report: RegionReport) -> Option<RegionPatch> {
-        // Rims that share a vertex cannot be filled one by one: two patches could have the same edge.
+        // Rims that share a vertex cannot be filled separately: two patches could use the same edge.
         let mut seen = HashSet::new();
         if !self
             .holes
@@ -104,7 +105,7 @@ impl RegionProblem<'_> {
         {
             return None;
         }
-        // One patch for the region. Its new vertices are numbered behind those of the mesh, hole after hole.
+        // One patch for the region. Its new vertices are numbered after the mesh's, hole by hole.
         let count = self.mesh.positions.len() as u32;
         let mut all = FinishedPatch::unfinished(Patch::default());
         let mut pieces = Vec::new();
@@ -114,11 +115,11 @@ impl RegionProblem<'_> {
                 holes: &[hole],
                 ..*self
             };
-            // If one hole cannot be filled so, the region is left to other candidates.
+            // If one hole fails, the whole region is left to other candidates.
             let finished = one.faired()?;
             let base = all.patch.positions.len() as u32;
             let moved = |v: u32| if v < count { v } else { v + base };
-            // Means over the region weigh seam angles by rim edges and triangle quality by faces.
+            // Mean seam angles are weighted by rim edges, mean triangle quality by faces.
             let (own, sum) = (&finished.patch.report, &mut all.patch.report);
             sum.components += own.components;
             sum.seam_angle_max = sum.seam_angle_max.max(own.seam_angle_max);
@@ -138,18 +139,19 @@ impl RegionProblem<'_> {
             start: PatchStart::Triangulation,
             pieces,
         });
-        // Self-intersections are counted for all patches together: they may intersect each other.
+        // Self-intersections are counted for all patches together: they may intersect one another.
         let local = Local::new(
             self.wide_part(&all.patch),
             count as usize,
             &all.patch,
             self.cancel,
         );
-        all.patch.report.intersecting_faces = local.crossing(&all.patch.positions);
+        all.patch.report.intersecting_faces = local.count_intersecting(&all.patch.positions);
         Some(self.closed_by_fairing(all, Some(why), report))
     }
 
-    /// A region closed by faired triangulations, and why its level sets failed; none where none was needed.
+    /// The result of a region that was closed by faired triangulations, with the reason why its level sets failed; no reason
+    /// where no level set was needed.
     pub(super) fn closed_by_fairing(
         &self,
         patch: FinishedPatch,

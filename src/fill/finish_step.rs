@@ -1,4 +1,4 @@
-//! The step that candidates share: their patch finished on its own triangles.
+//! The finish of a candidate's patch on its own triangles: a step that all candidates share.
 
 use glam::DVec3;
 
@@ -12,25 +12,25 @@ use crate::mesh::{Mesh, Part, bounds};
 use crate::stitch::{Patch, count_intersecting};
 use crate::tuning::tuning;
 
-/// The part of the mesh round a patch, with the patch in it.
+/// The part of the mesh around a patch, with the patch appended.
 pub(super) struct Local {
     pub(super) part: Part,
     /// Number of vertices of the whole mesh.
     pub(super) count: usize,
-    /// The part and the patch's faces and vertices behind its own.
+    /// The part's vertices and faces, then the patch's.
     joined: Mesh,
     cancel: Cancel,
 }
 
 impl Local {
-    /// With a patch whose faces have the whole mesh's numbers.
+    /// From a patch whose faces use the whole mesh's vertex numbers.
     pub(super) fn new(part: Part, count: usize, patch: &Patch, cancel: &Cancel) -> Self {
         let local = |f: &[u32; 3]| f.map(|v| part.local_or_new(v, count));
         let faces: Vec<[u32; 3]> = patch.faces.iter().map(local).collect();
         Self::of_part(part, count, (&patch.positions, &faces), cancel)
     }
 
-    /// With a patch whose faces have the part's numbers.
+    /// From a patch whose faces use the part's vertex numbers.
     pub(super) fn of_part(
         part: Part,
         count: usize,
@@ -48,7 +48,7 @@ impl Local {
         local
     }
 
-    /// Takes another patch in the place of its own.
+    /// Replaces the patch.
     pub(super) fn set_patch(&mut self, positions: &[DVec3], faces: &[[u32; 3]]) {
         let own = &self.part.mesh;
         self.joined.positions.truncate(own.positions.len());
@@ -57,7 +57,7 @@ impl Local {
         self.joined.faces.extend_from_slice(faces);
     }
 
-    /// What is round the patch, and which vertices are not its own.
+    /// The joined mesh for the finish; the part's vertices are known, the patch's are not.
     pub(super) fn around(&self) -> Surroundings<'_> {
         let own = self.part.mesh.positions.len();
         Surroundings::new(&self.joined, |v| (v as usize) < own).stopped_by(&self.cancel)
@@ -68,7 +68,7 @@ impl Local {
         (self.part.mesh.positions.len() as u32..self.joined.positions.len() as u32).collect()
     }
 
-    /// The patch's own vertices, each in the middle of its neighbours.
+    /// New positions of the patch's vertices: each at the mean of its neighbours.
     pub(super) fn evened(&self) -> Vec<(u32, DVec3)> {
         let own = self.part.mesh.positions.len();
         let mut sums = vec![(DVec3::ZERO, 0.0); self.joined.positions.len() - own];
@@ -93,12 +93,12 @@ impl Local {
         &self.joined.faces[self.part.mesh.faces.len()..]
     }
 
-    /// Number of the patch's faces that intersect others, were its vertices there.
-    pub(super) fn crossing(&self, positions: &[DVec3]) -> usize {
+    /// Number of the patch's faces that intersect others if its vertices are at these positions.
+    pub(super) fn count_intersecting(&self, positions: &[DVec3]) -> usize {
         count_intersecting(&self.part.mesh, positions, self.new_faces())
     }
 
-    /// Gives a patch of the part the whole mesh's numbers.
+    /// Converts a patch of the part to the whole mesh's vertex numbers.
     pub(super) fn to_whole(&self, mut patch: Patch) -> Patch {
         for f in &mut patch.faces {
             *f = f.map(|v| self.part.original(v, self.count));
@@ -107,12 +107,12 @@ impl Local {
     }
 }
 
-/// Expected cost of the finish of a patch with so many faces.
+/// Expected cost of the finish of a patch with this number of faces, in unknowns times steps.
 pub(super) fn cost(faces: usize) -> f64 {
     tuning().fill.finish_cost * faces as f64
 }
 
-/// Finishes the best patch of a level set.
+/// Finishes the best joined patch of the level sets.
 pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
     let patch = so_far.best_joined().map(|(patch, _)| patch.clone());
     let patch = patch.unwrap_or_default();
@@ -123,15 +123,15 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
 }
 
 impl RegionProblem<'_> {
-    /// Whether its patch is finished.
+    /// Whether the region's patch is finished.
     pub(super) fn is_finished(&self) -> bool {
         self.params.finishes() && self.reference.is_none()
     }
 
-    /// Moves the vertices of a patch to where the finish has them. What crosses more than before is not taken, but the step
-    /// before.
+    /// Finishes a patch. A result that intersects more faces than the patch did is refused: the minimum of the energy replaces
+    /// the blend, the original patch replaces the minimum.
     pub(super) fn finished(&self, mut patch: Patch, start: PatchStart) -> FinishedPatch {
-        // The patch and as much of the mesh round it as the finish looks at.
+        // The patch and the part of the mesh around it that the finish uses.
         let count = self.mesh.positions.len();
         let local = Local::new(self.wide_part(&patch), count, &patch, self.cancel);
         let own = local.part.mesh.positions.len();
@@ -140,8 +140,8 @@ impl RegionProblem<'_> {
         if self.params.finish == Finish::Willmore {
             params.method = FinishMethod::Willmore;
         }
-        // Two results: the blend with what the surroundings predict, and the minimum of the energy, which replaces it if
-        // the blend intersects more faces. Connected components of the patch are finished one by one.
+        // Two results: the blend with what the surroundings predict, and the minimum of the energy. Components of the patch are
+        // finished one by one.
         let (mut blend, mut minimum) = (patch.positions.clone(), patch.positions.clone());
         let mut expected_error = vec![None; patch.positions.len()];
         let mut report = FinishReport {
@@ -172,23 +172,23 @@ impl RegionProblem<'_> {
                 expected_error,
             };
         }
-        // The first of the two that intersects no more faces than the patch did before is taken.
+        // The first of the two results that intersects no more faces than the patch did before is taken.
         let before = patch.report.intersecting_faces;
         let fits = |positions: &[DVec3]| {
-            let crossing = local.crossing(positions);
-            (crossing <= before).then_some(crossing)
+            let intersecting = local.count_intersecting(positions);
+            (intersecting <= before).then_some(intersecting)
         };
         let taken = match fits(&blend) {
-            Some(crossing) => Some((blend, crossing)),
+            Some(intersecting) => Some((blend, intersecting)),
             None => {
                 report.pieces.iter_mut().for_each(FinishFound::refuse_blend);
-                fits(&minimum).map(|crossing| (minimum, crossing))
+                fits(&minimum).map(|intersecting| (minimum, intersecting))
             }
         };
-        // Quality and seam angles are measured at the new positions; if both results were refused, the patch stays.
-        if let Some((positions, crossing)) = taken {
+        // Quality and seam angles are measured at the new positions. If both results were refused, the patch stays.
+        if let Some((positions, intersecting)) = taken {
             patch.positions = positions;
-            patch.report.intersecting_faces = crossing;
+            patch.report.intersecting_faces = intersecting;
             let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
             patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
         } else {
@@ -202,7 +202,7 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// The part of the mesh round the rims and a patch.
+    /// The part of the mesh around the rims and a patch, wide enough for the finish.
     pub(super) fn wide_part(&self, patch: &Patch) -> Part {
         let rim = || self.holes.iter().flat_map(|h| &h.rim).copied();
         let (low, high) = bounds(rim().map(|v| self.mesh.positions[v as usize]));

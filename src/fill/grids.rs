@@ -1,4 +1,5 @@
-//! On which grid, from which start and with which energy the next level set is solved, from what was tried and how that ended.
+//! Retries of the level set of a region: grid, initialisation and energy of the next attempt, from the earlier attempts and their
+//! failures.
 
 use super::outcome::TryFailure;
 use crate::flow::Energy;
@@ -6,21 +7,21 @@ use crate::region::{LevelReport, Start};
 use crate::stitch::StitchError;
 use crate::tuning::tuning;
 
-/// One try at a region.
+/// Settings of one level-set solve of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Try {
-    /// Widens the box.
+pub(super) struct Attempt {
+    /// Factor of the box's margin.
     pub(super) growth: f64,
-    /// Divides the voxel.
+    /// Divisor of the voxel.
     pub(super) refine: f64,
     pub(super) start: Start,
-    /// Take the surface though the flow is not steady.
+    /// Whether the surface is taken even if the flow has not converged.
     pub(super) accept: bool,
     pub(super) energy: Energy,
 }
 
-impl Try {
-    /// The first try with an energy.
+impl Attempt {
+    /// The first attempt with an energy.
     pub(super) fn first(energy: Energy) -> Self {
         Self {
             growth: 1.0,
@@ -31,7 +32,7 @@ impl Try {
         }
     }
 
-    /// The same grid, from a triangulation of the only rim.
+    /// The same grid, initialised from a triangulation of the only rim.
     pub(super) fn with_triangulation(&self) -> Self {
         Self {
             start: Start::Triangulation,
@@ -39,7 +40,7 @@ impl Try {
         }
     }
 
-    /// Half the voxel, from a triangulation of the rims.
+    /// Half the voxel, initialised from a triangulation of the rims; none where the voxel is at its least.
     pub(super) fn finer(&self) -> Option<Self> {
         (self.refine < tuning().fill.most_refined).then_some(Self {
             refine: 2.0 * self.refine,
@@ -52,8 +53,8 @@ impl Try {
         self.growth < tuning().fill.box_wide
     }
 
-    /// A wider box, if it is not as wide as may be, from the sphere that continues the surroundings: such a surface has far
-    /// to go from a start that hardly bulges.
+    /// A wider box, initialised from the sphere that continues the surroundings: a wide surface is far from an initialisation
+    /// that hardly bulges. None where the box has its largest size.
     fn wider(&self) -> Option<Self> {
         self.may_widen().then_some(Self {
             growth: tuning().fill.box_growth * self.growth,
@@ -63,104 +64,112 @@ impl Try {
     }
 }
 
-/// The tries at a region so far, in order, and how each failed; [`TryFailure::Crossing`] has a patch all the same. Two tries on one
-/// grid count as one.
-pub(super) type History = [(Try, Option<TryFailure>)];
+/// The attempts at a region so far, in order, and why each failed. An attempt with [`TryFailure::Crossing`] still has a patch.
+/// Two attempts on the same grid count as one.
+pub(super) type History = [(Attempt, Option<TryFailure>)];
 
-/// What of a region bears on its tries.
+/// The properties of a region that decide about retries.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Prospects {
-    /// Whether sharp edges are looked for.
+pub(super) struct RetryContext {
+    /// Whether sharp edges are continued.
     pub(super) may_be_sharp: bool,
-    /// Whether the voxel is isomend's to choose.
+    /// Whether the voxel is automatic, so that it may be refined.
     pub(super) may_refine: bool,
     /// The region's diameter.
     pub(super) diameter: f64,
-    /// Whether its rim is the end of a tube, of which no finer grid tells how it goes on.
+    /// Whether its rim is the end of a tube: a finer grid does not determine how a tube continues.
     pub(super) tube_end: bool,
-    /// Whether the surroundings continue like a sphere on which the missing part is wider than its rim.
+    /// Whether the surroundings continue as a sphere, and the missing part of it is wider than its rim.
     pub(super) is_wide: bool,
     /// Whether patches are finished.
     pub(super) finishes: bool,
-    /// Whether it has one rim only.
+    /// Whether the region has a single rim.
     pub(super) one_rim: bool,
-    /// Whether that rim has so few edges that a faired triangulation is made before any level set.
+    /// Whether its only rim has so few edges that a faired triangulation is made before any level set.
     pub(super) few_edges: bool,
-    /// Expected cost of a faired triangulation.
+    /// Expected cost of a faired triangulation, in unknowns times steps.
     pub(super) faired_cost: f64,
-    /// What the tries after the first may cost in all, and what they have cost so far; see [`spent`].
+    /// Upper bound of the cost of all retries, and their cost so far, in unknowns times steps; see [`spent`].
     pub(super) budget: u64,
     pub(super) spent: u64,
 }
 
-/// What solves of a level set cost: the unknowns of each level times its steps, about 6 µs each.
+/// Cost of level-set solves: the sum over levels of unknowns times steps, about 6 µs each.
 pub(super) fn spent(levels: &[LevelReport]) -> u64 {
     let of = |l: &LevelReport| (l.flow.unknowns * l.flow.steps.len()) as u64;
     levels.iter().map(of).sum()
 }
 
-/// The try after those of a history, which begins with one like `first`; none where no other is worth its time.
+/// The attempt after the given ones; none where no other is worthwhile. The history starts with an attempt like `first`.
 ///
-/// Each try answers the failure of the last: a finer grid where the flow found no rest or the patch could not be joined, a
-/// wider box where the surface came to its side. Where an energy finds no patch at all, the one to fall back to begins anew.
-pub(super) fn next_try(first: &Try, history: &History, region: &Prospects) -> Option<Try> {
+/// Each attempt responds to the failure of the last: a finer grid where the flow did not converge or the patch could not be
+/// joined, a wider box where the surface reached its side. Where an energy finds no patch at all, its fallback energy starts
+/// again with the first settings.
+pub(super) fn next_attempt(
+    first: &Attempt,
+    history: &History,
+    region: &RetryContext,
+) -> Option<Attempt> {
     let Some((last, failure)) = history.last() else {
         return Some(*first);
     };
-    // The tries with the same energy as the last, which are the last ones.
-    let begun = history.iter().rposition(|(t, _)| t.energy != last.energy);
-    let own = &history[begun.map_or(0, |i| i + 1)..];
+    // The attempts with the same energy as the last; they are contiguous.
+    let before = history.iter().rposition(|(t, _)| t.energy != last.energy);
+    let own = &history[before.map_or(0, |i| i + 1)..];
     let failure = failure.as_ref()?;
-    // The next attempt on half the voxel, where refining may help; it does not at the end of a tube.
+    // The next attempt with half the voxel, where refinement may help; it does not at the end of a tube.
     let finest = own.iter().map(|(t, _)| t.refine).fold(1.0, f64::max);
     let finer = || {
         last.finer()
             .filter(|_| region.may_refine && !region.tube_end)
     };
-    // What each failure calls for: a finer grid, a wider box, the first grid again with its surface accepted, or nothing.
+    // Response to each failure: a finer grid, a wider box, the first grid again with its surface accepted, or nothing.
     let next = match failure {
         TryFailure::Contradiction | TryFailure::Stopped => None,
         TryFailure::NotSteady => finer(),
         TryFailure::ReachedBox => last.wider(),
         TryFailure::Crossing(_) => finer().filter(|next| next.refine > finest),
         TryFailure::NotJoined(error) if is_known(error, &own[..own.len() - 1], region) => None,
-        // The surface has run away: take it as it comes out of the first grid.
-        TryFailure::NotJoined(StitchError::OpenBorder { .. }) if last.refine > 1.0 => Some(Try {
-            refine: 1.0,
-            start: Start::Triangulation,
-            accept: true,
-            ..*last
-        }),
+        // The surface has diverged: take the result of the first grid.
+        TryFailure::NotJoined(StitchError::OpenBorder { .. }) if last.refine > 1.0 => {
+            Some(Attempt {
+                refine: 1.0,
+                start: Start::Triangulation,
+                accept: true,
+                ..*last
+            })
+        }
         TryFailure::NotJoined(StitchError::TooManyFaces { .. } | StitchError::Folded { .. }) => {
             None
         }
         TryFailure::NotJoined(_) if last.accept => None,
         TryFailure::NotJoined(_) => finer(),
     };
-    // The budget bounds the cost of the attempts with one energy, another threshold their number.
+    // The budget limits the cost of the attempts with one energy, `most_attempts` their number.
     let next = next.filter(|_| region.spent < region.budget);
     if next.is_some() {
-        return next.filter(|_| own.len() < tuning().fill.most_tries);
+        return next.filter(|_| own.len() < tuning().fill.most_attempts);
     }
-    // Without a next attempt a less robust energy gives way to its fallback, from the first settings on, unless there is a
-    // patch already that merely intersects faces.
-    let has_patch = |(_, v): &(Try, Option<TryFailure>)| matches!(v, Some(TryFailure::Crossing(_)));
+    // Without a next attempt the fallback energy starts again with the first settings, unless a patch exists that merely
+    // intersects faces.
+    let has_patch =
+        |(_, v): &(Attempt, Option<TryFailure>)| matches!(v, Some(TryFailure::Crossing(_)));
     let fallback = first.energy.needs().fallback?;
     let anew = last.energy == first.energy && !history.iter().any(has_patch);
-    anew.then_some(Try {
+    anew.then_some(Attempt {
         energy: fallback,
         ..*first
     })
 }
 
-/// Why the tries of a history failed.
+/// Reasons for the failures, in order.
 pub(super) fn failures(history: &History) -> Vec<TryFailure> {
     let failures = history.iter().filter_map(|(_, failure)| failure.as_ref());
     failures.cloned().collect()
 }
 
-/// Whether an earlier try failed with the same error near the same place.
-fn is_known(error: &StitchError, earlier: &History, region: &Prospects) -> bool {
+/// Whether an earlier attempt failed with the same error near the same place.
+fn is_known(error: &StitchError, earlier: &History, region: &RetryContext) -> bool {
     earlier.iter().any(|(_, failure)| match failure {
         Some(TryFailure::NotJoined(other)) => {
             error.is_like(other, tuning().fill.same_place * region.diameter)
@@ -175,8 +184,8 @@ mod tests {
     use glam::DVec3;
 
     /// A region that is refined if `may_refine`.
-    fn region(may_refine: bool) -> Prospects {
-        Prospects {
+    fn region(may_refine: bool) -> RetryContext {
+        RetryContext {
             may_be_sharp: false,
             may_refine,
             diameter: 1.0,
@@ -200,12 +209,12 @@ mod tests {
         })
     }
 
-    /// The tries that are made when they end so, one after another.
-    fn tried(energy: Energy, may_refine: bool, ends: &[Option<TryFailure>]) -> Vec<Try> {
-        let first = Try::first(energy);
-        let mut history: Vec<(Try, Option<TryFailure>)> = Vec::new();
+    /// The attempts that follow from these outcomes, in order.
+    fn attempts_for(energy: Energy, may_refine: bool, ends: &[Option<TryFailure>]) -> Vec<Attempt> {
+        let first = Attempt::first(energy);
+        let mut history: Vec<(Attempt, Option<TryFailure>)> = Vec::new();
         for end in ends {
-            match next_try(&first, &history, &region(may_refine)) {
+            match next_attempt(&first, &history, &region(may_refine)) {
                 Some(next) => history.push((next, end.clone())),
                 None => break,
             }
@@ -216,33 +225,33 @@ mod tests {
     #[test]
     fn grids_get_finer_once_and_no_more() {
         let ends = vec![Some(LOST); 9];
-        let refined: Vec<f64> = tried(Energy::Willmore, true, &ends)
+        let refined: Vec<f64> = attempts_for(Energy::Willmore, true, &ends)
             .iter()
             .map(|t| t.refine)
             .collect();
         assert_eq!(refined, [1.0, 2.0]);
-        assert_eq!(tried(Energy::Willmore, false, &ends).len(), 1);
+        assert_eq!(attempts_for(Energy::Willmore, false, &ends).len(), 1);
     }
 
     #[test]
     fn a_sound_patch_ends_it() {
         let ends = [Some(LOST), None, None];
-        assert_eq!(tried(Energy::Willmore, true, &ends).len(), 2);
+        assert_eq!(attempts_for(Energy::Willmore, true, &ends).len(), 2);
     }
 
     #[test]
     fn a_surface_that_ran_away_is_taken_from_the_first_grid() {
         let ends = [LOST, open_border(), open_border(), open_border()].map(Some);
-        let tries = tried(Energy::Willmore, true, &ends);
-        assert_eq!(tries.len(), 3);
-        assert!(tries[2].accept && tries[2].refine == 1.0);
+        let attempts = attempts_for(Energy::Willmore, true, &ends);
+        assert_eq!(attempts.len(), 3);
+        assert!(attempts[2].accept && attempts[2].refine == 1.0);
     }
 
     #[test]
     fn the_box_grows_twice() {
         let ends = vec![Some(TryFailure::ReachedBox); 4];
-        let tries = tried(Energy::Willmore, true, &ends);
-        let growths: Vec<f64> = tries.iter().map(|t| t.growth).collect();
+        let attempts = attempts_for(Energy::Willmore, true, &ends);
+        let growths: Vec<f64> = attempts.iter().map(|t| t.growth).collect();
         assert_eq!(
             growths,
             [1.0, tuning().fill.box_growth, tuning().fill.widest()]
@@ -258,22 +267,22 @@ mod tests {
             }))
         };
         let again = [at(0.0), at(0.01), at(0.02)];
-        assert_eq!(tried(Energy::Willmore, true, &again).len(), 2);
+        assert_eq!(attempts_for(Energy::Willmore, true, &again).len(), 2);
         let elsewhere = [at(0.0), at(0.5), at(1.0)];
-        assert_eq!(tried(Energy::Willmore, true, &elsewhere).len(), 3);
+        assert_eq!(attempts_for(Energy::Willmore, true, &elsewhere).len(), 3);
     }
 
     #[test]
     fn ends_of_tubes_are_not_refined_and_what_is_spent_is_not_spent_again() {
-        let first = Try::first(Energy::Willmore);
+        let first = Attempt::first(Energy::Willmore);
         let history = [(first, Some(LOST))];
-        let next = |region: &Prospects| next_try(&first, &history, region);
+        let next = |region: &RetryContext| next_attempt(&first, &history, region);
         assert!(next(&region(true)).is_some());
-        let tube = Prospects {
+        let tube = RetryContext {
             tube_end: true,
             ..region(true)
         };
-        let poor = Prospects {
+        let poor = RetryContext {
             spent: 1,
             ..region(true)
         };
@@ -281,16 +290,26 @@ mod tests {
     }
 
     #[test]
-    fn crossing_patches_are_refined_beyond_the_finest_only() {
-        let crossing = |n| Some(TryFailure::Crossing(n));
-        let ends = [Some(LOST), Some(open_border()), crossing(3), crossing(1)];
-        // Finer, back on the first grid: a patch that crosses there is not refined again.
-        assert_eq!(tried(Energy::Willmore, true, &ends).len(), 3);
+    fn intersecting_patches_are_refined_beyond_the_finest_only() {
+        let intersecting = |n| Some(TryFailure::Crossing(n));
+        let ends = [
+            Some(LOST),
+            Some(open_border()),
+            intersecting(3),
+            intersecting(1),
+        ];
+        // Finer, then back on the first grid: a patch with intersecting faces there is not refined again.
+        assert_eq!(attempts_for(Energy::Willmore, true, &ends).len(), 3);
         assert_eq!(
-            tried(
+            attempts_for(
                 Energy::Willmore,
                 true,
-                &[crossing(3), crossing(1), crossing(1), crossing(1)]
+                &[
+                    intersecting(3),
+                    intersecting(1),
+                    intersecting(1),
+                    intersecting(1)
+                ]
             )
             .len(),
             2
@@ -300,37 +319,40 @@ mod tests {
     #[test]
     fn another_energy_begins_anew_unless_there_is_a_patch() {
         let gone = Some(TryFailure::Contradiction);
-        let tries = tried(
+        let attempts = attempts_for(
             Energy::CurvatureVariation,
             true,
             &[gone.clone(), gone.clone(), gone.clone()],
         );
-        let energies: Vec<Energy> = tries.iter().map(|t| t.energy).collect();
+        let energies: Vec<Energy> = attempts.iter().map(|t| t.energy).collect();
         assert_eq!(energies, [Energy::CurvatureVariation, Energy::Willmore]);
-        let crossing = Some(TryFailure::Crossing(2));
+        let intersecting = Some(TryFailure::Crossing(2));
         let ends = [
-            crossing.clone(),
-            crossing.clone(),
-            crossing,
+            intersecting.clone(),
+            intersecting.clone(),
+            intersecting,
             gone.clone(),
             gone,
         ];
-        assert_eq!(tried(Energy::CurvatureVariation, true, &ends).len(), 2);
+        assert_eq!(
+            attempts_for(Energy::CurvatureVariation, true, &ends).len(),
+            2
+        );
     }
 
     #[test]
     fn an_energy_whose_budget_is_spent_makes_room_for_the_other() {
-        let first = Try::first(Energy::CurvatureVariation);
-        let spent = Prospects {
+        let first = Attempt::first(Energy::CurvatureVariation);
+        let spent = RetryContext {
             spent: 2,
             ..region(true)
         };
         let history = [(first, Some(LOST))];
-        let next = next_try(&first, &history, &spent);
+        let next = next_attempt(&first, &history, &spent);
         assert_eq!(next.map(|t| t.energy), Some(Energy::Willmore));
-        let first = Try::first(Energy::Willmore);
+        let first = Attempt::first(Energy::Willmore);
         let history = [(first, Some(LOST))];
-        assert_eq!(next_try(&first, &history, &spent), None);
+        assert_eq!(next_attempt(&first, &history, &spent), None);
     }
 
     #[test]
@@ -348,7 +370,7 @@ mod tests {
             let digit = |i: u32| failures[code / 5usize.pow(i % 5) % 5].clone();
             let ends: Vec<Option<TryFailure>> = (0..20).map(|i| Some(digit(i))).collect();
             for energy in energies {
-                assert!(tried(energy, true, &ends).len() <= 2 * tuning().fill.most_tries);
+                assert!(attempts_for(energy, true, &ends).len() <= 2 * tuning().fill.most_attempts);
             }
         }
     }

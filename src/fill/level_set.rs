@@ -1,9 +1,9 @@
-//! Candidates: the level set of a region, solved on one grid and joined to the rims, and the unconverged one that came nearest.
+//! Candidates: the level set of a region, solved on one grid and joined to the rims; and the best unconverged level set.
 
 use std::f64::consts::PI;
 use std::time::Instant;
 
-use super::grids::{Try, failures, spent};
+use super::grids::{Attempt, failures, spent};
 use super::outcome::TryFailure;
 use super::params::SurfaceKind;
 use super::problem::RegionProblem;
@@ -19,26 +19,27 @@ use crate::region::{
 use crate::stitch::Patch;
 use crate::tuning::tuning;
 
-/// What the solve of a level set came to.
+/// Result of one level-set solve.
 struct LevelSetResult<'a> {
     failure: Option<TryFailure>,
     report: RegionReport,
-    /// The surface, where it was joined or is all that was asked for.
+    /// The surface, if it was joined to the rims, or if the zero set was all that was asked for.
     surface: Option<LevelSetSurface>,
-    /// What it was extracted from, where it was not joined for want of rest.
+    /// The solution, kept for later attempts, if its surface was not joined because the flow did not converge.
     unconverged: Option<Unconverged<'a>>,
 }
 
-/// The surface of a level set.
+/// A surface from a level set.
 enum LevelSetSurface {
-    /// A patch.
+    /// A patch joined to the rims.
     Patch(Patch),
-    /// The zero set by itself.
+    /// The whole zero set.
     Whole(Mesh),
 }
 
-/// Expected cost: unknowns of a disc as wide as the region times steps. Coarser grids add a third.
-pub(super) fn cost(problem: &RegionProblem<'_>, now: &Try) -> f64 {
+/// Expected cost in unknowns times steps. The unknowns fill the band around a disc as wide as the region; coarser grids add a
+/// third.
+pub(super) fn cost(problem: &RegionProblem<'_>, now: &Attempt) -> f64 {
     let region = problem.region(now);
     let across = now.growth * region.diameter / region.voxel;
     let unknowns = PI / 4.0 * across * across * 2.0 * HALF_WIDTH;
@@ -48,29 +49,30 @@ pub(super) fn cost(problem: &RegionProblem<'_>, now: &Try) -> f64 {
 /// Solves the level set and joins its surface to the rims.
 pub(super) fn make<'b>(
     problem: &'b RegionProblem<'_>,
-    now: &Try,
+    now: &Attempt,
     so_far: &mut SoFar<'b>,
 ) -> (Made, LevelEnd) {
-    let tried = so_far.history();
-    if tried.last().is_some_and(|(t, _)| t.energy != now.energy) {
-        // Another energy begins anew, with a budget of its own and without the surfaces of the first.
-        so_far.nearest = None;
-        so_far.prospects.spent = 0;
+    let attempts = so_far.history();
+    if attempts.last().is_some_and(|(t, _)| t.energy != now.energy) {
+        // Another energy starts with its own budget and without the surfaces of the first.
+        so_far.best_unconverged = None;
+        so_far.retry_context.spent = 0;
     }
-    let is_worth_it =
-        |k: &&Unconverged| now.refine > 1.0 && k.solved.movement() < tuning().fill.worth_a_start;
-    let from = so_far.nearest.as_ref().filter(is_worth_it);
+    let is_worth_it = |k: &&Unconverged| {
+        now.refine > 1.0 && k.solved.last_update() < tuning().fill.initialising_update
+    };
+    let from = so_far.best_unconverged.as_ref().filter(is_worth_it);
     let mut done = problem.solve_and_join(now, from.map(|k| &k.solved.level));
-    so_far.prospects.spent += spent(&done.report.levels);
-    done.report.earlier_tries = failures(&tried);
-    // The second of two initialisations on one grid counts only if it converged.
-    let is_second = tried
+    so_far.retry_context.spent += spent(&done.report.levels);
+    done.report.earlier_tries = failures(&attempts);
+    // An unconverged result of the second of two initialisations on one grid is not kept.
+    let is_second = attempts
         .last()
         .is_some_and(|(t, _)| *now == t.with_triangulation());
     let unconverged = done.unconverged.filter(|_| !is_second);
-    so_far.nearest = nearer(so_far.nearest.take(), unconverged);
+    so_far.best_unconverged = better_converged(so_far.best_unconverged.take(), unconverged);
     if done.failure == Some(TryFailure::ReachedBox) {
-        so_far.prospects.is_wide = Sphere::new(problem.mesh, problem.holes).is_some();
+        so_far.retry_context.is_wide = Sphere::new(problem.mesh, problem.holes).is_some();
     }
     let last = done.report.levels.last();
     let end = LevelEnd {
@@ -89,39 +91,44 @@ pub(super) fn make<'b>(
 }
 
 /// The patch of the unconverged level set whose last update was the smallest, if it intersects nothing.
-pub(super) fn make_nearest(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made {
-    let tried = so_far.history();
-    let patch_of = |nearest: Unconverged| {
+pub(super) fn make_unconverged(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made {
+    let attempts = so_far.history();
+    let patch_of = |unconverged: Unconverged| {
         let surface = LevelSurface {
-            level: &nearest.solved.level,
-            data: &nearest.data,
+            level: &unconverged.solved.level,
+            data: &unconverged.data,
         };
-        let extracted = nearest.solved.level.zero_set();
-        let patch = problem.stitch(&nearest.region, &surface, &extracted).ok()?;
+        let extracted = unconverged.solved.level.zero_set();
+        let patch = problem
+            .stitch(&unconverged.region, &surface, &extracted)
+            .ok()?;
         let report = RegionReport {
-            earlier_tries: failures(&tried),
-            ..nearest.report
+            earlier_tries: failures(&attempts),
+            ..unconverged.report
         };
         (patch.report.intersecting_faces == 0).then_some(Made::Joined(patch, report))
     };
-    let nearest = so_far.nearest.take();
-    nearest.and_then(patch_of).unwrap_or(Made::Nothing)
+    let unconverged = so_far.best_unconverged.take();
+    unconverged.and_then(patch_of).unwrap_or(Made::Nothing)
 }
 
-/// The unconverged level set whose last update was smaller; the first of two alike.
-fn nearer<'a>(a: Option<Unconverged<'a>>, b: Option<Unconverged<'a>>) -> Option<Unconverged<'a>> {
-    let movement = |u: &Unconverged| u.solved.movement();
+/// The unconverged level set with the smaller last update; the first of two equal ones.
+fn better_converged<'a>(
+    a: Option<Unconverged<'a>>,
+    b: Option<Unconverged<'a>>,
+) -> Option<Unconverged<'a>> {
+    let update = |u: &Unconverged| u.solved.last_update();
     let both = [a, b].into_iter().flatten();
-    both.min_by(|a, b| movement(a).total_cmp(&movement(b)))
+    both.min_by(|a, b| update(a).total_cmp(&update(b)))
 }
 
 impl RegionProblem<'_> {
     /// Solves a level set and joins its surface to the rims.
-    fn solve_and_join(&self, now: &Try, from: Option<&Level>) -> LevelSetResult<'_> {
+    fn solve_and_join(&self, now: &Attempt, from: Option<&Level>) -> LevelSetResult<'_> {
         // Solves on nested grids, from the surface of an earlier attempt where there is one.
-        let begun = Instant::now();
+        let clock = Instant::now();
         let (solved, region, data) = self.solve(now, from);
-        self.log_try(now, &region, &solved, begun);
+        self.log_attempt(now, &region, &solved, clock);
         let report = RegionReport {
             diameter: region.diameter,
             voxel: Some(region.voxel),
@@ -134,7 +141,7 @@ impl RegionProblem<'_> {
         // An unusable surface may still initialise later attempts if its last update was small and it stays inside its box.
         if let Some(failure) = self.unusable(&solved, now) {
             let nearly =
-                solved.movement() < tuning().fill.nearly_steady && !solved.level.touches_box();
+                solved.last_update() < tuning().fill.usable_update && !solved.level.touches_box();
             let keep = nearly && self.params.surface == SurfaceKind::Stitched;
             return LevelSetResult {
                 failure: Some(failure),
@@ -148,8 +155,8 @@ impl RegionProblem<'_> {
                 }),
             };
         }
-        // The zero set as it is, or cut to the hole and joined to the rims. A joined patch that intersects faces counts as
-        // a failure, but is kept as a candidate.
+        // The whole zero set, or the part of it that fills the hole, joined to the rims. A joined patch that intersects faces
+        // counts as a failure, but is kept as a candidate.
         let (failure, surface) = {
             let surface = LevelSurface {
                 level: &solved.level,
@@ -178,13 +185,14 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// Why the surface of a solve is of no use, while another try may find a better one.
-    fn unusable(&self, solved: &Solved, now: &Try) -> Option<TryFailure> {
-        let to_rest = self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
-        let lost = solved.is_far_from_steady() && to_rest;
+    /// Why the surface of a solve is unusable and another attempt may find a better one; none if it is usable.
+    fn unusable(&self, solved: &Solved, now: &Attempt) -> Option<TryFailure> {
+        let to_steady_state =
+            self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
+        let is_unconverged = solved.is_far_from_converged() && to_steady_state;
         let may_grow = || now.may_widen() && solved.level.is_near_side(tuning().fill.near_side);
-        if solved.has_diverged() && to_rest {
-            // None that came so far from rest has been known to find it on another grid, unless it was on its way to a sphere.
+        if solved.has_diverged() && to_steady_state {
+            // A solve that diverged this far never converged on another grid, except while growing towards a sphere.
             let on_its_way = now.start != Start::Sphere
                 && Sphere::new(self.mesh, self.holes).is_some()
                 && may_grow();
@@ -193,18 +201,19 @@ impl RegionProblem<'_> {
                 false => TryFailure::Contradiction,
             });
         }
-        if lost && may_grow() {
+        if is_unconverged && may_grow() {
             return Some(TryFailure::ReachedBox);
         }
         let may_refine = self.params.voxel == VoxelSize::Auto;
-        if lost && now.refine == 1.0 && !now.accept {
+        if is_unconverged && now.refine == 1.0 && !now.accept {
             return may_refine.then_some(TryFailure::NotSteady);
         }
-        let cramped = !lost && now.may_widen() && solved.level.touches_box();
+        let cramped = !is_unconverged && now.may_widen() && solved.level.touches_box();
         cramped.then_some(TryFailure::ReachedBox)
     }
 
-    fn log_try(&self, now: &Try, region: &Region, solved: &Solved, begun: Instant) {
+    /// Logs the grids, steps and times of an attempt.
+    fn log_attempt(&self, now: &Attempt, region: &Region, solved: &Solved, clock: Instant) {
         let ids: Vec<usize> = self.holes.iter().map(|h| h.id.get()).collect();
         let levels: Vec<String> = solved
             .reports
@@ -220,12 +229,13 @@ impl RegionProblem<'_> {
             "holes {ids:?}, {:.0} voxels across, {:?} start, {:.2} s: {}",
             region.diameter / region.voxel,
             now.start,
-            begun.elapsed().as_secs_f64(),
+            clock.elapsed().as_secs_f64(),
             levels.join("; ")
         );
     }
 
-    fn solve(&self, next: &Try, from: Option<&Level>) -> (Solved, Region, MeshData<'_>) {
+    /// Runs the nested solve of an attempt; `from` is an earlier surface that initialises it.
+    fn solve(&self, next: &Attempt, from: Option<&Level>) -> (Solved, Region, MeshData<'_>) {
         let region = self.region(next);
         let kept = self
             .reference
@@ -251,7 +261,8 @@ impl RegionProblem<'_> {
         (solved, region, data)
     }
 
-    fn flow_settings(&self, next: &Try) -> FlowSettings {
+    /// Settings of the flow. Before a finish a looser tolerance suffices.
+    fn flow_settings(&self, next: &Attempt) -> FlowSettings {
         let usual = FlowSettings::default();
         let most = match self.params.variant {
             Variant::GaussNewton => usual.max_steps,

@@ -1,4 +1,4 @@
-//! One region closed: from its data to the patch that is taken.
+//! Closes one region: tries the candidates (level set, faired triangulation, sharp edges, caps) in turn and takes the best patch.
 
 mod base;
 mod base_plane;

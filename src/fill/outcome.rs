@@ -1,4 +1,4 @@
-//! How holes and the tries at their regions end. Reasons print as the rest of a sentence.
+//! Outcomes of holes, and the reasons why attempts and candidates fail. A reason prints as the second part of a sentence.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -6,31 +6,32 @@ use thiserror::Error;
 use crate::mesh::triangulate::TriangulationError;
 use crate::stitch::StitchError;
 
-/// What happened to a hole.
+/// The outcome of a hole.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum HoleOutcome {
-    /// Filled by the level set, a rim of few edges by its faired triangulation, or by the smooth sides round it, continued to sharp
-    /// edges.
+    /// Filled by the level set; with a rim of few edges by its faired triangulation; or by the smooth sides around it, continued
+    /// to sharp edges.
     Filled,
-    /// Closed by a triangulation of its rim, refined and faired: the level set found no surface. What its last try failed with.
+    /// Closed by a triangulation of its rim, refined and faired, because the level set found no surface: the failure of the last
+    /// attempt.
     Faired(TryFailure),
-    /// Closed by a nearly flat cap, as was asked.
+    /// Closed by a nearly flat cap, as requested.
     Flat,
-    /// The outer border of a sheet, closed by a flat base with walls, as was asked.
+    /// The outer border of a sheet, closed by a flat base with walls, as requested.
     Base,
-    /// In a repair: the outer border of a sheet, closed by walls under all of the sheet, where no flat cap closed it.
+    /// In a repair: the outer border of a sheet, closed by walls under the whole sheet because no flat cap closed it.
     Walls,
-    /// Triangulated on its own, without new vertices.
+    /// Triangulated between the vertices of its rim, without new vertices.
     Triangulated(TriangulatedReason),
-    /// Left as it was because it was not asked for.
+    /// Left open because the caller did not ask to fill it.
     Left(LeftReason),
-    /// It was to be filled but could not be.
+    /// Still open although it was to be filled.
     Failed(FailedReason),
 }
 
-/// Why a hole is left as it is.
+/// Why a hole was left open.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -38,24 +39,24 @@ pub enum LeftReason {
     /// The caller asked to keep it open.
     #[error("asked to keep it open")]
     KeptOpen,
-    /// The caller named others.
+    /// The caller chose other holes.
     #[error("not asked for")]
     NotChosen,
-    /// It is wider than the largest diameter asked for.
+    /// It is wider than the largest diameter that the caller allows.
     #[error("wider than the largest diameter asked for")]
     TooWide,
-    /// It is the outer border of an open sheet, which is filled only when it is named.
+    /// It is the outer border of an open sheet, which is filled only if the caller names it.
     #[error("the outer border of an open sheet, which is filled only when it is named")]
     OuterBorder,
-    /// It bounds a component of one or two triangles that lies in no hole.
+    /// It bounds a component of one or two triangles outside all holes.
     #[error("the border of a component of one or two triangles")]
     SmallComponent,
-    /// It lies outside the marked region.
+    /// It is outside the marked region.
     #[error("not in the marked region")]
     NotMarked,
 }
 
-/// Why a hole is closed by triangles between the vertices of its rim.
+/// Why a hole was closed by triangles between the vertices of its rim.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -66,13 +67,13 @@ pub enum TriangulatedReason {
     /// It is one side of a seam.
     #[error("it is one side of a seam")]
     Seam,
-    /// It was to get a flat cap, which could not be had or crossed more.
-    #[error("it was to be closed flat")]
+    /// A flat cap was requested, but could not be made or had more self-intersections.
+    #[error("no flat cap could be made without more self-intersections")]
     Flat,
-    /// In a repair: its last steps left it, after which no level set is solved.
-    #[error("the last steps of the repair left it open")]
+    /// In a repair: it was still open after the last steps, when no level set is solved any more.
+    #[error("it was still open after the last steps of the repair")]
     LastSteps,
-    /// The level set found no surface: what the last try failed with.
+    /// The level set found no surface: the failure of the last attempt.
     #[error(transparent)]
     NoSurface(TryFailure),
 }
@@ -82,49 +83,49 @@ pub enum TriangulatedReason {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum FailedReason {
-    /// The run did not come to it.
+    /// The run ended before this hole.
     #[error("not reached")]
     NotReached,
-    /// Its rim cannot be triangulated either.
+    /// Its rim could not be triangulated either.
     #[error("{after}; {error}")]
     NoTriangulation {
         /// Why it was to be triangulated.
         after: TriangulatedReason,
-        /// What stands in the way.
+        /// Why the triangulation failed.
         error: TriangulationError,
     },
-    /// It was to stand on a flat base: why it cannot.
+    /// It was to get a flat base: why that failed.
     #[error("{0}")]
     NoBase(String),
-    /// In a repair: every patch crossed other faces; that of the last try with so many.
-    #[error("whatever would close it crosses other faces: {0} of a patch did")]
+    /// In a repair: every patch intersected other faces; the number of those faces of the last patch.
+    #[error("every patch intersects other faces (last patch: {0} faces)")]
     Crossing(usize),
-    /// In a repair: its last steps left the hole open, and every triangulation of its rim intersects other faces.
-    #[error("whatever would close it crosses other faces")]
+    /// In a repair: it was still open after the last steps, and every triangulation of its rim intersects other faces.
+    #[error("every triangulation of its rim intersects other faces")]
     NothingFits,
 }
 
-/// Why a try at a region failed.
+/// Why an attempt at a region failed.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum TryFailure {
-    /// The run was stopped before the first one ended.
+    /// The run was stopped before the first attempt ended.
     #[error("stopped")]
     Stopped,
-    /// The data round it contradict each other: the flow runs away.
-    #[error("the data round it contradict each other; no steady surface was found")]
+    /// The surrounding faces are inconsistent: the flow diverges.
+    #[error("the faces around it are inconsistent: the level set diverged")]
     Contradiction,
-    /// The flow did not become steady on this grid.
-    #[error("the flow did not become steady on this grid")]
+    /// The flow did not converge on this grid.
+    #[error("the level set did not converge on this grid")]
     NotSteady,
     /// The surface reached the side of its box.
-    #[error("the surface reached the side of its box")]
+    #[error("the surface reached the side of its grid")]
     ReachedBox,
     /// The surface could not be joined to the rims.
     #[error(transparent)]
     NotJoined(StitchError),
-    /// So many faces of the patch intersect others.
+    /// Number of faces of the patch that intersect others.
     #[error("{0} faces of the patch intersected others")]
     Crossing(usize),
 }
@@ -134,24 +135,25 @@ pub enum TryFailure {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum NotContinued {
-    /// The smooth sides round the rim have no continuation that closes the hole: why.
+    /// The continuation of the smooth sides does not close the hole: why.
     #[error("{0}")]
     Declined(String),
     /// Number of faces of the continued sides that intersect others.
     #[error("{0} faces of the continued sides intersected others")]
     Intersects(usize),
-    /// A smooth patch predicts the rings of faces round the hole about as well as the continued sides.
-    #[error("a smooth patch predicts the faces round the hole as well")]
+    /// A smooth patch predicts the rings of faces around the hole about as well as the continued sides.
+    #[error("a smooth patch predicts the faces around the hole about as well")]
     Predicted,
-    /// No ring of faces can be taken out to be predicted, and the sides are too far from their fitted surfaces to be continued unseen.
-    #[error("the sides round the hole are too rough")]
+    /// No ring of faces can be removed for a test, and the sides deviate too far from their fitted surfaces to be continued
+    /// without one.
+    #[error("the sides around the hole are too rough")]
     Rough,
-    /// No ring of faces can be taken out to be predicted, and the edges may be rounded ones.
+    /// No ring of faces can be removed for a test, and the edges may be rounded.
     #[error("the edges may be rounded")]
     Rounded,
 }
 
-/// What closed a region.
+/// The kind of surface that closed a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -160,47 +162,47 @@ pub enum ClosedBy {
     LevelSet,
     /// Triangulations of the rims, refined and faired.
     Faired,
-    /// The smooth sides round it, continued until they meet in sharp or rounded edges.
+    /// The smooth sides around it, continued until they meet in sharp or rounded edges.
     Sides,
-    /// A nearly flat cap, the surface of least area, because the caller asked for it.
+    /// A nearly flat cap, the surface of least area, as requested.
     Flat,
-    /// A flat base under a sheet, with walls down from its border, because the caller asked for it.
+    /// A flat base under a sheet, with walls down from its border, as requested.
     Base,
-    /// Thin triangles between two rims that lie on each other.
+    /// Thin triangles between two rims that coincide.
     Seam,
     /// Triangles between the vertices of each rim.
     RimTriangles,
-    /// In a repair: a second layer under the surface round the rims, which ends where it can be closed, or goes on until it lines all of
-    /// the component.
+    /// In a repair: an offset shell under the surface around the rims. It ends where it can be closed, or covers the whole
+    /// component.
     Lining,
-    /// Some rim of it is still open.
+    /// At least one of its rims is still open.
     Nothing,
 }
 
-/// How many holes ended in which way.
+/// Number of holes with each outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Tally {
     /// Filled by the level set.
     pub filled: usize,
-    /// Closed by faired triangulations of their rims.
+    /// Closed by faired triangulations of their rims because the level set found no surface.
     pub faired: usize,
-    /// Closed by flat caps, as was asked.
+    /// Closed by flat caps, as requested.
     pub flat: usize,
-    /// Outer borders of sheets closed by flat bases with walls, as was asked.
+    /// Outer borders of sheets closed by flat bases with walls, as requested.
     pub bases: usize,
     /// Outer borders of sheets closed by walls under the sheets.
     pub walls: usize,
     /// Closed by triangles between the vertices of their rims.
     pub triangulated: usize,
-    /// Left as they were because they were not asked for.
+    /// Left open because the caller did not ask to fill them.
     pub left: usize,
-    /// To be filled but still open.
+    /// Still open although they were to be filled.
     pub failed: usize,
     /// Boundary chains that do not close.
     pub open_chains: usize,
     /// Patches with faces that intersect other faces.
     pub crossing_patches: usize,
-    /// Those faces.
+    /// Faces of patches that intersect other faces.
     pub crossing_faces: usize,
 }

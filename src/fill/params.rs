@@ -7,7 +7,7 @@ use crate::mesh::{Hole, HoleId};
 use crate::region::VoxelSize;
 use crate::tuning::tuning;
 
-/// What a fill returns.
+/// Which surface a fill returns.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
@@ -15,7 +15,7 @@ pub enum SurfaceKind {
     /// The input with the patches stitched in; its own vertices and faces are kept bit-exact and in order.
     #[default]
     Stitched,
-    /// The zero set of the level set round each hole, as marching cubes gives it.
+    /// The zero set of the level set around each hole, as marching cubes extracts it.
     Whole,
 }
 
@@ -24,8 +24,8 @@ pub enum SurfaceKind {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Finish {
-    /// By Newton steps of the Willmore energy, and by what the surroundings foretell as far as that proves itself next to the
-    /// hole.
+    /// By Newton steps of the Willmore energy, blended with what the surroundings predict as far as the prediction is accurate on
+    /// known vertices near the hole.
     #[default]
     Auto,
     /// By Newton steps of the Willmore energy.
@@ -39,63 +39,65 @@ pub enum Finish {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Sharp {
-    /// Where that predicts the faces round the hole clearly better than a smooth patch.
+    /// Where continued edges predict the faces around the hole clearly better than a smooth patch.
     #[default]
     Auto,
     /// Never: all patches are smooth.
     Off,
 }
 
-/// Parameters of a fill. Make one by [`FillParams::default`] and set what is to differ.
+/// Parameters of a fill. Start from [`FillParams::default`] and change what differs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct FillParams {
-    /// Voxel size.
+    /// Voxel size of the finest grid.
     pub voxel: VoxelSize,
-    /// Numbers of the holes to fill, from 1; all when none are given.
+    /// Numbers of the holes to fill, from 1; all holes if none are given.
     pub holes: Option<Vec<HoleId>>,
     /// Holes wider than this stay open, in the mesh's units.
     pub max_diameter: Option<f64>,
     /// Numbers of the holes to keep open.
     pub keep_open: Vec<HoleId>,
-    /// Groups of holes to fill in one region whatever their distance.
+    /// Groups of holes that are filled together, in one region, whatever their distance.
     pub bridge: Vec<Vec<HoleId>>,
-    /// Numbers of the holes to close by nearly flat caps, surfaces of least area, instead of continuing the surface: necks, bases,
+    /// Numbers of the holes to close by nearly flat caps, surfaces of least area, instead of a continued surface: necks, bases,
     /// mouths of vessels.
     pub flat: Vec<HoleId>,
-    /// Pairs of crease ends, by the numbers of [`Inspection::crease_ends`](crate::Inspection::crease_ends), between which sharp edges are
-    /// continued across their holes, whatever the faces round these say.
+    /// Pairs of crease ends, by the numbers of [`Inspection::crease_ends`](crate::Inspection::crease_ends). A sharp edge is
+    /// continued between the two ends across their hole, whatever the surrounding faces predict.
     pub crease: Vec<[usize; 2]>,
-    /// Whether open sheets get a flat base with straight walls down from their outer borders, so that a terrain can be printed; else these
-    /// borders stay open.
+    /// Whether open sheets get a flat base with straight walls down from their outer borders, so that a terrain can be printed;
+    /// otherwise these borders stay open.
     pub flat_base: bool,
-    /// How far the base lies below the lowest vertex of its sheet, in the mesh's units; none for the mean edge of the border.
+    /// Distance of the base below the lowest vertex of its sheet, in the mesh's units; by default the mean edge length of the
+    /// border.
     pub base_offset: Option<f64>,
-    /// What to return.
+    /// Which surface to return.
     pub surface: SurfaceKind,
-    /// How patches are finished. Those of the variation of curvature, of level sets by themselves and of flows in time are not.
+    /// How patches are finished. Patches of the curvature-variation energy, of level sets alone and of flows in time are not
+    /// finished.
     pub finish: Finish,
     /// Whether sharp edges that end at a rim are continued. Only where patches are finished.
     pub sharp: Sharp,
-    /// What the flow makes small.
+    /// The energy that the flow minimises.
     pub energy: Energy,
-    /// The metric of the flow's steps; the variation of curvature takes Gauss-Newton whatever is asked here.
+    /// The metric of the flow's steps; the curvature-variation energy always uses Gauss-Newton.
     pub variant: Variant,
-    /// Most steps of the flow on each level; none for the default of the variant.
+    /// Upper bound of the flow's steps on each level; by default the variant's own.
     pub steps: Option<usize>,
-    /// Time step in units of h⁴; none goes for the steady state at once.
+    /// Time step in units of h⁴; by default the flow goes directly to the steady state.
     pub time_step: Option<f64>,
-    /// Length of the patch's edges over that of the edges round the hole, between 0.05 and 20; none for 0.7
-    /// where patches are finished, else 0.8, with the variation of curvature 0.45.
+    /// Edge length of the patch over the edge length around the hole, between 0.05 and 20; by default 0.7 where patches are
+    /// finished, otherwise 0.8, with the curvature-variation energy 0.45.
     pub edge_ratio: Option<f64>,
 }
 
 impl FillParams {
-    /// The largest number of steps on a grid: each is kept in the report.
+    /// Upper bound of `steps`: each step is kept in the report.
     pub const MOST_STEPS: usize = crate::parameters::solve::MOST_STEPS;
 
-    /// Length of the patch's edges over that of the edges round the hole.
+    /// Edge length of the patch over the edge length around the hole.
     pub fn edge_ratio(&self) -> f64 {
         let usual = || match self.finishes() {
             true => tuning().fill.finished_edge_ratio,
@@ -104,7 +106,7 @@ impl FillParams {
         self.edge_ratio.unwrap_or_else(usual)
     }
 
-    /// Whether a hole is to get a flat cap.
+    /// Whether a hole gets a flat cap.
     pub(crate) fn is_flat(&self, hole: HoleId) -> bool {
         self.flat.contains(&hole)
     }
@@ -114,13 +116,13 @@ impl FillParams {
         self.flat_base && hole.outer_border && !self.is_flat(hole.id)
     }
 
-    /// Whether one of these holes is to be put together with others.
+    /// Whether the caller asks to fill any of these holes together with others.
     pub(crate) fn bridges(&self, holes: &[HoleId]) -> bool {
         self.bridge.iter().flatten().any(|id| holes.contains(id))
     }
 
-    /// Whether patches are finished on their own triangles. A flow in time, with given steps or with another energy than the
-    /// finish minimises has its own end.
+    /// Whether patches are finished on their own triangles. Not so for a flow in time, with a given number of steps or with
+    /// another energy than the finish minimises: its own result is wanted.
     pub(crate) fn finishes(&self) -> bool {
         self.finish != Finish::None
             && self.surface == SurfaceKind::Stitched

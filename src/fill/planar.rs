@@ -1,4 +1,4 @@
-//! Candidate: a nearly flat cap, because the caller asked for it.
+//! Candidate: a nearly flat cap (surface of least area), when the caller requested it.
 
 use super::candidate::FinishedPatch;
 use super::faired;
@@ -10,7 +10,7 @@ use super::so_far::Made;
 use crate::finish::minimal_surface;
 use crate::stitch::Patch;
 
-/// Expected cost: that of a faired triangulation.
+/// Expected cost: as a faired triangulation.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
     faired::cost(problem)
 }
@@ -21,7 +21,8 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
 }
 
 impl RegionProblem<'_> {
-    /// The surface of least area over a refined triangulation of the only rim; none where there are more rims, or it cannot be had.
+    /// The surface of least area over a refined triangulation of the only rim; none where the region has several rims, or the
+    /// triangulation fails.
     fn planar_cap(&self) -> Option<Patch> {
         let [hole] = self.holes else {
             return None;
@@ -34,14 +35,14 @@ impl RegionProblem<'_> {
         Some(patch)
     }
 
-    /// A region closed by such a cap.
+    /// The result of a region that is closed by a flat cap.
     fn capped(&self, patch: Patch) -> RegionPatch {
         let mut report = self.flat_report();
         report.closed_by = Some(ClosedBy::Flat);
         self.all_finished(FinishedPatch::unfinished(patch), report, HoleOutcome::Flat)
     }
 
-    /// What is reported of a region that is closed flat.
+    /// The report of a region that is closed by a flat cap or base.
     pub(super) fn flat_report(&self) -> RegionReport {
         RegionReport {
             diameter: self.diameter(),

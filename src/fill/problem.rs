@@ -1,9 +1,9 @@
-//! What a region is: its rims, the mesh round them, and what is asked.
+//! The fill problem of one region: its rims, the mesh around them, the parameters, and the grid of each attempt.
 
 use glam::DVec3;
 
 use super::base_plane::BasePlane;
-use super::grids::Try;
+use super::grids::Attempt;
 use super::params::{FillParams, SurfaceKind};
 use super::reference::ReferenceSurface;
 use crate::cancel::Cancel;
@@ -14,58 +14,58 @@ use crate::sdf::Sampler;
 use crate::stitch::close_seam;
 use crate::tuning::tuning;
 
-/// What a region calls for, before anything is computed.
+/// The kind of closure that a region gets, decided before anything is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RegionPlan {
-    /// One rim of so few edges that its triangulation needs no new vertices.
+    /// A single rim of few edges, which is triangulated without new vertices.
     Trivial,
-    /// A nearly flat cap, because the caller asked for it.
+    /// A nearly flat cap, as requested.
     Planar,
-    /// A flat base with walls under the outer border of a sheet, because the caller asked for it.
+    /// A flat base with walls under the outer border of a sheet, as requested.
     Base,
-    /// Two rims that lie on each other.
+    /// Two rims that coincide: a seam.
     Seam,
-    /// A surface.
+    /// A continued surface.
     Solve,
 }
 
-/// The work on one region.
+/// One region to fill, with everything that the candidates read.
 #[derive(Clone, Copy)]
 pub(crate) struct RegionProblem<'a> {
-    /// Its number, from 1.
+    /// The region's number, from 1.
     pub(crate) id: usize,
     /// The mesh.
     pub(crate) mesh: &'a Mesh,
     /// Its holes.
     pub(crate) holes: &'a [&'a Hole],
-    /// What they call for.
+    /// The kind of closure.
     pub(crate) plan: RegionPlan,
-    /// What of the mesh it knows: the pieces that its rims lie on.
+    /// Distances to the components of the mesh on which the rims are.
     pub(crate) known: &'a Sampler<'a>,
-    /// The caller's energy, where the parameters' is [`Energy::Own`](crate::flow::Energy::Own).
+    /// The caller's energy, if the parameters select [`Energy::Own`](crate::flow::Energy::Own).
     pub(crate) own: Option<&'a dyn BendingEnergy>,
-    /// All of the mesh, which patches must not cross.
+    /// All of the mesh: patches must not intersect it.
     pub(crate) all: &'a Sampler<'a>,
     /// The parameters.
     pub(crate) params: &'a FillParams,
-    /// Pairs of vertices of its rim between which a sharp edge is to be continued.
+    /// Pairs of vertices of its rim between which the caller wants a sharp edge.
     pub(crate) joined: &'a [[u32; 2]],
-    /// The plane of its base, if it gets one.
+    /// The plane of its flat base, if it gets one.
     pub(crate) base: Option<BasePlane>,
-    /// What its box may grow by: as far as its part of the mesh reaches.
+    /// Upper bound of the factor of its box's margin: beyond it the mesh at hand ends.
     pub(crate) most_growth: f64,
-    /// The surface whose shape is kept, if any.
+    /// The surface before a cut whose shape is partly kept, if any.
     pub(crate) reference: Option<&'a ReferenceSurface<'a>>,
-    /// The bounding box of what was cut out there.
+    /// The bounding box of the faces that were cut out there.
     pub(crate) extent: Option<(DVec3, DVec3)>,
-    /// Whether the run is to go on.
+    /// Whether the run continues.
     pub(crate) keep_going: &'a (dyn Fn() -> bool + Sync),
-    /// The token that stops it, which inner loops read.
+    /// The token that stops the run; inner loops read it.
     pub(crate) cancel: &'a Cancel,
 }
 
 impl RegionPlan {
-    /// What some holes of a mesh call for.
+    /// The kind of closure for these holes of a mesh.
     pub(crate) fn new(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Self {
         let is_stitched = params.surface == SurfaceKind::Stitched;
         match holes {
@@ -84,34 +84,34 @@ impl RegionProblem<'_> {
         self.holes.iter().map(|h| h.diameter).fold(0.0, f64::max)
     }
 
-    /// The lattice of a level set.
-    pub(super) fn region(&self, next: &Try) -> Region {
+    /// The lattice of an attempt.
+    pub(super) fn region(&self, next: &Attempt) -> Region {
         let (holes, extent) = (self.holes, self.extent);
         let coarse = self.is_finished();
         region(self.mesh, holes, self.params, next, extent, coarse)
     }
 }
 
-/// The region of the first try.
+/// The lattice of the first attempt.
 pub(crate) fn first_region(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> Region {
     let coarse = params.finishes();
     region(
         mesh,
         holes,
         params,
-        &Try::first(params.energy),
+        &Attempt::first(params.energy),
         None,
         coarse,
     )
 }
 
-/// The lattice of a try; `extent` bounds the surface that it starts from, if any. It may be `coarse` where patches are finished
-/// on their own triangles.
+/// The lattice of an attempt. `extent` bounds the surface that initialises it, if any. It may be `coarse` where patches are
+/// finished on their own triangles.
 fn region(
     mesh: &Mesh,
     holes: &[&Hole],
     params: &FillParams,
-    next: &Try,
+    next: &Attempt,
     extent: Option<(DVec3, DVec3)>,
     coarse: bool,
 ) -> Region {
@@ -133,20 +133,20 @@ fn region(
     of(VoxelSize::Length(finer.min(region.voxel)))
 }
 
-/// Whether a region is a single rim of so few edges that a faired triangulation is made of it before any level set, on a grid of isomend's
-/// choice.
+/// Whether a region is a single rim of few edges for which a faired triangulation is made before any level set; only with an
+/// automatic voxel.
 pub(crate) fn has_few_edges(holes: &[&Hole], params: &FillParams) -> bool {
     matches!(holes, [hole] if hole.edges <= tuning().fill.few_for_level_set)
         && params.finishes()
         && params.voxel == VoxelSize::Auto
 }
 
-/// Whether a finer try is worth its time. The grid of a region with a small loop is as fine as it gets from the first; then another
-/// start on it is only worth it where no triangulation of the rims is finished instead.
+/// Whether a finer attempt is worthwhile. The first grid of a region with a small loop is already the finest; another
+/// initialisation on it is worthwhile only where no triangulation of the rims is finished instead.
 pub(super) fn refines(mesh: &Mesh, holes: &[&Hole], params: &FillParams) -> bool {
-    let first = Try::first(params.energy);
-    let voxel = |t: &Try| region(mesh, holes, params, t, None, true).voxel;
-    let is_finer = |finer: &Try| voxel(finer) < voxel(&first);
+    let first = Attempt::first(params.energy);
+    let voxel = |t: &Attempt| region(mesh, holes, params, t, None, true).voxel;
+    let is_finer = |finer: &Attempt| voxel(finer) < voxel(&first);
     let has_finer = || first.finer().as_ref().is_some_and(is_finer);
     params.voxel == VoxelSize::Auto && (!params.finishes() || has_finer())
 }

@@ -1,39 +1,41 @@
-//! How good a patch is: the one order by which patches are chosen.
+//! Quality of a patch: the order by which candidates are compared and chosen.
 
 use std::cmp::Ordering;
 
 use serde::{Deserialize, Serialize};
 
-/// Quality of a patch or of another closure of a region. The lesser value is the better one; the fields are compared in their order.
+/// Quality of a patch or of another closure of a region. Smaller is better; the fields are compared in their order.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct Quality {
-    /// Rims that stay open.
+    /// Rims that are still open.
     pub open_rims: usize,
     /// Faces of the patch that intersect others.
     pub intersections: usize,
-    /// Whether it has no vertices of its own: triangles between those of the rims do not continue the surroundings.
+    /// Whether it has no vertices of its own: triangles between the rims' vertices do not continue the surroundings.
     pub is_plain: bool,
     /// Folded faces.
     pub folds: usize,
-    /// Whether it is not at a minimum of the energy: its finish, or the flow of a level set that is not finished, did not converge.
+    /// Whether it has not converged to a minimum of the energy: its finish, or the flow of an unfinished level set, did not
+    /// converge.
     pub is_unconverged: bool,
-    /// Expected error in the mesh's units, from known rings that were deleted and refilled: root mean square over what was blended, of
-    /// the worst component. None where nothing could be tested. It is not compared: of 24 holes of scans and models with two sound
-    /// patches it spoke for the other one six times, and that was 16 % farther from the truth in the mean.
+    /// Expected error in the mesh's units, from known rings that were removed and refilled: root mean square over the blended
+    /// candidates, of the worst component. None where nothing could be tested. It is not compared: for 24 holes of scans and
+    /// models with two sound patches it preferred the other patch six times, and that patch was on average 16 % farther from the
+    /// true surface.
     pub expected_error: Option<f64>,
-    /// ½∫h², `h` being the sum of the principal curvatures: at the minimum of the finish; 0 without one. While patches of level sets
-    /// are compared before the finish, that of the zero set.
+    /// ½∫h², where `h` is the sum of the principal curvatures, at the minimum of the finish; 0 without a finish. While level sets
+    /// are compared before the finish, the energy of the zero set.
     pub energy: f64,
 }
 
 impl Quality {
-    /// Whether all rims are joined, nothing intersects, and nothing is folded.
+    /// Whether all rims are joined, nothing intersects, and no face is folded.
     pub(super) fn is_sound(&self) -> bool {
         self.open_rims == 0 && self.intersections == 0 && self.folds == 0
     }
 
-    /// Whether it is better than another one by more than a factor of the energy, where they differ by the energy alone.
+    /// Whether it is better than another one; if they differ by the energy alone, by more than this factor.
     pub(super) fn is_clearly_better_than(&self, other: &Self, factor: f64) -> bool {
         let raised = Self {
             energy: factor * self.energy,

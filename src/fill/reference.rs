@@ -1,4 +1,4 @@
-//! The surface before a cut, where the flow starts from it.
+//! The reference surface: the surface before a cut, from which the flow starts and whose shape it partly keeps.
 
 use std::f64::consts::TAU;
 
@@ -7,26 +7,27 @@ use glam::DVec3;
 use crate::region::{CappedRims, KeptShape, TimeSpan};
 use crate::sdf::Sampler;
 
-/// What is kept of the surface before the cut.
+/// How the shape of the reference surface is kept.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Keeping<'a> {
-    /// This part of its shape, from 0 to 1, by a pull.
+    /// The fraction of its shape that is kept, from 0 to 1, by a pull.
     Part(f64),
-    /// What is left of it after these of its faces have evolved for so long.
+    /// By a flow in time: the time span, and the faces that evolve.
     Time(TimeSpan, &'a [bool]),
 }
 
-/// The surface before the cut.
+/// The surface before the cut, with its distances.
 pub(crate) struct ReferenceSurface<'a> {
     sampler: Sampler<'a>,
     rims: CappedRims,
     keeping: Keeping<'a>,
-    /// For each hole the bounding box of what was cut out there.
+    /// For each hole the bounding box of the faces that were cut out there.
     extents: Vec<Option<(DVec3, DVec3)>>,
 }
 
 impl<'a> ReferenceSurface<'a> {
-    /// With the holes that the surface had, and for each hole that the cut left the bounding box of what was cut out there.
+    /// From the surface's distances and holes, and for each hole that the cut left the bounding box of the faces that were cut
+    /// out there.
     pub(crate) fn new(
         sampler: Sampler<'a>,
         rims: CappedRims,
@@ -41,7 +42,8 @@ impl<'a> ReferenceSurface<'a> {
         }
     }
 
-    /// The surface in a region: ½ λ d² balances ½ h² at waves of the width below which features are to go.
+    /// The data of the surface in a region. The pull ½ λ d² balances ½ h² for waves of the width below which features are
+    /// removed.
     pub(super) fn kept(&self, diameter: f64, voxel: f64) -> KeptShape<'_> {
         let weight = match self.keeping {
             Keeping::Part(part) => (TAU / (diameter * (1.0 - part) / part).max(voxel)).powi(4),
@@ -58,7 +60,7 @@ impl<'a> ReferenceSurface<'a> {
         }
     }
 
-    /// How long it evolves.
+    /// How long the surface evolves; none where it is pulled instead.
     pub(crate) fn time(&self) -> Option<TimeSpan> {
         match self.keeping {
             Keeping::Time(span, _) => Some(span),
@@ -66,7 +68,7 @@ impl<'a> ReferenceSurface<'a> {
         }
     }
 
-    /// The bounding box of what was cut out at a group of holes.
+    /// The bounding box of the faces that were cut out at a group of holes.
     pub(crate) fn extent(&self, group: &[usize]) -> Option<(DVec3, DVec3)> {
         let boxes = group.iter().filter_map(|&h| self.extents[h]);
         boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))

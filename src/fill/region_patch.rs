@@ -1,4 +1,4 @@
-//! What became of a region, as a value.
+//! The result of one region: its patch, expected errors, report and outcomes, as a value that can be stored and merged.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -10,30 +10,30 @@ use super::quality::Quality;
 use super::report::RegionReport;
 use crate::mesh::Mesh;
 
-/// What became of a region.
+/// The result of one region.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RegionPatch {
-    /// The patch: vertex numbers below the input's number of vertices are the input's, the others those of its own vertices.
+    /// The patch. Vertex numbers below the input's number of vertices are the input's; larger ones number the new vertices.
     pub mesh: Mesh,
-    /// For each of its own vertices its expected error in the mesh's units; none where nothing can be said.
+    /// Expected error of each new vertex in the mesh's units; none where it is unknown.
     pub expected_error: Vec<Option<f64>>,
-    /// What was done.
+    /// The report of the region.
     pub report: RegionReport,
-    /// What became of each of its holes, in the order of the report's.
+    /// The outcome of each hole, in the order of the report's holes.
     pub outcomes: Vec<HoleOutcome>,
-    /// Whether its box was to grow beyond the part of the mesh that was at hand.
+    /// Whether its box would have to grow beyond the part of the mesh at hand.
     pub(super) is_cramped: bool,
 }
 
 impl RegionPatch {
-    /// Whether the region was to look farther than its task reaches. Its wide task reaches as far as any region looks; without it,
-    /// the region is worked on when patches are put together.
+    /// Whether the region needs a larger part of the mesh than its task holds. Its wide task holds the largest part that any
+    /// region uses; without the wide task the region is computed when patches are merged.
     pub fn is_cramped(&self) -> bool {
         self.is_cramped
     }
 
-    /// How good it is.
+    /// Quality of the result.
     pub(super) fn quality(&self) -> Quality {
         let is_open = |o: &&HoleOutcome| matches!(o, HoleOutcome::Failed(_));
         let finish = self.report.finish.as_ref().map(FinishReport::quality);
@@ -47,20 +47,20 @@ impl RegionPatch {
 }
 
 impl RegionProblem<'_> {
-    /// A region that was stopped: its holes stay open, and the run ends with an error.
+    /// The result of a region that was stopped: its holes stay open, and the run ends with an error.
     pub(super) fn stopped(&self, mut report: RegionReport) -> RegionPatch {
         report.closed_by = Some(ClosedBy::Nothing);
         let outcome = HoleOutcome::Failed(FailedReason::NotReached);
         self.all(Mesh::default(), report, outcome)
     }
 
-    /// A region closed by a finished patch of a level set.
+    /// The result of a region that is closed by a finished patch of a level set.
     pub(super) fn accept(&self, finished: FinishedPatch, mut report: RegionReport) -> RegionPatch {
         report.closed_by = Some(ClosedBy::LevelSet);
         self.all_finished(finished, report, HoleOutcome::Filled)
     }
 
-    /// A region whose box is to grow beyond the part of the mesh that is at hand.
+    /// The result of a region whose box would have to grow beyond the part of the mesh at hand.
     pub(super) fn cramped(&self) -> RegionPatch {
         RegionPatch {
             is_cramped: true,
@@ -68,7 +68,7 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// A finished patch that closes all of its holes in one way.
+    /// The result of a region with a finished patch; all holes have the same outcome.
     pub(super) fn all_finished(
         &self,
         finished: FinishedPatch,
@@ -94,13 +94,13 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// A region whose zero set is all that was asked for.
+    /// The result of a region if only the zero set was asked for.
     pub(super) fn whole(&self, mesh: Mesh, mut report: RegionReport) -> RegionPatch {
         report.closed_by = Some(ClosedBy::LevelSet);
         self.all(mesh, report, HoleOutcome::Filled)
     }
 
-    /// A patch that closes all of its holes in one way.
+    /// The result of a region with this patch; all holes have the same outcome.
     pub(super) fn all(
         &self,
         mesh: Mesh,
@@ -118,7 +118,7 @@ impl RegionProblem<'_> {
         }
     }
 
-    /// How far the vertices of the patch of one hole rise beyond the rim's own extent along its normal, in diameters.
+    /// How far the vertices of the patch of a single hole rise beyond the rim's own extent along the rim's normal, in diameters.
     pub(super) fn rise(&self, positions: &[DVec3]) -> Option<f64> {
         let ([hole], None) = (self.holes, self.reference) else {
             return None;

@@ -1,4 +1,4 @@
-//! What was done in a region.
+//! The report of a region: grid, flow, closure, quality, finish, sharp edges.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::mesh::HoleId;
 use crate::region::LevelReport;
 use crate::tuning::tuning;
 
-/// A region and its patch.
+/// Report of a region and its patch.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RegionReport {
@@ -17,26 +17,27 @@ pub struct RegionReport {
     pub id: usize,
     /// Numbers of its holes.
     pub holes: Vec<HoleId>,
-    /// Whether its holes were put together because the caller asked for a bridge.
+    /// Whether its holes were grouped because the caller asked for a bridge.
     pub bridge: bool,
-    /// Diameter in the mesh's units: that of the widest hole, or of what was cut out.
+    /// Diameter in the mesh's units, of the widest hole or of the faces that were cut out.
     pub diameter: f64,
-    /// Voxel size of the finest level in the mesh's units; none where no grid is needed.
+    /// Voxel size of the finest level in the mesh's units; none where no grid was needed.
     pub voxel: Option<f64>,
-    /// Nodes of the box of the finest level along the axes. Memory and time go with those near the surface only.
+    /// Nodes of the box of the finest level along each axis. Memory and time depend only on the nodes near the surface.
     pub dims: Option<[usize; 3]>,
     /// The levels of the nested solve, the coarsest first.
     pub levels: Vec<LevelReport>,
-    /// Whether the flow became steady.
+    /// Whether the flow converged.
     pub converged: bool,
-    /// What closed it.
+    /// The kind of surface that closed the region.
     pub closed_by: Option<ClosedBy>,
-    /// Mean angle between the faces on both sides of the seam, in degrees; none where the level set did not close it.
+    /// Mean angle between the faces on both sides of the seam with the mesh, in degrees; none where the patch is not joined along
+    /// one.
     pub seam_angle_mean: Option<f64>,
-    /// Largest angle there.
+    /// Largest angle at the seam, in degrees.
     pub seam_angle_max: Option<f64>,
-    /// How far the patch of one hole rises above its rim, along the rim's normal to either side and beyond the rim's own extent,
-    /// in diameters; none for other patches.
+    /// How far the patch of a single hole rises above its rim, along the rim's normal to either side and beyond the rim's own
+    /// extent, in diameters; none for other patches.
     pub rise: Option<f64>,
     /// New vertices.
     pub new_vertices: usize,
@@ -46,24 +47,24 @@ pub struct RegionReport {
     pub quality_mean: f64,
     /// New faces that intersect another face.
     pub intersecting_faces: usize,
-    /// Connected pieces of the patch.
+    /// Connected components of the patch.
     pub components: usize,
-    /// How good its patch is: the value by which patches are chosen. None in a plan, and for offset shells of a repair.
+    /// The quality by which its patch was chosen. None in a plan, and for offset shells of a repair.
     pub quality: Option<Quality>,
-    /// How its patch was finished; none where it was not.
+    /// The finish of its patch; none where it was not finished.
     pub finish: Option<FinishReport>,
     /// Sharp edges that were continued.
     pub creases: Vec<CreaseReport>,
-    /// Number of sharp edges of the mesh that end at its rim; 0 where none are looked for: at several rims, at a flat cap, where patches
-    /// are not finished, and with [`Sharp::Off`](crate::Sharp::Off).
+    /// Number of sharp edges of the mesh that end at its rim. 0 where none are searched: at several rims, at a flat cap, where
+    /// patches are not finished, and with [`Sharp::Off`](crate::Sharp::Off).
     pub crease_ends: usize,
-    /// Why these were not continued, or those that were asked for; none where they were, or there are none.
+    /// Why these edges, or the ones that the caller asked for, were not continued; none where they were, or there are none.
     pub not_continued: Option<NotContinued>,
-    /// Why earlier tries failed.
+    /// Why earlier attempts failed.
     pub earlier_tries: Vec<TryFailure>,
-    /// Whether the surface is that of the energy to fall back to because the one asked for found none.
+    /// Whether the surface belongs to the fallback energy, because the requested one found none.
     pub other_energy: bool,
-    /// Seconds.
+    /// Computing time in seconds.
     pub seconds: f64,
 }
 
@@ -78,7 +79,7 @@ pub struct CreaseReport {
 }
 
 impl RegionReport {
-    /// Counts the new faces that intersect another face anew.
+    /// Sets the number of new faces that intersect another face, also in the quality.
     pub(crate) fn set_intersecting(&mut self, faces: usize) {
         self.intersecting_faces = faces;
         if let Some(quality) = &mut self.quality {
@@ -86,8 +87,9 @@ impl RegionReport {
         }
     }
 
-    /// Takes how many sharp edges end at the rim, and why they were not continued. Rounded edges that close the hole instead are what is there,
-    /// unless certain edges were asked for, or sharp ones were right but for what they intersect.
+    /// Sets how many sharp edges end at the rim, and why they were not continued. If rounded edges closed the hole instead, there
+    /// is no reason to report, unless the caller asked for certain edges, or the sharp continuation failed only because it
+    /// intersects faces.
     pub(super) fn set_creases_seen(
         &mut self,
         ends: usize,
@@ -100,7 +102,7 @@ impl RegionReport {
         self.not_continued = why.filter(|why| asked_for || !is_by_sides || is_lost(why));
     }
 
-    /// Whether a surface was made for it, and not only triangles between vertices of rims.
+    /// Whether it has a surface of its own, not only triangles between the rims' vertices.
     pub fn has_surface(&self) -> bool {
         let by = self.closed_by;
         !self.levels.is_empty()
@@ -116,8 +118,8 @@ impl RegionReport {
             )
     }
 
-    /// Whether its patch bulges so far that a flat cap may be what is wanted: the surface was continued across a cut neck or the
-    /// mouth of a vessel. The corner of a solid, which rises as far, does not count.
+    /// Whether its patch bulges so far that a flat cap may be wanted: the surface was continued across a cut neck or the mouth of
+    /// a vessel. The corner of a solid, which rises as far, does not count.
     pub fn balloons(&self) -> bool {
         let is_corner = self.closed_by == Some(ClosedBy::Sides);
         !is_corner && self.rise.is_some_and(|rise| rise > tuning().fill.balloon)

@@ -1,4 +1,4 @@
-//! Candidate: triangles between the vertices of each rim.
+//! Candidate: triangles between the vertices of each rim, without new vertices.
 
 use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason, TryFailure};
 use super::problem::{RegionPlan, RegionProblem};
@@ -25,7 +25,7 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
 }
 
 impl RegionProblem<'_> {
-    /// Triangulates each loop on its own, with other diagonals than the loops before it.
+    /// Triangulates each loop separately; no diagonal repeats an edge of an earlier loop's triangles.
     fn triangulate(&self, why: TriangulatedReason, mut report: RegionReport) -> RegionPatch {
         let rims: Vec<Vec<u32>> = self.holes.iter().map(|h| h.rim.clone()).collect();
         let part = self.all.part_round(&rims);

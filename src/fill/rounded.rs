@@ -1,5 +1,5 @@
-//! Candidate: flat sides round a rim with rounded edges between them, the rounding continued across the hole; made only where that predicts
-//! the faces round the hole much better than a smooth patch does.
+//! Candidate: flat sides around a rim, with the rounded edges between them continued across the hole. Made only where that
+//! predicts the faces around the hole much better than a smooth patch.
 
 use super::faired;
 use super::problem::RegionProblem;
@@ -11,22 +11,22 @@ use crate::finish::biharmonic;
 use crate::mesh::{Part, VertexFaces};
 use crate::stitch::Patch;
 
-/// How often a patch is moved onto the surface and its vertices evened out on it.
+/// Rounds in which the patch's vertices are evened out and projected onto the surface.
 const ROUNDS: usize = 10;
 
-/// Expected cost: that of the smooth patch with which its prediction is compared.
+/// Expected cost: as the smooth patch that its prediction is compared with.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
     faired::cost(problem)
 }
 
-/// The region closed by rounded edges between its sides.
+/// Closes the region by rounded edges between its flat sides.
 pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
     problem.rounded().into()
 }
 
 impl RegionProblem<'_> {
-    /// The region closed by rounded edges between its sides; none where there are none, a smooth patch predicts the faces round the hole as well,
-    /// or the patch intersects anything.
+    /// The region closed by rounded edges between its flat sides; none where there are none, a smooth patch predicts the faces
+    /// around the hole about as well, or the patch intersects anything.
     fn rounded(&self) -> Option<RegionPatch> {
         let [hole] = self.holes else {
             return None;
@@ -58,7 +58,8 @@ impl RegionProblem<'_> {
         self.closed_by_sides(&local, patch, Vec::new(), error).ok()
     }
 
-    /// The errors with which rounded edges and a smooth patch predict the rings of faces round the hole; none where no ring can be taken out.
+    /// The errors with which rounded edges and a smooth patch predict the rings of faces around the hole; none where no ring can
+    /// be removed.
     fn rounded_error(&self, part: &Part, rim: &[u32]) -> Option<[f64; 2]> {
         RINGS.into_iter().find_map(|rings| {
             let widened = self.widened(part, rim, rings)?;

@@ -1,4 +1,4 @@
-//! Candidate: triangles between two rims that lie on each other.
+//! Candidate: thin triangles between two rims that coincide.
 
 use super::outcome::{ClosedBy, HoleOutcome, TriangulatedReason};
 use super::params::SurfaceKind;
@@ -9,13 +9,13 @@ use super::so_far::Made;
 use crate::mesh::Mesh;
 use crate::stitch::close_seam;
 
-/// Triangles between two rims that lie on each other.
+/// Closes a seam: thin triangles between two rims that coincide.
 pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
     problem.close_seam().into()
 }
 
 impl RegionProblem<'_> {
-    /// Closes the gap between two rims that lie on each other.
+    /// Closes the gap between two rims that coincide.
     fn close_seam(&self) -> Option<RegionPatch> {
         let (&[a, b], SurfaceKind::Stitched) = (self.holes, self.params.surface) else {
             return None;

@@ -1,10 +1,10 @@
-//! The search for a closure of a region: computes the candidates that the strategy asks for, until that accepts one.
+//! Closes a region: computes the candidates that the strategy asks for, until it accepts one.
 
 use std::time::Instant;
 
 use glam::DVec3;
 
-use super::grids::{Prospects, Try};
+use super::grids::{Attempt, RetryContext};
 use super::params::SurfaceKind;
 use super::problem::{RegionPlan, RegionProblem, has_few_edges, refines};
 use super::region_patch::RegionPatch;
@@ -34,13 +34,13 @@ impl RegionProblem<'_> {
         filled
     }
 
-    /// What of the region bears on its tries.
-    fn prospects(&self) -> Prospects {
+    /// The properties of the region that decide about retries.
+    fn retry_context(&self) -> RetryContext {
         let is_end = |h: &&Hole| {
             let mean = h.conormals.iter().sum::<DVec3>() / h.conormals.len().max(1) as f64;
             h.planarity < tuning().fill.flat_rim && mean.length() > tuning().fill.parallel
         };
-        Prospects {
+        RetryContext {
             may_be_sharp: self.may_be_sharp(),
             may_refine: refines(self.mesh, self.holes, self.params),
             diameter: self.diameter(),
@@ -61,9 +61,11 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
     let mut so_far = begin(problem);
     loop {
         let SoFar {
-            first, prospects, ..
+            first,
+            retry_context,
+            ..
         } = &so_far;
-        let candidate = match next_step(problem.plan, first, &so_far.endings, prospects) {
+        let candidate = match next_step(problem.plan, first, &so_far.endings, retry_context) {
             Step::Take(place) => {
                 let (ends, why) = (so_far.crease_ends, so_far.not_continued.clone());
                 let mut patch = taken(problem, so_far, place);
@@ -96,7 +98,7 @@ fn search(problem: &RegionProblem<'_>) -> RegionPatch {
 
 fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
     SoFar {
-        first: Try {
+        first: Attempt {
             accept: problem
                 .holes
                 .iter()
@@ -105,22 +107,22 @@ fn begin<'b>(problem: &RegionProblem<'_>) -> SoFar<'b> {
                 Some(_) => Start::Triangulation,
                 None => Start::Biharmonic,
             },
-            ..Try::first(problem.params.energy)
+            ..Attempt::first(problem.params.energy)
         },
-        prospects: match problem.plan {
-            RegionPlan::Solve => problem.prospects(),
-            _ => Prospects::default(),
+        retry_context: match problem.plan {
+            RegionPlan::Solve => problem.retry_context(),
+            _ => RetryContext::default(),
         },
         endings: Vec::new(),
         made: Vec::new(),
-        nearest: None,
+        best_unconverged: None,
         last: RegionReport::default(),
         crease_ends: 0,
         not_continued: None,
     }
 }
 
-/// Makes a candidate: each kind is a function of its own file.
+/// Makes a candidate, by the function of its module.
 fn make<'b>(
     problem: &'b RegionProblem<'_>,
     candidate: Candidate,
@@ -136,7 +138,7 @@ fn make<'b>(
             (made, level) = level_set::make(problem, &now, so_far);
             made
         }
-        Candidate::NearlySteady => level_set::make_nearest(problem, so_far),
+        Candidate::Unconverged => level_set::make_unconverged(problem, so_far),
         Candidate::Finished => finish_step::make(problem, so_far),
         Candidate::Faired => faired::make(problem),
         Candidate::EachFaired => faired::make_each(problem, so_far),
@@ -164,12 +166,12 @@ fn make<'b>(
     (ending, made)
 }
 
-/// Milliseconds of one core for a unit of cost, an unknown in a step of a level set.
+/// Milliseconds of one core per unit of cost: one unknown in one step of a level set.
 const MS_OF_COST: f64 = 6e-3;
 
-/// Expected cost of a candidate before it is made, in unknowns times steps of a level set. On 278 holes of scans and models half of the
-/// level sets and of the faired triangulations took between 0.75 and 1.4 times as long as expected, half of the finishes between 0.85 and
-/// 1.2 times.
+/// Expected cost of a candidate before it is made, in unknowns times steps of a level set. On 278 holes of scans and models half
+/// of the level sets and faired triangulations took between 0.75 and 1.4 times the expected time, half of the finishes between
+/// 0.85 and 1.2 times.
 fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -> f64 {
     let joined = || {
         so_far
@@ -184,13 +186,13 @@ fn cost(problem: &RegionProblem<'_>, candidate: Candidate, so_far: &SoFar<'_>) -
         Candidate::Faired | Candidate::EachFaired => faired::cost(problem),
         Candidate::PlanarCap => planar::cost(problem),
         Candidate::Base => base::cost(problem),
-        // Triangles between vertices that are there.
-        Candidate::NearlySteady | Candidate::Seam | Candidate::RimTriangles => 0.0,
+        // Triangles between existing vertices, or an already solved level set.
+        Candidate::Unconverged | Candidate::Seam | Candidate::RimTriangles => 0.0,
     }
 }
 
-/// What becomes of the region by the candidate that is taken. A faired triangulation that is better than the finished patch of a level
-/// set stands in its place.
+/// The result of the region for the candidate at `place`. A faired triangulation that replaces the finished patch of a level set
+/// is reported as that patch.
 fn taken(problem: &RegionProblem<'_>, mut so_far: SoFar<'_>, place: usize) -> RegionPatch {
     let beside = so_far.best_joined().map(|(_, report)| report.clone());
     match (so_far.made.swap_remove(place), beside) {
@@ -200,7 +202,7 @@ fn taken(problem: &RegionProblem<'_>, mut so_far: SoFar<'_>, place: usize) -> Re
             let (why, report) = so_far.without_level_set();
             problem.closed_by_fairing(patch, why, report)
         }
-        // No strategy takes what has no patch, or was not finished.
+        // The strategy never takes a candidate without a patch, or an unfinished one.
         (Made::Nothing | Made::Joined(..), _) => problem.stopped(so_far.last),
     }
 }

@@ -1,4 +1,4 @@
-//! Setters of [`FillParams`], for calls in a row.
+//! Chained setters of [`FillParams`].
 
 use super::params::{FillParams, Finish, Sharp, SurfaceKind};
 use crate::flow::{Energy, Variant};
@@ -6,7 +6,7 @@ use crate::mesh::HoleId;
 use crate::region::VoxelSize;
 use crate::setters::setters;
 
-/// Numbers of holes as parameters have them.
+/// Converts to a list of hole numbers.
 fn ids<T: Into<HoleId>>(holes: impl IntoIterator<Item = T>) -> Vec<HoleId> {
     holes.into_iter().map(Into::into).collect()
 }

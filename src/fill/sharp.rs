@@ -1,5 +1,5 @@
-//! Candidate: the smooth sides round a rim, continued until they meet in sharp edges; made only where that predicts the faces round the
-//! hole much better than a smooth patch does.
+//! Candidate: the smooth sides around a rim, continued until they meet in sharp edges (creases). Made only where that predicts
+//! the faces around the hole much better than a smooth patch.
 
 use glam::DVec3;
 
@@ -19,41 +19,44 @@ use crate::spatial::Bvh;
 use crate::stitch::Patch;
 use crate::tuning::tuning;
 
-/// Rims of more edges are not looked at: the triangulation of a part takes time with their number times its area.
+/// Edges. Longer rims are not examined: the triangulation of a part takes time proportional to their number of edges times its
+/// area.
 const MOST_EDGES: usize = 1000;
-/// Rings that are taken out to be predicted; fewer where that leaves no hole across which the sides can be continued.
+/// Numbers of rings that are removed for the test; the second where the first leaves no hole across which the sides can be
+/// continued.
 pub(super) const RINGS: [u32; 2] = [2, 1];
-/// The sides must predict them with less than this part of a smooth patch's error. On 73 holes of solids this refused 2 right patches, and
-/// took 1 that was worse than the smooth one.
+/// Ratio of errors. The sides must predict the removed rings with less than this fraction of a smooth patch's error. On 73 holes
+/// of solids this refused 2 correct patches, and took 1 that was worse than the smooth one.
 pub(super) const CLEARLY_BETTER: f64 = 0.6;
-/// With less than this part where no crease of the mesh is seen to end at the rim and the sides are rough: on holes of scans wrong creases
-/// had 0.27 and more.
+/// Ratio of errors. The same bound where no crease of the mesh is found to end at the rim and the sides are rough: on holes of
+/// scans wrong creases had 0.27 and more.
 const FAR_BETTER: f64 = 0.25;
-/// Where nothing can be taken out, the sides are believed when their residuals are below this, in edges. On holes of scans those of wrong
-/// patches were at least 0.077, those of right ones at most 0.065 but for two.
+/// Edges. Where no ring can be removed, the sides are accepted if their residual is below this. On holes of scans wrong patches
+/// had residuals of at least 0.077, correct ones of at most 0.065, except for two.
 pub(super) const SURE: f64 = 0.06;
-/// Where moreover no crease is seen to end at the rim, they must be below this.
+/// Edges. The same bound where, in addition, no crease is found to end at the rim.
 const EXACT: f64 = 0.02;
-/// A hole of the widened mesh is the one looked for when this part of its rim's vertices are those of the faces that were taken out.
+/// Fraction of the rim's vertices. A hole of the widened mesh is the widened one if more than this fraction of its rim's vertices
+/// belong to removed faces.
 const SAME_RIM: f64 = 0.9;
 
-/// How well a patch with creases, and a smooth one, predict the rings that were taken out.
+/// How well continued sides, and a smooth patch, predict the removed rings.
 struct Prediction {
-    /// Root mean square distance of the vertices that were taken out, in the mesh's units: from the continued sides,
+    /// Root mean square distance of the removed vertices from the continued sides, in the mesh's units.
     sides: f64,
-    /// whether these are refined by what is left beside their sheets,
+    /// Whether these sides include the correction by the residuals of their fit.
     is_refined: bool,
-    /// and from a smooth patch.
+    /// Root mean square distance of the removed vertices from a smooth patch, in the mesh's units.
     smooth: f64,
 }
 
-/// Expected cost: that of the smooth patch with which its prediction is compared.
+/// Expected cost: as the smooth patch that its prediction is compared with.
 pub(super) fn cost(problem: &RegionProblem<'_>) -> f64 {
     faired::cost(problem)
 }
 
-/// The region closed by its continued sides; nothing where there are no creases, or a smooth patch predicts the faces round the hole as
-/// well. Keeps how many creases end at the rim, and why they are not continued.
+/// The region closed by its continued sides; nothing where there are no creases, or a smooth patch predicts the faces around the
+/// hole about as well. Records how many creases end at the rim, and why they are not continued.
 pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made {
     let [hole] = problem.holes else {
         return Made::Nothing;
@@ -70,7 +73,7 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made 
         Ok(region) => Made::Region(region),
         Err(why) => {
             log::debug!("hole {}: no sharp edges: {why}", hole.id.get());
-            // A single end is often no edge, but the deepest place of a smooth valley.
+            // A single end is often no crease, but the deepest point of a smooth valley.
             let is_lost = so_far.crease_ends > 1 || !problem.joined.is_empty();
             so_far.not_continued = is_lost.then_some(why);
             Made::Nothing
@@ -82,19 +85,19 @@ fn declined(why: Declined) -> NotContinued {
     NotContinued::Declined(why.to_string())
 }
 
-/// Whether sharp edges that end at the rim of a hole are looked for: not at the longest rims, and not where few triangles close it.
+/// Whether creases that end at the rim of a hole are searched: not at the longest rims, and not where few triangles close it.
 pub(crate) fn may_have_crease_ends(hole: &Hole) -> bool {
     hole.edges > tuning().fill.few_edges && hole.edges <= MOST_EDGES
 }
 
 impl RegionProblem<'_> {
-    /// Whether sharp edges are looked for: at a single rim, where patches are finished.
+    /// Whether creases are searched: at a single rim, where patches are finished.
     pub(super) fn may_be_sharp(&self) -> bool {
         let is_one = matches!(self.holes, [hole] if may_have_crease_ends(hole));
         is_one && self.params.sharp == Sharp::Auto && self.is_finished()
     }
 
-    /// The region closed by its continued sides; `ends` creases are seen to end at its rim.
+    /// The region closed by its continued sides. `ends` is the number of creases found to end at its rim.
     fn sides(
         &self,
         part: Part,
@@ -112,7 +115,7 @@ impl RegionProblem<'_> {
                 let refined = (is_refined && sides.refine()).then(|| sides.continued(count).ok());
                 (refined.flatten().unwrap_or(continued), error)
             }
-            // The caller knows that these creases are there.
+            // The caller knows that these creases exist: no test.
             false => (
                 sides.continued_with(count, &joined).map_err(declined)?,
                 None,
@@ -133,8 +136,9 @@ impl RegionProblem<'_> {
         self.closed_by_sides(&local, patch, creases, error)
     }
 
-    /// The error with which the continued sides predict the faces round the hole, if that can be measured, and whether their sheets are to be
-    /// refined; refused where a smooth patch predicts them about as well. Creases between rough sides that are not seen to end at the rim must be far better.
+    /// The error with which the continued sides predict the faces around the hole, if it can be measured, and whether their
+    /// sheets are to be refined. Refused where a smooth patch predicts the faces about as well. Creases between rough sides that
+    /// are not found to end at the rim must be far better.
     fn predicted(
         &self,
         part: &Part,
@@ -163,7 +167,7 @@ impl RegionProblem<'_> {
         };
         let is_refined = prediction.as_ref().is_none_or(|p| p.is_refined);
         let error = match prediction {
-            // Of two that predict as well a flat side is the simpler one.
+            // A flat side is simpler: it is taken if it predicts as well as the smooth patch.
             Some(p) if continued.is_flat && p.sides <= p.smooth => Ok(Some(p.sides)),
             Some(p) if p.sides < clearly_better * p.smooth => Ok(Some(p.sides)),
             Some(_) => Err(NotContinued::Predicted),
@@ -176,8 +180,8 @@ impl RegionProblem<'_> {
         Ok((error?, is_refined))
     }
 
-    /// A region closed by a patch on its continued sides, in the part's numbers, with the expected error of all its vertices; refused where it
-    /// intersects anything.
+    /// The region closed by a patch on its continued sides, in the part's vertex numbers, with one expected error for all
+    /// vertices. Refused where the patch intersects anything.
     pub(super) fn closed_by_sides(
         &self,
         local: &Local,
@@ -185,7 +189,7 @@ impl RegionProblem<'_> {
         creases: Vec<CreaseReport>,
         error: Option<f64>,
     ) -> Result<RegionPatch, NotContinued> {
-        match local.crossing(&patch.positions) {
+        match local.count_intersecting(&patch.positions) {
             0 => patch.report.intersecting_faces = 0,
             faces => return Err(NotContinued::Intersects(faces)),
         }
@@ -204,8 +208,8 @@ impl RegionProblem<'_> {
         Ok(self.all_finished(finished, report, HoleOutcome::Filled))
     }
 
-    /// How well the sides, and a smooth patch, predict the innermost rings of faces when these are taken out; none where that leaves no single
-    /// hole, or either patch cannot be made.
+    /// How well the sides, and a smooth patch, predict the innermost rings of faces when these are removed; none where the
+    /// removal leaves no single hole, or either patch fails.
     fn prediction(&self, part: &Part, rim: &[u32], rings: u32) -> Option<Prediction> {
         let widened = self.widened(part, rim, rings)?;
         let around = VertexFaces::new(&widened.mesh);
@@ -224,7 +228,7 @@ impl RegionProblem<'_> {
         })
     }
 
-    /// A mesh without the innermost rings of faces round its hole; none where that leaves no single hole.
+    /// The mesh without the innermost rings of faces around its hole; none where that leaves no single hole.
     pub(super) fn widened(&self, part: &Part, rim: &[u32], rings: u32) -> Option<WidenedHole> {
         let widened = without_rings(&part.mesh, rim, rings)?;
         let rest = Part::new(&part.mesh, &widened.kept, std::iter::empty());
@@ -242,7 +246,7 @@ impl RegionProblem<'_> {
         })
     }
 
-    /// Root mean square distance of the vertices that were taken out from a smooth patch.
+    /// Root mean square distance of the removed vertices from a smooth patch.
     pub(super) fn smooth_error(&self, widened: &WidenedHole) -> Option<f64> {
         let params = FillParams {
             sharp: Sharp::Off,
@@ -264,7 +268,7 @@ impl RegionProblem<'_> {
     }
 }
 
-/// The hole of a widened mesh whose rim has nearly only vertices of the faces that were taken out; none where there are several.
+/// The hole of a widened mesh whose rim consists almost only of vertices of removed faces; none unless there is exactly one.
 fn widened_hole(holes: Vec<Hole>, rest: &Part, removed: &[u32]) -> Option<Hole> {
     let is_removed = |v: &&u32| {
         removed
@@ -282,17 +286,17 @@ fn widened_hole(holes: Vec<Hole>, rest: &Part, removed: &[u32]) -> Option<Hole> 
     }
 }
 
-/// A hole with the faces round it taken out.
+/// A hole with the faces around it removed.
 pub(super) struct WidenedHole {
     pub(super) mesh: Mesh,
     topology: Topology,
     pub(super) hole: Hole,
-    /// The vertices that were taken out.
+    /// Positions of the removed vertices.
     points: Vec<DVec3>,
 }
 
 impl WidenedHole {
-    /// Root mean square distance of the vertices that were taken out from a patch; none where there are none.
+    /// Root mean square distance of the removed vertices from a patch; none where no vertex was removed.
     fn distance(&self, new: &[DVec3], faces: &[[u32; 3]]) -> Option<f64> {
         let patch = Mesh::new([&self.mesh.positions, new].concat(), faces.to_vec());
         let tree = Bvh::new(&patch, 0..faces.len() as u32);
@@ -302,7 +306,7 @@ impl WidenedHole {
         })
     }
 
-    /// Root mean square of a distance of the vertices that were taken out; none where there are none.
+    /// Root mean square of a distance of the removed vertices; none where no vertex was removed.
     pub(super) fn root_mean_square(&self, distance: impl Fn(DVec3) -> f64) -> Option<f64> {
         let sum: f64 = self.points.iter().map(|p| distance(*p).powi(2)).sum();
         (!self.points.is_empty()).then(|| (sum / self.points.len() as f64).sqrt())

@@ -1,7 +1,7 @@
-//! What the search of a region came to so far: the candidates that were made, and what later ones use of them.
+//! State of the search for a region's patch: the candidates made so far, and the results that later candidates use.
 
 use super::candidate::{FinishedPatch, quality};
-use super::grids::{Prospects, Try, failures};
+use super::grids::{Attempt, RetryContext, failures};
 use super::outcome::{NotContinued, TryFailure};
 use super::quality::Quality;
 use super::region_patch::RegionPatch;
@@ -10,18 +10,18 @@ use super::strategy::{Ending, history};
 use crate::region::{MeshData, Region, Solved};
 use crate::stitch::Patch;
 
-/// The candidates that were made of a region, and what they found.
+/// The candidates of a region made so far, and their results.
 pub(super) struct SoFar<'b> {
-    /// The level set that is tried first.
-    pub(super) first: Try,
-    pub(super) prospects: Prospects,
-    /// How each candidate ended, in the order in which they were made,
+    /// The first level-set attempt.
+    pub(super) first: Attempt,
+    pub(super) retry_context: RetryContext,
+    /// The results of the candidates, in the order in which they were made.
     pub(super) endings: Vec<Ending>,
-    /// and what was made.
+    /// The patches of the candidates, in the same order.
     pub(super) made: Vec<Made>,
-    /// The level set that did not converge whose last update was the smallest.
-    pub(super) nearest: Option<Unconverged<'b>>,
-    /// What the last level set without a patch found.
+    /// The unconverged level set with the smallest last update.
+    pub(super) best_unconverged: Option<Unconverged<'b>>,
+    /// The report of the last level set without a patch.
     pub(super) last: RegionReport,
     /// Number of sharp edges that end at the rim.
     pub(super) crease_ends: usize,
@@ -29,19 +29,19 @@ pub(super) struct SoFar<'b> {
     pub(super) not_continued: Option<NotContinued>,
 }
 
-/// What a candidate came to.
+/// What a candidate produced.
 pub(super) enum Made {
     /// No patch.
     Nothing,
-    /// The patch of a level set, and what was found.
+    /// The joined, unfinished patch of a level set, and its report.
     Joined(Patch, RegionReport),
     /// A finished patch.
     Finished(FinishedPatch),
-    /// What becomes of the region.
+    /// The complete result of the region.
     Region(RegionPatch),
 }
 
-/// How a level set ended, beside what was made.
+/// The result of a level set, in addition to what it produced.
 #[derive(Default)]
 pub(super) struct LevelEnd {
     pub(super) failure: Option<TryFailure>,
@@ -49,7 +49,7 @@ pub(super) struct LevelEnd {
     pub(super) energy: Option<f64>,
 }
 
-/// A level set that did not converge, but whose last update was small.
+/// An unconverged level set whose last update was small.
 pub(super) struct Unconverged<'a> {
     pub(super) solved: Solved,
     pub(super) region: Region,
@@ -58,12 +58,12 @@ pub(super) struct Unconverged<'a> {
 }
 
 impl SoFar<'_> {
-    /// The grids that were tried.
-    pub(super) fn history(&self) -> Vec<(Try, Option<TryFailure>)> {
+    /// The level-set attempts made so far.
+    pub(super) fn history(&self) -> Vec<(Attempt, Option<TryFailure>)> {
         history(&self.endings)
     }
 
-    /// The best patch of a level set; of equals the first.
+    /// The best patch of a level set; the first of equal ones.
     pub(super) fn best_joined(&self) -> Option<(&Patch, &RegionReport)> {
         let all = self.endings.iter().zip(&self.made);
         let joined = all.filter_map(|(ending, made)| match made {
@@ -74,7 +74,7 @@ impl SoFar<'_> {
         best.map(|(_, patch, report)| (patch, report))
     }
 
-    /// Why no level set closed the region, none where none was made, and what is reported then.
+    /// The failure of the last level set, if one was attempted, and a report for a region that no level set closed.
     pub(super) fn without_level_set(&self) -> (Option<TryFailure>, RegionReport) {
         let report = RegionReport {
             earlier_tries: failures(&self.history()),
@@ -107,7 +107,7 @@ impl From<Option<RegionPatch>> for Made {
     }
 }
 
-/// How good a patch is that is not finished yet: its energy is that of the level set.
+/// Quality of a joined, unfinished patch, with the energy of its level set.
 fn joined_quality(patch: &Patch, report: &RegionReport) -> Quality {
     Quality {
         is_unconverged: !report.converged,

@@ -1,4 +1,4 @@
-//! Patches are joined to the part of the mesh round them: what a region costs does not depend on the rest of the model.
+//! Joins extracted surfaces to the part of the mesh around a region, so that the cost does not depend on the rest of the model.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use crate::stitch::{Patch, StitchError, StitchInput, StitchParams, stitch};
 use crate::tuning::tuning;
 
 impl RegionProblem<'_> {
-    /// Stitches the extracted surface of a region to its rims.
+    /// Joins the extracted surface of a region to its rims.
     pub(super) fn stitch(
         &self,
         region: &Region,
@@ -52,7 +52,7 @@ pub(super) fn local_rim(part: &Part, hole: &Hole) -> Vec<u32> {
     hole.rim.iter().map(|&v| part.local(v)).collect()
 }
 
-/// Gives faces the vertex numbers of the whole mesh, which has `count` vertices.
+/// Converts faces to the vertex numbers of the whole mesh, which has `count` vertices.
 pub(super) fn renumber(faces: &mut [[u32; 3]], part: &Part, count: usize) {
     for f in faces {
         *f = f.map(|v| part.original(v, count));

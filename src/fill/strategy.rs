@@ -1,7 +1,7 @@
 //! Selects the next candidate to compute for a region, or the candidate to accept: a pure function of the candidates computed so far and
 //! their results.
 
-use super::grids::{Prospects, Try, next_try};
+use super::grids::{Attempt, RetryContext, next_attempt};
 use super::outcome::TryFailure;
 use super::problem::RegionPlan;
 use super::quality::Quality;
@@ -12,32 +12,32 @@ use crate::tuning::tuning;
 /// A way to close a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Candidate {
-    /// The smooth sides round the only rim, continued until they meet in sharp edges.
+    /// The smooth sides around the only rim, continued until they meet in sharp edges.
     Sides,
     /// Flat sides with rounded edges between them.
     Rounded,
     /// The zero set of a level set, joined to the rims.
-    LevelSet(Try),
-    /// That of the flow that came nearest to rest, where none came to it.
-    NearlySteady,
+    LevelSet(Attempt),
+    /// The unconverged level set with the smallest last update, where none converged, joined to the rims.
+    Unconverged,
     /// The best patch of a level set, finished on its own triangles.
     Finished,
-    /// A refined triangulation of the only rim, filled and finished.
+    /// A refined triangulation of the only rim, faired and finished.
     Faired,
-    /// The same for each of the rims by itself.
+    /// The same for each rim separately.
     EachFaired,
     /// The surface of least area over a refined triangulation of the only rim.
     PlanarCap,
     /// A flat base with walls under the only rim.
     Base,
-    /// Triangles between two rims that lie on each other.
+    /// Triangles between two rims that coincide.
     Seam,
     /// Triangles between the vertices of each rim.
     RimTriangles,
 }
 
 impl Candidate {
-    /// What the region's box grows by for it.
+    /// The factor of the box's margin for this candidate.
     pub(super) fn growth(&self) -> f64 {
         match self {
             Self::LevelSet(now) => now.growth,
@@ -46,27 +46,27 @@ impl Candidate {
     }
 }
 
-/// A candidate that was made, and how that ended.
+/// A candidate that was made, and its result.
 #[derive(Clone, Debug)]
 pub(super) struct Ending {
     pub(super) candidate: Candidate,
-    /// How good its patch is; none where there is none.
+    /// Quality of its patch; none where it has no patch.
     pub(super) quality: Option<Quality>,
-    /// What is wrong with it, or why there is none.
+    /// Why its patch is flawed or missing.
     pub(super) failure: Option<TryFailure>,
     /// ½∫h² of its zero set, if it is a level set whose flow converged.
     pub(super) level_energy: Option<f64>,
-    /// Whether it was finished and is at a minimum of the energy.
+    /// Whether it was finished and has converged to a minimum of the energy.
     pub(super) is_at_minimum: bool,
 }
 
 impl Ending {
-    /// Whether its patch is at a minimum of the energy, intersects nothing and is not folded.
+    /// Whether its patch has converged to a minimum of the energy, intersects nothing and has no folds.
     fn is_at_sound_minimum(&self) -> bool {
         self.is_at_minimum && self.quality.is_some_and(|q| q.is_sound())
     }
 
-    /// Whether it is the better one of two level sets on one grid: by the order of patches, without patches by the energy.
+    /// Whether it is the better of two level sets on the same grid: by quality, without patches by energy.
     fn is_better_than(&self, other: &Self) -> bool {
         match (self.quality, other.quality) {
             (Some(own), Some(other)) => own < other,
@@ -79,21 +79,21 @@ impl Ending {
     }
 }
 
-/// What to do next.
+/// The next step of the search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Step {
     /// Make this candidate.
     Make(Candidate),
-    /// Take the one that was made at this place.
+    /// Take the candidate at this index.
     Take(usize),
 }
 
-/// What to do after what was made of a region; `first` is its first level set.
+/// The next step after the candidates made so far. `first` is the first level-set attempt.
 pub(super) fn next_step(
     plan: RegionPlan,
-    first: &Try,
+    first: &Attempt,
     made: &[Ending],
-    region: &Prospects,
+    region: &RetryContext,
 ) -> Step {
     match plan {
         RegionPlan::Trivial => only(Candidate::RimTriangles, made),
@@ -104,7 +104,7 @@ pub(super) fn next_step(
             _ => best_of([Candidate::PlanarCap, Candidate::RimTriangles], made),
         },
         RegionPlan::Solve if region.may_be_sharp => match made {
-            // These are made only where they predict the faces round the hole much better than a smooth patch.
+            // These are made only where they predict the faces around the hole much better than a smooth patch.
             [] => Step::Make(Candidate::Sides),
             [sides, ..] if is_sound(sides) => Step::Take(0),
             [_] => Step::Make(Candidate::Rounded),
@@ -122,22 +122,23 @@ fn is_sound(made: &Ending) -> bool {
     made.quality.is_some_and(|q| q.is_sound())
 }
 
-/// Level sets until one has a patch that intersects nothing, or no other is worth its time; then the best of them finished, and a
-/// faired triangulation beside it where that may be better. Where no level set has a patch, what needs none.
-fn next_surface(first: &Try, made: &[Ending], region: &Prospects) -> Step {
+/// The next step for a continued surface. Level sets are attempted until one has a patch that intersects nothing, or no further
+/// attempt is worthwhile. Then the best of them is finished, and compared with a faired triangulation where that may be better.
+/// Where no level set has a patch, candidates without a level set are made.
+fn next_surface(first: &Attempt, made: &[Ending], region: &RetryContext) -> Step {
     if let Some(finished) = place(Candidate::Finished, made) {
         return finished_or_faired(finished, made, region);
     }
-    if let Some(next) = second_start(made, region) {
+    if let Some(next) = second_initialisation(made, region) {
         return Step::Make(Candidate::LevelSet(next));
     }
     let history = history(made);
     let is_patch =
         |e: &Ending| matches!(e.candidate, Candidate::LevelSet(_)) && e.quality.is_some();
     let has_patch = made.iter().any(is_patch);
-    let nearly = quality(Candidate::NearlySteady, made);
-    // A faired triangulation at a minimum saves further tries. A part wider than its rim, which continues like a sphere, is the
-    // level set's.
+    let nearly = quality(Candidate::Unconverged, made);
+    // A faired triangulation that has converged saves further attempts. If the surroundings continue as a sphere and the missing
+    // part is wider than its rim, only the level set finds it.
     match place(Candidate::Faired, made) {
         Some(faired) if made[faired].is_at_sound_minimum() => return Step::Take(faired),
         None if made.is_empty() && region.few_edges => return Step::Make(Candidate::Faired),
@@ -152,20 +153,20 @@ fn next_surface(first: &Try, made: &[Ending], region: &Prospects) -> Step {
         _ => {}
     }
     if nearly.is_none()
-        && let Some(next) = next_try(first, &history, region)
+        && let Some(next) = next_attempt(first, &history, region)
     {
         return Step::Make(Candidate::LevelSet(next));
     }
     match (has_patch, nearly) {
         (true, _) | (_, Some(Some(_))) => Step::Make(Candidate::Finished),
-        (false, None) => Step::Make(Candidate::NearlySteady),
+        (false, None) => Step::Make(Candidate::Unconverged),
         (false, Some(None)) => best_of([Candidate::EachFaired, Candidate::RimTriangles], made),
     }
 }
 
-/// The level set on the grid of the last one, from a triangulation of the only rim, where the last is bent so much that it may be one
-/// minimum of several. Rims of few edges have the second start of the finish instead.
-fn second_start(made: &[Ending], region: &Prospects) -> Option<Try> {
+/// A second initialisation, from a triangulation of the only rim, on the grid of the last level set, if that is bent so strongly that
+/// it may be one of several minima. For rims of few edges the finish has a second initialisation instead.
+fn second_initialisation(made: &[Ending], region: &RetryContext) -> Option<Attempt> {
     let last = made.last()?;
     let Candidate::LevelSet(own) = last.candidate else {
         return None;
@@ -178,10 +179,11 @@ fn second_start(made: &[Ending], region: &Prospects) -> Option<Try> {
     (may && has_other && is_bent).then(|| own.with_triangulation())
 }
 
-/// The finished patch of a level set, or the faired triangulation: that is made where the first intersects something or is folded, or is
-/// bent so much that it may be one minimum of several. Both for every hole, and the lower energy, are not worth their time: on 132
-/// holes of scans the error fell by 0.2 %, and where surfaces bend a lot the lower one of two alike was farther from the truth.
-fn finished_or_faired(finished: usize, made: &[Ending], region: &Prospects) -> Step {
+/// The finished patch of a level set, or the faired triangulation. The latter is made where the former intersects something or is
+/// folded, or is bent so strongly that it may be one of several minima. Making both for every hole and taking the lower energy is not
+/// worthwhile: on 132 holes of scans the error fell by 0.2 %, and of two similar surfaces with much bending the one with lower
+/// energy was farther from the true surface.
+fn finished_or_faired(finished: usize, made: &[Ending], region: &RetryContext) -> Step {
     let own = made[finished].quality.filter(|_| region.finishes);
     let (own, factor) = match own {
         Some(own) if !own.is_sound() => (own, tuning().fill.clearly_higher),
@@ -195,7 +197,7 @@ fn finished_or_faired(finished: usize, made: &[Ending], region: &Prospects) -> S
     let Some(faired) = place(Candidate::Faired, made) else {
         return Step::Make(Candidate::Faired);
     };
-    // A patch without vertices of its own is no surface that could be compared.
+    // Triangles without new vertices are no surface that could be compared.
     let other = made[faired].quality.filter(|q| !q.is_plain);
     match other.is_some_and(|q| q.is_clearly_better_than(&own, factor)) {
         true => Step::Take(faired),
@@ -203,7 +205,7 @@ fn finished_or_faired(finished: usize, made: &[Ending], region: &Prospects) -> S
     }
 }
 
-/// The only candidate there is.
+/// The next step where only one candidate is possible.
 fn only(candidate: Candidate, made: &[Ending]) -> Step {
     match place(candidate, made) {
         Some(place) => Step::Take(place),
@@ -211,7 +213,7 @@ fn only(candidate: Candidate, made: &[Ending]) -> Step {
     }
 }
 
-/// The better of two candidates once both are made; of equals the first.
+/// The better of two candidates once both are made; the first of equal ones.
 fn best_of(candidates: [Candidate; 2], made: &[Ending]) -> Step {
     let missing = candidates.iter().find(|c| place(**c, made).is_none());
     if let Some(missing) = missing {
@@ -229,14 +231,14 @@ fn place(candidate: Candidate, made: &[Ending]) -> Option<usize> {
     made.iter().position(|e| e.candidate == candidate)
 }
 
-/// How good a candidate is, if it was made and has a patch.
+/// Quality of a candidate: the outer option is none if it was not made, the inner if it has no patch.
 fn quality(candidate: Candidate, made: &[Ending]) -> Option<Option<Quality>> {
     place(candidate, made).map(|place| made[place].quality)
 }
 
-/// The level sets that were tried, and how these tries ended; of two on one grid the better one.
-pub(super) fn history(made: &[Ending]) -> Vec<(Try, Option<TryFailure>)> {
-    let mut kept: Vec<(Try, &Ending)> = Vec::new();
+/// The level-set attempts and their failures; of two attempts on the same grid, the better one.
+pub(super) fn history(made: &[Ending]) -> Vec<(Attempt, Option<TryFailure>)> {
+    let mut kept: Vec<(Attempt, &Ending)> = Vec::new();
     for ending in made {
         let Candidate::LevelSet(own) = ending.candidate else {
             continue;
@@ -250,7 +252,7 @@ pub(super) fn history(made: &[Ending]) -> Vec<(Try, Option<TryFailure>)> {
             _ => kept.push((own, ending)),
         }
     }
-    let failure = |(own, ending): (Try, &Ending)| (own, ending.failure.clone());
+    let failure = |(own, ending): (Attempt, &Ending)| (own, ending.failure.clone());
     kept.into_iter().map(failure).collect()
 }
 

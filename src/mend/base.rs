@@ -1,9 +1,9 @@
-//! The planes of the bases of regions: each lies below all of its sheet, of which a region knows a part.
+//! The planes of flat bases: each is below its whole sheet, although a region holds only a part of the sheet.
 
 use super::Inspection;
 use crate::fill::{BasePlane, FillParams, RegionPlan};
 
-/// For each group of holes the plane of its base, if it gets one.
+/// The plane of the flat base of each group of holes, for groups that get one.
 pub(super) fn base_planes(
     found: &Inspection,
     params: &FillParams,

@@ -1,4 +1,4 @@
-//! Which holes are filled, and which of them together.
+//! Chooses the holes to fill, and groups the holes that are filled together.
 
 use super::{FillError, Inspection};
 use crate::fill::{FailedReason, FillParams, HoleOutcome, LeftReason};
@@ -22,7 +22,7 @@ pub(super) fn bridges(
     params.bridge.iter().map(|ids| lookup(found, ids)).collect()
 }
 
-/// What becomes of each hole, and which are to be filled.
+/// The outcome of each hole before the fill, and the indices of the holes to fill.
 pub(super) fn choose(
     found: &Inspection,
     params: &FillParams,
@@ -61,8 +61,8 @@ pub(super) fn choose(
     Ok((outcomes, chosen))
 }
 
-/// Groups of holes for the regions. Trivial holes and those that get flat caps stand alone; rims of small components go with the hole they lie in, or are
-/// left.
+/// Groups the chosen holes into regions. Holes of few edges and holes with flat caps or bases form regions of their own. Rims of
+/// small components join the hole around them, or are left open.
 pub(super) fn groups(
     found: &Inspection,
     params: &FillParams,
@@ -92,7 +92,7 @@ pub(super) fn groups(
     groups
 }
 
-/// Outer borders that face another rim: islands in holes, sides of a gap.
+/// Marks the outer borders that face another rim: islands in holes, the two sides of a gap.
 fn facing_borders(found: &Inspection) -> Vec<bool> {
     let mut facing = vec![false; found.holes.len()];
     if !found.holes.iter().any(|h| h.outer_border) {

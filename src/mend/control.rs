@@ -1,4 +1,4 @@
-//! How a run is run: its threads, what it tells of its progress, and how it is stopped.
+//! Control of a run: threads, progress and cancellation.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -8,10 +8,10 @@ use crate::cancel::Cancel;
 use crate::fill::RegionReport;
 use crate::mesh::HoleId;
 
-/// Told of each [`Step`], often and from several threads.
+/// A callback that receives each [`Step`], often and from several threads.
 pub type Progress<'a> = dyn Fn(&Step) + Sync + 'a;
 
-/// How a run is run. The result does not depend on it.
+/// Threads, progress and cancellation of a run. The result does not depend on them.
 ///
 /// ```
 /// use isomend::{Cancel, Control};
@@ -29,22 +29,22 @@ pub struct Control<'a> {
 }
 
 impl<'a> Control<'a> {
-    /// The threads that the caller runs on, nothing told, never stopped.
+    /// Runs on the caller's threads, without progress and cancellation.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The largest number of threads. More than a machine has cost memory and gain nothing.
+    /// The largest number of threads. More threads than cores cost memory and gain nothing.
     pub const MOST_THREADS: usize = MOST_THREADS;
 
-    /// Runs on a pool of `threads` threads of its own, at most [`Control::MOST_THREADS`]; 0 is one per core.
+    /// Runs on a separate pool of `threads` threads, at most [`Control::MOST_THREADS`]; 0 is one per core.
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         let threads = Some(threads);
         Self { threads, ..self }
     }
 
-    /// Tells of its progress.
+    /// Reports progress to this callback.
     #[must_use]
     pub fn progress(self, progress: &'a Progress<'a>) -> Self {
         let progress = Some(progress);
@@ -58,12 +58,12 @@ impl<'a> Control<'a> {
         Self { cancel, ..self }
     }
 
-    /// Whether the run is to stop.
+    /// Whether the run has to stop.
     pub(super) fn is_cancelled(&self) -> bool {
         self.cancel.is_some_and(Cancel::is_cancelled)
     }
 
-    /// Whether its parameters are within their bounds. Every run checks that first.
+    /// Checks that the parameters are within their bounds. Every run does so first.
     ///
     /// # Errors
     /// [`FillError::Threads`] for more than [`Control::MOST_THREADS`] threads.
@@ -74,7 +74,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Runs something on the threads asked for.
+    /// Runs a closure on the requested threads.
     pub(crate) fn install<R: Send, E: From<FillError> + Send>(
         &self,
         run: impl FnOnce() -> Result<R, E> + Send,
@@ -89,42 +89,42 @@ impl<'a> Control<'a> {
     }
 }
 
-/// How far a run is.
+/// Progress of a run.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Step<'a> {
-    /// Regions that are done.
+    /// Number of completed regions.
     pub done: usize,
-    /// All regions.
+    /// Number of all regions.
     pub all: usize,
-    /// The part of the work that is done, from 0 to 1, as far as it can be foretold from the sizes of the grids.
+    /// Fraction of the work that is done, from 0 to 1, estimated from the sizes of the grids.
     pub part: f64,
-    /// What has just happened.
+    /// The latest event.
     pub event: Event<'a>,
 }
 
-/// What has just happened in a run.
+/// An event of a run.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum Event<'a> {
-    /// Nothing that need be told.
+    /// Work continues; nothing else happened.
     Working,
-    /// A region was begun: the numbers of its holes.
+    /// A region was started: the numbers of its holes.
     Begun(&'a [HoleId]),
-    /// A region is done.
+    /// A region was completed.
     Ended(&'a RegionReport),
 }
 
-/// Counts the regions of a run, and asks whether it is to go on.
+/// Counts the completed regions of a run, reports progress, and checks for cancellation.
 pub(crate) struct Watch<'a> {
     control: Control<'a>,
     /// The caller's token, or one that is never set.
     cancel: Cancel,
-    /// The work that each region is expected to be.
+    /// Expected work of each region.
     work: Vec<f64>,
-    /// The sum of it.
+    /// Sum of the expected work.
     all: f64,
-    /// Regions done, and their work.
+    /// Number of completed regions, and their work.
     done: Mutex<(usize, f64)>,
 }
 
@@ -139,7 +139,8 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Whether the run is to go on; reports that it works. Loops ask here once in many milliseconds, and [`Watch::token`] more often.
+    /// Whether the run continues; also reports progress. Loops call this once in many milliseconds, and check [`Watch::token`]
+    /// more often.
     pub(crate) fn keep_going(&self) -> bool {
         self.tell(Event::Working);
         !self.cancel.is_cancelled()
@@ -150,12 +151,12 @@ impl<'a> Watch<'a> {
         &self.cancel
     }
 
-    /// A region is begun.
+    /// Reports that a region was started.
     pub(crate) fn begin(&self, holes: &[HoleId]) {
         self.tell(Event::Begun(holes));
     }
 
-    /// A region is done.
+    /// Reports that a region was completed.
     pub(crate) fn end(&self, region: usize, report: &RegionReport) {
         {
             let mut done = self.done.lock().unwrap_or_else(PoisonError::into_inner);
@@ -164,7 +165,7 @@ impl<'a> Watch<'a> {
         self.tell(Event::Ended(report));
     }
 
-    /// An error if the run was stopped.
+    /// Returns an error if the run was cancelled.
     pub(crate) fn finish(&self) -> Result<(), FillError> {
         match self.keep_going() {
             true => Ok(()),

@@ -13,11 +13,11 @@ use crate::mesh::{Hole, HoleId, VertexFaces};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct CreaseEnd {
-    /// Number, from 1: in the order of the holes, and in that of the vertices of each rim.
+    /// Number, from 1, in the order of the holes and of the vertices of each rim.
     pub id: usize,
     /// Number of its hole.
     pub hole: HoleId,
-    /// The vertex of the rim; of several at one position the first.
+    /// The rim vertex; the first of several at the same position.
     pub vertex: u32,
     /// Its position, in the mesh's units.
     pub position: DVec3,
@@ -26,9 +26,10 @@ pub struct CreaseEnd {
 }
 
 impl Inspection<'_> {
-    /// Where sharp edges of the mesh end at the rims of its holes.
+    /// Finds the vertices at which sharp edges of the mesh end at the rims of its holes.
     ///
-    /// Rims of more than four and at most 1000 edges are looked at, each by itself. The result does not depend on the number of threads.
+    /// Rims of more than four and at most 1000 edges are examined, each separately. The result does not depend on the number of
+    /// threads.
     ///
     /// # Errors
     /// [`FillError::Threads`] and [`FillError::Cancelled`].

@@ -1,4 +1,4 @@
-//! A mesh whose marked faces are cut out, and the holes that this leaves.
+//! Cuts the marked faces out of a mesh, and finds the holes that the cut makes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,32 +12,33 @@ use crate::mesh::HoleId;
 use crate::mesh::cut::{Remainder, settled, without_spikes};
 use crate::mesh::topology::{NONE, end, start};
 
-/// Marked pieces of at most this many faces go without being replaced.
+/// Marked components of at most this many faces are removed without a replacement.
 const SMALL_FACES: usize = 2;
 
-/// An edge between vertices of the welded input, the smaller number first.
+/// An edge between vertices of the welded input, the smaller vertex number first.
 type Edge = (u32, u32);
 
-/// A cut, and what it left.
+/// The result of a cut: the removed faces, the remaining mesh and its holes.
 pub(super) struct CutResult<'a> {
     /// The mesh before the cut.
     pub(super) before: &'a Inspection<'a>,
-    /// Which faces were taken out: the marked ones, and those without which there would be no clean rim.
+    /// Whether each face is removed: the marked faces, and those without which there would be no clean rim.
     pub(super) removed: Vec<bool>,
-    /// Which vertices are still there.
+    /// Whether each vertex remains.
     vertices: Vec<bool>,
-    /// The mesh after it, and its holes.
+    /// The mesh after the cut, and its holes.
     pub(super) found: Inspection<'static>,
     /// The numbers of the holes that the cut made or changed.
     made: Vec<HoleId>,
-    /// For each hole the part of what was cut out that it bounds, as indices of `bounds`.
+    /// For each hole the component of the removed faces that it bounds, as an index into `bounds`.
     part: Vec<Option<usize>>,
-    /// The bounding boxes of the connected parts of what was cut out.
+    /// The bounding boxes of the connected components of the removed faces.
     bounds: Vec<(DVec3, DVec3)>,
 }
 
 impl<'a> CutResult<'a> {
-    /// Cuts the marked faces out of a mesh that was inspected, and small parts left inside too if asked.
+    /// Cuts the marked faces out of an inspected mesh, and, if `small_parts` is set, also small components that would remain
+    /// inside.
     pub(super) fn new(
         before: &'a Inspection<'a>,
         marked: &[bool],
@@ -46,7 +47,7 @@ impl<'a> CutResult<'a> {
     ) -> Result<Self, RestoreError> {
         let marked = without_spikes(&before.topology, marked);
         let removed = settled(&before.mesh, &before.topology, &marked, small_parts);
-        refuse_whole_pieces(before, &removed)?;
+        refuse_whole_components(before, &removed)?;
         let kept = Remainder::new(&before.input, &removed, keep_vertices);
         let found = Inspection::new(kept.mesh)?;
         let origin = before.weld.iter().zip(&kept.vertices);
@@ -69,7 +70,7 @@ impl<'a> CutResult<'a> {
         })
     }
 
-    /// Those of a fill of what the cut left open.
+    /// The parameters of the fill of the holes that the cut made.
     pub(super) fn params(&self, fill: &FillParams) -> FillParams {
         FillParams {
             holes: Some(self.made.clone()),
@@ -84,8 +85,8 @@ impl<'a> CutResult<'a> {
         }
     }
 
-    /// Turns the plan of a fill of what the cut left open into one on the mesh before it.
-    pub(super) fn plan(&self, plan: &mut FillPlan) {
+    /// Converts the plan of a fill after the cut to one that describes the mesh before it.
+    pub(super) fn adapt_plan(&self, plan: &mut FillPlan) {
         let before = self.before;
         plan.vertices = before.input.positions.len();
         plan.faces = before.input.faces.len();
@@ -101,8 +102,8 @@ impl<'a> CutResult<'a> {
         }
     }
 
-    /// Turns the report of a fill of what the cut left open into one on the mesh before it.
-    pub(super) fn told(&self, report: &mut FillReport) {
+    /// Converts the report of a fill after the cut to one that describes the mesh before it.
+    pub(super) fn adapt_report(&self, report: &mut FillReport) {
         let before = self.before;
         report.vertices = before.input.positions.len();
         report.faces = before.input.faces.len();
@@ -118,13 +119,13 @@ impl<'a> CutResult<'a> {
         }
     }
 
-    /// Faces and vertices that went.
-    pub(super) fn taken(&self) -> [usize; 2] {
+    /// Number of removed faces and vertices.
+    pub(super) fn removed_counts(&self) -> [usize; 2] {
         let gone = self.vertices.iter().filter(|kept| !**kept).count();
         [count(&self.removed), gone]
     }
 
-    /// What is left of the mesh.
+    /// The remaining mesh.
     pub(super) fn into_kept(self) -> Remainder {
         Remainder {
             mesh: self.found.input.into_owned(),
@@ -133,7 +134,7 @@ impl<'a> CutResult<'a> {
         }
     }
 
-    /// Holes that bound the same connected part of what was cut out: they are filled together.
+    /// Groups of holes that bound the same component of the removed faces: they are filled together.
     fn bridges(&self) -> Vec<Vec<HoleId>> {
         let mut of_part: BTreeMap<usize, Vec<HoleId>> = BTreeMap::new();
         for &id in &self.made {
@@ -144,7 +145,7 @@ impl<'a> CutResult<'a> {
         of_part.into_values().filter(|ids| ids.len() > 1).collect()
     }
 
-    /// For each hole the bounding box of what was cut out at it.
+    /// For each hole the bounding box of the faces removed there.
     pub(super) fn extents(&self) -> Vec<Option<(DVec3, DVec3)>> {
         let bounds = |part: &Option<usize>| part.map(|p| self.bounds[p]);
         self.part.iter().map(bounds).collect()
@@ -160,7 +161,7 @@ fn key(v: u32, w: u32) -> Edge {
     (v.min(w), v.max(w))
 }
 
-/// The edges of a rim, by the numbers of the welded input.
+/// The edges of a rim, in vertex numbers of the welded input.
 fn edges(rim: &[u32], origin: &[u32]) -> Vec<Edge> {
     let next = rim.iter().cycle().skip(1);
     rim.iter()
@@ -169,18 +170,18 @@ fn edges(rim: &[u32], origin: &[u32]) -> Vec<Edge> {
         .collect()
 }
 
-/// Pieces of more than two faces must keep some.
-fn refuse_whole_pieces(before: &Inspection, removed: &[bool]) -> Result<(), RestoreError> {
+/// Refuses a cut that removes a whole component of more than two faces.
+fn refuse_whole_components(before: &Inspection, removed: &[bool]) -> Result<(), RestoreError> {
     let mut left = before.topology.component_faces.clone();
-    for (&piece, _) in before
+    for (&component, _) in before
         .topology
         .component
         .iter()
         .zip(removed)
         .filter(|(_, r)| **r)
     {
-        if piece != NONE {
-            left[piece as usize] -= 1;
+        if component != NONE {
+            left[component as usize] -= 1;
         }
     }
     let sizes = before.topology.component_faces.iter().zip(&left);
@@ -229,7 +230,7 @@ fn made(
     Ok(ids)
 }
 
-/// The connected parts of what is cut out: the part at each edge along the cut, and their bounding boxes.
+/// The connected components of the removed faces: the component at each edge along the cut, and their bounding boxes.
 fn parts(before: &Inspection, removed: &[bool]) -> (BTreeMap<Edge, usize>, Vec<(DVec3, DVec3)>) {
     let (mesh, topology) = (&before.mesh, &before.topology);
     let (mut of_edge, mut bounds) = (BTreeMap::new(), Vec::new());

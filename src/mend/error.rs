@@ -1,18 +1,18 @@
-//! Why nothing could be filled or restored.
+//! Errors of fills and restorations.
 
 use thiserror::Error;
 
 use crate::mesh::{HoleId, Mesh, MeshError, length};
 use crate::parameters::OutOfBounds;
 
-/// Most threads of a run.
+/// Upper bound of the number of threads of a run.
 pub(super) const MOST_THREADS: usize = 1024;
 
-/// Why nothing could be filled.
+/// Why a fill was refused or stopped.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FillError {
-    /// The mesh cannot be worked on.
+    /// The mesh is invalid.
     #[error(transparent)]
     Mesh(#[from] MeshError),
     /// A hole number that does not exist.
@@ -38,28 +38,27 @@ pub enum FillError {
     Crease {
         /// Their numbers.
         ends: [usize; 2],
-        /// What is wrong, and what would be right.
+        /// The cause, and what to do.
         why: String,
     },
-    /// Parameters do not go together.
+    /// Parameters contradict each other.
     #[error("{what}")]
     Parameter {
-        /// What is wrong and what would be right.
+        /// The cause, and what to do.
         what: &'static str,
     },
-    /// A number that a parameter cannot have.
+    /// A parameter is out of its bounds.
     #[error(transparent)]
     Bounds(#[from] OutOfBounds),
-    /// The voxel would need too large a grid.
+    /// The voxel needs too large a grid.
     #[error(
-        "a voxel of {} makes too large a grid for the widest hole that is to be filled; the smallest that fits is about \
-         {fits:.4e}",
+        "a voxel of {} needs too large a grid for the widest hole to fill; the smallest that fits is about {fits:.4e}",
         length(*voxel)
     )]
     TooFine {
         /// The voxel asked for.
         voxel: f64,
-        /// One that fits.
+        /// A voxel that fits.
         fits: f64,
     },
     /// The threads could not be started.
@@ -68,35 +67,37 @@ pub enum FillError {
         MOST_THREADS
     )]
     Threads {
-        /// So many were asked for.
+        /// The requested number of threads.
         threads: usize,
     },
-    /// The patches of another number of regions than there are, or of other regions.
+    /// Patches of another number of regions, or of other regions.
     #[error(
         "there are {regions} regions, but patches of {patches} regions were given; one for each is needed, in order"
     )]
     Patches {
         /// Number of regions.
         regions: usize,
-        /// Number of patches, or of the first that is not its region's.
+        /// Number of patches, or the id of the first patch that belongs to another region.
         patches: usize,
     },
-    /// A task that was read is none that was written.
-    #[error("the task holds numbers that do not fit each other; write it again")]
+    /// Not a valid region task: damaged, or of another version.
+    #[error(
+        "this is not a valid region task: it is damaged, or was written by another version; write it again"
+    )]
     Task,
     /// The caller asked to stop.
     #[error("stopped before it was done")]
     Cancelled,
 }
 
-/// Why nothing could be restored.
+/// Why a restoration was refused or stopped.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum RestoreError {
-    /// The mesh or the parameters of the fill make no sense.
+    /// The mesh or the parameters of the fill are invalid, or the fill was stopped.
     #[error(transparent)]
     Fill(#[from] FillError),
-    /// There are not as many marks as faces.
+    /// The number of marks differs from the number of faces.
     #[error("there are {marks} marks for {faces} faces; one for each is needed")]
     Marks {
         /// Number of marks.
@@ -107,32 +108,32 @@ pub enum RestoreError {
     /// No face is marked.
     #[error("the mask marks no face")]
     NothingMarked,
-    /// Nothing of a piece is left to continue.
+    /// Nothing of a component remains to be continued.
     #[error(
-        "the mask covers the whole of a piece of {faces} faces, so that nothing is left to continue; mark less, or take the \
-         piece away"
+        "the mask covers a whole component of {faces} faces, so that nothing is left to continue; mark fewer faces, or remove \
+         the component"
     )]
     WholePiece {
-        /// Its faces.
+        /// Its number of faces.
         faces: usize,
     },
-    /// The region is open to one side.
+    /// The marked region reaches the outer border of an open sheet.
     #[error(
         "the mask reaches the outer border of an open sheet near {x:.6}, {y:.6}, {z:.6}, where there is nothing to continue; \
          leave a strip of faces along the border"
     )]
     Border {
-        /// Where.
+        /// x coordinate of the place.
         x: f64,
-        /// Where.
+        /// y coordinate of the place.
         y: f64,
-        /// Where.
+        /// z coordinate of the place.
         z: f64,
     },
 }
 
 impl RestoreError {
-    /// There must be a mark for each face, and some face must be marked.
+    /// Checks that there is one mark for each face, and that a face is marked.
     pub(super) fn check_marks(mesh: &Mesh, marked: &[bool]) -> Result<(), Self> {
         if marked.len() != mesh.faces.len() {
             return Err(Self::Marks {

@@ -1,4 +1,4 @@
-//! What a mesh holds: found once, used for any number of plans and runs.
+//! Inspection of a mesh: its components, holes and defects, found once and used for any number of plans and runs.
 
 use std::borrow::Cow;
 
@@ -7,17 +7,17 @@ use crate::attributes::transfer;
 use crate::check::{CheckParams, Subject, Verdict, judge};
 use crate::mesh::{Hole, Mesh, Model, OpenChain, Topology, find_holes, weld_map};
 
-/// What a mesh holds. [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and [`Inspection::fair`] work on it.
+/// An analysed mesh. [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and [`Inspection::fair`] work on it.
 #[derive(Clone)]
 #[non_exhaustive]
 pub struct Inspection<'m> {
     /// The mesh as given.
     pub input: Cow<'m, Mesh>,
-    /// For each vertex the first one at exactly the same position: the vertex that stands for it in `mesh`.
+    /// For each vertex the first one at exactly the same position, which represents it in `mesh`.
     pub weld: Vec<u32>,
     /// Its holes, the longest first.
     pub holes: Vec<Hole>,
-    /// The welded mesh with faces turned to agree.
+    /// The welded mesh, its faces oriented consistently.
     pub mesh: Mesh,
     /// Its connectivity.
     pub topology: Topology,
@@ -26,10 +26,10 @@ pub struct Inspection<'m> {
 }
 
 impl<'m> Inspection<'m> {
-    /// Finds the pieces, holes and defects of a mesh, borrowed or owned.
+    /// Finds the components, holes and defects of a mesh, borrowed or owned.
     ///
     /// # Errors
-    /// When the mesh is empty, an index is out of range, or a coordinate is not finite or too large or small to measure.
+    /// If the mesh is empty, an index is out of range, or a coordinate is not finite, or too large or too small to measure with.
     pub fn new(input: impl Into<Cow<'m, Mesh>>) -> Result<Self, FillError> {
         let input = input.into();
         input.validate()?;
@@ -51,7 +51,7 @@ impl<'m> Inspection<'m> {
         })
     }
 
-    /// Looks for everything that may be wrong with the mesh.
+    /// Checks the mesh for all kinds of defects.
     pub fn check(&self, params: &CheckParams) -> Verdict {
         let subject = Subject {
             input: &self.input,
@@ -63,7 +63,7 @@ impl<'m> Inspection<'m> {
         judge(&subject, params)
     }
 
-    /// The same, with a copy of the mesh if it was borrowed.
+    /// The same inspection with an owned copy of the mesh, if it was borrowed.
     pub fn into_owned(self) -> Inspection<'static> {
         Inspection {
             input: Cow::Owned(self.input.into_owned()),
@@ -82,7 +82,7 @@ impl<'m> Inspection<'m> {
 }
 
 impl Model {
-    /// Finds the pieces, holes and defects of the mesh.
+    /// Finds the components, holes and defects of the mesh.
     ///
     /// # Errors
     /// As [`Inspection::new`].
@@ -90,8 +90,8 @@ impl Model {
         Inspection::new(&self.mesh)
     }
 
-    /// The model with another mesh, which begins with the vertices and faces of this one: what it carries is continued on what
-    /// comes after them; see [`transfer`].
+    /// The model with another mesh, whose first vertices and faces are this mesh's. Its attributes are continued onto the
+    /// vertices and faces after them; see [`transfer`].
     #[must_use]
     pub fn mended(&self, mesh: Mesh) -> Self {
         transfer(&self.mesh, &self.attributes, mesh)

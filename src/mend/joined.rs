@@ -1,11 +1,11 @@
-//! The pairs of crease ends between which the caller wants sharp edges, found and checked before anything is filled.
+//! Finds and checks the pairs of crease ends between which the caller wants sharp edges, before anything is filled.
 
 use super::{Control, CreaseEnd, FillError, Inspection};
 use crate::fill::{FillParams, RegionPlan};
 use crate::mesh::HoleId;
 
-/// For each region the pairs of vertices of its rim between which a sharp edge is to be continued. A region is its holes, as indices, and
-/// what these call for.
+/// For each region the pairs of rim vertices between which a sharp edge is to be continued. A region is given by the indices of
+/// its holes and its kind of closure.
 pub(super) fn joined(
     found: &Inspection,
     params: &FillParams,
@@ -47,7 +47,7 @@ fn end(all: &[CreaseEnd], id: usize) -> Result<&CreaseEnd, FillError> {
     })
 }
 
-/// The region of a hole, or why no sharp edge is continued in it.
+/// The region of a hole, or why no sharp edge can be continued in it.
 fn region_of(
     found: &Inspection,
     hole: HoleId,
@@ -60,7 +60,7 @@ fn region_of(
     };
     match (plans[region], groups[region].len()) {
         (RegionPlan::Solve, 1) => Ok(region),
-        (RegionPlan::Planar, _) => Err(format!("hole {hole} is to get a flat cap; leave that out")),
+        (RegionPlan::Planar, _) => Err(format!("hole {hole} gets a flat cap; leave that out")),
         _ => Err(format!(
             "hole {hole} is filled together with others, and sharp edges are continued in single holes only; fill it by itself"
         )),

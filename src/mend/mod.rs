@@ -1,7 +1,7 @@
-//! The front of the engine: from a mesh to what it holds, to a plan, to a mesh without holes.
+//! Entry points of the engine: inspects a mesh, plans a run, and fills, restores or fairs it.
 //!
-//! [`Inspection::new`] looks at a mesh once; then [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and
-//! [`Inspection::fair`] may be called any number of times. [`fill`], [`restore`] and [`fair`] do both at once.
+//! [`Inspection::new`] analyses a mesh once; then [`Inspection::plan`], [`Inspection::fill`], [`Inspection::restore`] and
+//! [`Inspection::fair`] may be called any number of times. [`fill`], [`restore`] and [`fair`] do both steps in one call.
 
 mod base;
 mod choose;
@@ -45,17 +45,17 @@ pub use task::RegionTask;
 #[non_exhaustive]
 pub struct Filled {
     /// The mesh: every vertex and face of the input first, in order and bit-exact, then the patches. With
-    /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole) the zero sets alone.
+    /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole) only the zero sets.
     pub mesh: Mesh,
-    /// For each vertex of a patch, in order, its expected error in the mesh's units; none where nothing can be said. Empty with
+    /// Expected error of each patch vertex, in order, in the mesh's units; none where it is unknown. Empty with
     /// [`SurfaceKind::Whole`](crate::SurfaceKind::Whole).
     pub expected_error: Vec<Option<f64>>,
-    /// What was found and done.
+    /// Report of the mesh and of the fill.
     pub report: FillReport,
 }
 
 impl Inspection<'_> {
-    /// What [`Inspection::fill`] would do: which holes it would fill, together with which others, on which grid.
+    /// Plans a fill: which holes [`Inspection::fill`] would fill, together with which others, on which grid.
     ///
     /// # Errors
     /// As [`Inspection::fill`].
@@ -66,8 +66,8 @@ impl Inspection<'_> {
     /// Fills holes.
     ///
     /// # Errors
-    /// When the parameters make no sense, and [`FillError::Cancelled`]. A hole that cannot be filled is no error: the report
-    /// says so.
+    /// If the parameters are invalid, and [`FillError::Cancelled`]. A hole that cannot be filled is not an error: the report
+    /// lists it.
     pub fn fill(&self, params: &FillParams, control: &Control) -> Result<Filled, FillError> {
         control.install(|| {
             let regions = self.regions(params)?;
@@ -77,12 +77,12 @@ impl Inspection<'_> {
 }
 
 impl Inspection<'_> {
-    /// Fills holes by an energy of the caller's, in the place of [`FillParams::energy`].
+    /// Fills holes by an energy of the caller's, in place of [`FillParams::energy`].
     ///
-    /// Patches are the level set's, as those of the variation of curvature: they are not finished on their own triangles, and have
-    /// no expected errors. Where the flow finds no surface the Willmore energy takes its place, which
-    /// [`RegionReport::other_energy`](crate::RegionReport::other_energy) says. The energy lives in this process alone: the regions of such a
-    /// fill are no tasks that could be sent.
+    /// Patches are zero sets of the level set, as with the curvature-variation energy: they are not finished on their own
+    /// triangles, and have no expected errors. Where the flow finds no surface, the Willmore energy is used, and
+    /// [`RegionReport::other_energy`](crate::RegionReport::other_energy) is set. The energy exists in this process only: the
+    /// regions of this fill cannot be sent elsewhere as tasks.
     ///
     /// # Errors
     /// As [`Inspection::fill`].
@@ -99,7 +99,7 @@ impl Inspection<'_> {
     }
 }
 
-/// Finds the pieces, holes and defects of a mesh.
+/// Finds the components, holes and defects of a mesh.
 ///
 /// # Errors
 /// As [`Inspection::new`].
@@ -107,16 +107,16 @@ pub fn inspect(mesh: &Mesh) -> Result<Inspection<'_>, FillError> {
     Inspection::new(mesh)
 }
 
-/// Fills the holes of a mesh; [`Inspection::fill`] with default control.
+/// Fills the holes of a mesh: [`Inspection::fill`] with default control.
 ///
 /// # Errors
-/// When the mesh or the parameters make no sense. A hole that cannot be filled is no error: the report says so.
+/// If the mesh or the parameters are invalid. A hole that cannot be filled is not an error: the report lists it.
 pub fn fill(mesh: &Mesh, params: &FillParams) -> Result<Filled, FillError> {
     params.check()?;
     inspect(mesh)?.fill(params, &Control::new())
 }
 
-/// Replaces the marked faces of a mesh; [`Inspection::restore`] with default control.
+/// Replaces the marked faces of a mesh: [`Inspection::restore`] with default control.
 ///
 /// # Errors
 /// As [`Inspection::new`] and [`Inspection::restore`].
@@ -129,7 +129,7 @@ pub fn restore(
     inspect(mesh)?.restore(marked, params, &Control::new())
 }
 
-/// Lets a surface evolve by Willmore flow: all of it, or the marked faces only; [`Inspection::fair`] with default control.
+/// Fairs a surface by Willmore flow, all of it or only the marked faces: [`Inspection::fair`] with default control.
 ///
 /// # Errors
 /// As [`Inspection::new`] and [`Inspection::fair`].

@@ -1,4 +1,4 @@
-//! The public parameters, with their defaults and units.
+//! Parameters of fills, restorations and fairings: defaults, units and checks.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,7 +9,7 @@ use crate::parameters::{OutOfBounds, solve, tables};
 use crate::region::VoxelSize;
 
 impl FillParams {
-    /// Whether they make sense by themselves.
+    /// Checks the parameters on their own.
     ///
     /// # Errors
     /// [`FillError::Bounds`] and [`FillError::Parameter`].
@@ -17,34 +17,34 @@ impl FillParams {
         self.bounds()?;
         if self.energy == Energy::Own {
             return Err(FillError::Parameter {
-                what: "an energy of one's own is given to `Inspection::fill_with`, not in the parameters",
+                what: "`energy` cannot be `own`: pass your own energy to `Inspection::fill_with`",
             });
         }
         if self.bridges(&self.flat) {
             return Err(FillError::Parameter {
-                what: "a hole that is bridged to others gets no flat cap",
+                what: "a hole that is bridged to others cannot get a flat cap: leave it out of `bridge` or of `flat`",
             });
         }
         if !self.crease.is_empty() && (self.sharp == Sharp::Off || !self.finishes()) {
             return Err(FillError::Parameter {
-                what: "sharp edges are asked for by `crease`, but none are continued with `sharp` off, without a finish, with another \
-                       energy than willmore, with steps of one's own or in a level set by itself; leave one of them out",
+                what: "`crease` asks for sharp edges, which are continued only with a finish, the Willmore energy, no `steps` or `time_step` and \
+                       a stitched surface, and not with `sharp` off; leave `crease` or the other parameter out",
             });
         }
         if self.base_offset.is_some() && !self.flat_base {
             return Err(FillError::Parameter {
-                what: "`base_offset` says how far below a sheet its base lies: give `flat_base` too",
+                what: "`base_offset` is the distance of a flat base below its sheet: set `flat_base` too",
             });
         }
         if self.surface == SurfaceKind::Whole && (self.flat_base || !self.flat.is_empty()) {
             return Err(FillError::Parameter {
-                what: "flat caps and bases come without a level set: they can only be stitched in",
+                what: "flat caps and bases have no level set: they need `surface` to be `stitched`",
             });
         }
         Ok(())
     }
 
-    /// Whether all numbers keep their bounds.
+    /// Checks all numbers against their bounds.
     fn bounds(&self) -> Result<(), OutOfBounds> {
         solve::VOXEL.check(self.voxel.length())?;
         solve::EDGE_RATIO.check(self.edge_ratio())?;
@@ -84,13 +84,14 @@ impl Default for FillParams {
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct RestoreParams {
-    /// The parameters of the fill. The mask decides which holes are filled and the result is always stitched, so the fields
-    /// on these do not matter; nor do pairs of crease ends, whose numbers are those before the cut.
+    /// The parameters of the fill. The mask decides which holes are filled and the result is always stitched: `holes`,
+    /// `keep_open`, `bridge`, `max_diameter`, `surface`, `flat_base` and `base_offset` are ignored. `crease` is ignored too,
+    /// since it numbers the crease ends before the cut.
     pub fill: FillParams,
-    /// From 0 to 1: how much of the damaged shape is kept. Features narrower than about (1 − W) / W times the diameter of
-    /// the region go; 0 keeps nothing, 1 all that the grid can hold.
+    /// From 0 to 1: fraction W of the damaged shape that is kept. Features narrower than about (1 − W) / W diameters of the
+    /// region are removed; 0 keeps nothing, 1 all that the grid can resolve.
     pub keep_shape: f64,
-    /// Keeps vertices that no face uses any more, so that those of the input keep their numbers.
+    /// Keeps vertices that no face uses any more, so that vertices of the input keep their numbers.
     pub keep_vertices: bool,
 }
 
@@ -99,36 +100,37 @@ pub struct RestoreParams {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum FairExtent {
-    /// For a time of the Willmore flow, in length⁴.
+    /// For this time of the Willmore flow, in length⁴.
     Time(f64),
-    /// Until features narrower than this length are gone: waves of that length lose all but e⁻¹ of their height, those of
-    /// half of it all but e⁻¹⁶.
+    /// Until features narrower than this length are removed: waves of this length keep e⁻¹ of their height, waves of half this
+    /// length e⁻¹⁶.
     Strength(f64),
-    /// Features narrower than eight mean edges go; more on surfaces of over 400,000 faces, whose grid would be too large.
+    /// Until features narrower than eight mean edges are removed; wider ones on surfaces of over 400,000 faces, whose grid would
+    /// be too large.
     #[default]
     Auto,
 }
 
-/// Parameters of a fairing.
+/// Parameters of a fairing: how far a surface is smoothed by Willmore flow.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 #[non_exhaustive]
 pub struct FairParams {
-    /// How far.
+    /// How far the surface is faired.
     pub extent: FairExtent,
-    /// Voxel size; `Auto` is an eighth of the features that go.
+    /// Voxel size; `Auto` is an eighth of the width of the removed features.
     pub voxel: VoxelSize,
     /// The scheme of the flow's steps.
     pub variant: Variant,
-    /// Length of the new edges over that of the mesh's edges, between 0.05 and 20: those round a marked region, or the mean
-    /// of all.
+    /// Length of the new edges over the length of the mesh's edges, between 0.05 and 20: of the edges around a marked region, or
+    /// the mean of all.
     pub edge_ratio: f64,
-    /// Keeps vertices that no face uses any more, so that those of the input keep their numbers.
+    /// Keeps vertices that no face uses any more, so that vertices of the input keep their numbers.
     pub keep_vertices: bool,
 }
 
 impl FairParams {
-    /// Whether they make sense by themselves.
+    /// Checks the parameters on their own.
     ///
     /// # Errors
     /// [`FillError::Bounds`].

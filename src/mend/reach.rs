@@ -1,4 +1,4 @@
-//! How far a region looks: the faces that the work on it needs, and no others.
+//! Reach of a region: the faces that its computation needs, and no others.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -15,35 +15,36 @@ use crate::sdf::faces_at;
 use crate::spatial::{Bounds, BoxTree};
 use crate::tuning::tuning;
 
-/// Cells along each axis of a region's box, in each of which it is bounded how far samples look.
+/// Cells along each axis of the box in which a region samples distances. For each cell an upper bound of the distance to the
+/// known surface is computed.
 const CELLS: usize = 16;
-/// What roundings may add to a distance, in parts of it.
+/// Relative error by which rounding may increase a distance.
 const ROUNDING: f64 = 1e-9;
 
-/// A region for which faces are looked for.
-pub(super) struct Looking<'a> {
+/// A region whose reachable faces are searched.
+pub(super) struct ReachQuery<'a> {
     pub(super) holes: Vec<&'a Hole>,
-    /// For each piece of the mesh whether the region knows it; none where it knows all.
+    /// For each component of the mesh whether the region knows it; none where it knows all.
     pub(super) known: Option<Vec<bool>>,
-    /// Pairs of vertices between which sharp edges are asked for.
+    /// Pairs of vertices between which the caller wants sharp edges.
     pub(super) joined: &'a [[u32; 2]],
-    /// The plane of its base, if it gets one.
+    /// The plane of its flat base, if it gets one.
     pub(super) base: Option<BasePlane>,
-    /// What its box has grown by, at most.
+    /// Upper bound of the factor of its box's margin.
     pub(super) growth: f64,
 }
 
-/// For each of some regions the faces that it may look at; `degenerate` are the mesh's degenerate ones.
+/// For each region the faces that its computation may read. `degenerate` are the mesh's degenerate faces.
 pub(super) fn faces_of(
     found: &Inspection,
     degenerate: &[u32],
-    regions: &[Looking],
+    regions: &[ReachQuery],
     voxel: VoxelSize,
 ) -> Vec<Vec<u32>> {
     let at = |boxes: &[Bounds]| -> Vec<Arc<[u32]>> {
         faces_at(&found.mesh, &found.topology, boxes, usize::MAX).unwrap_or_default()
     };
-    let boxes = |region: &Looking| {
+    let boxes = |region: &ReachQuery| {
         let sampled = sampled(found, region, voxel);
         [sampled, patched(found, region, &sampled)]
     };
@@ -62,8 +63,8 @@ pub(super) fn faces_of(
     reaches.iter().zip(&at(&outer)).map(of).collect()
 }
 
-/// The box in which a region samples.
-fn sampled(found: &Inspection, region: &Looking, voxel: VoxelSize) -> Bounds {
+/// The box in which a region samples distances.
+fn sampled(found: &Inspection, region: &ReachQuery, voxel: VoxelSize) -> Bounds {
     let kinds = [VoxelSize::Auto, voxel].map(|voxel| [(voxel, false), (voxel, true)]);
     let grown = kinds.concat().into_iter().map(|(voxel, is_coarse)| {
         let holes = &region.holes;
@@ -73,8 +74,8 @@ fn sampled(found: &Inspection, region: &Looking, voxel: VoxelSize) -> Bounds {
     all.unwrap_or(Bounds::of_ball(DVec3::ZERO, 0.0))
 }
 
-/// The box that holds its patch and what the patch must not cross.
-fn patched(found: &Inspection, region: &Looking, sampled: &Bounds) -> Bounds {
+/// The box that holds its patch and the faces that the patch must not intersect.
+fn patched(found: &Inspection, region: &ReachQuery, sampled: &Bounds) -> Bounds {
     let rims = region.holes.iter().flat_map(|h| &h.rim);
     let (low, high) = bounds(rims.map(|&v| found.mesh.positions[v as usize]));
     let rims = Bounds { low, high }.widened(tuning().fill.rim_reach * low.distance(high));
@@ -82,25 +83,26 @@ fn patched(found: &Inspection, region: &Looking, sampled: &Bounds) -> Bounds {
     rims.join(&sampled.widened(PATCH_MARGIN * size))
 }
 
-/// What a region looks at: a box, and balls round the middles of cells of the box in which it samples.
+/// The space that a region reads: a box, and balls around the centres of the cells of the box in which it samples.
 struct Reach {
     patched: Bounds,
     balls: Vec<(DVec3, f64)>,
     /// The tree over the boxes of the balls.
     tree: BoxTree,
-    /// The box round all of that.
+    /// The bounding box of all of these.
     whole: Bounds,
     /// The size of the cells.
     size: DVec3,
 }
 
 impl Reach {
-    /// That of a region; the faces that meet the box of its patch are given.
+    /// The reach of a region, from the faces that meet the box of its patch.
     ///
-    /// What is nearest to a point of a cell is no farther from the cell's middle than some known vertex, and a diagonal.
+    /// The nearest surface point to any point of a cell is no farther from the cell's centre than the nearest known vertex plus a
+    /// cell diagonal.
     fn new(
         found: &Inspection,
-        region: &Looking,
+        region: &ReachQuery,
         [sampled, patched]: [Bounds; 2],
         faces: &[u32],
     ) -> Self {
@@ -124,7 +126,7 @@ impl Reach {
         }
     }
 
-    /// Those of some faces that it holds, and some beside them: all whose middles lie in one cell are asked for together.
+    /// The faces, of the given ones, within reach, and some more: faces whose centres are in one cell are tested together.
     fn held(&self, mesh: &Mesh, faces: &[u32]) -> Vec<u32> {
         let cell = |f: u32| {
             let Bounds { low, high } = Bounds::of(mesh.corners(f));
@@ -151,11 +153,11 @@ impl Reach {
     }
 }
 
-/// Vertices that a region knows: those of its rims, and of the faces that it knows.
-fn known_vertices(found: &Inspection, region: &Looking, faces: &[u32]) -> Vec<DVec3> {
+/// Vertices that a region knows: its rims' vertices and the vertices of known faces.
+fn known_vertices(found: &Inspection, region: &ReachQuery, faces: &[u32]) -> Vec<DVec3> {
     let is_known = |f: &&u32| match (found.topology.component[**f as usize], &region.known) {
         (NONE, _) => false,
-        (piece, known) => known.as_ref().is_none_or(|known| known[piece as usize]),
+        (component, known) => known.as_ref().is_none_or(|known| known[component as usize]),
     };
     let corners = faces.iter().filter(is_known);
     let corners = corners.flat_map(|&f| found.mesh.faces[f as usize]);
@@ -165,8 +167,8 @@ fn known_vertices(found: &Inspection, region: &Looking, faces: &[u32]) -> Vec<DV
         .collect()
 }
 
-/// Some of many points: one in each cell of a box, of cells half as large as those for samples; those outside count to the cells at the
-/// sides.
+/// Thins points out to one per cell of a box, with cells half as large as those for samples. Points outside count for the nearest
+/// cell at the side.
 fn spread(sampled: &Bounds, points: &[DVec3]) -> Vec<DVec3> {
     let cells = 2 * CELLS;
     let size = (sampled.high - sampled.low) / cells as f64;
@@ -180,7 +182,7 @@ fn spread(sampled: &Bounds, points: &[DVec3]) -> Vec<DVec3> {
     points.iter().filter(is_first).copied().collect()
 }
 
-/// The middles of the cells of a box.
+/// The centres of the cells of a box.
 fn middles(sampled: &Bounds) -> impl Iterator<Item = DVec3> {
     let size = (sampled.high - sampled.low) / CELLS as f64;
     let low = sampled.low;

@@ -1,4 +1,4 @@
-//! The surface before a cut, where the flow starts from it.
+//! Reference surfaces of restorations and fairings: the surface before a cut.
 
 use super::cut::CutResult;
 use crate::fill::{Keeping, ReferenceSurface};
@@ -7,16 +7,16 @@ use crate::mesh::{Hole, Mesh, Topology};
 use crate::region::{CappedRims, TimeSpan};
 use crate::sdf::Sampler;
 
-/// A surface without holes.
+/// A mesh whose holes were closed.
 pub(super) struct ClosedSurface {
     mesh: Mesh,
     topology: Topology,
-    /// Which of its faces evolve.
+    /// Whether each face evolves.
     evolving: Vec<bool>,
 }
 
 impl CutResult<'_> {
-    /// The surface before the cut, of which part of the shape is kept.
+    /// The surface before the cut; this fraction of its shape is kept.
     pub(super) fn reference(&self, part: f64) -> ReferenceSurface<'_> {
         let before = self.before;
         let holes: Vec<&Hole> = before.holes.iter().collect();
@@ -46,7 +46,7 @@ impl CutResult<'_> {
         }
     }
 
-    /// The surface before the cut, which evolves.
+    /// The closed surface before the cut, as the initial surface of a flow in time.
     pub(super) fn evolving<'a>(
         &self,
         closed: &'a ClosedSurface,

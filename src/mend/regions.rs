@@ -1,4 +1,5 @@
-//! The regions of a fill: which holes are filled, together with which others, and what is made of their patches.
+//! Regions of a fill: groups of holes that are filled together, their tasks and patches, and how patches are merged into the
+//! mesh.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,7 +12,7 @@ use super::choose::{bridges, choose, groups};
 use super::control::{Control, Watch};
 use super::joined::joined;
 use super::plan::{FillPlan, HolePlan, PlannedHole, PlannedRegion};
-use super::reach::{Looking, faces_of};
+use super::reach::{ReachQuery, faces_of};
 use super::report::{FillReport, HoleReport};
 use super::sources::RegionSources;
 use super::task::RegionTask;
@@ -25,10 +26,10 @@ use crate::mesh::{Hole, HoleId, Mesh};
 use crate::region::{Region, VoxelSize};
 use crate::tuning::tuning;
 
-/// Number of regions whose faces are found in one walk over the mesh.
+/// Number of regions whose faces are found in one pass over the mesh.
 const AT_A_TIME: usize = 16;
 
-/// What a fill with some parameters is: regions that can be worked on one by one, anywhere, and put together.
+/// A fill divided into regions, which can be solved one by one, anywhere, and merged.
 ///
 /// ```
 /// # use isomend::{Control, FillParams, Inspection, Mesh, glam::DVec3};
@@ -46,19 +47,19 @@ const AT_A_TIME: usize = 16;
 pub struct Regions<'a> {
     found: &'a Inspection<'a>,
     params: FillParams,
-    /// The caller's energy, where it is what the flow makes small.
+    /// The caller's energy, if the flow minimises it.
     own: Option<&'a dyn BendingEnergy>,
-    /// The surface whose shape is kept, if any.
+    /// The surface before a cut whose shape is partly kept, if any.
     reference: Option<&'a ReferenceSurface<'a>>,
-    /// What becomes of the holes that are in no region.
+    /// Outcomes of the holes that belong to no region.
     outcomes: Vec<HoleOutcome>,
     /// The holes of each region, as indices.
     groups: Vec<Vec<usize>>,
-    /// What each region calls for.
+    /// The kind of closure of each region.
     plans: Vec<RegionPlan>,
-    /// For each region the pairs of vertices between which sharp edges are asked for.
+    /// For each region the pairs of vertices between which the caller wants sharp edges.
     joined: Vec<Vec<[u32; 2]>>,
-    /// For each region the plane of its base, if it gets one.
+    /// For each region the plane of its flat base, if it gets one.
     bases: Vec<Option<BasePlane>>,
 }
 
@@ -66,7 +67,7 @@ impl Inspection<'_> {
     /// The regions of a fill.
     ///
     /// # Errors
-    /// When the parameters make no sense.
+    /// If the parameters are invalid.
     pub fn regions(&self, params: &FillParams) -> Result<Regions<'_>, FillError> {
         Regions::new(self, params.clone(), None)
     }
@@ -102,7 +103,7 @@ impl<'a> Regions<'a> {
         Ok(new)
     }
 
-    /// The same by an energy of the caller's.
+    /// The same regions with an energy of the caller's.
     pub(super) fn by(mut self, energy: &'a dyn BendingEnergy) -> Self {
         self.params.energy = Energy::Own;
         self.own = Some(energy);
@@ -119,10 +120,10 @@ impl<'a> Regions<'a> {
         self.groups.is_empty()
     }
 
-    /// The work on each region as a value of its own, which can be sent elsewhere.
+    /// The task of each region as an independent value, which can be sent elsewhere.
     ///
-    /// Each has a copy of the part of the mesh that its region usually looks at, so they are made one at a time. A region that is to
-    /// look farther says so by its patch ([`RegionPatch::is_cramped`]).
+    /// Each holds a copy of the part of the mesh that its region usually needs, so they are made one at a time. A region that
+    /// needs more reports it with its patch ([`RegionPatch::is_cramped`]).
     pub fn tasks(&self) -> impl Iterator<Item = RegionTask> {
         let sources = Arc::new(self.sources(None));
         let several = (0..self.len()).step_by(AT_A_TIME);
@@ -132,7 +133,7 @@ impl<'a> Regions<'a> {
         })
     }
 
-    /// The task of a region, by its place, with all of the mesh that the region may look at; none where there is no such region.
+    /// The task of a region, by its index, with all of the mesh that the region may need; none where there is no such region.
     pub fn wide_task(&self, region: usize) -> Option<RegionTask> {
         let regions = region..self.len().min(region + 1);
         self.tasks_of(
@@ -143,33 +144,33 @@ impl<'a> Regions<'a> {
         .next()
     }
 
-    /// The tasks of some regions whose boxes may grow by a factor.
+    /// The tasks of some regions, whose boxes' margins may grow by this factor.
     fn tasks_of(
         &self,
         sources: Arc<RegionSources<'a>>,
         regions: Range<usize>,
         growth: f64,
     ) -> impl Iterator<Item = RegionTask> {
-        let looking = |i: usize| Looking {
+        let query = |i: usize| ReachQuery {
             holes: self.holes(&self.groups[i]),
-            known: sources.known_pieces(i),
+            known: sources.known_components(i),
             joined: &self.joined[i],
             base: self.bases[i],
             growth,
         };
-        let looking: Vec<Looking> = regions.clone().map(looking).collect();
+        let query: Vec<ReachQuery> = regions.clone().map(query).collect();
         let degenerate = sources.degenerate();
-        let faces = faces_of(self.found, degenerate, &looking, self.params.voxel);
+        let faces = faces_of(self.found, degenerate, &query, self.params.voxel);
         regions
-            .zip(looking.into_iter().zip(faces))
-            .map(move |(i, (looking, faces))| {
+            .zip(query.into_iter().zip(faces))
+            .map(move |(i, (query, faces))| {
                 let faces = sources.with_rings(&faces);
                 let centres = sources.centres(i);
-                RegionTask::new(i + 1, self.found, &looking, &faces, centres, &self.params)
+                RegionTask::new(i + 1, self.found, &query, &faces, centres, &self.params)
             })
     }
 
-    /// What would be done, without doing it.
+    /// The plan of the fill.
     pub fn plan(&self) -> FillPlan {
         let found = self.found;
         let hole = |(hole, outcome): (&Hole, &HoleOutcome)| PlannedHole {
@@ -205,7 +206,7 @@ impl<'a> Regions<'a> {
         }
     }
 
-    /// Fills all regions, each on its own, and puts their patches together.
+    /// Fills all regions, each independently, and merges their patches.
     pub(crate) fn fill(&self, watch: &Watch) -> Result<Filled, FillError> {
         let clock = Instant::now();
         let all: Vec<usize> = (0..self.len()).collect();
@@ -221,7 +222,7 @@ impl<'a> Regions<'a> {
         self.groups.iter().map(|group| self.holes(group))
     }
 
-    /// About how much work each region is: the squares of voxels across its first grid.
+    /// Estimated work of each region: the square of the voxels across its first grid.
     pub(crate) fn expected_work(&self) -> Vec<f64> {
         let work = |(group, plan): (&Vec<usize>, &RegionPlan)| {
             if *plan != RegionPlan::Solve {
@@ -233,12 +234,12 @@ impl<'a> Regions<'a> {
         self.groups.iter().zip(&self.plans).map(work).collect()
     }
 
-    /// The patches of some regions.
+    /// Computes the patches of some regions.
     fn patches(&self, regions: &[usize], watch: &Watch) -> Vec<RegionPatch> {
         if regions.is_empty() {
             return Vec::new();
         }
-        // What a region keeps of the surface before a cut may lie outside its box.
+        // A reference surface may be needed outside a region's box: only without one is the search limited to the boxes.
         let in_boxes = self.reference.is_none().then_some(self.params.voxel);
         let sources = self.sources(in_boxes);
         let fill = |&i: &usize| {
@@ -270,11 +271,11 @@ impl<'a> Regions<'a> {
         regions.par_iter().map(fill).collect()
     }
 
-    /// Appends the patches of all regions, in order, to the mesh. Regions that were to look farther than their tasks reach are worked on
-    /// first.
+    /// Appends the patches of all regions, in order, to the mesh. Regions that need more of the mesh than their tasks hold are
+    /// computed first.
     ///
     /// # Errors
-    /// [`FillError::Patches`] when they are not those of these regions.
+    /// [`FillError::Patches`] if the patches do not belong to these regions.
     pub fn assemble(&self, mut patches: Vec<RegionPatch>) -> Result<Filled, FillError> {
         let regions = self.len();
         let wrong = patches.iter().zip(1..).find(|(p, id)| p.report.id != *id);
@@ -315,7 +316,7 @@ impl<'a> Regions<'a> {
         })
     }
 
-    /// The report before anything is done.
+    /// The report before anything is filled.
     fn report(&self) -> FillReport {
         let found = self.found;
         let holes = found.holes.iter().zip(&self.outcomes);
@@ -341,7 +342,8 @@ impl<'a> Regions<'a> {
         RegionSources::new(self.found, &self.groups, &asked, in_boxes)
     }
 
-    /// Refuses a voxel that is too small for the widest region. That of a fairing goes by the area, and is checked there.
+    /// Refuses a voxel that is too small for the widest region. For a fairing the limit depends on the area, and is checked
+    /// there.
     fn check_voxel(&self) -> Result<(), FillError> {
         let VoxelSize::Length(voxel) = self.params.voxel else {
             return Ok(());

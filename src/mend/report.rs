@@ -1,4 +1,4 @@
-//! What was found in a mesh, and what was done. What would be done is in `plan.rs`.
+//! Reports of fills, restorations and fairings. Plans are in `plan.rs`.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,19 +7,19 @@ use crate::fill::{ClosedBy, HoleOutcome, RegionReport, Tally};
 use crate::mesh::{Defects, Hole, OpenChain};
 use crate::tuning::tuning;
 
-/// A hole and what happened to it.
+/// A hole and its outcome.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct HoleReport {
     /// The hole.
     pub hole: Hole,
-    /// What happened.
+    /// The outcome.
     pub outcome: HoleOutcome,
     /// Number of its region, from 1; 0 where there is none.
     pub region: usize,
 }
 
-/// Everything about a fill.
+/// Report of a fill.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FillReport {
@@ -27,24 +27,24 @@ pub struct FillReport {
     pub vertices: usize,
     /// Faces of the input.
     pub faces: usize,
-    /// Connected pieces of the input.
+    /// Connected components of the input.
     pub pieces: usize,
-    /// What is wrong with the input.
+    /// Defects of the input.
     pub defects: Defects,
     /// Boundary chains that do not close.
     pub open_chains: Vec<OpenChain>,
-    /// Whether all holes were to be filled, so that a boundary chain that does not close is one that stays open.
+    /// Whether all holes were to be filled; then a boundary chain that does not close counts as still open.
     pub all_holes: bool,
     /// The holes.
     pub holes: Vec<HoleReport>,
     /// The regions.
     pub regions: Vec<RegionReport>,
-    /// Seconds in all.
+    /// Computing time in seconds.
     pub seconds: f64,
 }
 
 impl FillReport {
-    /// What is known of a mesh before anything is done.
+    /// The report of a mesh before anything is done.
     pub(crate) fn of(found: &Inspection) -> Self {
         Self {
             vertices: found.input.positions.len(),
@@ -61,8 +61,8 @@ impl FillReport {
         self.tally().failed > 0 || (self.all_holes && !self.open_chains.is_empty())
     }
 
-    /// Whether every hole of more than four edges that was to be filled got a steady surface, joined to its rim, that
-    /// crosses nothing, or was the side of a seam that closed, and every sharp edge that ends at its rim was continued.
+    /// Whether every hole of more than four edges that was to be filled got a converged surface, flat cap, base, seam or
+    /// continued sides, joined to its rim without self-intersections, and every sharp edge that ends at its rim was continued.
     pub fn flawless(&self) -> bool {
         let flawless = |hole: &HoleReport| match &hole.outcome {
             HoleOutcome::Left(_) => true,
@@ -82,7 +82,7 @@ impl FillReport {
         !self.incomplete() && self.holes.iter().all(flawless)
     }
 
-    /// How many holes ended in which way.
+    /// Number of holes with each outcome.
     pub fn tally(&self) -> Tally {
         let mut tally = Tally {
             open_chains: self.open_chains.len(),
@@ -109,56 +109,56 @@ impl FillReport {
     }
 }
 
-/// What a restoration found and did.
+/// Report of a restoration.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct RestoreReport {
-    /// Faces that were marked.
+    /// Number of marked faces.
     pub marked_faces: usize,
-    /// Faces taken out: the marked ones, and those without which there would be no clean rim.
+    /// Number of removed faces: the marked faces, and those without which there would be no clean rim.
     pub removed_faces: usize,
-    /// Vertices that went with them.
+    /// Number of vertices removed with them.
     pub removed_vertices: usize,
-    /// The part of the shape that was to be kept.
+    /// Fraction of the shape that was to be kept.
     pub keep_shape: f64,
-    /// The fill. Holes are numbered as they are after the cut.
+    /// The report of the fill. Holes are numbered as after the cut.
     pub fill: FillReport,
 }
 
-/// What a fairing did.
+/// Report of a fairing.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FairReport {
-    /// Features narrower than this went, in the mesh's units.
+    /// Width below which features were removed, in the mesh's units.
     pub strength: f64,
     /// Time of the flow, in length⁴.
     pub time: f64,
-    /// Voxel size.
+    /// Voxel size, in the mesh's units.
     pub voxel: f64,
-    /// Whether all of the surface was replaced: nothing of the input is in the output.
+    /// Whether the whole surface was replaced: nothing of the input is in the output.
     pub whole: bool,
-    /// Faces that were to be faired.
+    /// Number of faces that were to be faired.
     pub marked_faces: usize,
-    /// Faces taken out.
+    /// Number of removed faces.
     pub removed_faces: usize,
-    /// Vertices that went with them.
+    /// Number of vertices removed with them.
     pub removed_vertices: usize,
-    /// Closed pieces that were left as they are, since only the open ones can be faired between borders.
+    /// Closed components that stayed unchanged: of an open mesh only the open components are faired, between their borders.
     pub pieces_left: usize,
-    /// Volume of the input, where it is closed.
+    /// Volume of the input, if it is closed.
     pub volume_before: Option<f64>,
-    /// Volume of the output, where it is closed.
+    /// Volume of the output, if it is closed.
     pub volume_after: Option<f64>,
-    /// Largest distance of a new vertex from the surface that was there.
+    /// Largest distance of a new vertex from the input surface.
     pub moved_max: f64,
-    /// Root mean square distance.
+    /// Root mean square distance of the new vertices from the input surface.
     pub moved_rms: f64,
-    /// The regions. Holes are numbered as they are after the cut.
+    /// The report of the regions. Holes are numbered as after the cut.
     pub fill: FillReport,
 }
 
 impl FairReport {
-    /// The change of the volume, over the volume of the input.
+    /// Relative change of the volume.
     pub fn volume_drift(&self) -> Option<f64> {
         Some(self.volume_after? / self.volume_before? - 1.0)
     }

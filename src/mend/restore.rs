@@ -1,4 +1,4 @@
-//! Replacing a marked region: its faces are cut out, and what is missing then is filled.
+//! Restoration: cuts a marked region out of a mesh and fills the holes that this makes.
 
 use std::time::Instant;
 
@@ -14,30 +14,30 @@ use crate::mesh::Mesh;
 use crate::mesh::cut::Remainder;
 use crate::parameters::tables;
 
-/// A mesh whose marked region was replaced.
+/// A mesh with a replaced region.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Restored {
-    /// The mesh: what is kept of the input's vertices and faces first, in order and bit-exact, then the patches.
+    /// The mesh: the kept vertices and faces of the input first, in order and bit-exact, then the patches.
     pub mesh: Mesh,
-    /// What is kept of the input, and which vertices and faces these are.
+    /// The kept part of the input, with its vertices and faces.
     pub kept: Remainder,
-    /// For each vertex of a patch its expected error; see [`Filled::expected_error`].
+    /// Expected error of each patch vertex; see [`Filled::expected_error`].
     pub expected_error: Vec<Option<f64>>,
-    /// What was found and done.
+    /// Report of the restoration.
     pub report: RestoreReport,
 }
 
 impl Inspection<'_> {
-    /// Replaces the marked faces by patches that continue what is round them. `marked` has a mark for each face.
+    /// Replaces the marked faces by patches that continue their surroundings. `marked` has one mark for each face.
     ///
-    /// Faces are cut out along edges. Holes inside the marked region or at its rim are filled with it; all others stay. Where
-    /// faces would hang together by a vertex only, the smaller side is cut out too, and so are small components left inside.
+    /// Faces are cut out along edges. Holes inside the marked region or at its rim are filled with it; all others stay open.
+    /// Where the remaining faces would be connected only by a vertex, the smaller side is removed too, and so are small
+    /// components that would remain inside.
     ///
     /// # Errors
-    /// When the parameters make no sense, when nothing or the whole of a piece is marked, or when the marked region reaches
-    /// the outer border of an open sheet; [`FillError::Cancelled`]. A region that cannot be filled is no error: the report
-    /// says so.
+    /// If the parameters are invalid, if no face or a whole component is marked, or if the marked region reaches the outer border
+    /// of an open sheet; [`FillError::Cancelled`]. A region that cannot be filled is not an error: the report lists it.
     pub fn restore(
         &self,
         marked: &[bool],
@@ -50,7 +50,7 @@ impl Inspection<'_> {
             let reference = (params.keep_shape > 0.0).then(|| cut.reference(params.keep_shape));
             let filled = cut.fill(&params.fill, reference.as_ref(), control)?;
             drop(reference);
-            let mut report = told(&cut, marked, params);
+            let mut report = restore_report(&cut, marked, params);
             report.fill = filled.report;
             report.fill.seconds = clock.elapsed().as_secs_f64();
             Ok(Restored {
@@ -62,7 +62,7 @@ impl Inspection<'_> {
         })
     }
 
-    /// What [`Inspection::restore`] would do, without doing it. Regions are planned without the surface that is cut out.
+    /// Plans a restoration. Regions are planned without the reference surface that is cut out.
     ///
     /// # Errors
     /// As [`Inspection::restore`].
@@ -74,8 +74,8 @@ impl Inspection<'_> {
         let cut = self.cut(marked, params)?;
         let fill = cut.params(&params.fill);
         let mut fill = Regions::new(&cut.found, fill, None)?.plan();
-        cut.plan(&mut fill);
-        let [removed_faces, removed_vertices] = cut.taken();
+        cut.adapt_plan(&mut fill);
+        let [removed_faces, removed_vertices] = cut.removed_counts();
         Ok(RestorePlan {
             marked_faces: count(marked),
             removed_faces,
@@ -93,7 +93,7 @@ impl Inspection<'_> {
 }
 
 impl RestoreParams {
-    /// Whether they make sense by themselves.
+    /// Checks the parameters on their own.
     ///
     /// # Errors
     /// [`FillError::Bounds`] and [`FillError::Parameter`].
@@ -104,8 +104,8 @@ impl RestoreParams {
     }
 }
 
-fn told(cut: &CutResult, marked: &[bool], params: &RestoreParams) -> RestoreReport {
-    let [removed_faces, removed_vertices] = cut.taken();
+fn restore_report(cut: &CutResult, marked: &[bool], params: &RestoreParams) -> RestoreReport {
+    let [removed_faces, removed_vertices] = cut.removed_counts();
     RestoreReport {
         marked_faces: count(marked),
         removed_faces,
@@ -116,7 +116,7 @@ fn told(cut: &CutResult, marked: &[bool], params: &RestoreParams) -> RestoreRepo
 }
 
 impl CutResult<'_> {
-    /// Fills what the cut left open.
+    /// Fills the holes that the cut made.
     pub(super) fn fill(
         &self,
         params: &FillParams,
@@ -125,7 +125,7 @@ impl CutResult<'_> {
     ) -> Result<Filled, FillError> {
         let regions = Regions::new(&self.found, self.params(params), reference)?;
         let mut filled = regions.fill(&Watch::new(*control, regions.expected_work()))?;
-        self.told(&mut filled.report);
+        self.adapt_report(&mut filled.report);
         Ok(filled)
     }
 }

@@ -1,4 +1,4 @@
-//! Setters of [`RestoreParams`] and [`FairParams`], for calls in a row.
+//! Chained setters of [`RestoreParams`] and [`FairParams`].
 
 use super::params::{FairExtent, FairParams, RestoreParams};
 use crate::fill::FillParams;

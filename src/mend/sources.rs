@@ -1,4 +1,4 @@
-//! Which part of the mesh each region takes for its surroundings.
+//! Surroundings of each region: the components of the mesh that it takes as data, and where it searches for nearest points.
 
 use std::collections::BTreeMap;
 
@@ -12,39 +12,42 @@ use crate::sdf::{JET_RINGS, Sampler, SearchArea, faces_at};
 use crate::spatial::Bounds;
 use crate::tuning::tuning;
 
-/// The restricted hierarchies may hold this many times the mesh's faces in all.
+/// Upper bound of the faces in all restricted hierarchies together, in numbers of the mesh's faces.
 const MOST_COPIES: usize = 8;
-/// How far out of a region's box, in parts of its size, what a patch must not cross is looked at: more than in `join`.
+/// Sizes of a region's box. Faces up to this far outside the box are tested for intersections with the patch: farther than
+/// `tuning().fill.stitch_margin`.
 pub(super) const PATCH_MARGIN: f64 = 0.25;
-/// A mesh of fewer faces has one hierarchy over all of them, which takes at most 150 MB and a second.
+/// Faces. A smaller mesh has one hierarchy over all of its faces, which takes at most 150 MB and a second.
 const MANY_FACES: usize = 500_000;
-/// Regions have hierarchies of their own when all these together hold at most this part of the faces.
+/// Regions have hierarchies of their own if these together hold at most one in this many of the faces.
 const NEAR_PART: usize = 2;
-/// How far out of the box of its first try a region usually looks, in parts of the box's size: what is nearest to a corner of the
-/// box lies half a size away where the surface is flat.
+/// Sizes of the box of a region's first attempt. A region usually searches this far outside the box: the nearest surface point to
+/// a corner of the box is half a size away where the surface is flat.
 const USUAL_MARGIN: f64 = 0.6;
 
-/// Normals at the corners of the vertices that jets are fitted to: one ring more.
+/// Rings of faces around the known faces that distances need: one more than jets, for the normals at the vertices that jets are
+/// fitted to.
 const RINGS: usize = JET_RINGS + 1;
 
 /// The surroundings of each region.
 ///
-/// A region knows the pieces its rims lie on. Others that merely pass through its box (fragments that lie in each other,
-/// a second layer of a scan) would contradict them, and are left out.
+/// A region knows the components that its rims are on. Others that merely pass through its box (fragments inside each other, a
+/// second layer of a scan) would be inconsistent with them, and are left out.
 pub(super) struct RegionSources<'a> {
     all: Sampler<'a>,
     restricted: Vec<Sampler<'a>>,
-    /// For each group its restricted sampler, if it needs one.
+    /// For each group the index of its restricted sampler, if it needs one.
     of_group: Vec<Option<usize>>,
-    /// For each group the bodies that it knows, where it has a restricted sampler.
+    /// For each group the bodies that it knows, if it has a restricted sampler.
     own: Vec<Option<Vec<u32>>>,
-    /// For each group where it looks; none where a hierarchy over all of the mesh is better.
+    /// For each group its search area; none where one hierarchy over the whole mesh is better.
     places: Option<Vec<SearchArea>>,
     bodies: Bodies,
 }
 
 impl<'a> RegionSources<'a> {
-    /// `asked` tells which groups will ask for samples; they may look for what is nearest `in_boxes` with this voxel only.
+    /// `asked` is true for the groups that will sample distances. With `in_boxes`, a voxel, they search for nearest points only
+    /// near their boxes.
     pub(super) fn new(
         found: &'a Inspection,
         groups: &[Vec<usize>],
@@ -62,7 +65,10 @@ impl<'a> RegionSources<'a> {
             }
             let faces: usize = own.iter().map(|&b| bodies.faces[b as usize]).sum();
             room = room.checked_sub(faces)?;
-            let wanted = |piece: u32| own.binary_search(&bodies.of_piece[piece as usize]).is_ok();
+            let wanted = |component: u32| {
+                own.binary_search(&bodies.of_component[component as usize])
+                    .is_ok()
+            };
             restricted.push(all.restricted(&wanted));
             sets.insert(own.clone(), restricted.len() - 1);
             Some(restricted.len() - 1)
@@ -91,29 +97,29 @@ impl<'a> RegionSources<'a> {
         }
     }
 
-    /// For each piece whether a group knows it; none where it knows the whole mesh.
-    pub(super) fn known_pieces(&self, group: usize) -> Option<Vec<bool>> {
+    /// For each component whether a group knows it; none where it knows the whole mesh.
+    pub(super) fn known_components(&self, group: usize) -> Option<Vec<bool>> {
         let own = self.own[group].as_ref()?;
         let is_own = |body: &u32| own.binary_search(body).is_ok();
-        Some(self.bodies.of_piece.iter().map(is_own).collect())
+        Some(self.bodies.of_component.iter().map(is_own).collect())
     }
 
-    /// The mesh's degenerate faces, rising.
+    /// The mesh's degenerate faces, in ascending order.
     pub(super) fn degenerate(&self) -> &[u32] {
         self.all.degenerate()
     }
 
-    /// Faces with those round them that their normals and jets need.
+    /// Adds the rings of faces that normals and jets of these faces need.
     pub(super) fn with_rings(&self, faces: &[u32]) -> Vec<u32> {
         self.all.with_rings(faces, RINGS)
     }
 
-    /// The points that distances are computed relative to: in what a group knows, and in the whole mesh.
+    /// The points relative to which distances are computed: for the surroundings of a group, and for the whole mesh.
     pub(super) fn centres(&self, group: usize) -> [DVec3; 2] {
         self.of(group).map(|sampler| sampler.centre())
     }
 
-    /// What a group looks at: what it knows, and the whole mesh.
+    /// The samplers of a group: of its surroundings, and of the whole mesh.
     pub(super) fn of(&self, group: usize) -> [Sampler<'a>; 2] {
         let known = self.of_group[group].map_or(&self.all, |at| &self.restricted[at]);
         [known, &self.all].map(|sampler| match &self.places {
@@ -123,7 +129,7 @@ impl<'a> RegionSources<'a> {
     }
 }
 
-/// Where the regions of groups of holes look; none when that is more than so many faces.
+/// The search areas of the regions of groups of holes; none if they hold more than `most` faces.
 pub(super) fn places(
     mesh: &Mesh,
     topology: &Topology,
@@ -136,7 +142,7 @@ pub(super) fn places(
         let both = |growth| of(VoxelSize::Auto, growth).join(&of(voxel, growth));
         let (first, last) = (both(1.0), both(tuning().fill.widest()));
         let size = (first.high - first.low).max_element();
-        // The rims lie in the region: nothing nearest is farther away than its diagonal.
+        // The rims are in the region: no nearest point is farther away than the region's diagonal.
         let diagonal = last.low.distance(last.high);
         (first.widened(USUAL_MARGIN * size), last.widened(diagonal))
     };
@@ -157,9 +163,9 @@ pub(super) fn places(
     )
 }
 
-/// Pieces that share vertices, taken together: edges with more than two faces cut one surface into several pieces.
+/// Components that share vertices, merged into bodies: non-manifold edges divide one surface into several components.
 struct Bodies {
-    of_piece: Vec<u32>,
+    of_component: Vec<u32>,
     faces: Vec<usize>,
     boxes: Vec<Bounds>,
 }
@@ -169,47 +175,50 @@ impl Bodies {
         let (mesh, topology) = (&found.mesh, &found.topology);
         let mut sets = DisjointSets::new(topology.component_faces.len());
         let mut first = vec![NONE; mesh.positions.len()];
-        for (face, &piece) in mesh.faces.iter().zip(&topology.component) {
-            if piece == NONE {
+        for (face, &component) in mesh.faces.iter().zip(&topology.component) {
+            if component == NONE {
                 continue;
             }
             for &v in face {
                 let other = &mut first[v as usize];
                 if *other == NONE {
-                    *other = piece;
+                    *other = component;
                 } else {
-                    sets.join(*other, piece);
+                    sets.join(*other, component);
                 }
             }
         }
         let count = topology.component_faces.len();
-        let of_piece: Vec<u32> = (0..count as u32).map(|p| sets.find(p)).collect();
+        let of_component: Vec<u32> = (0..count as u32).map(|p| sets.find(p)).collect();
         let mut faces = vec![0; count];
         let nothing = Bounds {
             low: DVec3::INFINITY,
             high: DVec3::NEG_INFINITY,
         };
         let mut boxes = vec![nothing; count];
-        for (face, &piece) in mesh.faces.iter().zip(&topology.component) {
-            if piece == NONE || topology.component_faces[piece as usize] <= 2 {
+        for (face, &component) in mesh.faces.iter().zip(&topology.component) {
+            if component == NONE || topology.component_faces[component as usize] <= 2 {
                 continue;
             }
-            let body = of_piece[piece as usize] as usize;
+            let body = of_component[component as usize] as usize;
             faces[body] += 1;
             let corners = face.map(|v| mesh.positions[v as usize]);
             boxes[body] = boxes[body].join(&Bounds::of(corners));
         }
         Self {
-            of_piece,
+            of_component,
             faces,
             boxes,
         }
     }
 
-    /// The bodies of a group's rims, sorted, if the box of another one meets the region's.
+    /// The bodies of a group's rims, in ascending order, if the box of another body meets the region's; else none.
     fn others_near(&self, found: &Inspection, group: &[usize]) -> Option<Vec<u32>> {
-        let piece = |h: &usize| found.holes[*h].component as usize;
-        let mut own: Vec<u32> = group.iter().map(|h| self.of_piece[piece(h)]).collect();
+        let component = |h: &usize| found.holes[*h].component as usize;
+        let mut own: Vec<u32> = group
+            .iter()
+            .map(|h| self.of_component[component(h)])
+            .collect();
         own.sort_unstable();
         own.dedup();
         let holes: Vec<_> = group.iter().map(|&h| &found.holes[h]).collect();
@@ -227,7 +236,7 @@ impl Bodies {
     }
 }
 
-/// The box of a region that has grown by a factor, on a fine or a coarse grid.
+/// The box of a region whose margin has grown by a factor, on a fine or a coarse grid.
 pub(super) fn grown_box(
     mesh: &Mesh,
     holes: &[&Hole],

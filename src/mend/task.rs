@@ -1,4 +1,4 @@
-//! The work on a region as a value: it can be written, sent, worked on anywhere and its patch sent back.
+//! The task of a region as a value: it can be saved, sent and solved anywhere, and its patch sent back.
 
 use std::slice;
 
@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::control::{Control, Watch};
-use super::reach::Looking;
+use super::reach::ReachQuery;
 use super::sources::places;
 use super::{FillError, Inspection};
 use crate::fill::{BasePlane, FillParams, RegionPatch, RegionPlan, RegionProblem};
@@ -14,29 +14,30 @@ use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{Hole, HoleId, Mesh, Part, Topology};
 use crate::sdf::Sampler;
 
-/// The work on one region of a fill: the part of the mesh that it may look at, its holes, the parameters.
+/// The task of one region of a fill: the part of the mesh that it needs, its holes, the parameters.
 ///
-/// How large it is depends on the region and what is near it, not on the mesh. Numbers in a written form must come back bit for bit:
-/// JSON by `serde_json` does so with its feature `float_roundtrip`.
+/// Its size depends on the region and its surroundings, not on the whole mesh. Numbers must be restored bit by bit when a task is
+/// read: `serde_json` does so with its feature `float_roundtrip`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RegionTask {
     /// Number of the region, from 1.
     pub id: usize,
-    /// The part of the welded mesh that is looked at, with faces turned to agree.
+    /// The part of the welded mesh that the region needs, its faces oriented consistently.
     part: Part,
-    /// Which of its faces the region knows; others, of pieces that pass through its box, are not to be crossed. None for all.
+    /// Whether the region knows each of its faces. The others belong to components that pass through its box; patches must not
+    /// intersect them. None if it knows all.
     known: Option<Vec<bool>>,
     /// Number of vertices of the whole mesh.
     count: usize,
-    /// What distances are computed relative to: in what the region knows, and in all of the mesh.
+    /// Points relative to which distances are computed: for the known faces, and for all faces of the mesh.
     centres: [DVec3; 2],
-    /// What the region's box may grow by.
+    /// Upper bound of the factor of its box's margin.
     growth: f64,
-    /// The holes, with the part's numbers of vertices.
+    /// The holes, in the part's vertex numbers.
     holes: Vec<Hole>,
-    /// Pairs of vertices between which sharp edges are asked for, with the part's numbers.
+    /// Pairs of vertices between which the caller wants sharp edges, in the part's vertex numbers.
     joined: Vec<[u32; 2]>,
-    /// The plane of its base, if it gets one.
+    /// The plane of its flat base, if it gets one.
     #[serde(default)]
     base: Option<BasePlane>,
     /// The parameters of the fill.
@@ -44,30 +45,30 @@ pub struct RegionTask {
 }
 
 impl RegionTask {
-    /// The work on a region, from 1, of a mesh: with these faces, rising, and with what distances are computed relative to, in what the
-    /// region knows and in all of the mesh.
+    /// The task of region `id`, from 1, with these faces of the mesh, in ascending order. `centres` are the points relative to
+    /// which distances are computed, for the known faces and for all.
     pub(super) fn new(
         id: usize,
         found: &Inspection,
-        looking: &Looking,
+        query: &ReachQuery,
         faces: &[u32],
         centres: [DVec3; 2],
         params: &FillParams,
     ) -> Self {
-        let rims = looking.holes.iter().flat_map(|h| h.rim.iter().copied());
+        let rims = query.holes.iter().flat_map(|h| h.rim.iter().copied());
         let part = Part::new(&found.mesh, faces, rims);
-        let known = looking.known.as_ref().map(|known| {
+        let known = query.known.as_ref().map(|known| {
             let is_known = |&f: &u32| match found.topology.component[f as usize] {
                 NONE => true,
-                piece => known[piece as usize],
+                component => known[component as usize],
             };
             faces.iter().map(is_known).collect()
         });
-        let mut holes: Vec<Hole> = looking.holes.iter().copied().cloned().collect();
+        let mut holes: Vec<Hole> = query.holes.iter().copied().cloned().collect();
         for v in holes.iter_mut().flat_map(|h| &mut h.rim) {
             *v = part.local(*v);
         }
-        let joined = looking.joined.iter();
+        let joined = query.joined.iter();
         let joined = joined.map(|pair| pair.map(|v| part.local(v))).collect();
         Self {
             id,
@@ -76,17 +77,17 @@ impl RegionTask {
             known,
             count: found.mesh.positions.len(),
             centres,
-            base: looking.base,
-            growth: looking.growth,
+            base: query.base,
+            growth: query.growth,
             holes,
             params: params.clone(),
         }
     }
 
-    /// Computes the patch; without one where [`RegionPatch::is_cramped`].
+    /// Computes the patch of the region; an empty one where [`RegionPatch::is_cramped`].
     ///
     /// # Errors
-    /// [`FillError::Cancelled`], or [`FillError::Task`] when what was read is no task that was written.
+    /// [`FillError::Cancelled`], or [`FillError::Task`] if this is not a valid region task.
     pub fn solve(&self, control: &Control) -> Result<RegionPatch, FillError> {
         let watch = Watch::new(*control, vec![1.0]);
         control.install(|| {
@@ -102,7 +103,7 @@ impl RegionTask {
         let topology = Topology::as_it_is(mesh);
         let mut holes = self.holes.clone();
         for hole in &mut holes {
-            hole.component = piece_at(mesh, &topology, hole).ok_or(FillError::Task)?;
+            hole.component = component_at(mesh, &topology, hole).ok_or(FillError::Task)?;
         }
         let holes: Vec<&Hole> = holes.iter().collect();
         let [of_known, of_all] = self.centres;
@@ -110,13 +111,13 @@ impl RegionTask {
         let known = match &self.known {
             None => all.about(of_known),
             Some(known) => {
-                let mut pieces = vec![false; topology.component_faces.len()];
-                for (&piece, _) in topology.component.iter().zip(known).filter(|(_, k)| **k) {
-                    if piece != NONE {
-                        pieces[piece as usize] = true;
+                let mut components = vec![false; topology.component_faces.len()];
+                for (&component, _) in topology.component.iter().zip(known).filter(|(_, k)| **k) {
+                    if component != NONE {
+                        components[component as usize] = true;
                     }
                 }
-                let known = all.restricted(&|piece| pieces[piece as usize]);
+                let known = all.restricted(&|component| components[component as usize]);
                 known.about(of_known)
             }
         };
@@ -152,7 +153,7 @@ impl RegionTask {
         Ok(patch)
     }
 
-    /// An error where what was read is no task that was written.
+    /// Returns an error if this is not a valid region task: damaged, or of another version.
     fn check(&self) -> Result<(), FillError> {
         let mesh = &self.part.mesh;
         let in_range = |v: u32| (v as usize) < mesh.positions.len();
@@ -171,11 +172,11 @@ impl RegionTask {
     }
 }
 
-/// The piece that a hole bounds.
-fn piece_at(mesh: &Mesh, topology: &Topology, hole: &Hole) -> Option<u32> {
+/// The component that a hole bounds.
+fn component_at(mesh: &Mesh, topology: &Topology, hole: &Hole) -> Option<u32> {
     let (&from, &to) = (hole.rim.first()?, hole.rim.get(1)?);
     let boundary = (0..topology.boundary.len() as u32).filter(|&h| topology.boundary[h as usize]);
     let mut at_rim = boundary.filter(|&h| end(mesh, h) == from && start(mesh, h) == to);
-    let piece = topology.component[at_rim.next()? as usize / 3];
-    (piece != NONE).then_some(piece)
+    let component = topology.component[at_rim.next()? as usize / 3];
+    (component != NONE).then_some(component)
 }

@@ -1,7 +1,7 @@
-//! Rims closed by triangulations: on which side of the surface a point near a hole lies.
+//! Caps rims with triangulations, to decide whether a point near a hole is inside or outside.
 //!
-//! The side is that of the nearest point of mesh and triangulations together, by its pseudonormal, so that nothing but the
-//! surroundings of the hole decides on it, and turning all faces over turns it over.
+//! The side is determined by the nearest point of the mesh and the triangulations together, by its angle-weighted pseudonormal.
+//! So only the surroundings of the hole decide, and a mesh with reversed faces gets reversed signs.
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -14,33 +14,33 @@ use crate::mesh::{Hole, Mesh, VertexFaces, face_normal, vertex_normal};
 use crate::sdf::{DistanceSample, Feature, RimSet, Sampler, feature, side};
 use crate::spatial::{Bvh, Closest};
 
-/// Two distances that differ by less than this part are equal.
+/// Relative difference. Two distances that differ by less are equal.
 const EQUAL: f64 = 1e-9;
 
-/// The rims of some holes, and triangulations of them.
+/// Rims of holes, and triangulations that cap them.
 pub struct CappedRims {
-    /// The rims: where they are nearest, a part of the surface is missing.
+    /// The rims. Where they are nearest, a part of the surface is missing.
     pub rims: RimSet,
-    /// Those that are triangulated.
+    /// The rims that are triangulated.
     loops: Vec<Vec<u32>>,
     cap: OnceLock<Option<Cap>>,
 }
 
-/// Triangulations of rims, joined to the faces of the mesh there.
+/// Triangulations of rims, joined to the adjacent faces of the mesh.
 struct Cap {
-    /// The faces of the mesh round the rims, then those of the triangulations.
+    /// The faces of the mesh around the rims, then the faces of the triangulations.
     joined: Mesh,
     around: VertexFaces,
-    /// Sums of the normals of the faces at the edges of the triangulations.
+    /// Sums of the face normals at each edge of the triangulations.
     edges: HashMap<(u32, u32), DVec3>,
-    /// The triangulations.
+    /// The faces of the triangulations.
     faces: Bvh,
-    /// Whether every rim has one.
+    /// Whether every rim could be triangulated.
     complete: bool,
 }
 
 impl CappedRims {
-    /// The given rims, of which those are triangulated that `capped` holds for.
+    /// The rims of these holes; the ones for which `capped` holds are triangulated.
     pub fn new<'h>(holes: &[&'h Hole], capped: impl Fn(&'h Hole) -> bool) -> Self {
         let capped = holes.iter().filter(|h| capped(h));
         Self {
@@ -50,13 +50,13 @@ impl CappedRims {
         }
     }
 
-    /// Those of a surface without holes.
+    /// The empty set of rims, for a surface without holes.
     pub fn none() -> Self {
         Self::new(&[], |_| false)
     }
 
-    /// The sample of the mesh at a world point, none where the mesh is farther than `limit`; where a rim is nearest, with the sign that
-    /// triangulations give it.
+    /// The sample of the mesh at a world point; none where the mesh is farther than `limit`. Where a rim is nearest, the
+    /// triangulations determine the sign.
     pub fn sample(
         &self,
         sampler: &Sampler,
@@ -66,7 +66,7 @@ impl CappedRims {
     ) -> Option<DistanceSample> {
         let mut sample = sampler.sample_within(&self.rims, x, limit, wanted.reach)?;
         if sample.on_rim
-            && !wanted.rough
+            && !wanted.any_sign
             && let Some(cap) = self.cap(sampler)
         {
             let limit = sample.distance * (1.0 + EQUAL) + f64::MIN_POSITIVE;
@@ -77,12 +77,12 @@ impl CappedRims {
         Some(sample)
     }
 
-    /// The signed distance to the mesh and the triangulations, in world units; none where a rim has none.
+    /// The signed distance to the mesh and the triangulations, in world units; none where a rim could not be triangulated.
     pub fn signed_distance(&self, sampler: &Sampler, x: DVec3) -> Option<f64> {
         let cap = self.cap(sampler).filter(|cap| cap.complete)?;
         let to_cap = cap.faces.closest(x, f64::INFINITY)?;
         let limit = to_cap.distance * (1.0 + EQUAL) + f64::MIN_POSITIVE;
-        // Of a face that lies on a triangulation the mesh's side counts.
+        // Where a face coincides with a triangulation, the mesh's side counts.
         match sampler.closest(&self.rims, x, limit) {
             Some((c, on_rim)) if !on_rim || c.distance < to_cap.distance * (1.0 - EQUAL) => {
                 Some(c.distance * sampler.sign(&c, x))
@@ -91,14 +91,15 @@ impl CappedRims {
         }
     }
 
-    /// The signed distance to the triangulations in world units; none where it is not less than `below`, or no rim has a triangulation.
+    /// The signed distance to the triangulations in world units; none where it is not less than `below`, or no rim could be
+    /// triangulated.
     pub fn distance_to_cap(&self, sampler: &Sampler, x: DVec3, below: f64) -> Option<f64> {
         let cap = self.cap(sampler)?;
         let closest = cap.faces.closest(x, below * (1.0 - EQUAL))?;
         Some(closest.distance * cap.side(&closest, x))
     }
 
-    /// The world positions of the triangulated rims' vertices, rim after rim.
+    /// The world positions of the triangulated rims' vertices, rim by rim.
     pub fn positions<'m>(&'m self, mesh: &'m Mesh) -> impl Iterator<Item = DVec3> + 'm {
         let vertices = self.loops.iter().flatten();
         vertices.map(|&v| mesh.positions[v as usize])
@@ -111,7 +112,7 @@ impl CappedRims {
 }
 
 impl Cap {
-    /// None where no loop can be triangulated.
+    /// None where no loop could be triangulated.
     fn new(sampler: &Sampler, loops: &[Vec<u32>]) -> Option<Self> {
         let part = sampler.part_round(loops);
         let mut joined = part.mesh.clone();
@@ -148,7 +149,7 @@ impl Cap {
         })
     }
 
-    /// −1 where a point lies on the inner side of the closest point of a triangulation, else 1.
+    /// −1 where a point is on the inner side of the closest point of a triangulation, otherwise 1.
     fn side(&self, closest: &Closest, x: DVec3) -> f64 {
         let mesh = &self.joined;
         let around = |v: u32| self.around.of(v).iter().copied();

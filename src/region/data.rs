@@ -1,4 +1,4 @@
-//! The mesh as the data of a region, and the solved level set as the surface of its patch.
+//! The signed distance to the mesh as the data of a region, and the solved level set as the surface of its patch.
 
 use glam::DVec3;
 
@@ -11,7 +11,7 @@ use crate::mesh::{Hole, Mesh};
 use crate::sdf::{DistanceSample, Sampler, Surface};
 use crate::tuning::tuning;
 
-/// The signed distance of the mesh, unknown where a rim of the region is nearest.
+/// The signed distance to the mesh, unknown where a rim of the region is nearest.
 pub struct MeshData<'a> {
     sampler: &'a Sampler<'a>,
     rims: CappedRims,
@@ -21,21 +21,22 @@ pub struct MeshData<'a> {
     cancel: Option<&'a Cancel>,
 }
 
-/// A surface whose shape is kept.
+/// A reference surface whose shape is kept, or which evolves.
 #[derive(Clone, Copy)]
 pub struct KeptShape<'a> {
-    /// Its distances.
+    /// Its signed distances.
     pub sampler: &'a Sampler<'a>,
-    /// All its holes: where they are nearest it has no shape.
+    /// All its holes; where their rims are nearest it has no shape.
     pub rims: &'a CappedRims,
-    /// Weight of the pull to it, in 1 / length⁴.
+    /// Weight of the pull towards it, in 1 / length⁴.
     pub weight: f64,
-    /// The faces of it that evolve: what is nearest to one of them is free. None where the surface may go far, so that
-    /// what is nearest to a rim is free.
+    /// The faces of it that evolve: nodes nearest to one of them are free. None where the new surface may be far from it; then
+    /// nodes nearest to a rim are free.
     pub evolving: Option<&'a [bool]>,
 }
 
-/// Where deep nodes are free: near the rim's centre, and not farther from the rim than half its width.
+/// Where deep nodes are free: near the rim's centre, and near the rim. The distances are the rim's radius and half the hole's
+/// width, both times `tuning().region.deep_reach`.
 struct Neighbourhood {
     centre: DVec3,
     radius: f64,
@@ -68,7 +69,7 @@ impl Neighbourhood {
 }
 
 impl<'a> MeshData<'a> {
-    /// The data of the region that consists of `holes`.
+    /// The data of a region with these holes.
     pub fn new(sampler: &'a Sampler<'a>, mesh: &Mesh, holes: &[&Hole]) -> Self {
         let neighbourhoods = holes
             .iter()
@@ -84,12 +85,12 @@ impl<'a> MeshData<'a> {
         }
     }
 
-    /// Lets the flow start from a surface and be pulled towards it.
+    /// Initialises the flow from a reference surface and pulls it towards that surface.
     pub fn keeping(self, kept: Option<KeptShape<'a>>) -> Self {
         Self { kept, ..self }
     }
 
-    /// Stops what is computed from the data once a token is set.
+    /// Stops the sampling once a token is set.
     pub fn stopped_by(self, cancel: &'a Cancel) -> Self {
         let cancel = Some(cancel);
         Self { cancel, ..self }
@@ -97,7 +98,7 @@ impl<'a> MeshData<'a> {
 }
 
 impl MeshData<'_> {
-    /// The sample at a point where there is an evolving surface.
+    /// The sample at a point if a reference surface evolves; else none.
     fn evolving(&self, x: DVec3, limit: f64) -> Option<(NodeData, Option<DVec3>)> {
         let kept = self.kept.as_ref()?;
         let evolving = kept.evolving?;
@@ -111,21 +112,21 @@ impl MeshData<'_> {
         Some((data, Some(s.closest.point)))
     }
 
-    /// The signed distance at a point that is far from what is known, and whether it is free.
+    /// The signed distance at a point far from the known surface, and whether the point is free.
     fn deep(&self, x: DVec3, s: &DistanceSample) -> (f64, bool) {
         if self.kept.is_none()
             && let Some(to_cap) = self.rims.distance_to_cap(self.sampler, x, s.distance)
         {
-            // The surface that is known there is the back of far faces, seen through the hole.
+            // The known surface is the back of far faces, seen through the hole: the cap is nearer and gives the sign.
             return (to_cap, true);
         }
         let free = self.neighbourhoods.iter().any(|n| n.holds(x))
-            // Beside another hole, which stays open here, no surface is missing.
+            // Near another hole, which stays open, no surface is missing.
             && !self.sampler.on_other_border(&self.rims.rims, &s.closest);
         (s.signed, free)
     }
 
-    /// Whether the face nearest to a point evolves; none where there is no evolving surface.
+    /// Whether the nearest face of the reference surface evolves; none where no reference surface evolves.
     fn evolves(&self, x: DVec3) -> Option<bool> {
         let kept = self.kept.as_ref()?;
         let evolving = kept.evolving?;
@@ -200,7 +201,7 @@ impl DistanceData for MeshData<'_> {
     }
 }
 
-/// The zero set of a solved level, and where it belongs to the region's holes.
+/// The zero set of a solved level, and its relation to the region's holes.
 pub struct LevelSurface<'a> {
     /// The solved level.
     pub level: &'a Level,
@@ -225,7 +226,7 @@ impl Surface for LevelSurface<'_> {
         else {
             return -f64::MAX;
         };
-        // In thin parts what evolves may be nearer to the opposite wall than to its rim.
+        // In thin parts evolving faces may be nearer to the opposite wall than to their rim.
         let inside = self.data.evolves(p).unwrap_or(on_rim);
         if inside {
             closest.distance

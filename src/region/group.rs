@@ -1,4 +1,4 @@
-//! Which holes are filled together, and on which lattice.
+//! Groups holes that are filled together, and chooses the voxel size and the box of their lattice.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -13,8 +13,9 @@ use crate::tuning::tuning;
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum VoxelSize {
-    /// 16 voxels across the hole, 12 where its rim has at most 25 edges, more where it is a slot, up to 96 where a region holds a small loop. Where patches are not finished 32,
-    /// up to 64 where the rim is finer or the hole is a slot; with the variation of curvature 2.5 times as many, at most 128.
+    /// Chosen from the hole. With a finish: 16 voxels across the hole, 12 where its rim has at most 25 edges, more where it is a
+    /// slot, up to 96 where a region has a small loop. Without a finish: 32 voxels, up to 64 where the rim is finer or the hole
+    /// is a slot. With the curvature-variation energy 2.5 times as many, at most 128.
     #[default]
     Auto,
     /// A length in the mesh's units; at least 1/1024 of the widest hole.
@@ -22,7 +23,7 @@ pub enum VoxelSize {
 }
 
 impl VoxelSize {
-    /// The length that was asked for.
+    /// The requested length.
     pub fn length(self) -> Option<f64> {
         match self {
             Self::Auto => None,
@@ -31,10 +32,10 @@ impl VoxelSize {
     }
 }
 
-/// The lattice on which holes are filled together.
+/// The lattice on which a group of holes is filled.
 #[derive(Clone, Debug)]
 pub struct Region {
-    /// Largest diameter of its holes, in world units.
+    /// Largest diameter of its holes or of the given initial surface, in world units.
     pub diameter: f64,
     /// Voxel size on the finest level, in world units.
     pub voxel: f64,
@@ -46,12 +47,12 @@ pub struct Region {
     pub dims: NodeIndex,
 }
 
-/// Groups of holes that belong together: lists of indices into `holes`, each of `chosen` in exactly one, in the order of `chosen`.
+/// Groups holes that belong together: lists of indices into `holes`, each of `chosen` in exactly one, in the order of `chosen`.
 ///
-/// Two rims belong together when they face each other (an island in a hole, the two sides of a gap: the directions in
-/// which the surface would continue point at one another), when they nearly touch, or when the caller says so. Of two rims
-/// for which `is_small` holds only touching counts: comparing all pairs of small components that lie in no hole would cost too
-/// much.
+/// Two rims belong together if they face each other (an island in a hole, or the two sides of a gap: their conormals, the
+/// directions in which the surface continues, point at one another), if they nearly touch, or if the caller says so. Two rims for
+/// which `is_small` holds belong together only if they touch: comparing all pairs of small components outside of holes would cost
+/// too much.
 pub fn group_holes(
     mesh: &Mesh,
     holes: &[Hole],
@@ -81,14 +82,14 @@ pub fn group_holes(
             }
         }
     }
-    // Loops that share a vertex belong together whatever their shape, and so do those that the caller names.
+    // Loops that share a vertex belong together whatever their shape, and so do loops that the caller names.
     join_touching(holes, chosen, &mut sets);
     for group in forced {
         for pair in group.windows(2) {
             sets.join(pair[0] as u32, pair[1] as u32);
         }
     }
-    // The sets as lists, in the order of their first holes.
+    // Lists of the sets, in the order of their first holes.
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut of_root = std::collections::BTreeMap::new();
     for &h in chosen {
@@ -102,7 +103,7 @@ pub fn group_holes(
     groups
 }
 
-/// Rims by the boxes within which others may belong with them: a rim's own, wider by its diameter on all sides.
+/// Search structure for rims that may belong together: each rim's bounding box, widened by its diameter on all sides.
 struct Nearby<'a> {
     among: &'a [usize],
     tree: BoxTree,
@@ -120,7 +121,7 @@ impl<'a> Nearby<'a> {
         Self { among, tree }
     }
 
-    /// The rims larger than one that it may belong with; of many the nearest, of equally near ones the smallest.
+    /// The rims larger than rim `i` that it may belong with; of too many the nearest, of equally near ones the smallest.
     fn larger(&self, rims: &[RimSamples], i: usize) -> Vec<usize> {
         let own = &rims[i];
         let mut found: Vec<(f64, f64, usize)> = Vec::new();
@@ -158,7 +159,7 @@ fn join_touching(holes: &[Hole], chosen: &[usize], sets: &mut DisjointSets) {
     }
 }
 
-/// Edge midpoints of a rim with the directions in which the surface would continue.
+/// Edge midpoints of a rim, with the conormals there.
 struct RimSamples {
     points: Vec<(DVec3, DVec3)>,
     bounds: Bounds,
@@ -190,6 +191,7 @@ impl RimSamples {
         if self.bounds.gap(&other.bounds) > tuning().region.facing_gap * larger {
             return false;
         }
+        // For each sample of the rim with fewer samples, the nearest sample of the other rim.
         let (mut facing, mut nearest) = (0, f64::INFINITY);
         let (few, many) = if self.points.len() <= other.points.len() {
             (self, other)
@@ -205,26 +207,28 @@ impl RimSamples {
                 .unwrap_or((f64::INFINITY, *p, *t));
             let d = d.sqrt();
             nearest = nearest.min(d);
+            // Two samples face each other if both conormals are within 66° of the line between them (cosine 0.4).
             let along = (q - *p).normalize_or_zero();
             let towards = t.dot(along) > 0.4 && u.dot(-along) > 0.4;
             facing += usize::from(towards && d < tuning().region.facing_gap * larger);
         }
+        // The rims nearly touch, or more than half of the samples face the other rim.
         nearest < tuning().region.near_gap * self.diameter.min(other.diameter)
             || 2 * facing > few.points.len()
     }
 }
 
-/// How a region's lattice is chosen.
+/// Settings from which a region's lattice is chosen.
 #[derive(Clone, Copy, Debug)]
 pub struct BoxSize {
     /// The voxel size.
     pub voxel: VoxelSize,
-    /// Whether an automatic one is just fine enough for the surface and its topology, as for a patch that is finished on its own
-    /// triangles.
+    /// Whether an automatic voxel only has to resolve the surface's topology and rough shape, because the patch is finished on
+    /// its own triangles.
     pub coarse: bool,
-    /// Widens the box; 1 at first.
+    /// Factor of the box's margin; 1 at first.
     pub growth: f64,
-    /// Divides the voxel, and where it doubles it the coarsest voxel too; 1 at first.
+    /// Divisor of the voxel, and, up to 2, of the coarsest voxel too; 1 at first.
     pub refine: f64,
 }
 
@@ -234,19 +238,19 @@ fn has_short_rim(holes: &[&Hole]) -> bool {
 }
 
 impl Region {
-    /// The smallest voxel of a region whose widest hole has a diameter. What a grid costs goes with the square of the
-    /// diameter in voxels: at this one it has some ten million unknowns, of about a kilobyte each.
+    /// The smallest voxel for holes of this largest diameter. The cost of a grid is proportional to the square of the diameter in
+    /// voxels: with the smallest voxel it has about ten million unknowns of about a kilobyte each.
     pub fn finest(diameter: f64) -> f64 {
         diameter / tuning().region.finest
     }
 
-    /// Nodes of its box on the finest level along the axes.
+    /// Nodes of its box on the finest level along each axis.
     pub fn finest_dims(&self) -> [usize; 3] {
         let finer = 1 << self.refinements.min(16);
         self.dims.map(|n| n as usize * finer)
     }
 
-    /// The voxel size for holes whose widest and smallest have some diameters.
+    /// The automatic voxel for holes whose largest and smallest diameters are given.
     fn automatic(holes: &[&Hole], diameter: f64, smallest: f64, size: &BoxSize) -> f64 {
         let edges: f64 = holes.iter().map(|h| h.edges as f64).sum();
         let edge = holes.iter().map(|h| h.length).sum::<f64>() / edges;
@@ -270,7 +274,8 @@ impl Region {
         diameter / refined.min(tuning().region.across_limit)
     }
 
-    /// The lattice of holes that are filled together. The box holds `part` too, where there is a surface to start from.
+    /// The lattice of holes that are filled together. The box also holds `part`, the bounds of an initial surface, if there is
+    /// one.
     pub fn new(mesh: &Mesh, holes: &[&Hole], size: &BoxSize, part: Option<(DVec3, DVec3)>) -> Self {
         let BoxSize {
             voxel,
@@ -290,7 +295,7 @@ impl Region {
             VoxelSize::Length(v) => v.max(Self::finest(diameter)),
             VoxelSize::Auto => Self::automatic(holes, diameter, smallest, size),
         };
-        // The voxel is doubled from level to level while about 16 voxels, for slots more, remain across the hole.
+        // The voxel is doubled from level to level while about 16 voxels remain across the hole, for slots more.
         let across = diameter / voxel;
         let narrow = chosen()
             .map(|h| (h.diameter / h.width.max(1e-3 * h.diameter)).min(tuning().region.narrowest))
@@ -298,12 +303,12 @@ impl Region {
         let coarsest = tuning().region.coarsest * narrow.max(refine.min(2.0));
         let mut refinements = (across / coarsest).log2().floor().max(0.0) as usize;
         let mut coarse = voxel * f64::from(1u32 << refinements.min(16));
-        // The box: rims, and the surface to start from, with free space that grows with the width of the widest hole.
+        // The box: rims and initial surface, with a margin that grows with the width of the widest hole.
         let rims = chosen().flat_map(|h| &h.rim);
         let part = part.iter().flat_map(|p| [p.0, p.1]);
         let (low, high) = bounds(rims.map(|v| mesh.positions[*v as usize]).chain(part));
         let widest = chosen().map(|h| h.width).fold(0.25 * diameter, f64::max);
-        // Along an axis on which the rims reach far already the surface bulges less beyond them.
+        // Along an axis on which the rims extend far, the surface bulges less beyond them.
         let bulge = (tuning().region.margin_part * widest
             - tuning().region.margin_taken * (high - low))
             .max(DVec3::splat(tuning().region.least_margin * widest));
@@ -320,7 +325,8 @@ impl Region {
         {
             (refinements, coarse) = (refinements + 1, 2.0 * coarse);
         }
-        // Rims that are far apart for their size, such as two tiny holes on opposite sides of a model, need too many blocks.
+        // Rims that are far apart for their size, such as two tiny holes on opposite sides of a model, would need too many
+        // blocks.
         let (mut voxel, mut coarse) = (voxel, coarse);
         while blocks(coarse) > tuning().region.most_blocks && coarse < (high - low).max_element() {
             (voxel, coarse) = (2.0 * voxel, 2.0 * coarse);

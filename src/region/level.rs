@@ -1,10 +1,10 @@
-//! One lattice of the nested grids: the data at its nodes and which of them are free.
+//! One lattice of the nested grids: stored nodes, φ, free nodes, refinement and regrowth.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::distance::DistanceData;
-use super::sampling::{Coarser, Known, SMOOTH, Sampling};
+use super::sampling::{Coarser, Known, SMOOTH_BAND_VOXELS, Sampling};
 use crate::flow::Pull;
 use crate::grid::{
     BLOCK, Lattice, NodeIndex, SparseGrid, add, as_point, dilate, linear, offset,
@@ -16,13 +16,13 @@ use crate::tuning::tuning;
 /// A lattice with φ (in voxels) and the mask of its free nodes.
 #[derive(Clone, Debug)]
 pub struct Level {
-    /// Where the nodes are.
+    /// The positions of the nodes.
     pub lattice: Lattice,
-    /// Which nodes are stored.
+    /// The stored nodes.
     pub grid: SparseGrid,
-    /// Signed distance in voxels, negative inside: one value for each slot of the grid.
+    /// Signed distance in voxels, negative inside: one value per slot of the grid.
     pub phi: Vec<f64>,
-    /// Whether a node is free: one mark for each slot of the grid.
+    /// Whether a node is free: one mark per slot of the grid.
     pub mask: Vec<bool>,
 }
 
@@ -39,7 +39,7 @@ impl Level {
             grid: &grid,
             data,
             voxel: lattice.voxel,
-            reach: SMOOTH,
+            reach: SMOOTH_BAND_VOXELS,
         }
         .of_box();
         Self {
@@ -50,17 +50,21 @@ impl Level {
         }
     }
 
-    /// Replaces φ at the free nodes by the data's guess; false where it has none.
-    pub fn start_from_guess(&mut self, data: &dyn DistanceData) -> bool {
-        self.start_from_distance(&|x| data.guess(x))
+    /// Replaces φ at the free nodes by the data's guess; returns false, without a change, where the data have none.
+    pub fn initialise_from_guess(&mut self, data: &dyn DistanceData) -> bool {
+        self.initialise_from_distance(&|x| data.guess(x))
     }
 
-    /// Replaces φ at the free nodes by the distance to the sphere that continues the data; false where there is none.
-    pub fn start_from_sphere(&mut self, data: &dyn DistanceData) -> bool {
-        self.start_from_distance(&|x| Some(data.sphere()?.signed_distance(x)))
+    /// Replaces φ at the free nodes by the distance to the sphere that continues the data; returns false, without a change, where
+    /// there is none.
+    pub fn initialise_from_sphere(&mut self, data: &dyn DistanceData) -> bool {
+        self.initialise_from_distance(&|x| Some(data.sphere()?.signed_distance(x)))
     }
 
-    fn start_from_distance(&mut self, distance: &(dyn Fn(DVec3) -> Option<f64> + Sync)) -> bool {
+    fn initialise_from_distance(
+        &mut self,
+        distance: &(dyn Fn(DVec3) -> Option<f64> + Sync),
+    ) -> bool {
         let guesses: Vec<Option<f64>> = (0..self.grid.len())
             .into_par_iter()
             .map(|s| {
@@ -80,9 +84,8 @@ impl Level {
         }
     }
 
-    /// Replaces φ at the free nodes by the distances to the zero set of another level; those that it does not reach take the
-    /// sign of their neighbours.
-    pub fn start_from(&mut self, other: &Level) {
+    /// Replaces φ at the free nodes by the values of another level. Nodes outside that level take the sign of their neighbours.
+    pub fn initialise_from(&mut self, other: &Level) {
         let scale = other.lattice.voxel / self.lattice.voxel;
         let values: Vec<Option<f64>> = (0..self.grid.len())
             .into_par_iter()
@@ -101,8 +104,8 @@ impl Level {
         take_signs(&self.grid, &mut self.phi, open);
     }
 
-    /// The pull to the data's surface at the free nodes near the level's: one target in voxels and one weight for each slot of the grid.
-    /// None where the data pull nowhere.
+    /// The pull to the surface whose shape is kept, at the free nodes near the level's zero set: one target in voxels and one
+    /// weight per slot of the grid. None where the data do not pull.
     pub fn pull(&self, data: &dyn DistanceData) -> Option<Pull> {
         let voxel = self.lattice.voxel;
         let weight = data.pull() * voxel.powi(4);
@@ -122,7 +125,7 @@ impl Level {
         Some(Pull { target, weight })
     }
 
-    /// The level of half the voxel: blocks near the surface and the mask, φ prolonged where it is free.
+    /// The level of half the voxel: it stores the blocks near both the surface and the mask; φ is prolonged where it is free.
     pub fn refined(&self, data: &dyn DistanceData) -> Self {
         let lattice = Lattice {
             origin: self.lattice.origin,
@@ -138,7 +141,7 @@ impl Level {
             grid: &grid,
             data,
             voxel: lattice.voxel,
-            reach: SMOOTH,
+            reach: SMOOTH_BAND_VOXELS,
         }
         .refining(&coarser);
         Self {
@@ -149,7 +152,7 @@ impl Level {
         }
     }
 
-    /// The same lattice with blocks round where the zero set is now. None where none are to be added.
+    /// The same lattice with added blocks around the present zero set; none where no block has to be added.
     pub fn regrown(&self, data: &dyn DistanceData) -> Option<Self> {
         // Marks the blocks of the free nodes near the zero set and their neighbours.
         let blocks = self.grid.dims().map(|d| d / BLOCK);
@@ -166,7 +169,7 @@ impl Level {
                 }
             }
         }
-        // Stores these beside the blocks that there are; none is given back where that adds nothing.
+        // Stores these blocks in addition to the present ones.
         let grid = SparseGrid::new(self.grid.dims(), |corner| {
             self.grid.slot(corner).is_some() || wanted[at(corner.map(|i| i / BLOCK))]
         })
@@ -185,11 +188,11 @@ impl Level {
             grid: &grid,
             data,
             voxel: self.lattice.voxel,
-            reach: SMOOTH,
+            reach: SMOOTH_BAND_VOXELS,
         }
         .except(&known);
-        // At new free nodes the distance to the data means nothing: they lie off the surface and take its side from their
-        // neighbours.
+        // At new free nodes the distance to the data means nothing: these nodes are away from the surface and take their sign
+        // from their neighbours.
         let open = (0..grid.len()).filter(|&s| mask[s] && old(grid.node(s)).is_none());
         take_signs(&grid, &mut phi, open.collect());
         Some(Self {
@@ -200,7 +203,7 @@ impl Level {
         })
     }
 
-    /// The point of the zero set nearest to a point of the world, in world units, and the unit normal there; none where the projection
+    /// The nearest point of the zero set to a world point, in world units, and the unit normal there; none where the projection
     /// does not converge or needs nodes that are not stored.
     pub fn project(&self, p: DVec3) -> Option<(DVec3, DVec3)> {
         let x = self.lattice.to_lattice(p);
@@ -233,7 +236,7 @@ impl Level {
     }
 }
 
-/// Gives the nodes in `open`, none of which lies beside the surface, the sign of their neighbours and a value away from zero.
+/// Gives the nodes in `open`, which are all away from the surface, the sign of their neighbours and a value away from zero.
 fn take_signs(grid: &SparseGrid, phi: &mut [f64], mut open: Vec<usize>) {
     let mut closed = vec![true; grid.len()];
     open.iter().for_each(|&s| closed[s] = false);

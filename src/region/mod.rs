@@ -1,4 +1,4 @@
-//! The region of a group of holes: its lattice, its data, and the nested solve on it.
+//! A region, the holes that are filled together: grouping, lattice, distance data, nested level-set solve, zero set.
 
 mod cap;
 mod data;

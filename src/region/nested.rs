@@ -1,4 +1,4 @@
-//! The nested solve: biharmonic start on the coarsest lattice, the flow on each.
+//! The nested solve: initialises the coarsest lattice, then runs the flow on each lattice, from coarse to fine.
 
 use std::time::Instant;
 
@@ -13,32 +13,33 @@ use crate::flow::{
 use crate::grid::{Lattice, NodeIndex};
 use crate::tuning::tuning;
 
-/// The grids of a nested solve.
+/// Settings of a nested solve.
 #[derive(Clone, Copy)]
 pub struct NestedSettings<'a> {
     /// The coarsest lattice.
     pub lattice: Lattice,
     /// Its box, in nodes.
     pub dims: NodeIndex,
-    /// Number of times it is refined by two.
+    /// Number of refinements, each of which halves the voxel.
     pub refinements: usize,
-    /// Whether to give up on a coarser level that does not become steady: its grid cannot resolve the region. One that
-    /// has diverged is always given up.
+    /// Whether to stop if the flow does not converge on a coarser level: its grid cannot resolve the region. A diverged level
+    /// always stops the solve.
     pub give_up_early: bool,
-    /// The start on the coarsest lattice.
+    /// The initial surface on the coarsest lattice.
     pub start: Start,
-    /// A surface to start from instead.
+    /// A solved level that replaces the initial surface.
     pub from: Option<&'a Level>,
-    /// The flow on each level.
+    /// The flow's settings on the finest level.
     pub flow: FlowSettings,
-    /// The caller's energy, where the flow is that of [`Energy::Own`].
+    /// The caller's energy, if the flow minimises [`Energy::Own`].
     pub own: Option<&'a dyn BendingEnergy>,
-    /// How long the surface evolves from the data's guess on the finest lattice; none for the flow to the steady state.
+    /// Time span in which the surface evolves, from the data's guess, on the finest lattice; none for the flow to the steady
+    /// state.
     pub time: Option<TimeSpan>,
 }
 
 impl NestedSettings<'_> {
-    /// The flow on a level, whose result is the start on the next.
+    /// The flow's settings on a level. The result of the level initialises the next.
     fn flow_on(&self, refinement: usize) -> FlowSettings {
         let (flow, last) = (&self.flow, refinement == self.refinements);
         let coarser = (self.refinements - refinement) as i32;
@@ -52,7 +53,7 @@ impl NestedSettings<'_> {
             max_steps: if last {
                 flow.max_steps
             } else if flow.time_step.is_finite() {
-                // A flow in time runs on one grid, from the start.
+                // A flow in time runs on the finest grid only.
                 0
             } else {
                 flow.max_steps.min(tuning().region.coarse_steps)
@@ -62,61 +63,61 @@ impl NestedSettings<'_> {
     }
 }
 
-/// How long a surface evolves.
+/// Time span of a flow.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TimeSpan {
     /// The time, in length⁴.
     pub time: f64,
-    /// How closely steps follow the flow.
+    /// How closely the time steps follow the flow.
     pub pace: Pace,
 }
 
-/// Where the flow starts from.
+/// The initial surface of the flow.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Start {
     /// The biharmonic fill of the free nodes.
     Biharmonic,
     /// The data's guess: the distance to a triangulation of the rims, or to the surface whose shape is kept.
     Triangulation,
-    /// The sphere that continues the surroundings where there is one, else as [`Start::Biharmonic`].
+    /// The sphere that continues the surroundings where there is one; otherwise as [`Start::Biharmonic`].
     Sphere,
 }
 
-/// What happened on one level.
+/// Report of one level.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct LevelReport {
     /// Voxel size in world units.
     pub voxel: f64,
-    /// Stored nodes.
+    /// Number of stored nodes.
     pub nodes: usize,
-    /// The flow's steps and end.
+    /// The flow's steps and result.
     pub flow: FlowOutcome,
-    /// Seconds spent on sampling the distance, and on the start and the flow, in this order.
+    /// Seconds for sampling the distances, and for initialisation and flow, in this order.
     pub seconds: [f64; 2],
 }
 
-/// The finest level after the flow.
+/// The result of a nested solve.
 pub struct Solved {
-    /// φ there, in its voxels.
+    /// The finest level after the flow; φ is in its voxels.
     pub level: Level,
-    /// All levels, the coarsest first.
+    /// Reports of all levels, the coarsest first.
     pub reports: Vec<LevelReport>,
-    /// The time that the flow has reached, in length⁴; 0 for one to the steady state.
+    /// The time that the flow has reached, in length⁴; 0 for a flow to the steady state.
     pub time: f64,
 }
 
 impl Solved {
-    /// Whether the flow became steady on the finest level.
+    /// Whether the flow converged on the finest level.
     pub fn converged(&self) -> bool {
         self.reports.last().is_some_and(|r| r.flow.converged)
     }
 
-    /// Whether the last level was far from steady when its steps ran out.
-    pub fn is_far_from_steady(&self) -> bool {
+    /// Whether the flow on the last level was far from converged when its steps ran out.
+    pub fn is_far_from_converged(&self) -> bool {
         self.reports
             .last()
-            .is_none_or(|r| is_far_from_steady(&r.flow))
+            .is_none_or(|r| is_far_from_converged(&r.flow))
     }
 
     /// See [`FlowOutcome::willmore`].
@@ -125,23 +126,23 @@ impl Solved {
         last.map_or(f64::INFINITY, |r| r.flow.willmore())
     }
 
-    /// The largest movement of the surface in the step that led to the result, in voxels of the last level.
-    pub fn movement(&self) -> f64 {
+    /// The last update of the surface, in voxels of the last level.
+    pub fn last_update(&self) -> f64 {
         let last = self.reports.last();
         last.map_or(f64::INFINITY, |r| r.flow.movement)
     }
 
-    /// Whether the last level was so far from steady that its zero set means nothing: its data contradict each other.
+    /// Whether the flow diverged on the last level: its zero set is meaningless, because the data are inconsistent.
     pub fn has_diverged(&self) -> bool {
         self.reports.last().is_none_or(|r| r.flow.has_diverged())
     }
 }
 
-fn is_far_from_steady(flow: &FlowOutcome) -> bool {
-    !(flow.converged || flow.flat || flow.movement <= tuning().region.far_from_steady)
+fn is_far_from_converged(flow: &FlowOutcome) -> bool {
+    !(flow.converged || flow.flat || flow.movement <= tuning().region.far_from_converged)
 }
 
-/// The highest energy at the start of the level after another.
+/// Upper bound of the initial energy of the level after `coarser`.
 fn highest_after(coarser: &LevelReport) -> f64 {
     let rules = &tuning().region;
     let (times, least) = (rules.energy_blowup, rules.energy_blowup_least);
@@ -152,7 +153,7 @@ fn highest_after(coarser: &LevelReport) -> f64 {
     }
 }
 
-/// The energies whose flows run on a level, in this order.
+/// The energies whose flows run on a level, in order.
 fn stages(energy: Energy, refinement: usize) -> Vec<Energy> {
     let start = energy.needs().start.iter().copied();
     let start = start.filter(|_| refinement == 0);
@@ -160,7 +161,7 @@ fn stages(energy: Energy, refinement: usize) -> Vec<Energy> {
 }
 
 impl Level {
-    /// Lets φ flow to the steady state of the energy of the settings; `own` is the caller's, if there is one.
+    /// Runs the flow to the steady state of the settings' energy; `own` is the caller's energy, if there is one.
     fn relax(
         &mut self,
         own: Option<&dyn BendingEnergy>,
@@ -174,7 +175,7 @@ impl Level {
     }
 }
 
-/// Solves on each level in turn; `keep_going` may end it early, and the result is then what there is so far, not converged.
+/// Solves on each level in turn. If `keep_going` ends it early, the result is the present state, not converged.
 pub fn solve_nested(
     data: &dyn DistanceData,
     settings: &NestedSettings,
@@ -186,7 +187,7 @@ pub fn solve_nested(
     }
 }
 
-/// Goes to the finest lattice with the data's guess, and lets the surface evolve there.
+/// Refines to the finest lattice, initialises it with the data's guess, and lets the surface evolve there.
 fn evolve_nested(
     data: &dyn DistanceData,
     settings: &NestedSettings,
@@ -194,25 +195,25 @@ fn evolve_nested(
     keep_going: &dyn Fn() -> bool,
 ) -> Solved {
     let clock = Instant::now();
-    // Inside what is free a level's own values are prolonged from a coarser lattice: they are not exact.
+    // At free nodes a level's values are prolonged from the coarser lattice and not exact: the guess replaces them.
     let mut level = Level::coarsest(settings.lattice, settings.dims, data);
-    level.start_from_guess(data);
+    level.initialise_from_guess(data);
     for _ in 0..settings.refinements {
         if !keep_going() {
             break;
         }
         level = level.refined(data);
-        level.start_from_guess(data);
+        level.initialise_from_guess(data);
     }
-    // The flow counts time in units of h⁴.
+    // The flow measures time in units of h⁴.
     let sampling = clock.elapsed().as_secs_f64();
     let clock = Instant::now();
     let voxel = level.lattice.voxel;
     let until = span.time / voxel.powi(4);
     let mut evolution = Evolution::new(settings.flow);
     evolution.pace = span.pace;
-    // Runs until the time is reached; where the surface comes to the end of the stored nodes, blocks are added and it goes
-    // on.
+    // Runs until the time is reached. Where the surface reaches the end of the stored nodes, blocks are added and the flow
+    // continues.
     let pause = loop {
         if !keep_going() {
             break Pause::Stopped;
@@ -244,15 +245,15 @@ fn evolve_nested(
     }
 }
 
-/// Gives the coarsest level the values that the flow starts from.
-fn begin(level: &mut Level, data: &dyn DistanceData, settings: &NestedSettings) {
+/// Initialises the coarsest level.
+fn initialise(level: &mut Level, data: &dyn DistanceData, settings: &NestedSettings) {
     let is_ready = match (settings.from, settings.start) {
         (Some(surface), _) => {
-            level.start_from(surface);
+            level.initialise_from(surface);
             true
         }
-        (None, Start::Triangulation) => level.start_from_guess(data),
-        (None, Start::Sphere) => level.start_from_sphere(data),
+        (None, Start::Triangulation) => level.initialise_from_guess(data),
+        (None, Start::Sphere) => level.initialise_from_sphere(data),
         (None, Start::Biharmonic) => false,
     };
     if !is_ready {
@@ -270,13 +271,13 @@ fn relax_nested(
     settings: &NestedSettings,
     keep_going: &dyn Fn() -> bool,
 ) -> Solved {
-    // The coarsest lattice: distances of the data, and the values of the free nodes that the flow starts from.
+    // The coarsest lattice: distances of the data, and initial values at the free nodes.
     let mut clock = Instant::now();
     let mut level = Level::coarsest(settings.lattice, settings.dims, data);
     let mut sampling = clock.elapsed().as_secs_f64();
     let mut reports = Vec::new();
     clock = Instant::now();
-    begin(&mut level, data, settings);
+    initialise(&mut level, data, settings);
     let rims = data.rims();
     for refinement in 0..=settings.refinements {
         if refinement > 0 {
@@ -285,15 +286,16 @@ fn relax_nested(
             sampling = clock.elapsed().as_secs_f64();
             clock = Instant::now();
         }
-        // Components of the zero set that meet no rim are fixed: their energy would drown that of the surface.
+        // Components of the zero set that touch no rim are held fixed: otherwise their energy would dominate.
         level.hold_detached(&rims);
-        // The result of a coarser level is the start on the next.
+        // The result of a coarser level initialises the next.
         let last = refinement == settings.refinements;
         let flow_settings = settings.flow_on(refinement);
         let pull = level.pull(data);
-        // A start far above the energy of the coarser level with a long first step means inconsistent data: the flow ends.
+        // If a level starts with far more energy than the coarser level's final energy, and its first step is long, the data are
+        // inconsistent: the flow ends.
         let highest = reports.last().map_or(f64::INFINITY, highest_after);
-        // On the coarsest level the energies run first that lead to the start of the one asked for.
+        // On the coarsest level the energies that initialise the requested one run first.
         for energy in stages(settings.flow.energy, refinement) {
             let flow_settings = FlowSettings {
                 energy,
@@ -311,10 +313,11 @@ fn relax_nested(
             sampling = 0.0;
             clock = Instant::now();
         }
-        // A level that diverged, or with `give_up_early` is far from steady, is no start for the next.
+        // A level that diverged, or with `give_up_early` is far from converged, cannot initialise the next.
         let flow = &reports[reports.len() - 1].flow;
         let lost = level.grid.is_cancelled()
-            || !last && (flow.has_diverged() || settings.give_up_early && is_far_from_steady(flow));
+            || !last
+                && (flow.has_diverged() || settings.give_up_early && is_far_from_converged(flow));
         if lost {
             break;
         }

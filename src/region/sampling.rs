@@ -1,7 +1,7 @@
-//! The data at the nodes of a lattice, asked for only where they matter.
+//! Samples the signed distance at the nodes of a lattice, only where its values matter.
 //!
-//! A distance query costs far more than anything else that is done for a node. Where a lattice of twice the voxel shows that a
-//! node lies well inside or well outside the free part, the node takes values interpolated from that lattice.
+//! A distance query costs far more than all other work at a node. Where a lattice of twice the voxel shows that a node is well
+//! inside or well outside the free part, the node takes values interpolated from that lattice.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,37 +12,38 @@ use crate::grid::{
 };
 use crate::tuning::tuning;
 
-/// Nodes at the faces of the box that are never free.
-const BORDER: i32 = 3;
-/// No band reaches nodes farther than this from the known surface, in voxels: the distance to its triangles is good enough there.
-pub const SMOOTH: f64 = FAR + 1.0;
-/// The flow depends on the values of fixed nodes within so many steps of a free one.
-const DEPENDS: usize = 3;
-/// Nodes farther than this from the surface, in voxels, are outside the band: only the start of the flow uses their values.
-const FAR: f64 = 8.0;
-/// Free nodes nearer to the evolved surface than this, in voxels, lie beside it.
-const BESIDE: f64 = 2.0;
-/// How many coarser lattices, each of twice the voxel of the next, are sampled before the nodes of a box.
-const LOOKS: usize = 2;
+/// Nodes. Width of the fixed margin at the sides of the box.
+const FIXED_MARGIN_NODES: i32 = 3;
+/// Voxels. No band reaches nodes farther than this from the known surface: there the distance to its triangles is accurate
+/// enough.
+pub const SMOOTH_BAND_VOXELS: f64 = FLOW_BAND_VOXELS + 1.0;
+/// Nodes. The flow depends on fixed nodes within this distance of a free one.
+const STENCIL_NODES: usize = 3;
+/// Voxels. Nodes farther than this from the surface are outside the band: only the initialisation of the flow uses their values.
+const FLOW_BAND_VOXELS: f64 = 8.0;
+/// Voxels. Half-width of the band around the evolved surface whose surroundings are sampled anew on the next finer lattice.
+const RESAMPLED_BAND_VOXELS: f64 = 2.0;
+/// Number of coarser lattices, each of twice the voxel of the next, that are sampled before the nodes of a box.
+const COARSER_LATTICES: usize = 2;
 
-/// What is known of a node before the data are sampled there.
+/// What is known about a node before its distance is sampled.
 pub enum Known {
-    /// φ in voxels, and whether the node is free unless it lies at the side of the box.
+    /// φ in voxels, and whether the node is free unless it is at the side of the box.
     Node(f64, bool),
-    /// Nothing; `rough` allows the sign to be wrong if the node turns out to be free.
+    /// Nothing: the distance has to be sampled.
     Nothing {
         /// As in [`Wanted`].
-        rough: bool,
-        /// An upper bound of the distance to the known surface, in voxels, that may fail; infinite where there is none.
+        any_sign: bool,
+        /// Estimated upper bound, not guaranteed, of the distance to the known surface in voxels; infinite where there is none.
         within: f64,
     },
 }
 
 impl Known {
-    /// Nothing at all.
-    pub fn nothing(rough: bool) -> Self {
+    /// Nothing is known, not even a bound.
+    pub fn nothing(any_sign: bool) -> Self {
         Self::Nothing {
-            rough,
+            any_sign,
             within: f64::INFINITY,
         }
     }
@@ -53,23 +54,23 @@ pub struct Coarser<'a> {
     grid: &'a SparseGrid,
     phi: &'a [f64],
     free: &'a [bool],
-    /// Nodes all of whose neighbours are free.
+    /// Whether all neighbours of a node are free.
     inner: Vec<bool>,
-    /// Nodes within one step of a free one.
-    beside: Vec<bool>,
-    /// Nodes within two steps of a free one.
-    near: Vec<bool>,
+    /// Whether a node is within one step of a free one.
+    within_one: Vec<bool>,
+    /// Whether a node is within two steps of a free one.
+    within_two: Vec<bool>,
 }
 
 impl<'a> Coarser<'a> {
-    /// From φ in its own voxels and the free nodes.
+    /// From φ in the lattice's own voxels and the free nodes.
     pub fn new(grid: &'a SparseGrid, phi: &'a [f64], free: &'a [bool]) -> Self {
         let fixed: Vec<bool> = free.iter().map(|f| !f).collect();
         let inner = dilate(grid, &fixed).into_iter().map(|f| !f).collect();
-        let beside = dilate(grid, free);
+        let within_one = dilate(grid, free);
         Self {
-            near: dilate(grid, &beside),
-            beside,
+            within_two: dilate(grid, &within_one),
+            within_one,
             grid,
             phi,
             free,
@@ -77,25 +78,27 @@ impl<'a> Coarser<'a> {
         }
     }
 
-    /// Nodes within two steps of a free one.
+    /// Marks the nodes within two steps of a free one.
     pub fn near_free(&self) -> &[bool] {
-        &self.near
+        &self.within_two
     }
 
-    /// Nodes within two steps of a free one beside the evolved surface: in thin parts there may be fixed ones among them
-    /// whose values know only of the opposite wall.
+    /// Marks the nodes within two steps of a free one near the evolved surface. In thin parts there may be fixed nodes among them
+    /// whose distances refer to the opposite wall.
     fn close_to_evolved(&self) -> Vec<bool> {
         let free = self.phi.iter().zip(self.free);
-        let beside: Vec<bool> = free.map(|(v, &f)| f && v.abs() < BESIDE).collect();
-        dilate(self.grid, &dilate(self.grid, &beside))
+        let near: Vec<bool> = free
+            .map(|(v, &f)| f && v.abs() < RESAMPLED_BAND_VOXELS)
+            .collect();
+        dilate(self.grid, &dilate(self.grid, &near))
     }
 
-    /// The slot of the node beside one of the finer lattice.
-    fn beside(&self, fine: NodeIndex) -> Option<usize> {
+    /// The slot of the coarser node nearest to a node of the finer lattice.
+    fn nearest_slot(&self, fine: NodeIndex) -> Option<usize> {
         self.grid.slot(fine.map(|i| (i + 1) / 2))
     }
 
-    /// φ at a node of the finer lattice, in its voxels.
+    /// φ prolonged to a node of the finer lattice, in its voxels.
     fn prolonged(&self, fine: NodeIndex) -> Option<f64> {
         let p = 0.5 * as_point(fine);
         value_and_gradient(self.grid, self.phi, p)
@@ -104,19 +107,19 @@ impl<'a> Coarser<'a> {
             .map(|v| 2.0 * v)
     }
 
-    /// Whether a node of the finer lattice is free unless it lies at the side of the box; none where that has to be asked.
-    fn tells(&self, fine: NodeIndex) -> Option<bool> {
-        let slot = self.beside(fine)?;
+    /// Whether a node of the finer lattice is free, unless it is at the side of the box; none where the data have to be sampled.
+    fn is_free(&self, fine: NodeIndex) -> Option<bool> {
+        let slot = self.nearest_slot(fine)?;
         if self.inner[slot] {
             return Some(true);
         }
-        (!self.near[slot]).then_some(false)
+        (!self.within_two[slot]).then_some(false)
     }
 
-    /// The same where the values are those of the known surface alone, and nodes farther from it than `far` (in the coarser
-    /// voxels) are free where one of the coarser nodes round them is; `close` marks the coarser nodes that are near a free one.
-    fn tells_of_known(&self, fine: NodeIndex, far: f64, close: &[bool]) -> Option<bool> {
-        let slot = self.beside(fine)?;
+    /// The same where φ belongs to the known surface alone. Nodes farther from it than `far` (in coarser voxels) are free if one
+    /// of the coarser nodes around them is. `close` marks the coarser nodes near a free one.
+    fn is_free_by_known(&self, fine: NodeIndex, far: f64, close: &[bool]) -> Option<bool> {
+        let slot = self.nearest_slot(fine)?;
         if self.phi[slot].abs() < far {
             return match self.inner[slot] {
                 true => Some(true),
@@ -130,67 +133,68 @@ impl<'a> Coarser<'a> {
         }))
     }
 
-    /// φ at a node of the finer lattice and whether it is free unless it lies at the side of the box, where the values are
-    /// those of an evolved surface and `close` marks what is close to it; none where that has to be asked.
-    fn tells_of_evolved(&self, fine: NodeIndex, close: &[bool]) -> Option<(f64, bool)> {
-        let (value, slot) = (self.prolonged(fine)?, self.beside(fine)?);
-        let free = match self.tells(fine) {
-            None if value.abs() > FAR && !close[slot] => self.free[slot],
-            told => told?,
+    /// φ at a node of the finer lattice, and whether the node is free unless it is at the side of the box, where φ belongs to an
+    /// evolved surface; `close` marks the nodes near that surface. None where the data have to be sampled.
+    fn value_by_evolved(&self, fine: NodeIndex, close: &[bool]) -> Option<(f64, bool)> {
+        let (value, slot) = (self.prolonged(fine)?, self.nearest_slot(fine)?);
+        let free = match self.is_free(fine) {
+            None if value.abs() > FLOW_BAND_VOXELS && !close[slot] => self.free[slot],
+            known_free => known_free?,
         };
         Some((value, free))
     }
 
-    /// A bound of the distance from a node of the finer lattice to the known surface, in its voxels, if all is well.
+    /// Estimated upper bound, not guaranteed, of the distance from a node of the finer lattice to the known surface, in its
+    /// voxels.
     fn within(&self, fine: NodeIndex) -> f64 {
-        let slot = self.beside(fine).filter(|&s| !self.free[s]);
+        let slot = self.nearest_slot(fine).filter(|&s| !self.free[s]);
         slot.map_or(f64::INFINITY, |s| {
             2.0 * self.phi[s].abs() + tuning().region.spacing
         })
     }
 }
 
-/// The sampling of the data at the nodes of a grid.
+/// Sampling of a region's data at the nodes of a grid.
 #[derive(Clone, Copy)]
 pub struct Sampling<'a> {
-    /// Where its nodes are.
+    /// The positions of the nodes.
     pub lattice: &'a Lattice,
-    /// Its nodes.
+    /// The nodes.
     pub grid: &'a SparseGrid,
-    /// What is asked.
+    /// The data to sample.
     pub data: &'a dyn DistanceData,
-    /// The voxel that distances are compared with.
+    /// The voxel in which `reach` and the depth of deep nodes are measured.
     pub voxel: f64,
-    /// Nodes farther than this from the known surface, in voxels, take the distance to its triangles instead of that to the smooth
-    /// surface; usually [`SMOOTH`].
+    /// Voxels. Nodes farther than this from the known surface take the distance to its triangles instead of the smooth surface;
+    /// usually [`SMOOTH_BAND_VOXELS`].
     pub reach: f64,
 }
 
-/// What was found at the nodes.
-struct Asked {
+/// Values at the nodes after sampling.
+struct Sampled {
     /// φ in voxels.
     phi: Vec<f64>,
-    /// Whether a node is free unless it lies at the side of the box.
+    /// Whether a node is free unless it is at the side of the box.
     free: Vec<bool>,
-    /// Whether its values were asked for, not interpolated.
+    /// Whether the values of a node were sampled, not interpolated.
     exact: Vec<bool>,
 }
 
 impl Sampling<'_> {
-    /// φ in voxels and the mask of all nodes but those that are known.
+    /// φ in voxels and the mask of free nodes; only unknown nodes are sampled.
     pub fn except(&self, known: &(dyn Fn(NodeIndex) -> Known + Sync)) -> (Vec<f64>, Vec<bool>) {
-        let Asked { phi, free, .. } = self.ask(known);
+        let Sampled { phi, free, .. } = self.sample(known);
         let mask = self.inside(&free);
         (phi, mask)
     }
 
-    /// φ and mask of a lattice that halves the voxel of another: φ is prolonged where it is free.
+    /// φ and mask on a lattice of half the voxel: φ is prolonged where it is free.
     pub fn refining(&self, coarser: &Coarser) -> (Vec<f64>, Vec<bool>) {
         let close = coarser.close_to_evolved();
-        let known = |n: NodeIndex| match coarser.tells_of_evolved(n, &close) {
+        let known = |n: NodeIndex| match coarser.value_by_evolved(n, &close) {
             Some((value, free)) => Known::Node(value, free),
             None => Known::Nothing {
-                rough: self.grid.is_interior(n, BORDER),
+                any_sign: self.grid.is_interior(n, FIXED_MARGIN_NODES),
                 within: coarser.within(n),
             },
         };
@@ -199,7 +203,7 @@ impl Sampling<'_> {
             let n = self.grid.node(s);
             if mask[s]
                 && !self.grid.is_cancelled()
-                && coarser.tells(n).is_none()
+                && coarser.is_free(n).is_none()
                 && let Some(prolonged) = coarser.prolonged(n)
             {
                 *v = prolonged;
@@ -208,114 +212,126 @@ impl Sampling<'_> {
         (phi, mask)
     }
 
-    /// φ and mask of a whole box, after a look at every other node. The values of free nodes mean little.
+    /// φ and mask of a whole box, sampled from coarse to fine. The values of free nodes are only a rough initialisation.
     pub fn of_box(&self) -> (Vec<f64>, Vec<bool>) {
-        let Asked { phi, free, .. } = self.looked_at(LOOKS, self.grid.dims());
+        let Sampled { phi, free, .. } = self.sample_from_coarse(COARSER_LATTICES, self.grid.dims());
         let mask = self.inside(&free);
         (phi, mask)
     }
 
-    /// φ in voxels of the nodes of a whole box, and whether they are free unless they lie at its side; `dims` are the box's
-    /// nodes at the last look. What lies at the side is fixed there: its sign must be right, and that of the coarser nodes from
-    /// which it may be interpolated.
-    fn looked_at(&self, looks: usize, dims: NodeIndex) -> Asked {
-        // Nodes of this look are `spacing` nodes of the last one apart. Those near the side of the box need the right sign.
-        let last = looks == LOOKS;
-        let spacing = 1 << (LOOKS - looks);
-        let border = BORDER + if last { 0 } else { spacing };
+    /// φ in voxels of the nodes of a whole box, and whether they are free unless they are at its side. `dims` are the box's nodes
+    /// on the last lattice. Nodes at the side are fixed: their signs must be right, and so must the signs of the coarser nodes
+    /// from which they may be interpolated.
+    fn sample_from_coarse(&self, depth: usize, dims: NodeIndex) -> Sampled {
+        // On this lattice nodes are `spacing` nodes of the last lattice apart. Those near the side of the box need the right
+        // sign.
+        let last = depth == COARSER_LATTICES;
+        let spacing = 1 << (COARSER_LATTICES - depth);
+        let border = FIXED_MARGIN_NODES + if last { 0 } else { spacing };
         let inside =
             |n: NodeIndex| (0..3).all(|d| (border..dims[d] - border).contains(&(spacing * n[d])));
-        if looks == 0 {
-            return self.ask(&|n| Known::nothing(inside(n)));
+        if depth == 0 {
+            return self.sample(&|n| Known::nothing(inside(n)));
         }
-        // The look before: every other node of this one.
+        // The coarser lattice: every other node of this one.
         let lattice = Lattice {
             origin: self.lattice.origin,
             voxel: 2.0 * self.lattice.voxel,
         };
         let grid = SparseGrid::new(self.grid.dims().map(|d| d / 2), |_| true)
             .stopped_by(self.grid.cancel());
-        let Asked { phi, free, .. } = Sampling {
+        let Sampled { phi, free, .. } = Sampling {
             lattice: &lattice,
             grid: &grid,
-            // From coarser nodes only the mask is taken, and values that nothing depends on.
+            // Only the mask of coarser nodes is used, and values that nothing depends on.
             reach: 0.0,
             ..*self
         }
-        .looked_at(looks - 1, dims);
-        // From these, nodes well inside or outside the free part take interpolated values.
+        .sample_from_coarse(depth - 1, dims);
+        // Nodes well inside or outside the free part take values interpolated from the coarser lattice.
         let coarser = Coarser::new(&grid, &phi, &free);
-        // Half a coarse voxel more, for the distance of the coarser nodes from the finer ones.
-        let far = FAR * self.voxel / lattice.voxel + if last { 0.0 } else { 0.5 };
-        // The fixed nodes on which the flow depends are asked once the free ones are known.
-        let margin = if last { &coarser.beside } else { &coarser.near };
-        let asked = self.ask(&|n| {
-            let rough = inside(n);
-            // At the side of the box all nodes are fixed, and the outermost have no cell or stencil that uses their values.
-            let matters = !rough && self.grid.is_interior(n, 1);
+        // Half a coarse voxel more, for the distance between coarser and finer nodes.
+        let far = FLOW_BAND_VOXELS * self.voxel / lattice.voxel + if last { 0.0 } else { 0.5 };
+        // The fixed nodes on which the flow depends are sampled once the free ones are known.
+        let margin = if last {
+            &coarser.within_one
+        } else {
+            &coarser.within_two
+        };
+        let sampled = self.sample(&|n| {
+            let any_sign = inside(n);
+            // At the side of the box all nodes are fixed; the outermost have no cell or stencil that uses their values.
+            let matters = !any_sign && self.grid.is_interior(n, 1);
             let value = linear(&grid, &phi, 0.5 * as_point(n));
             let close = value.is_none_or(|v| v.abs() < far + 0.5);
-            let told = coarser
-                .tells_of_known(n, far, margin)
+            let known_free = coarser
+                .is_free_by_known(n, far, margin)
                 .filter(|&free| !(free && matters && close));
-            let node = || Some(Known::Node(2.0 * value?, told?));
+            let node = || Some(Known::Node(2.0 * value?, known_free?));
             node().unwrap_or_else(|| Known::Nothing {
-                rough,
+                any_sign,
                 within: coarser.within(n),
             })
         });
-        // The flow uses the values of fixed nodes near free ones: they are asked for.
+        // The flow uses the values of fixed nodes near free ones: these are sampled.
         if last {
-            self.with_neighbours(asked, &|n| coarser.within(n))
+            self.with_stencils(sampled, &|n| coarser.within(n))
         } else {
-            asked
+            sampled
         }
     }
 
-    /// Asks for the fixed nodes in the reach of free ones, of which `before` has interpolated values.
-    fn with_neighbours(&self, before: Asked, within: &(dyn Fn(NodeIndex) -> f64 + Sync)) -> Asked {
+    /// Samples the fixed nodes on which free ones depend and whose values in `before` are interpolated.
+    fn with_stencils(
+        &self,
+        before: Sampled,
+        within: &(dyn Fn(NodeIndex) -> f64 + Sync),
+    ) -> Sampled {
         let mut near = self.inside(&before.free);
-        for _ in 0..DEPENDS {
+        for _ in 0..STENCIL_NODES {
             near = dilate(self.grid, &near);
         }
-        self.ask(&|n| match self.grid.slot(n) {
+        self.sample(&|n| match self.grid.slot(n) {
             Some(s)
-                if before.free[s] || !near[s] || before.exact[s] || before.phi[s].abs() > FAR =>
+                if before.free[s]
+                    || !near[s]
+                    || before.exact[s]
+                    || before.phi[s].abs() > FLOW_BAND_VOXELS =>
             {
                 Known::Node(before.phi[s], before.free[s])
             }
             _ => Known::Nothing {
-                rough: false,
+                any_sign: false,
                 within: within(n),
             },
         })
     }
 
-    /// The mask from the nodes that are free unless they lie at the side of the box.
+    /// The mask, from the nodes that are free unless they are at the side of the box.
     fn inside(&self, free: &[bool]) -> Vec<bool> {
-        let inside = |s: usize| self.grid.is_interior(self.grid.node(s), BORDER);
+        let inside = |s: usize| self.grid.is_interior(self.grid.node(s), FIXED_MARGIN_NODES);
         let mask = free.iter().enumerate();
         mask.map(|(s, &free)| free && inside(s)).collect()
     }
 
-    /// φ in voxels, and whether a node is free unless it lies at the side of the box.
-    fn ask(&self, known: &(dyn Fn(NodeIndex) -> Known + Sync)) -> Asked {
+    /// Samples all nodes about which nothing is known.
+    fn sample(&self, known: &(dyn Fn(NodeIndex) -> Known + Sync)) -> Sampled {
         let mut samples = vec![(0.0, false, false); self.grid.len()];
         let blocks = samples.par_chunks_mut(BLOCK_NODES).enumerate();
         blocks.for_each(|(b, samples)| {
-            // Walks the block so that each node bounds the distance of the next.
+            // Walks through the block in order, so that the distance at each node bounds the distance at the next.
             let mut last: Option<(DVec3, NodeData, Option<DVec3>)> = None;
             for (i, sample) in samples.iter_mut().enumerate() {
                 if self.grid.is_cancelled() {
                     return;
                 }
                 let n = self.grid.node(b * BLOCK_NODES + i);
-                let (rough, within) = match known(n) {
+                let (any_sign, within) = match known(n) {
                     Known::Node(value, free) => {
                         *sample = (value, free, false);
                         continue;
                     }
-                    Known::Nothing { rough, within } => (rough, within * self.lattice.voxel),
+                    Known::Nothing { any_sign, within } => (any_sign, within * self.lattice.voxel),
                 };
                 let x = self.lattice.to_world(as_point(n));
                 let limit = last.map_or(within, |(y, s, closest)| {
@@ -323,7 +339,7 @@ impl Sampling<'_> {
                     bound * (1.0 + 1e-9) + 1e-9 * self.voxel
                 });
                 let wanted = Wanted {
-                    rough,
+                    any_sign,
                     reach: self.reach * self.voxel,
                     deep: tuning().region.deep * self.voxel,
                 };
@@ -332,7 +348,7 @@ impl Sampling<'_> {
                 *sample = (s.signed / self.lattice.voxel, s.free, true);
             }
         });
-        Asked {
+        Sampled {
             phi: samples.iter().map(|s| s.0).collect(),
             free: samples.iter().map(|s| s.1).collect(),
             exact: samples.iter().map(|s| s.2).collect(),
@@ -344,7 +360,7 @@ impl Sampling<'_> {
 mod tests {
     use super::*;
 
-    /// A unit sphere of which the upper part is missing; free points that may have a wrong sign have one.
+    /// A unit sphere whose upper part is missing. Free points that may have a wrong sign get one.
     struct Bowl;
 
     impl DistanceData for Bowl {
@@ -355,7 +371,7 @@ mod tests {
         fn sample_for(&self, x: DVec3, _: f64, wanted: &Wanted) -> (NodeData, Option<DVec3>) {
             let signed = x.length() - 1.0;
             let free = x.z > 0.2 * x.length();
-            let wrong = free && wanted.rough;
+            let wrong = free && wanted.any_sign;
             let data = NodeData {
                 signed: if wrong { -signed } else { signed },
                 distance: signed.abs(),
@@ -365,7 +381,7 @@ mod tests {
         }
     }
 
-    /// A lattice round the bowl, and its nodes.
+    /// A lattice around the bowl, and its nodes.
     fn box_of(dims: NodeIndex, voxel: f64) -> (Lattice, SparseGrid) {
         let lattice = Lattice {
             origin: -0.5 * voxel * as_point(dims) + DVec3::splat(0.3 * voxel),
@@ -380,7 +396,7 @@ mod tests {
             grid,
             data: &Bowl,
             voxel: lattice.voxel,
-            reach: SMOOTH,
+            reach: SMOOTH_BAND_VOXELS,
         }
     }
 
@@ -397,7 +413,7 @@ mod tests {
             let grid = &nodes.1;
             for (slot, value) in phi.into_iter().enumerate() {
                 let n = grid.node(slot);
-                if grid.is_interior(n, BORDER) {
+                if grid.is_interior(n, FIXED_MARGIN_NODES) {
                     continue;
                 }
                 assert!(!mask[slot]);
@@ -418,14 +434,17 @@ mod tests {
         let (phi, mask) = sampling(&nodes).of_box();
         let grid = &nodes.1;
         let mut near = mask.clone();
-        for _ in 0..DEPENDS {
+        for _ in 0..STENCIL_NODES {
             near = dilate(grid, &near);
         }
         let mut exact = 0;
         for (slot, &value) in phi.iter().enumerate() {
             let n = grid.node(slot);
             let wanted = distance(&nodes, n);
-            if near[slot] && !mask[slot] && wanted.abs() < FAR - 1.0 && grid.is_interior(n, BORDER)
+            if near[slot]
+                && !mask[slot]
+                && wanted.abs() < FLOW_BAND_VOXELS - 1.0
+                && grid.is_interior(n, FIXED_MARGIN_NODES)
             {
                 assert!((value - wanted).abs() < 1e-9, "{n:?}: {value} {wanted}");
                 exact += 1;
@@ -439,18 +458,18 @@ mod tests {
     }
 
     #[test]
-    fn free_nodes_well_inside_are_not_asked_for() {
+    fn free_nodes_well_inside_are_not_sampled() {
         let nodes = box_of([36, 40, 44], 0.07);
-        let asked = sampling(&nodes).looked_at(LOOKS, nodes.1.dims());
-        let mut edge: Vec<bool> = asked.free.iter().map(|f| !f).collect();
+        let sampled = sampling(&nodes).sample_from_coarse(COARSER_LATTICES, nodes.1.dims());
+        let mut edge: Vec<bool> = sampled.free.iter().map(|f| !f).collect();
         for _ in 0..3 {
             edge = dilate(&nodes.1, &edge);
         }
         let mut well_inside = 0;
         for slot in (0..edge.len()).filter(|&s| !edge[s]) {
             let n = nodes.1.node(slot);
-            if nodes.1.is_interior(n, BORDER + 1) {
-                assert!(!asked.exact[slot], "{n:?}");
+            if nodes.1.is_interior(n, FIXED_MARGIN_NODES + 1) {
+                assert!(!sampled.exact[slot], "{n:?}");
                 well_inside += 1;
             }
         }

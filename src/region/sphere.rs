@@ -1,27 +1,28 @@
-//! The sphere that continues a surface at its rims.
+//! Fits the sphere that continues a surface at its rims.
 
 use glam::DVec3;
 
 use crate::mesh::{Hole, Mesh};
 use crate::tuning::tuning;
 
-/// A sphere, of which the inside or the outside is the solid.
+/// A sphere whose inside or outside is the solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     centre: DVec3,
-    /// Negative where the solid is outside.
+    /// Negative where the solid is outside, as in a spherical cavity.
     radius: f64,
 }
 
 impl Sphere {
-    /// The sphere with the least `Σ |p − c − R n|²` over the edges of the rims, where `p` is the middle of an edge and `n` the
-    /// normal of the face there; none where it does not fit or is large.
+    /// The sphere with the least `Σ |p − c − R n|²` over the rims' edges, weighted by their length, where `p` is the midpoint of
+    /// an edge and `n` the normal of the face there; none where it fits badly or is large.
     pub fn new(mesh: &Mesh, holes: &[&Hole]) -> Option<Self> {
         let edges = || holes.iter().flat_map(|hole| rim_edges(mesh, hole));
         let length: f64 = edges().map(|e| e.length).sum();
         let mean = |of: &dyn Fn(&RimEdge) -> DVec3| {
             edges().map(|e| e.length * of(&e)).sum::<DVec3>() / length
         };
+        // The least squares: R from the centred midpoints and normals, then c.
         let (middle, normal) = (mean(&|e| e.middle), mean(&|e| e.normal));
         let (mut both, mut square) = (0.0, 0.0);
         for e in edges() {
@@ -34,11 +35,12 @@ impl Sphere {
             centre: middle - radius * normal,
             radius,
         };
+        // The root mean square residual decides whether the rims fit the sphere.
         let off =
             |e: &RimEdge| e.length * (e.middle - new.centre - radius * e.normal).length_squared();
         let error = (edges().map(|e| off(&e)).sum::<f64>() / length).sqrt();
         let diameter = holes.iter().map(|h| h.diameter).fold(0.0, f64::max);
-        // False for what is not a number, too.
+        // Also false for NaN.
         (error < tuning().region.sphere_fits * diameter
             && radius.abs() < tuning().region.largest_sphere * diameter)
             .then_some(new)
@@ -50,7 +52,7 @@ impl Sphere {
         (self.centre - radius, self.centre + radius)
     }
 
-    /// The signed distance of a point in world units, negative in the solid.
+    /// The signed distance of a world point in world units, negative in the solid.
     pub fn signed_distance(&self, x: DVec3) -> f64 {
         (x.distance(self.centre) - self.radius.abs()) * self.radius.signum()
     }
@@ -90,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_left_of_a_sphere_tells_the_sphere_and_its_solid_side() {
+    fn the_rest_of_a_sphere_determines_the_sphere_and_its_solid_side() {
         for top in [-0.8, 0.0, 0.8] {
             let mut mesh = punch(&icosphere(4), |c| c.z < top);
             for side in [1.0, -1.0] {

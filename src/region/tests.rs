@@ -1,4 +1,4 @@
-//! Which holes are filled together.
+//! Tests of the grouping of holes.
 
 use std::f64::consts::TAU;
 
@@ -8,7 +8,7 @@ use super::group_holes;
 use crate::mesh::shapes::{grid, icosphere, punch};
 use crate::mesh::{Hole, Mesh, Topology, find_holes};
 
-/// The groups of the holes whose centres are chosen, largest first.
+/// The groups of the chosen holes, largest first.
 fn groups(
     mut mesh: Mesh,
     chosen: impl Fn(&Hole) -> bool,
@@ -52,7 +52,7 @@ fn rims_that_face_each_other_across_a_gap_go_together() {
 #[test]
 fn holes_side_by_side_are_filled_alone() {
     assert_eq!(groups(two_holes(0.1), inner, &[]).len(), 2);
-    // in the rims' own numbers: the outer border is the first
+    // The rims' own numbers: the outer border is the first.
     assert_eq!(groups(two_holes(0.1), inner, &[vec![1, 2]]), [[1, 2]]);
 }
 

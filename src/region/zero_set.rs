@@ -1,4 +1,4 @@
-//! The zero set of a solved level.
+//! The zero set of a solved level: its distance from the box, its components at rims, and its extraction as a mesh.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,25 +10,26 @@ use crate::grid::{NodeIndex, add, dilate, offset};
 use crate::mesh::Mesh;
 use crate::tuning::tuning;
 
-/// Free nodes nearer to the zero set than this, in voxels, lie beside it.
-const BESIDE: f64 = HALF_WIDTH;
-/// Nodes up to so many from those beside a part of the zero set that is held are held too: the energy's band reaches that far.
-const HELD: usize = (HALF_WIDTH + BAND_MARGIN) as usize + 1;
+/// Voxels. Half-width of the band of free nodes around the zero set that belong to it.
+const ZERO_SET_BAND_VOXELS: f64 = HALF_WIDTH;
+/// Nodes. Around the band of a component that is held fixed, nodes within this distance are held too: the band of the energy
+/// reaches that far.
+const HELD_BAND_NODES: usize = (HALF_WIDTH + BAND_MARGIN) as usize + 1;
 
 impl Level {
-    /// Whether the zero set, where it is free, comes within `nodes` of the side of the box.
+    /// Whether the free part of the zero set comes within `nodes` of the side of the box.
     pub fn is_near_side(&self, nodes: i32) -> bool {
-        self.any_beside(|n| (0..27).any(|k| !self.grid.is_interior(stepped(n, nodes, k), 0)))
+        self.any_near_zero_set(|n| (0..27).any(|k| !self.grid.is_interior(stepped(n, nodes, k), 0)))
     }
 
-    /// Whether the zero set, where it is free, comes to the end of the stored nodes.
+    /// Whether the free part of the zero set reaches the end of the stored nodes.
     pub fn touches_box(&self) -> bool {
         let ends = |n| (0..27).any(|k| self.grid.slot(stepped(n, 2, k)).is_none());
-        self.is_near_side(5) || self.any_beside(ends)
+        self.is_near_side(5) || self.any_near_zero_set(ends)
     }
 
-    /// Whether something holds for a free node within a voxel of the zero set.
-    fn any_beside(&self, holds: impl Fn(NodeIndex) -> bool + Sync) -> bool {
+    /// Whether a condition holds for any free node within a voxel of the zero set.
+    fn any_near_zero_set(&self, holds: impl Fn(NodeIndex) -> bool + Sync) -> bool {
         (0..self.grid.len()).into_par_iter().any(|s| {
             !self.grid.is_cancelled()
                 && self.mask[s]
@@ -37,24 +38,25 @@ impl Level {
         })
     }
 
-    /// Fixes the free nodes beside the parts of the zero set that meet no rim: these are no part of the missing surface, and
-    /// their energy would be most of what the flow sees. `rims` are the positions of the rims' vertices.
+    /// Fixes the free nodes near components of the zero set that touch no rim. Such components do not belong to the missing
+    /// surface, and their energy would dominate. `rims` are the positions of the rims' vertices. Free nodes near components that
+    /// touch a rim stay free.
     pub fn hold_detached(&mut self, rims: &[DVec3]) {
         if rims.is_empty() {
             return;
         }
         let grid = &self.grid;
         let attached = self.attached(rims);
-        let is_beside = |s: usize| self.mask[s] && self.phi[s].abs() < BESIDE;
+        let is_near_zero_set = |s: usize| self.mask[s] && self.phi[s].abs() < ZERO_SET_BAND_VOXELS;
         let detached: Vec<bool> = (0..grid.len())
-            .map(|s| is_beside(s) && !attached[s])
+            .map(|s| is_near_zero_set(s) && !attached[s])
             .collect();
         if !detached.contains(&true) {
             return;
         }
         let widened = |marks: Vec<bool>, times| (0..times).fold(marks, |m, _| dilate(grid, &m));
         let (held, evolving) = (
-            widened(detached, HELD),
+            widened(detached, HELD_BAND_NODES),
             widened(attached, tuning().region.evolving),
         );
         for (free, (held, evolving)) in self.mask.iter_mut().zip(held.into_iter().zip(evolving)) {
@@ -62,7 +64,7 @@ impl Level {
         }
     }
 
-    /// The free nodes beside the parts of the zero set that meet a rim.
+    /// Marks the free nodes near components of the zero set that touch a rim.
     fn attached(&self, rims: &[DVec3]) -> Vec<bool> {
         let grid = &self.grid;
         let mut attached = vec![false; grid.len()];
@@ -70,7 +72,7 @@ impl Level {
         let mut visit = |open: &mut Vec<usize>, n: NodeIndex| {
             if let Some(s) = grid.slot(n)
                 && self.mask[s]
-                && self.phi[s].abs() < BESIDE
+                && self.phi[s].abs() < ZERO_SET_BAND_VOXELS
                 && !std::mem::replace(&mut attached[s], true)
             {
                 open.push(s);
@@ -94,7 +96,7 @@ impl Level {
         attached
     }
 
-    /// The zero set on the cells near the mask, in world coordinates.
+    /// Extracts the zero set on the cells near the mask, in world coordinates.
     pub fn zero_set(&self) -> Mesh {
         let (level, grid) = (self, &self.grid);
         // Cells with corners of both signs, all within three steps of the mask.
@@ -120,14 +122,14 @@ impl Level {
                 (signs[0] && signs[1]).then_some(n)
             })
             .collect();
-        // A stopped extraction finds no surface in the remaining cells.
+        // After a cancellation the remaining cells contain no surface.
         let value = |n: NodeIndex| grid.slot(n).map_or(f64::MAX, |s| level.phi[s]);
         let iso = marching_cubes(&cells, |n| match grid.is_cancelled() {
             true => f64::MAX,
             false => value(n),
         });
-        // By linear interpolation vertices are off by up to h²/8R at a radius R. They move to the zero set of the tricubic
-        // interpolant, if that is nearer than a voxel.
+        // Vertices from linear interpolation are off by up to h²/8R, where R is the radius of curvature. They are projected to
+        // the zero set of the tricubic interpolant, if it is nearer than a voxel.
         let positions: Vec<DVec3> = iso
             .positions
             .par_iter()
@@ -143,7 +145,7 @@ impl Level {
     }
 }
 
-/// The node so many steps from another in the direction `k` of 27.
+/// The node `steps` steps from another one, in the direction `k` of 27.
 fn stepped(n: NodeIndex, steps: i32, k: i32) -> NodeIndex {
     add(n, offset(k).map(|o| steps * o))
 }

@@ -1,46 +1,49 @@
-//! Thresholds of what nearly closes a border (`check`).
+//! Thresholds for nearly closed boundaries, wall thickness and the precision of coordinates (`check`).
 
 thresholds! {
-    /// Thresholds of what nearly closes a border (`check`).
+    /// Thresholds for nearly closed boundaries, wall thickness and the precision of coordinates (`check`).
     CheckTuning {
-        /// Part of an edge's length within which a border vertex lies on the edge (T-junction). Vertices of CAD files in 64-bit
-        /// floats lay within 1e-12 of it, after rounding to 32-bit floats within 3e-7 where edges measure a hundredth of the
-        /// largest coordinate; the unit of the file is taken where that is more.
+        /// Edge lengths. A boundary vertex within this distance of an edge lies on it (T-junction). In CAD files with 64-bit
+        /// floats
+        /// T-junction vertices lay within 1e-12 of the edge; after rounding to 32-bit floats, within 3e-7 where edges are a
+        /// hundredth of the largest coordinate. The resolution of the file's coordinates is used where it is larger.
         junction: f64 = 1e-6,
-        /// Part of an edge's length that this tolerance may be, at most.
+        /// Edge lengths. Upper bound of the T-junction tolerance.
         junction_most: f64 = 1e-3,
-        /// Tolerances from an end of an edge within which a vertex lies at the end, not on the edge.
+        /// T-junction tolerances. A vertex closer than this to an end of an edge counts as at the end, not on the edge.
         junction_ends: f64 = 4.0,
-        /// Part of the bounding box's diagonal within which border vertices are merged by default.
+        /// Diagonals of the bounding box. Boundary vertices within this distance are merged by default.
         weld: f64 = 1e-9,
-        /// Units in the last place of the file's coordinates within which they are merged by default: positions that were computed
-        /// twice differed by up to three.
+        /// Units in the last place of the file's coordinates. Boundary vertices within this distance are merged by default:
+        /// positions that were computed twice differed by up to three units.
         weld_units: f64 = 4.0,
-        /// Part of the diagonal that this is, at most: coordinates of few digits are often meant, such as those of voxels.
+        /// Diagonals of the bounding box. Upper bound of the distance of [`Self::weld_units`]: coordinates with few digits, such as voxel
+        /// coordinates, are often exact.
         weld_most: f64 = 1e-5,
-        /// Part of the shorter one of two border edges within which their ends are merged by default.
+        /// Lengths of the shorter of two boundary edges. The ends of the edges are merged by default only within this distance.
         weld_edge: f64 = 0.1,
-        /// Part of the shorter one of two border edges within which they count as nearly coinciding, for advice. Of 20 000 triangles
-        /// at random places 0.25 took ten times as long.
+        /// Lengths of the shorter of two boundary edges. Edges whose ends are within this distance count as nearly coinciding in
+        /// the merge advice. On 20 000 triangles at random places 0.25 took ten times as long.
         weld_part: f64 = 0.1,
-        /// Part of the border's edges that a length has to close to be advised.
+        /// Fraction of the boundary edges. A merge distance is advised only if it closes at least this fraction.
         weld_least: f64 = 0.05,
-        /// Digits of coordinates that are looked for in text files, at least and
+        /// Decimal digits. Smallest precision looked for in the coordinates of text files.
         least_digits: i32 = 4,
-        /// at most.
+        /// Decimal digits. Largest precision looked for in the coordinates of text files.
         most_digits: i32 = 12,
-        /// Cosine of the angle within which the two sides of a wall are parallel: 15°. Beyond it they are a wedge, whose thickness at any
-        /// place is less than four times its distance from the edge.
+        /// Cosine. The two sides of a wall count as parallel within this angle (15°). Beyond it they form a wedge, whose
+        /// thickness at any point is less than four times the distance from its edge.
         parallel: f64 = 0.966,
-        /// Squares of the thickness. Area of the surface that is no thicker than the least wall of a component, at least: that of a
-        /// disk of a third of the thickness, so that single slivers are no walls. Half a ball with a flat cap has 0.4.
+        /// Squares of the thickness. The least wall thickness of a component is one at which at least this area is no thicker:
+        /// about a disk whose radius is a third of the thickness, so that single slivers do not count as walls. A hemisphere with
+        /// a flat cap has 0.4.
         wall_patch: f64 = 0.25,
-        /// Faces at which walls are measured, in parts by the faces of the components: of 1.1 million faces the mean was the same to
-        /// a thousandth as that of all.
+        /// Faces. Number of faces at which wall thickness is measured, shared among components by face count. On 1.1 million
+        /// faces the mean agreed with the mean over all faces to a thousandth.
         wall_samples: usize = 20_000,
-        /// Faces of each component at which they are measured, where it has as many.
+        /// Faces. Least number of samples in each component that has as many faces.
         wall_samples_least: usize = 64,
-        /// Relative distance from a 32-bit float within which a number is one that was written with nine digits or more.
+        /// Relative distance. A coordinate this close to a 32-bit float counts as one written with nine digits or more.
         single: f64 = 5e-9,
     }
 }

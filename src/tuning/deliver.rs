@@ -1,19 +1,20 @@
-//! Thresholds of what is handed on beside a mended mesh (`job`): marks of patches, pieces, tolerances.
+//! Thresholds for outputs beside the mended mesh (`job`): patch colours, separate parts, error tolerances.
 
 thresholds! {
-    /// Thresholds of what is handed on beside a mended mesh (`job`).
+    /// Thresholds for outputs beside the mended mesh (`job`): patch colours, separate parts, error tolerances.
     DeliverTuning {
-        /// Mean edges of the patch. Width of the stripes of hatched patches, at least: colours of vertices show no finer ones.
+        /// Mean edge lengths of the patch. Lower bound of the stripe width on hatched patches: vertex colours cannot show finer
+        /// stripes.
         stripe_edges: f64 = 2.5,
-        /// Stripes across a patch, at most.
+        /// Number of stripes across a patch, at most.
         stripes: f64 = 24.0,
-        /// Part of the volume of a piece's largest component below which another component is left out: where a patch and the faces that were
-        /// cut out are the same surface but for noise, thin slivers lie between them.
+        /// Fraction of the volume of the part's largest component. Smaller components are left out: where a patch and the removed
+        /// faces are the same surface up to noise, there are thin slivers between them.
         piece_part: f64 = 1e-3,
-        /// Part of a patch that may err by more than the tolerance before its hole is listed.
+        /// Fraction of a patch. A hole is listed if more of its patch than this may be farther off than the tolerance.
         beyond_part: f64 = 0.05,
-        /// Expected errors that have to be within the tolerance: about 92 % of the vertices of a patch are nearer to the true surface than
-        /// twice their expected error.
+        /// Expected errors. This multiple of a vertex's expected error has to be within the tolerance: about 92 % of the vertices
+        /// of a patch are closer to the true surface than twice their expected error.
         sigmas: f64 = 2.0,
     }
 }

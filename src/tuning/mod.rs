@@ -1,11 +1,11 @@
-//! The thresholds, weights and limits that were chosen, with what was measured: one struct for each room. Constants of mathematics, sizes of
-//! tables and of blocks of work stand where they are used.
+//! All chosen thresholds, weights and limits, with what was measured: one struct per module. Mathematical constants, table sizes
+//! and block sizes are defined where they are used.
 //!
-//! [`tuning`] is a constant, so that nothing is slower than with constants at the places of use. Built with
-//! `RUSTFLAGS="--cfg isomend_tuning"` the program reads the environment variable `ISOMEND_TUNING`, a JSON object such as
-//! `{"fill.bent": 5.6, "flow.drift": 0.2}`, for experiments: `scripts/sweep.py` varies one value after another.
+//! [`tuning`] is a constant, so it costs no more than constants at the places of use. Built with `RUSTFLAGS="--cfg
+//! isomend_tuning"` the program reads the environment variable `ISOMEND_TUNING`, a JSON object such as `{"fill.bent": 5.6,
+//! "flow.drift": 0.2}`, for experiments: `scripts/sweep.py` varies one value after another.
 
-/// A struct of thresholds with the values that were chosen.
+/// Defines a struct of thresholds with their chosen values.
 macro_rules! thresholds {
     ($(#[$meta:meta])* $name:ident { $($(#[$doc:meta])* $field:ident: $kind:ty = $value:expr,)* }) => {
         $(#[$meta])*
@@ -15,10 +15,10 @@ macro_rules! thresholds {
         }
 
         impl $name {
-            /// The values that were chosen.
+            /// The chosen values.
             pub(super) const CHOSEN: Self = Self { $($field: $value,)* };
 
-            /// Changes a value; whether there is one of that name.
+            /// Sets a value by name. Returns false if there is no such threshold.
             #[cfg(isomend_tuning)]
             #[allow(trivial_numeric_casts, clippy::unnecessary_cast, clippy::too_many_lines)]
             pub(super) fn set(&mut self, name: &str, value: f64) -> bool {
@@ -61,26 +61,26 @@ pub use stitch::StitchTuning;
 /// All thresholds.
 #[derive(Clone, Debug)]
 pub struct Tuning {
-    /// Thresholds of what nearly closes a border (`check`).
+    /// Thresholds for nearly closed boundaries, wall thickness and the precision of coordinates (`check`).
     pub check: CheckTuning,
-    /// Thresholds of what is handed on beside a mended mesh (`job`).
+    /// Thresholds for outputs beside the mended mesh (`job`).
     pub deliver: DeliverTuning,
-    /// Thresholds of the search for a closure of a region (`fill`).
+    /// Thresholds for choosing the patch of a region (`fill`).
     pub fill: FillTuning,
-    /// Thresholds of the finish of a patch on its own triangles (`finish`).
+    /// Thresholds for the finish of a patch on its own triangles (`finish`).
     pub finish: FinishTuning,
-    /// Thresholds of the flow of a level set (`flow`): when it is steady, when it is lost, and how its steps are combined.
+    /// Thresholds for the flow of a level set (`flow`).
     pub flow: FlowTuning,
-    /// Thresholds of regions: groups of holes, their grids, and the nested solve (`region`).
+    /// Thresholds for regions (`region`): grouping of holes, grids, the nested solve.
     pub region: RegionTuning,
-    /// Thresholds of repairs (`repair`).
+    /// Thresholds for repairs (`repair`).
     pub repair: RepairTuning,
-    /// Thresholds of joining a patch to its rim and of remeshing it (`stitch`).
+    /// Thresholds for joining a patch to its rim and for remeshing it (`stitch`).
     pub stitch: StitchTuning,
 }
 
 impl Tuning {
-    /// The values that were chosen.
+    /// The chosen values.
     pub(crate) const CHOSEN: Self = Self {
         check: CheckTuning::CHOSEN,
         deliver: DeliverTuning::CHOSEN,
@@ -92,7 +92,7 @@ impl Tuning {
         stitch: StitchTuning::CHOSEN,
     };
 
-    /// Changes a value by its name, such as `fill.bent`; whether there is one of that name.
+    /// Sets a value by its full name, such as `fill.bent`. Returns false if there is no such threshold.
     #[cfg(isomend_tuning)]
     fn set(&mut self, name: &str, value: f64) -> bool {
         match name.split_once('.') {
@@ -130,17 +130,17 @@ pub(crate) use read::tuning;
 mod tests {
     use super::*;
 
-    /// Where `scripts/sweep.py` found the error of patches to depend on a value by several per cent.
+    /// Checks the values on which `scripts/sweep.py` found the error of patches to depend by several per cent.
     #[test]
     fn values_that_matter_are_where_they_have_to_be() {
         let chosen = Tuning::default();
-        // The first ring of vertices of a small hole, and no other.
+        // The narrow ring holds the first ring of vertices of a small hole and no other.
         let ring = chosen.finish.narrow_ring_edges;
         assert!(ring > 1.0 && ring < 1.1);
-        // Edges of the target length stay.
+        // Edges of the target length are neither split nor collapsed.
         let (short, long) = (chosen.stitch.short_edge, chosen.stitch.long_edge);
         assert!(short < 1.0 && long > 1.0);
-        // Whole steps alone count.
+        // Only whole steps count as converged.
         let whole = chosen.flow.whole_step;
         assert!(whole > 0.5 && whole < 1.0);
     }

@@ -1,4 +1,4 @@
-//! The thresholds of a build for experiments: those that the environment names are changed.
+//! Reads the thresholds of an experimental build from the environment variable `ISOMEND_TUNING`.
 
 use std::process;
 use std::sync::OnceLock;
@@ -7,8 +7,8 @@ use super::Tuning;
 
 const VARIABLE: &str = "ISOMEND_TUNING";
 
-/// The chosen thresholds, save those that `ISOMEND_TUNING` changes. Where it cannot be read the process ends: nothing is to be measured with
-/// other values than were asked for.
+/// The thresholds, with the values that `ISOMEND_TUNING` changes. If it cannot be parsed the process ends, so that no experiment
+/// runs with other values than it asked for.
 pub(crate) fn tuning() -> &'static Tuning {
     static READ: OnceLock<Tuning> = OnceLock::new();
     READ.get_or_init(|| {
@@ -20,7 +20,7 @@ pub(crate) fn tuning() -> &'static Tuning {
     })
 }
 
-/// The chosen thresholds with those of a flat JSON object of numbers in their place.
+/// The chosen thresholds, with the values of a flat JSON object of numbers replaced.
 fn changed(text: &str) -> Result<Tuning, String> {
     let mut tuning = Tuning::CHOSEN;
     let text = text.trim();
@@ -48,8 +48,8 @@ mod tests {
 
     #[test]
     fn names_and_values_are_checked() {
-        let tuning = changed("{\"fill.bent\": 5.6, \"fill.most_tries\": 3}").unwrap();
-        assert_eq!((tuning.fill.bent, tuning.fill.most_tries), (5.6, 3));
+        let tuning = changed("{\"fill.bent\": 5.6, \"fill.most_attempts\": 3}").unwrap();
+        assert_eq!((tuning.fill.bent, tuning.fill.most_attempts), (5.6, 3));
         for text in [
             "fill.bent",
             "{\"fill.bend\": 1}",

@@ -1,124 +1,135 @@
-//! Thresholds of repairs (`repair`).
+//! Thresholds for repairs (`repair`): unions, removal of intersecting faces, triangulations, offset shells, walls, dangling
+//! sheets.
 
 thresholds! {
-    /// Thresholds of repairs (`repair`).
+    /// Thresholds for repairs (`repair`).
     RepairTuning {
-        /// Rounds of unions at most: rounded vertices may let faces intersect again.
+        /// Rounds of unions, at most: rounded vertices may make faces intersect again.
         union_rounds: usize = 6,
-        /// Pairs of faces whose boxes meet for which a union is tried, each counted twice: a matter of time, a few microseconds each. 1000
-        /// boxes in a heap have 0.6 million.
+        /// Pairs of faces whose boxes meet, each counted twice. A union is attempted up to this many: it bounds the time, a few
+        /// microseconds each. 1000 boxes in a heap have 0.6 million.
         union_pairs: usize = 20_000_000,
-        /// Diagonals of the mesh's box. Edges of new vertices of unions that are shorter are taken out: they come from curves that pass a
-        /// vertex by a rounding error.
+        /// Diagonals of the mesh's bounding box. Shorter edges at new vertices of unions are collapsed: they come from
+        /// intersection curves that pass a vertex by a rounding error.
         short_edge: f64 = 1e-9,
-        /// Units in the last place of the largest coordinate as a 32-bit float. Bodies that touch but for rounding grow by so much at least.
+        /// Units in the last place of the largest coordinate as a 32-bit float. Bodies that touch up to rounding are grown by at
+        /// least this much.
         contact_units: f64 = 8.0,
-        /// Lengths by which they grow that are tried, each twice the one before, at most.
+        /// Lengths by which bodies are grown in turn, each twice the one before, at most.
         growths: usize = 3,
-        /// Times that faces which intersect others are cut out and filled, with one more ring of faces each time, at most.
+        /// Passes, at most. Each cuts intersecting faces out and fills the holes; each later pass cuts one more ring of faces.
         passes: usize = 2,
-        /// Rings of faces by which holes that nothing closes without intersections are widened, at most.
+        /// Rings of faces, at most, by which a hole is widened that cannot be closed without self-intersections.
         wider: usize = 3,
-        /// For patches that intersect others one in this many faces of the input is cut out at most, and [`Self::lost_crossing`]
-        /// times those that intersected others in the input: caps of sheets that lie in each other cannot but intersect.
+        /// For patches that intersect other faces, at most one in this many faces of the input is cut out, plus
+        /// [`Self::lost_crossing`] for each face that intersected others in the input: caps of sheets inside each other always
+        /// intersect.
         lost_part: usize = 30,
-        /// Faces cut out for each that intersected others in the input, at most.
+        /// Faces cut out for each face that intersected others in the input, at most.
         lost_crossing: usize = 2,
-        /// Rings of faces round intersecting ones that are cut out with them.
+        /// Rings of faces around intersecting faces that are cut out with them.
         rings: usize = 1,
-        /// Rounds of edge turns: faces without area may lie side by side.
+        /// Rounds of edge flips: faces without area may be adjacent.
         clean_rounds: usize = 20,
-        /// Edges. Longer rims are first reduced by cutting ears. The memory of a search grows with the cube of it: 1 MB.
+        /// Edges. Longer rims are first reduced by cutting ears. The memory of a search grows with the cube of their number: 1
+        /// MB.
         clear_edges: usize = 200,
-        /// Rounds after which a search is given up; each rules some triangles out. On two scans with rims of hundreds of edges
-        /// 300 rounds and 450 edges closed no hole more.
+        /// Rounds after which a search is given up; each excludes some triangles. On two scans with rims of hundreds of edges 300
+        /// rounds and 450 edges closed no further hole.
         clear_rounds: usize = 60,
-        /// Part of the size of coordinates by which faces on one side of a triangle's plane are far enough from it not to
-        /// intersect it in rounded numbers.
+        /// Fraction of the size of the coordinates. Faces on one side of a triangle's plane, farther from it than this, do not
+        /// intersect it in rounded arithmetic.
         clearly: f64 = 1e-9,
-        /// Weight of the square of a diagonal's length beside the area: of triangulations of one area that with short diagonals
-        /// is taken.
+        /// Weight of a diagonal's squared length relative to area: among triangulations of equal area the one with short
+        /// diagonals is taken.
         diagonal: f64 = 0.1,
-        /// Faces. Components of this many have no inside.
+        /// Faces. Components of at most this many faces have no inside.
         small_faces: usize = 2,
-        /// Faces of a component that are tested to say whether it lies inside another.
+        /// Faces of a component that are tested to decide whether it lies inside another.
         samples: usize = 64,
-        /// Winding number of the other component above which a point before a face lies inside it; half of the points decide.
+        /// Winding number of the other component. A sample point in front of a face lies inside the other component above this;
+        /// half of the points decide.
         inside: f64 = 0.5,
-        /// Roots of the face's area. Distance of those points from the face.
+        /// Square roots of the face's area. Distance of the sample points from the face.
         before: f64 = 1e-2,
-        /// Mean edges. A layer covers another one that is no farther below it than this.
+        /// Mean edges. A sheet covers another one that is at most this far below it.
         layer: f64 = 4.0,
-        /// Least cosine between the faces of two layers: 60°.
+        /// Least cosine between the faces of two such sheets: 60°.
         same_way: f64 = 0.5,
-        /// Part of a component inside others above which the component is kept for what it is and its visible part is removed.
+        /// Fraction of a component inside others. Above this the component is kept as an inner one, and its visible part is
+        /// removed.
         submerged: f64 = 0.9,
         /// Shortest edges. Depth of an offset shell under the surface.
         shell_depth: f64 = 0.1,
         /// Factor of the depth where the shell intersects anything.
         shell_nearer: f64 = 0.25,
-        /// Times that a shell comes nearer to the surface, at most.
+        /// Times that a shell is moved closer to the surface, at most.
         shell_rounds: usize = 5,
-        /// Mean edges of the surface. Thickness of the walls that an open sheet gets, where none is asked for.
+        /// Mean edges of the surface. Default thickness of the walls of an open sheet.
         wall: f64 = 1.0,
-        /// Part of the distance to the next surface under it that the depth of a wall is at most.
+        /// Fraction of the distance to the next surface below. Upper bound of the depth of a wall.
         room: f64 = 0.8,
-        /// Factor of the depth of a wall where it intersects anything, the first
+        /// Factor of the depth of a wall where it intersects anything, in the first [`Self::wall_steps`] rounds.
         wall_nearer: f64 = 0.7,
-        /// times; later it is that of a shell, since what is left is a matter of few places.
+        /// Rounds with [`Self::wall_nearer`]; later rounds use the factor of a shell, since only a few places remain.
         wall_steps: usize = 10,
-        /// Part of the depth that was wanted. A wall that would have to be thinner anywhere is none.
+        /// Fraction of the wanted depth. A wall that would have to be thinner anywhere is not made.
         wall_least: f64 = 2e-4,
-        /// Times that a wall gets thinner, at most.
+        /// Times that a wall is made thinner, at most.
         wall_rounds: usize = 24,
-        /// Mean edges, and thicknesses that were asked for. Walls made by a repair that are thinner count as foil,
+        /// Mean edges, or requested thicknesses. Thinner walls made by a repair count as foil where they exceed
+        /// [`Self::thin_part`].
         least_wall: f64 = 0.5,
-        /// where they make up this part of their component's surface. A shell has its inner side and its outer one: a quarter of the sheet.
+        /// Fraction of a component's surface with walls below [`Self::least_wall`]. A shell has an inner and an outer side: the
+        /// fraction is a quarter of the sheet.
         thin_part: f64 = 0.125,
-        /// Diameters of the smaller one. Borders of two sheets are the sides of one gap where half of the shorter one is nearer to the other
-        /// than this; else each is capped, or its sheet gets walls.
+        /// Diameters of the smaller boundary loop. The loops of two sheets are the two sides of one gap where half of the shorter
+        /// one is closer to the other than this; otherwise each is capped, or its sheet gets walls.
         gap: f64 = 0.25,
-        /// Part of a flat cap's area at which the body under it is not foil, at least: else its sheet gets walls.
+        /// Fraction of a flat cap's area, at least, over which the body under it is not foil; otherwise its sheet gets walls.
         thick_cap: f64 = 0.75,
         /// Steps of the search for a direction into the surface at a vertex, at most; twenty are rarely needed.
         shell_steps: usize = 100,
-        /// Faces lined for the sake of one hole, at most; a matter of time, not of shape.
+        /// Faces of an offset shell for one hole, at most; it bounds the time, not the shape.
         lined_faces: usize = 20_000,
-        /// Faces of a component that is lined as a whole, as the last resort, at most.
+        /// Faces of a component that gets an offset shell as a whole, as the last resort, at most.
         lined_whole: usize = 250_000,
-        /// Faces of all components that are lined as a whole, at most.
+        /// Faces of all components that get an offset shell as a whole, at most.
         lined_whole_work: usize = 1_000_000,
-        /// Edges. Borders with more are not closed: where hundreds of edges could not be closed at the rim, they seldom can be
-        /// farther on.
+        /// Edges. Longer boundary loops are not closed: where hundreds of edges could not be closed at the rim, they seldom can
+        /// be farther away.
         lined_edges: usize = 200,
         /// Faces visited by the searches for offset shells of parts of a mesh, at most.
         lined_work: usize = 400_000,
-        /// Faces visited for one hole or the holes of one component, at most.
+        /// Faces visited for one hole or for the holes of one component, at most.
         lined_work_each: usize = 40_000,
-        /// The search for triangles that close a border costs as much as the square of its edges over this many faces.
+        /// The search for triangles that close a boundary loop counts as the square of its number of edges over this, in visited
+        /// faces.
         lined_edges_work: usize = 2,
-        /// Roots of its area. An open component whose borders are shorter counts as closed if it encloses [`Self::least_volume`].
+        /// Square roots of the component's area. An open component with shorter boundary loops counts as closed if it encloses
+        /// [`Self::least_volume`].
         short_border: f64 = 1.0,
-        /// Powers 3/2 of its area. Least volume of such a component: 0.094 for a sphere.
+        /// Area to the power 3/2. Least volume of such a component: 0.094 for a sphere.
         least_volume: f64 = 0.02,
         /// Rounds: each shell adds surface along which further holes can be closed.
         linings: usize = 4,
-        /// Times that faces are cut out of surfaces which no shell can be made of, at most.
+        /// Times that faces are cut out of surfaces for which no shell can be made, at most.
         cut_and_line: usize = 30,
-        /// Part of the area of the component it hangs on, below which a sheet is a dangling sheet.
+        /// Fraction of the area of the component that it is attached to. A smaller sheet is a dangling sheet.
         dangling: f64 = 0.01,
         /// Rounds of cuts: each changes which sheets touch.
         sheet_rounds: usize = 8,
         /// Rounds of splits at T-junctions, at most: each splits one edge of a face.
         stitch_rounds: usize = 12,
-        /// Units in the last place of 32-bit floats. Components that measure no more are points in an output of these: a body needs
-        /// several units along each axis.
+        /// Units in the last place of 32-bit floats. Components no larger than this are points in an output of 32-bit floats: a
+        /// body needs several units along each axis.
         point: f64 = 4.0,
-        /// The first of these rounds, in which edges that cannot be separated at their ends get a vertex between them.
+        /// The first rounds of separating sheets, in which an edge that cannot be separated at its ends gets a vertex in its
+        /// middle.
         halving_rounds: usize = 3,
-        /// Shortest edges. Separated vertices are moved apart by this,
+        /// Shortest edges. Separated vertices are moved apart by this.
         apart: f64 = 1e-3,
-        /// and by at least this many units in the last place of 32-bit floats.
+        /// Units in the last place of 32-bit floats. Separated vertices are moved apart by at least this.
         least_apart: f64 = 16.0,
     }
 }

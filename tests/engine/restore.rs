@@ -416,7 +416,7 @@ fn wrong_usage_is_refused() {
     };
     refused(&[], 1, "--ball");
     refused(&["--ball", "9,9,9,1"], 1, "marks no face");
-    refused(&["--ball", "0,0,0,2"], 1, "whole of a piece");
+    refused(&["--ball", "0,0,0,2"], 1, "a whole component");
     refused(&["--ball", "0,0,1,0.5", "--keep-shape", "2"], 2, "0 to 1");
     refused(&["--ball", "0,0,1,0.5", "--edge-ratio", "0"], 2, "0.05");
 }

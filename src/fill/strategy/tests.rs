@@ -1,4 +1,4 @@
-//! What the strategy asks for and takes, for candidates with given results.
+//! Tests of the strategy: which candidates it asks for and takes, given their results.
 
 use super::*;
 
@@ -11,30 +11,30 @@ const SOUND: Quality = Quality {
     expected_error: None,
     energy: 1.0,
 };
-const CROSSING: Quality = Quality {
+const INTERSECTING: Quality = Quality {
     intersections: 3,
     ..SOUND
 };
 
-fn region() -> Prospects {
-    Prospects {
+fn region() -> RetryContext {
+    RetryContext {
         may_refine: true,
         diameter: 1.0,
         finishes: true,
         one_rim: true,
         faired_cost: tuning().fill.cheap,
         budget: 1,
-        ..Prospects::default()
+        ..RetryContext::default()
     }
 }
 
-/// What is taken in the end, and how many candidates were made, where each ends as is said.
+/// The candidate that is taken and the number of candidates made, if `end` gives the result of each.
 fn searched(
     plan: RegionPlan,
-    region: &Prospects,
+    region: &RetryContext,
     end: impl Fn(Candidate, usize) -> (Option<Quality>, Option<TryFailure>, bool),
 ) -> (Candidate, usize) {
-    let first = Try::first(Energy::Willmore);
+    let first = Attempt::first(Energy::Willmore);
     let mut made: Vec<Ending> = Vec::new();
     loop {
         match next_step(plan, &first, &made, region) {
@@ -76,15 +76,15 @@ fn a_sound_level_set_is_finished_and_taken() {
 
 #[test]
 fn a_rim_of_few_edges_is_faired_first_and_needs_a_level_set_only_where_that_fails() {
-    let short = Prospects {
+    let short = RetryContext {
         few_edges: true,
         ..region()
     };
     let all_sound = |_: Candidate, _: usize| (Some(SOUND), None, true);
     let taken = searched(RegionPlan::Solve, &short, all_sound);
     assert_eq!(taken, (Candidate::Faired, 1));
-    // One that intersects something, or is at no minimum, gives way to the level set.
-    for (quality, is_at_minimum) in [(CROSSING, true), (SOUND, false)] {
+    // A triangulation that intersects something or has not converged is replaced by the level set.
+    for (quality, is_at_minimum) in [(INTERSECTING, true), (SOUND, false)] {
         let end = |candidate: Candidate, _: usize| match candidate {
             Candidate::Faired => (Some(quality), None, is_at_minimum),
             _ => (Some(SOUND), None, true),
@@ -109,7 +109,7 @@ fn a_bent_patch_gives_way_to_a_sound_one_of_much_lower_energy_only() {
             Candidate::Faired => (Some(faired), None, true),
             _ => (Some(SOUND), None, false),
         };
-        let region = Prospects {
+        let region = RetryContext {
             faired_cost: if is_cheap {
                 tuning().fill.cheap
             } else {
@@ -144,7 +144,7 @@ fn a_faired_triangulation_at_its_minimum_saves_further_level_sets() {
             Candidate::Faired => (Some(SOUND), None, is_at_minimum),
             _ => (Some(SOUND), None, true),
         };
-        let region = Prospects {
+        let region = RetryContext {
             is_wide,
             ..region()
         };
@@ -173,16 +173,16 @@ fn without_a_level_set_the_better_of_what_needs_none_is_taken() {
         ..SOUND
     };
     assert_eq!(taken(plain, Some(SOUND)), Candidate::EachFaired);
-    assert_eq!(taken(plain, Some(CROSSING)), Candidate::RimTriangles);
+    assert_eq!(taken(plain, Some(INTERSECTING)), Candidate::RimTriangles);
     assert_eq!(taken(plain, None), Candidate::RimTriangles);
     let open = Quality {
         open_rims: 1,
         ..plain
     };
-    assert_eq!(taken(open, Some(CROSSING)), Candidate::EachFaired);
+    assert_eq!(taken(open, Some(INTERSECTING)), Candidate::EachFaired);
 }
 
-/// Every way in which the first five candidates can end, repeated: it ends, and takes something that has a patch.
+/// For every combination of results of the first five candidates, repeated, the search ends and takes a candidate with a patch.
 #[test]
 fn it_always_ends_with_a_patch() {
     let failures = [
@@ -194,18 +194,18 @@ fn it_always_ends_with_a_patch() {
     for code in 0..6usize.pow(5) {
         let end = |candidate: Candidate, made: usize| {
             let digit = code / 6usize.pow(made as u32 % 5) % 6;
-            let quality = [Some(SOUND), Some(CROSSING), None][digit % 3];
+            let quality = [Some(SOUND), Some(INTERSECTING), None][digit % 3];
             match candidate {
-                // These always close the rims, or tell which stay open.
-                Candidate::RimTriangles | Candidate::Seam => (Some(CROSSING), None, false),
+                // These always have a patch, possibly with open rims.
+                Candidate::RimTriangles | Candidate::Seam => (Some(INTERSECTING), None, false),
                 Candidate::LevelSet(_) => match failures.get(digit) {
                     Some(TryFailure::Crossing(n)) => {
-                        (Some(CROSSING), Some(TryFailure::Crossing(*n)), false)
+                        (Some(INTERSECTING), Some(TryFailure::Crossing(*n)), false)
                     }
                     Some(failure) => (None, Some(failure.clone()), false),
                     None => (Some(SOUND), None, false),
                 },
-                Candidate::Finished => (Some(quality.unwrap_or(CROSSING)), None, false),
+                Candidate::Finished => (Some(quality.unwrap_or(INTERSECTING)), None, false),
                 _ => (quality, None, digit.is_multiple_of(2)),
             }
         };
@@ -216,7 +216,7 @@ fn it_always_ends_with_a_patch() {
             RegionPlan::Solve,
         ] {
             searched(plan, &region(), end);
-            let long_rim = Prospects {
+            let long_rim = RetryContext {
                 faired_cost: 2.0 * tuning().fill.cheap,
                 ..region()
             };
@@ -227,13 +227,13 @@ fn it_always_ends_with_a_patch() {
 
 #[test]
 fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
-    let first = Try::first(Energy::Willmore);
-    let long_rim = Prospects {
+    let first = Attempt::first(Energy::Willmore);
+    let long_rim = RetryContext {
         faired_cost: 2.0 * tuning().fill.cheap,
         ..region()
     };
     let ending =
-        |own: Try, quality: Option<Quality>, failure: Option<TryFailure>, energy: f64| Ending {
+        |own: Attempt, quality: Option<Quality>, failure: Option<TryFailure>, energy: f64| Ending {
             candidate: Candidate::LevelSet(own),
             quality,
             failure,
@@ -241,7 +241,7 @@ fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
             is_at_minimum: false,
         };
     let next =
-        |made: &[Ending], region: &Prospects| next_step(RegionPlan::Solve, &first, made, region);
+        |made: &[Ending], region: &RetryContext| next_step(RegionPlan::Solve, &first, made, region);
     let second = first.with_triangulation();
     let bent = ending(first, Some(SOUND), None, 21.0);
     let calm = ending(first, Some(SOUND), None, 19.0);
@@ -253,7 +253,7 @@ fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
     );
     assert_eq!(next(made, &region()), finish);
     assert_eq!(next(&[calm], &long_rim), finish);
-    // The failure of the worse one calls for nothing.
+    // The failure of the worse attempt leads to no retry.
     let lost = || Some(TryFailure::NotSteady);
     let made = [bent.clone(), ending(second, None, lost(), 9.0)];
     assert_eq!(next(&made, &long_rim), finish);
@@ -263,7 +263,7 @@ fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
     ];
     assert_eq!(next(&made, &long_rim), finish);
     assert_eq!(history(&made), [(first, None)]);
-    // Where neither has a patch the failure of the lower one stands for both.
+    // If neither has a patch, the failure of the attempt with lower energy counts for both.
     let reached = || Some(TryFailure::ReachedBox);
     let made = [
         ending(first, None, lost(), 21.0),

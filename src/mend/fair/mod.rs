@@ -1,4 +1,4 @@
-//! Fairing: a surface, or a marked region of it, evolves by Willmore flow for a time.
+//! Fairing: smooths a surface, or a marked region of it, by Willmore flow over a given time.
 
 mod plan;
 
@@ -20,17 +20,17 @@ use crate::mesh::{Mesh, length};
 use crate::spatial::Bvh;
 use plan::Plan;
 
-/// Why nothing could be faired.
+/// Why a fairing was refused or failed.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum FairError {
-    /// The mesh, the mask or the parameters make no sense.
+    /// The mesh, the mask or the parameters are invalid, or the run was stopped.
     #[error(transparent)]
     Restore(#[from] RestoreError),
     /// All faces are degenerate.
     #[error("all faces are degenerate; there is no surface to fair")]
     NoSurface,
-    /// The model would need too many voxels.
+    /// The voxel needs too many voxels.
     #[error(
         "a voxel of {} is too small for a surface of this area; the smallest that fits is about {fits:.4e}",
         length(*voxel)
@@ -38,76 +38,77 @@ pub enum FairError {
     TooFine {
         /// The voxel asked for.
         voxel: f64,
-        /// One that fits.
+        /// A voxel that fits.
         fits: f64,
     },
-    /// The features that are to go are narrower than the mesh and its grid resolve.
+    /// The features to remove are narrower than the mesh and its grid resolve.
     #[error(
-        "a strength of {} is too fine: a grid that resolves features so narrow would be finer than the mesh, or take more than about \
-         a minute; the smallest strength for this surface is about {fits:.4e}. Take at least that, mark a smaller region, or give a \
+        "a strength of {} is too small: a grid for features of this width would be finer than the mesh, or take more than about a \
+         minute; the smallest strength for this surface is about {fits:.4e}. Use at least that, mark a smaller region, or give a \
          voxel size",
         length(*strength)
     )]
     TooWeak {
-        /// The strength asked for, or that of the time asked for.
+        /// The requested strength, or the strength that corresponds to the requested time.
         strength: f64,
-        /// The least that makes sense.
+        /// The smallest possible strength.
         fits: f64,
     },
-    /// A length is larger than what is faired.
+    /// A length exceeds the faired surface.
     #[error(
-        "{what} of {} is too large for what is faired, whose diagonal is {diagonal:.4e}; the largest that makes sense is \
-         about {fits:.4e}",
+        "{what} of {} is too large for a surface with a diagonal of {diagonal:.4e}; the largest useful value is about {fits:.4e}",
         length(*given)
     )]
     TooCoarse {
-        /// Which length, such as `a voxel`.
+        /// The name of the length, such as `a voxel`.
         what: &'static str,
-        /// The length.
+        /// Its value.
         given: f64,
-        /// The diagonal of what is faired.
+        /// The diagonal of the faired surface's bounding box.
         diagonal: f64,
-        /// A length that fits.
+        /// A value that fits.
         fits: f64,
     },
-    /// There is no surface left.
-    #[error("no surface is left after the flow; fair less, or take a smaller voxel")]
-    Vanished,
-    /// Nothing is left between the strips along the borders.
+    /// No surface is left.
     #[error(
-        "the mesh is open, and its borders are everywhere nearer than the strip of {strip:.4e} that stays as it is along \
-         them; fair less, or fill its holes first"
+        "no surface is left after the flow; reduce the strength or the time, or use a smaller voxel"
+    )]
+    Vanished,
+    /// No face is left between the strips along the borders.
+    #[error(
+        "the mesh is open, and all of it is within {strip:.4e} of a border, a strip that stays unchanged; reduce the strength or the \
+         time, or fill the holes first"
     )]
     OnlyBorder {
-        /// Width of the strip.
+        /// Width of the strips.
         strip: f64,
     },
-    /// The flow came to no end.
+    /// The flow did not reach its end.
     #[error(
-        "the flow could not be continued beyond the time {reached:.3e} of {wanted:.3e}; fair less, or take a smaller voxel"
+        "the flow stopped at the time {reached:.3e} of {wanted:.3e}; reduce the strength or the time, or use a smaller voxel"
     )]
     Stuck {
-        /// Time reached.
+        /// Time reached, in length⁴.
         reached: f64,
-        /// Time wanted.
+        /// Time requested, in length⁴.
         wanted: f64,
     },
-    /// What a region evolved to could not be joined to the rest.
+    /// An evolved region could not be joined to the rest.
     #[error(
-        "the faired region at {x:.6}, {y:.6}, {z:.6} could not be joined to the rest: {why}; mark a smaller one, fair less, \
-         or, if the mesh is open, fill its holes first"
+        "the faired region at {x:.6}, {y:.6}, {z:.6} could not be joined to the rest: {why}; mark a smaller region, reduce the \
+         strength or the time, or, if the mesh is open, fill its holes first"
     )]
     NotJoined {
-        /// Where its rim is.
+        /// x coordinate of the centre of its rim.
         x: f64,
-        /// Where its rim is.
+        /// y coordinate of the centre of its rim.
         y: f64,
-        /// Where its rim is.
+        /// z coordinate of the centre of its rim.
         z: f64,
         /// Why.
         why: Box<TriangulatedReason>,
     },
-    /// The surface could not be remeshed.
+    /// The evolved surface could not be remeshed.
     #[error("the faired surface could not be meshed")]
     Mesh(#[from] crate::stitch::StitchError),
 }
@@ -118,27 +119,26 @@ impl From<FillError> for FairError {
     }
 }
 
-/// A mesh that was faired.
+/// A faired mesh.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Faired {
-    /// The mesh: what is kept of the input's vertices and faces first, in order and bit-exact, then what is new.
+    /// The mesh: the kept vertices and faces of the input first, in order and bit-exact, then the new ones.
     pub mesh: Mesh,
-    /// What is kept of the input; none where the whole surface was replaced.
+    /// The kept part of the input; none where the whole surface was replaced.
     pub kept: Option<Remainder>,
-    /// What was done.
+    /// Report of the fairing.
     pub report: FairReport,
 }
 
 impl Inspection<'_> {
-    /// Lets the surface evolve by Willmore flow: all of it, or the marked faces only.
+    /// Smooths the surface by Willmore flow: all of it, or only the marked faces.
     ///
-    /// A closed mesh without marks is replaced by the level set, remeshed. Marked faces are cut out and replaced by what they
-    /// evolve to, joined to the rest, whose position and normal are held. An open mesh without marks keeps a strip along its
-    /// borders.
+    /// A closed mesh without marks is replaced by its remeshed level set. Marked faces are cut out, evolve, and are joined to the
+    /// rest again, whose position and normal are held fixed. An open mesh without marks keeps a strip along its borders.
     ///
     /// # Errors
-    /// When the marks or the parameters make no sense, or the flow does not reach its end; [`FillError::Cancelled`].
+    /// If the marks or the parameters are invalid, or the flow does not reach its end; [`FillError::Cancelled`].
     pub fn fair(
         &self,
         marked: Option<&[bool]>,
@@ -168,7 +168,7 @@ impl Inspection<'_> {
         })
     }
 
-    /// What [`Inspection::fair`] would do, without doing it.
+    /// Plans a fairing.
     ///
     /// # Errors
     /// As [`Inspection::fair`], as far as they are known before the flow.
@@ -192,7 +192,7 @@ impl Inspection<'_> {
             let cut = CutResult::new(self, &marked, params.keep_vertices, false)?;
             out.whole = false;
             out.marked_faces = count(&marked);
-            [out.removed_faces, out.removed_vertices] = cut.taken();
+            [out.removed_faces, out.removed_vertices] = cut.removed_counts();
             out.pieces_left = left;
         }
         Ok(out)
@@ -200,7 +200,7 @@ impl Inspection<'_> {
 }
 
 impl FairReport {
-    /// All of the surface is replaced.
+    /// Records that the whole surface is replaced.
     fn take_all(&mut self, found: &Inspection) {
         let faces = found.input.faces.len();
         self.whole = true;
@@ -209,11 +209,11 @@ impl FairReport {
     }
 }
 
-/// What of a mesh is faired.
+/// The part of a mesh that is faired.
 enum Target {
-    /// All of a closed one.
+    /// All of a closed mesh.
     Whole,
-    /// Marked faces; beside them so many closed pieces stay.
+    /// The marked faces, and the number of closed components that stay unchanged.
     Part(Vec<bool>, usize),
 }
 
@@ -238,7 +238,8 @@ fn prepare(
     Ok((plan, target))
 }
 
-/// The volume inside a closed mesh.
+/// The volume enclosed by a closed mesh: the sum of the signed volumes of the tetrahedra between its faces and one of its
+/// vertices.
 fn volume(found: &Inspection) -> Option<f64> {
     if !found.holes.is_empty() || !found.open_chains.is_empty() {
         return None;

@@ -1,4 +1,4 @@
-//! What the parameters of a fairing mean for a mesh, and how it is done.
+//! Plans and runs a fairing: strength, time and voxel size from the parameters, and the flow of a whole mesh or of a part.
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -24,36 +24,36 @@ use crate::region::{
 use crate::sdf::{Sampler, Surface};
 use crate::stitch::{Patch, remesh_closed};
 
-/// The usual strength, in mean edges.
+/// Mean edges. The default strength.
 const STRENGTH_EDGES: f64 = 8.0;
-/// Voxels to the width of the features that go.
+/// Voxels across the width of the features that are removed.
 const PER_FEATURE: f64 = 8.0;
-/// Voxels are no shorter than this part of the mean edge.
+/// Mean edges. Lower bound of the automatic voxel.
 const LEAST_PER_EDGE: f64 = 1.0 / 3.0;
 /// Upper bound of area / voxel² for the automatic voxel: 44,000 took 60 s of one core on a scan.
 const USUAL_SQUARES: f64 = 5e4;
 /// Upper bound of area / voxel² for a given voxel: it needs about 2.5 GB.
 const MOST_SQUARES: f64 = 1e6;
-/// The least strength in voxels of the finest automatic grid, which does not resolve narrower features.
+/// Voxels of the finest automatic grid. Lower bound of the strength: the grid does not resolve narrower features.
 const LEAST_VOXELS: f64 = 4.0;
-/// The strength is at most so many diagonals of what is faired, where the voxel does not follow it: by then all is steady.
+/// Diagonals of the faired surface. Upper bound of the strength for a given voxel: by then the flow has reached its steady state.
 const MOST_STRENGTH: f64 = 1e3;
 /// Voxels along the longest side on the coarsest lattice, at most.
 const COARSEST: f64 = 40.0;
-/// Voxels of that lattice round the model.
+/// Voxels of the coarsest lattice. Free space around the model.
 const MARGIN: f64 = 6.0;
-/// Round holes that stay open a strip of so many voxels is left as it is.
+/// Voxels. Width of the strip along borders and open holes that stays unchanged.
 const STRIP: f64 = 4.0;
 
-/// What the parameters mean for a mesh.
+/// The parameters of a fairing, resolved for a mesh.
 pub(super) struct Plan {
-    /// Width of the features that go.
+    /// Width below which features are removed.
     pub(super) strength: f64,
     /// Time of the flow.
     pub(super) span: TimeSpan,
     /// Voxel size.
     pub(super) voxel: f64,
-    /// Mean length of the edges.
+    /// Mean edge length.
     edge: f64,
 }
 
@@ -87,7 +87,7 @@ impl Plan {
             VoxelSize::Length(voxel) => voxel,
         };
         sizes.check(strength, voxel, params.voxel)?;
-        // The error names the strength rounded.
+        // The error message rounds the strength.
         if params.voxel == VoxelSize::Auto && strength < (1.0 - 1e-3) * fits {
             return Err(FairError::TooWeak { strength, fits });
         }
@@ -108,7 +108,7 @@ impl Plan {
         }
     }
 
-    /// The marked faces evolve.
+    /// Cuts the marked faces out and lets them evolve.
     pub(super) fn part(
         &self,
         found: &Inspection,
@@ -131,7 +131,7 @@ impl Plan {
             }
         }
         drop(reference);
-        let [removed_faces, removed_vertices] = cut.taken();
+        let [removed_faces, removed_vertices] = cut.removed_counts();
         Ok(Faired {
             mesh: filled.mesh,
             report: FairReport {
@@ -145,7 +145,7 @@ impl Plan {
         })
     }
 
-    /// All of a closed surface evolves.
+    /// Lets a whole closed surface evolve, and remeshes it.
     pub(super) fn whole(
         &self,
         found: &Inspection,
@@ -211,7 +211,7 @@ impl Plan {
         }
     }
 
-    /// The lattices round a whole model.
+    /// The nested lattices around a whole model.
     fn nested(&self, found: &Inspection, params: &FairParams) -> NestedSettings<'static> {
         let corners = found.topology.faces().flat_map(|f| found.mesh.corners(f));
         let (low, high) = bounds(corners);
@@ -237,7 +237,7 @@ impl Plan {
         }
     }
 
-    /// The faces of open pieces that are not too near to a border, and how many closed pieces there are beside them.
+    /// Marks the faces of open components that are not too near a border, and counts the closed components.
     pub(super) fn between_borders(
         &self,
         found: &Inspection,
@@ -245,14 +245,14 @@ impl Plan {
         let strip = STRIP * self.voxel;
         let mut open = vec![false; found.topology.component_faces.len()];
         for h in (0..found.topology.boundary.len()).filter(|h| found.topology.boundary[*h]) {
-            let piece = found.topology.component[h / 3];
-            if piece != NONE {
-                open[piece as usize] = true;
+            let component = found.topology.component[h / 3];
+            if component != NONE {
+                open[component as usize] = true;
             }
         }
         let of_open = |f: usize| {
-            let piece = found.topology.component[f];
-            piece != NONE && open[piece as usize]
+            let component = found.topology.component[f];
+            component != NONE && open[component as usize]
         };
         let inner = shrunk_from_borders(&found.mesh, &found.topology, strip);
         let marked: Vec<bool> = (0..inner.len()).map(|f| inner[f] && of_open(f)).collect();
@@ -263,7 +263,7 @@ impl Plan {
     }
 }
 
-/// The zero set of a level alone.
+/// The zero set of a level, as a surface without rims.
 struct LevelSet<'a>(&'a Level);
 
 impl Surface for LevelSet<'_> {
@@ -280,18 +280,18 @@ impl Surface for LevelSet<'_> {
     }
 }
 
-/// The faces that are to be faired.
+/// Size of the surface that is faired.
 struct Sizes {
-    /// Their mean edge.
+    /// Mean edge length.
     edge: f64,
-    /// Their area.
+    /// Area.
     area: f64,
-    /// The diagonal of their bounding box.
+    /// Diagonal of the bounding box.
     diagonal: f64,
 }
 
 impl Sizes {
-    /// None where they have no area.
+    /// None if the area is zero.
     fn new(found: &Inspection, marked: Option<&[bool]>) -> Option<Self> {
         let (mut edges, mut count, mut area) = (0.0, 0.0, 0.0);
         let wanted = |f: &u32| marked.is_none_or(|m| m[*f as usize]);
@@ -310,7 +310,7 @@ impl Sizes {
         })
     }
 
-    /// Refuses lengths beyond which nothing of a surface of this size is left, or which need too many voxels.
+    /// Refuses lengths beyond which nothing of a surface of this size would be left, or which need too many voxels.
     fn check(&self, strength: f64, voxel: f64, asked: VoxelSize) -> Result<(), FairError> {
         let widest = match asked {
             VoxelSize::Auto => PER_FEATURE,
@@ -336,7 +336,7 @@ impl Sizes {
     }
 }
 
-/// What the solve of a closed surface and the patch made of it say of themselves.
+/// The report of the solve of a closed surface and of the patch made from it.
 fn extracted_report(solved: &Solved, patch: &Patch) -> RegionReport {
     RegionReport {
         voxel: Some(solved.level.lattice.voxel),
