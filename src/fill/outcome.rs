@@ -170,9 +170,10 @@ pub enum ClosedBy {
     Seam,
     /// Triangles between the vertices of each rim.
     RimTriangles,
-    /// In a repair: a second layer under the surface round the rims, which ends where it can be closed, or goes on until it lines all of
-    /// the component.
-    Lining,
+    /// In a repair: an offset shell, a copy of the surface round the rims a little below it. It ends where it can be closed, or covers the
+    /// whole component.
+    #[serde(alias = "lining")]
+    OffsetShell,
     /// Some rim of it is still open.
     Nothing,
 }

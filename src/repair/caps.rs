@@ -174,9 +174,9 @@ fn foils(draft: &Draft, regions: &[u32], least: Option<f64>) -> Result<BTreeSet<
         if !asked.contains(&region) {
             continue;
         }
-        let piece = topology.component[f as usize] as usize;
-        let limit = least.unwrap_or(tuning().repair.least_wall * sheets.edge(piece));
-        let wall = walls.at(f, sheets.volume[piece] < 0.0);
+        let component = topology.component[f as usize] as usize;
+        let limit = least.unwrap_or(tuning().repair.least_wall * sheets.edge(component));
+        let wall = walls.at(f, sheets.volume[component] < 0.0);
         let own = area_vector(mesh.corners(f)).length();
         let area = areas.entry(region).or_default();
         area[0] += own;
@@ -208,18 +208,18 @@ impl Sheets {
         // Volumes about a vertex of each: far from the origin little else would be left.
         let mut origin = vec![None; count];
         for f in topology.faces() {
-            let piece = topology.component[f as usize] as usize;
+            let component = topology.component[f as usize] as usize;
             let corners = mesh.corners(f);
-            let from = *origin[piece].get_or_insert(corners[0]);
+            let from = *origin[component].get_or_insert(corners[0]);
             let [a, b, c] = corners.map(|p| p - from);
             let side = if topology.turned[f as usize] {
                 -1.0
             } else {
                 1.0
             };
-            sheets.volume[piece] += side * a.dot(b.cross(c));
+            sheets.volume[component] += side * a.dot(b.cross(c));
             if draft.region[f as usize] == NONE {
-                let (sum, count) = &mut sheets.edges[piece];
+                let (sum, count) = &mut sheets.edges[component];
                 *sum += a.distance(b) + b.distance(c) + c.distance(a);
                 *count += 3;
             }
@@ -228,8 +228,8 @@ impl Sheets {
     }
 
     /// The mean edge of a component.
-    fn edge(&self, piece: usize) -> f64 {
-        let (sum, count) = self.edges[piece];
+    fn edge(&self, component: usize) -> f64 {
+        let (sum, count) = self.edges[component];
         sum / count.max(1) as f64
     }
 }

@@ -135,8 +135,10 @@ fn drop_points(draft: &mut Draft) -> Result<usize, FillError> {
         };
         let boxes = topology.component_bounds(mesh);
         let point: Vec<bool> = boxes.iter().map(is_point).collect();
-        let pieces = topology.component.iter();
-        pieces.map(|p| *p != NONE && point[*p as usize]).collect()
+        let components = topology.component.iter();
+        components
+            .map(|p| *p != NONE && point[*p as usize])
+            .collect()
     };
     if removed.iter().all(|r| *r) || !removed.contains(&true) {
         return Ok(0);

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::dangling;
 use super::draft::Draft;
 use super::params::CrossingPass;
-use super::scraps;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
@@ -17,7 +17,7 @@ use crate::spatial::{Bvh, WindingTree};
 use crate::tuning::tuning;
 
 /// What came of a pass.
-pub(super) struct Cut {
+pub(super) struct CutResult {
     pub(super) pass: CrossingPass,
     /// Faces that lay inside or under another layer.
     pub(super) covered: usize,
@@ -32,7 +32,7 @@ pub(super) fn cut_patches(
     draft: &mut Draft,
     rings: usize,
     most: usize,
-) -> Result<Option<Cut>, FillError> {
+) -> Result<Option<CutResult>, FillError> {
     let pairs = draft.crossing_pairs()?;
     let (removed, cut) = {
         let found = draft.inspect()?;
@@ -61,19 +61,22 @@ pub(super) fn cut_patches(
             cut_faces: removed.iter().filter(|r| **r).count(),
             rings,
         };
-        (removed, Cut::plain(pass))
+        (removed, CutResult::plain(pass))
     };
     Ok(carried_out(draft, removed, cut, most))
 }
 
 /// Cuts the faces that cross others out with so many rings of faces round them, then the parts that lie inside; none where no
 /// faces cross that could be cut.
-pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cut>, FillError> {
+pub(super) fn cut_crossings(
+    draft: &mut Draft,
+    rings: usize,
+) -> Result<Option<CutResult>, FillError> {
     let pairs = draft.crossing_pairs()?;
     let (removed, cut) = {
         let found = draft.inspect()?;
-        let scraps = scraps::pieces(draft, &found.topology);
-        let Some(removed) = cuts(&found, rings, &scraps, &pairs) else {
+        let dangling = dangling::components(draft, &found.topology);
+        let Some(removed) = cuts(&found, rings, &dangling, &pairs) else {
             return Ok(None);
         };
         let marked = removed.iter().filter(|r| **r).count();
@@ -91,9 +94,9 @@ pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cu
             rings,
         };
         let covered = all.iter().filter(|r| **r).count() - marked;
-        let cut = Cut {
+        let cut = CutResult {
             covered,
-            ..Cut::plain(pass)
+            ..CutResult::plain(pass)
         };
         (all, cut)
     };
@@ -102,7 +105,12 @@ pub(super) fn cut_crossings(draft: &mut Draft, rings: usize) -> Result<Option<Cu
 
 /// Takes the faces out, unless more than `most` of them come from the input, or none are left to go. No component of the input goes
 /// whole.
-fn carried_out(draft: &mut Draft, mut removed: Vec<bool>, cut: Cut, most: usize) -> Option<Cut> {
+fn carried_out(
+    draft: &mut Draft,
+    mut removed: Vec<bool>,
+    cut: CutResult,
+    most: usize,
+) -> Option<CutResult> {
     draft.spare(&mut removed);
     let gone = removed.iter().zip(&draft.region);
     let own = gone.filter(|(r, region)| **r && **region == NONE).count();
@@ -110,10 +118,10 @@ fn carried_out(draft: &mut Draft, mut removed: Vec<bool>, cut: Cut, most: usize)
         return None;
     }
     draft.remove(&removed);
-    Some(Cut { own, ..cut })
+    Some(CutResult { own, ..cut })
 }
 
-impl Cut {
+impl CutResult {
     fn plain(pass: CrossingPass) -> Self {
         Self {
             pass,
@@ -127,16 +135,19 @@ impl Cut {
 fn cuts(
     found: &Inspection,
     rings: usize,
-    scraps: &[bool],
+    dangling: &[bool],
     pairs: &[(u32, u32)],
 ) -> Option<Vec<bool>> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let mut rings_of = vec![Some(rings); topology.component_faces.len()];
-    let piece = |f: u32| topology.component[f as usize] as usize;
+    let component = |f: u32| topology.component[f as usize] as usize;
     loop {
         // Components that are left as they are stand in holes of the others.
         let mut marks = vec![false; mesh.faces.len()];
-        for &(f, _) in pairs.iter().filter(|(f, _)| rings_of[piece(*f)].is_some()) {
+        for &(f, _) in pairs
+            .iter()
+            .filter(|(f, _)| rings_of[component(*f)].is_some())
+        {
             marks[f as usize] = true;
         }
         if !marks.contains(&true) {
@@ -146,7 +157,7 @@ fn cuts(
         let mut removed = settled(mesh, topology, &marks, true);
         let mut left = topology.component_faces.clone();
         for f in topology.faces().filter(|f| removed[*f as usize]) {
-            left[piece(f)] -= 1;
+            left[component(f)] -= 1;
         }
         // A face or two that are left of more have no inside that could be closed; without rings more may be.
         let little = |p: usize| {
@@ -157,11 +168,11 @@ fn cuts(
                     && topology.component_faces[p] > tuning().repair.small_faces)
         };
         let gone: Vec<usize> = (0..left.len())
-            .filter(|&p| little(p) && !scraps[p])
+            .filter(|&p| little(p) && !dangling[p])
             .collect();
         if gone.is_empty() {
             for f in topology.faces() {
-                removed[f as usize] |= scraps[piece(f)] && little(piece(f));
+                removed[f as usize] |= dangling[component(f)] && little(component(f));
             }
             return Some(removed);
         }
@@ -207,13 +218,13 @@ struct Parts<'a> {
 impl<'a> Parts<'a> {
     fn new(found: &'a Inspection<'a>, removed: &[bool], pairs: &[(u32, u32)]) -> Self {
         let topology = &found.topology;
-        let piece = |f: u32| topology.component[f as usize];
+        let component = |f: u32| topology.component[f as usize];
         let mut sets = DisjointSets::new(topology.component_faces.len());
         let mut crosses = vec![false; topology.component_faces.len()];
         for &(f, g) in pairs {
-            sets.join(piece(f), piece(g));
-            crosses[piece(f) as usize] = true;
-            crosses[piece(g) as usize] = true;
+            sets.join(component(f), component(g));
+            crosses[component(f) as usize] = true;
+            crosses[component(g) as usize] = true;
         }
         let group: Vec<u32> = (0..crosses.len() as u32)
             .map(|p| {
@@ -227,7 +238,7 @@ impl<'a> Parts<'a> {
         let mut seen = removed.to_vec();
         let mut faces = Vec::new();
         for seed in topology.faces() {
-            let own = group[piece(seed) as usize];
+            let own = group[component(seed) as usize];
             if own == NONE || std::mem::replace(&mut seen[seed as usize], true) {
                 continue;
             }
@@ -254,11 +265,11 @@ impl<'a> Parts<'a> {
             found,
             group,
             faces,
-            reach: tuning().repair.layer * length / f64::max(count, 1.0),
+            reach: tuning().repair.cover * length / f64::max(count, 1.0),
         }
     }
 
-    fn piece(&self, part: usize) -> usize {
+    fn component(&self, part: usize) -> usize {
         self.found.topology.component[self.faces[part][0] as usize] as usize
     }
 
@@ -267,7 +278,7 @@ impl<'a> Parts<'a> {
         let mut of_group: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for part in 0..self.faces.len() {
             of_group
-                .entry(self.group[self.piece(part)])
+                .entry(self.group[self.component(part)])
                 .or_default()
                 .push(part);
         }
@@ -308,13 +319,13 @@ impl<'a> Parts<'a> {
             let winding = tree.winding_number(bvh, centre + before * normal);
             all += 1;
             inside += usize::from(winding > tuning().repair.inside);
-            layered += usize::from(self.is_under_layer(f, centre, normal, bvh));
+            layered += usize::from(self.is_under_other(f, centre, normal, bvh));
         }
         [2 * inside > all, 2 * layered > all]
     }
 
     /// Whether the first face before a face, within reach, shows the same way.
-    fn is_under_layer(&self, face: u32, centre: DVec3, normal: DVec3, bvh: &Bvh) -> bool {
+    fn is_under_other(&self, face: u32, centre: DVec3, normal: DVec3, bvh: &Bvh) -> bool {
         let mesh = &self.found.mesh;
         let end = centre + self.reach * normal;
         let mut first: Option<(f64, u32)> = None;
@@ -338,13 +349,13 @@ impl<'a> Parts<'a> {
             let corners = self.faces[part].iter().map(|f| self.found.mesh.corners(*f));
             corners.map(|c| 0.5 * area_vector(c).length()).sum::<f64>()
         };
-        let mut of_piece: BTreeMap<usize, Vec<(usize, f64, [bool; 2])>> = BTreeMap::new();
+        let mut of_component: BTreeMap<usize, Vec<(usize, f64, [bool; 2])>> = BTreeMap::new();
         for (&part, &under) in parts.iter().zip(under) {
-            let entry = of_piece.entry(self.piece(part)).or_default();
+            let entry = of_component.entry(self.component(part)).or_default();
             entry.push((part, area(part), under));
         }
         let mut go = Vec::new();
-        for own in of_piece.values() {
+        for own in of_component.values() {
             let all: f64 = own.iter().map(|(_, area, _)| area).sum();
             let inside: f64 = own.iter().filter(|p| p.2[0]).map(|p| p.1).sum();
             let submerged = inside > tuning().repair.submerged * all;

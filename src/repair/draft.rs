@@ -26,7 +26,7 @@ pub(super) struct Draft {
     /// For each face of the input its component there; `u32::MAX` for degenerate faces.
     component: Vec<u32>,
     /// Faces of the input that are scraps of their component; see [`super::scraps`]. None where there are no scraps.
-    scrap: HashSet<u32>,
+    dangling: HashSet<u32>,
     known: Arc<Known>,
     inspected: Inspected,
     /// How far from sound it is, with the inspection that this was found by.
@@ -107,7 +107,7 @@ impl Draft {
     pub(super) fn new(mesh: &Mesh, component: Vec<u32>) -> Self {
         Self {
             component,
-            scrap: HashSet::new(),
+            dangling: HashSet::new(),
             known: Arc::default(),
             inspected: Inspected::default(),
             judged: None,
@@ -192,7 +192,7 @@ impl Draft {
             }
         }
         let old = faces.iter().map(|f| self.origins.faces[*f].face);
-        self.scrap.extend(old.filter(|f| *f != NONE));
+        self.dangling.extend(old.filter(|f| *f != NONE));
     }
 
     /// Makes the components of the faces of each cluster one; faces are given with their cluster.
@@ -212,13 +212,13 @@ impl Draft {
     }
 
     /// Whether a face of the input is one of a scrap; none for those of patches.
-    pub(super) fn is_scrap(&self, face: usize) -> Option<bool> {
+    pub(super) fn is_dangling(&self, face: usize) -> Option<bool> {
         let old = self.origins.faces[face].face;
-        (old != NONE).then(|| self.scrap.contains(&old))
+        (old != NONE).then(|| self.dangling.contains(&old))
     }
 
-    pub(super) fn has_scraps(&self) -> bool {
-        !self.scrap.is_empty()
+    pub(super) fn has_dangling(&self) -> bool {
+        !self.dangling.is_empty()
     }
 
     /// Lets the faces of those components of the input stay of which a cut would leave nothing; returns how many components these are.

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::draft::KeepVertices;
-use super::{Carried, Repaired, Run, report, walls};
+use super::{Carried, Repaired, Run, report, shell_walls};
 use crate::mend::FillError;
 use crate::mesh::topology::NONE;
 
@@ -20,13 +20,13 @@ impl Run<'_> {
         for &region in self.draft.region.iter().filter(|r| **r != NONE) {
             self.report.fill.regions[region as usize].new_faces += 1;
         }
-        let mut lined = walls::places(&self.draft, &self.report.walls);
+        let mut places = shell_walls::places(&self.draft, &self.report.walls);
         let done = self.draft.finish(self.input, &keep, carried.in_place);
         let mut report = self.report;
-        lined
+        places
             .values_mut()
             .for_each(|v| *v = done.number[*v as usize]);
-        walls::record(&done.mesh, &lined, self.params, &mut report)?;
+        shell_walls::record(&done.mesh, &places, self.params, &mut report)?;
         let living = done.origins.living(self.input.faces.len());
         report.lost_faces = living.iter().filter(|l| !**l).count();
         report.gone_components = report::gone_components(&self.components, &living);

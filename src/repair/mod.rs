@@ -2,33 +2,33 @@
 //!
 //! Faces that are no part of a defect stay as they are, bit for bit and in order.
 
-mod below;
 mod bodies;
 mod caps;
 mod choice;
 mod clean;
 mod clear;
 mod crossing;
+mod dangling;
 mod draft;
 mod finish;
-mod flat;
 mod growing;
 mod known;
-mod layer;
-mod lining;
+mod offset_shell;
+mod offset_shells;
 mod orient;
 mod params;
-mod pockets;
 mod report;
+mod rim_triangles;
 mod rings;
 mod rounding;
-mod scraps;
 mod seams;
-mod search;
 mod setters;
 mod sheets;
+mod shell_rounds;
+mod shell_search;
+mod shell_vertex;
+mod shell_walls;
 mod union;
-mod walls;
 mod widen;
 
 use std::collections::HashSet;
@@ -178,7 +178,7 @@ impl Run<'_> {
             self.unite(given, carried)?;
         }
         if params.split {
-            scraps::join(&mut self.draft)?;
+            dangling::join(&mut self.draft)?;
             sheets::separate(&mut self.draft, &mut self.report)?;
             // What was separated may be a body whose outside is known only now.
             if params.orient && self.report.split_vertices + self.report.non_manifold_faces > 0 {
@@ -223,8 +223,8 @@ impl Run<'_> {
                 goes[i] = true;
                 *count = [count[0] + 1, count[1] + c.faces];
             }
-            let piece = found.topology.component.iter();
-            piece.map(|&p| p != NONE && goes[p as usize]).collect()
+            let component = found.topology.component.iter();
+            component.map(|&p| p != NONE && goes[p as usize]).collect()
         };
         self.draft.remove(&removed);
         Ok(())
@@ -254,10 +254,10 @@ impl Run<'_> {
             old = border(&*self.draft.inspect()?);
         }
         let may_stay = self.params.crossings;
-        scraps::drop(&mut self.draft, &mut self.report, may_stay)?;
+        dangling::drop(&mut self.draft, &mut self.report, may_stay)?;
         if self.params.crossings {
             self.clear()?;
-            scraps::drop(&mut self.draft, &mut self.report, false)?;
+            dangling::drop(&mut self.draft, &mut self.report, false)?;
         }
         if self.params.clean {
             clean::flip_new(&mut self.draft)?;
@@ -280,7 +280,7 @@ impl Run<'_> {
         };
         let origin = self.draft.origins.vertices.clone();
         let is_left = |hole: &Hole| hole.outer_border && was_border(hole, &origin);
-        flat::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
+        rim_triangles::settle(&mut self.draft, &mut self.report.fill, &is_left)?;
         let open = |hole: &Hole| was_border(hole, &origin);
         report::open(&self.draft, &mut self.report.fill, &open)?;
         for rings in 0..=tuning().repair.wider {
@@ -292,8 +292,8 @@ impl Run<'_> {
         let origin = self.draft.origins.vertices.clone();
         let open = |hole: &Hole| was_border(hole, &origin);
         report::open(&self.draft, &mut self.report.fill, &open)?;
-        scraps::close(&self.draft, &mut self.report.fill)?;
-        self.line(&was_border)?;
+        dangling::close(&self.draft, &mut self.report.fill)?;
+        self.add_offset_shells(&was_border)?;
         let crossing = self.draft.crossing()?;
         let left = crossing.iter().map(|f| self.draft.component(*f as usize));
         let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();
@@ -412,12 +412,12 @@ impl Run<'_> {
         let known = self.draft.mesh.positions.len();
         self.draft.take(mesh, expected_error, &report, regions);
         self.draft.round_from(known);
-        self.tell(report, regions, holes, first);
+        self.append_report(report, regions, holes, first);
         self.drop_bad_caps(&caps, regions)
     }
 
     /// Adds what a fill told to what the ones before it did.
-    fn tell(&mut self, mut new: FillReport, regions: usize, holes: usize, first: bool) {
+    fn append_report(&mut self, mut new: FillReport, regions: usize, holes: usize, first: bool) {
         let all = &mut self.report.fill;
         if first {
             all.holes.clear();

@@ -15,7 +15,7 @@ pub(super) fn orient(draft: &mut Draft) -> Result<usize, FillError> {
         // Components are measured as they are given; the faces that were turned to agree are the other way round then.
         let turn = |f: usize| match topology.component[f] {
             NONE => false,
-            piece => topology.turned[f] != inside_out[piece as usize],
+            component => topology.turned[f] != inside_out[component as usize],
         };
         let turned: Vec<bool> = (0..draft.mesh.faces.len()).map(turn).collect();
         turned

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::lining::LinedWall;
+use super::offset_shells::ShellWall;
 use crate::check::{CheckParams, Component, Defect, DefectKind, Verdict};
 use crate::fill::FillParams;
 use crate::mend::{FillError, FillReport};
@@ -149,13 +149,13 @@ pub struct RepairReport {
     /// Components of the result that were lined in part or as a whole, each with its number from 1 in the order of their first faces. The
     /// walls are those that the lining makes.
     #[serde(default)]
-    pub linings: Vec<(usize, Component)>,
+    pub offset_shells: Vec<(usize, Component)>,
     /// The numbers of those whose walls are too thin, each with the thickness that most of its wall should have: a no in the verdict.
     #[serde(default)]
-    pub thin_linings: Vec<(usize, f64)>,
+    pub thin_offset_shells: Vec<(usize, f64)>,
     /// What is known of the walls of linings in the course of a repair.
     #[serde(skip)]
-    pub(super) walls: Vec<LinedWall>,
+    pub(super) walls: Vec<ShellWall>,
     /// The verdict on the input.
     pub before: Option<Verdict>,
     /// The verdict on the result; on the file as it is written, where one is.
@@ -168,15 +168,15 @@ impl RepairReport {
     /// Takes over the verdict on the result, in which walls of linings that are too thin are a defect.
     pub(crate) fn judge(&mut self, mut verdict: Verdict) {
         let mut faces = 0;
-        for (number, limit) in &self.thin_linings {
-            let lining = self.linings.iter().find(|(n, _)| n == number);
+        for (number, limit) in &self.thin_offset_shells {
+            let shell = self.offset_shells.iter().find(|(n, _)| n == number);
             let own = verdict.components.get_mut(number - 1);
-            let (Some((_, lining)), Some(own)) = (lining, own) else {
+            let (Some((_, shell)), Some(own)) = (shell, own) else {
                 continue;
             };
             let thinner = |l: f64| own.least_wall.is_none_or(|o| l < o);
-            if lining.least_wall.is_some_and(thinner) {
-                (own.least_wall, own.thinnest_at) = (lining.least_wall, lining.thinnest_at);
+            if shell.least_wall.is_some_and(thinner) {
+                (own.least_wall, own.thinnest_at) = (shell.least_wall, shell.thinnest_at);
             }
             let known = verdict.params.min_wall.unwrap_or(0.0);
             verdict.params.min_wall = Some(known.max(*limit));

@@ -8,7 +8,7 @@ use crate::mesh::{Hole, VertexFaces};
 
 /// The faces round some rims.
 pub(super) struct Region {
-    pub(super) piece: u32,
+    pub(super) component: u32,
     pub(super) faces: Vec<u32>,
     known: HashSet<u32>,
     border: BTreeSet<u32>,
@@ -18,7 +18,7 @@ pub(super) struct Region {
 impl Region {
     pub(super) fn new(holes: &[&Hole]) -> Self {
         Self {
-            piece: holes.first().map_or(NONE, |h| h.component),
+            component: holes.first().map_or(NONE, |h| h.component),
             faces: Vec::new(),
             known: HashSet::new(),
             border: holes.iter().flat_map(|h| h.rim.iter().copied()).collect(),
@@ -39,7 +39,9 @@ impl Region {
             let first = self.faces.len();
             for v in std::mem::take(&mut self.border) {
                 for &f in around.of(v) {
-                    if found.topology.component[f as usize] == self.piece && self.known.insert(f) {
+                    if found.topology.component[f as usize] == self.component
+                        && self.known.insert(f)
+                    {
                         self.faces.push(f);
                     }
                 }

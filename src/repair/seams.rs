@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::RepairReport;
 use super::draft::Draft;
-use crate::check::{Border, Match, is_flat};
+use crate::check::{Boundary, Match, is_flat};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::topology::end;
 use crate::mesh::{DisjointSets, FaceOrigin, Mesh, VertexFaces, area_vector};
@@ -15,9 +15,9 @@ use crate::tuning::tuning;
 pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
     let (to, merged) = {
         let found = draft.inspect()?;
-        let border = Border::with_unit(&found.mesh, &found.topology, draft.unit);
-        let matches = border.matches(border.unit, tuning().check.weld_edge);
-        let to = merges(&found, &border, &matches);
+        let boundary = Boundary::with_unit(&found.mesh, &found.topology, draft.unit);
+        let matches = boundary.matches(boundary.unit, tuning().check.weld_edge);
+        let to = merges(&found, &boundary, &matches);
         let merged = (0..).zip(&to).filter(|(v, w)| v != *w).count();
         let of_file: Vec<u32> = found.weld.iter().map(|v| to[*v as usize]).collect();
         (of_file, merged)
@@ -40,10 +40,10 @@ pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
 }
 
 /// For each welded vertex the one that it becomes: the first of those that coincide with it. No face loses a corner by it.
-fn merges(found: &Inspection, border: &Border, matches: &[Option<Match>]) -> Vec<u32> {
+fn merges(found: &Inspection, boundary: &Boundary, matches: &[Option<Match>]) -> Vec<u32> {
     let count = found.mesh.positions.len();
     let mut sets = DisjointSets::new(count);
-    for (ends, other) in border.ends.iter().zip(matches) {
+    for (ends, other) in boundary.ends.iter().zip(matches) {
         if let Some(other) = other {
             for (v, w) in ends.iter().zip(other.ends) {
                 sets.join(*v, w);
@@ -53,7 +53,7 @@ fn merges(found: &Inspection, border: &Border, matches: &[Option<Match>]) -> Vec
     let mut to: Vec<u32> = (0..count as u32).map(|v| sets.find(v)).collect();
     let near = |v: u32, w: u32| {
         let apart = found.mesh.positions[v as usize].distance(found.mesh.positions[w as usize]);
-        apart <= 2.0 * border.unit
+        apart <= 2.0 * boundary.unit
     };
     let around = VertexFaces::new(&found.mesh);
     // Sets that are too wide, or have two corners of a face, stay apart.
@@ -106,14 +106,14 @@ pub(super) fn stitch(draft: &mut Draft, report: &mut RepairReport) -> Result<(),
 fn replace(draft: &mut Draft, mut new: Draft) -> Result<bool, FillError> {
     let before = draft.faults()?;
     let better = new.faults()?.is_no_worse_but_for_holes(&before)
-        && border_edges(&*new.inspect()?) < border_edges(&*draft.inspect()?);
+        && boundary_edges(&*new.inspect()?) < boundary_edges(&*draft.inspect()?);
     if better {
         *draft = new;
     }
     Ok(better)
 }
 
-fn border_edges(found: &Inspection) -> usize {
+fn boundary_edges(found: &Inspection) -> usize {
     found.topology.boundary.iter().filter(|b| **b).count()
 }
 
@@ -129,11 +129,11 @@ struct Split {
 /// The edges to split, one of each face.
 fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let border = Border::with_unit(mesh, topology, unit);
+    let boundary = Boundary::with_unit(mesh, topology, unit);
     let mut seen: HashSet<u32> = HashSet::new();
     let mut all = Vec::new();
-    for junctions in border.junctions() {
-        let h = border.half_edges[junctions.edge as usize];
+    for junctions in boundary.junctions() {
+        let h = boundary.half_edges[junctions.edge as usize];
         let (face, k) = (h / 3, h as usize % 3);
         let corners = mesh.faces[face as usize];
         let apex = corners[(k + 2) % 3];

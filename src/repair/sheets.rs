@@ -101,11 +101,11 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
             }
         }
     }
-    let open = open_pieces(topology);
+    let open = open_components(topology);
     let mut whole = vec![false; open.len()];
     for f in &goes {
-        let piece = topology.component[*f as usize] as usize;
-        whole[piece] = !open[piece] && !stays[piece];
+        let component = topology.component[*f as usize] as usize;
+        whole[component] = !open[component] && !stays[component];
     }
     goes.extend(
         topology
@@ -121,25 +121,25 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
 /// that hang on surfaces with borders. These are no longer to be cut then. On closed surfaces and inside of them they are defects.
 fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Vec<Wish> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let piece = |f: u32| topology.component[f as usize] as usize;
+    let component = |f: u32| topology.component[f as usize] as usize;
     let mut left = topology.component_faces.clone();
-    cuts.iter().for_each(|&f| left[piece(f)] -= 1);
-    let open = open_pieces(topology);
-    let goes = |h: &u32| left[piece(h / 3)] == 0 && open[piece(h / 3)];
+    cuts.iter().for_each(|&f| left[component(f)] -= 1);
+    let open = open_components(topology);
+    let goes = |h: &u32| left[component(h / 3)] == 0 && open[component(h / 3)];
     let mut ends: BTreeSet<(usize, u32)> = BTreeSet::new();
     for half_edges in unclear {
         let on_open = half_edges
             .iter()
-            .any(|h| left[piece(h / 3)] > 0 && open[piece(h / 3)]);
+            .any(|h| left[component(h / 3)] > 0 && open[component(h / 3)]);
         for &h in half_edges.iter().filter(|h| on_open && goes(h)) {
             for v in [start(mesh, h), end(mesh, h)] {
-                ends.insert((piece(h / 3), v));
+                ends.insert((component(h / 3), v));
             }
         }
     }
     let around = VertexFaces::new(mesh);
     let mut wishes = Vec::new();
-    let free: BTreeSet<usize> = ends.iter().map(|(piece, _)| *piece).collect();
+    let free: BTreeSet<usize> = ends.iter().map(|(component, _)| *component).collect();
     for (own, v) in ends {
         let faces = around.of(v).iter().copied();
         let fan: Vec<u32> = faces
@@ -152,12 +152,12 @@ fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Ve
             ways,
         });
     }
-    cuts.retain(|&f| !free.contains(&piece(f)));
+    cuts.retain(|&f| !free.contains(&component(f)));
     wishes
 }
 
 /// Which components have borders.
-pub(super) fn open_pieces(topology: &Topology) -> Vec<bool> {
+pub(super) fn open_components(topology: &Topology) -> Vec<bool> {
     let mut open = vec![false; topology.component_faces.len()];
     let border = (0..topology.boundary.len()).filter(|h| topology.boundary[*h]);
     border.for_each(|h| open[topology.component[h / 3] as usize] = true);

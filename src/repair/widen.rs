@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
-use super::flat::{closed_after, push};
+use super::rim_triangles::{closed_after, push};
 use crate::fill::{ClosedBy, FailedReason, HoleOutcome, RegionReport};
 use crate::mend::{FillError, FillReport, HoleReport, Inspection};
 use crate::mesh::cut::settled;
@@ -15,7 +15,7 @@ use crate::mesh::{DisjointSets, Hole, HoleId, VertexFaces};
 /// A hole that is to be closed and what is cut out round it.
 struct Zone {
     /// The hole's place in the report.
-    told: usize,
+    report_index: usize,
     /// Edges of its rims.
     edges: Vec<(u32, u32)>,
     /// Faces to cut out.
@@ -64,15 +64,20 @@ fn taken(
     trial: Trial,
 ) -> Result<usize, FillError> {
     let before = draft.faults()?;
-    let (mut new, mut told) = (trial.draft, report.clone());
+    let (mut new, mut report_index) = (trial.draft, report.clone());
     for (zone, i) in zones.iter().zip(0..) {
         let rims = trial.closed.iter().filter(|(of, _, _)| *of == i);
-        tell(&mut new, &mut told, zone.told, rims.map(|(_, h, f)| (h, f)));
+        record(
+            &mut new,
+            &mut report_index,
+            zone.report_index,
+            rims.map(|(_, h, f)| (h, f)),
+        );
     }
     if new.faults()? >= before {
         return Ok(0);
     }
-    (*draft, *report) = (new, told);
+    (*draft, *report) = (new, report_index);
     Ok(trial.own)
 }
 
@@ -85,11 +90,11 @@ fn zones(
     most: usize,
 ) -> Result<Vec<Zone>, FillError> {
     let mut of_edge: HashMap<(u32, u32), usize> = HashMap::new();
-    for (told, hole) in report.holes.iter().enumerate() {
+    for (report_index, hole) in report.holes.iter().enumerate() {
         let failed =
             matches!(&hole.outcome, HoleOutcome::Failed(why) if *why != FailedReason::NotReached);
         if failed {
-            edges(&hole.hole.rim).for_each(|e| _ = of_edge.insert(e, told));
+            edges(&hole.hole.rim).for_each(|e| _ = of_edge.insert(e, report_index));
         }
     }
     if of_edge.is_empty() {
@@ -100,9 +105,9 @@ fn zones(
     let mut taken = vec![false; found.mesh.faces.len()];
     let mut left = most;
     let mut zones: Vec<Zone> = Vec::new();
-    let mut of_told: HashMap<usize, usize> = HashMap::new();
+    let mut of_report_index: HashMap<usize, usize> = HashMap::new();
     for hole in found.holes.iter().rev() {
-        let Some(&told) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) else {
+        let Some(&report_index) = edges(&hole.rim).find_map(|e| of_edge.get(&e)) else {
             continue;
         };
         let faces: Vec<u32> = around(&found, &vertex_faces, hole, rings)
@@ -116,9 +121,9 @@ fn zones(
         }
         left -= own;
         faces.iter().for_each(|f| taken[*f as usize] = true);
-        let place = *of_told.entry(told).or_insert_with(|| {
+        let place = *of_report_index.entry(report_index).or_insert_with(|| {
             zones.push(Zone {
-                told,
+                report_index,
                 edges: Vec::new(),
                 faces: Vec::new(),
             });
@@ -257,18 +262,18 @@ fn zone_edges(
 }
 
 /// Adds the faces that close a zone and tells of them.
-fn tell<'a>(
+fn record<'a>(
     draft: &mut Draft,
     report: &mut FillReport,
-    told: usize,
+    report_index: usize,
     rims: impl Iterator<Item = (&'a Hole, &'a Vec<[u32; 3]>)>,
 ) {
     let region = report.regions.len();
-    let mut holes = vec![report.holes[told].hole.id];
-    let outcome = closed_after(&report.holes[told].outcome);
-    report.holes[told].outcome = outcome.clone();
-    report.holes[told].region = region + 1;
-    let mut diameter = report.holes[told].hole.diameter;
+    let mut holes = vec![report.holes[report_index].hole.id];
+    let outcome = closed_after(&report.holes[report_index].outcome);
+    report.holes[report_index].outcome = outcome.clone();
+    report.holes[report_index].region = region + 1;
+    let mut diameter = report.holes[report_index].hole.diameter;
     let mut components = 0;
     for (i, (rim, faces)) in rims.enumerate() {
         faces.iter().for_each(|f| push(draft, region as u32, *f));
@@ -324,13 +329,13 @@ mod tests {
         let mesh = bowl();
         let found = Inspection::new(&mesh).unwrap();
         assert_eq!(found.holes.len(), 1);
-        let told = HoleReport {
+        let report_index = HoleReport {
             hole: found.holes[0].clone(),
             outcome: HoleOutcome::Failed(FailedReason::Crossing(7)),
             region: 0,
         };
         let mut report = FillReport {
-            holes: vec![told],
+            holes: vec![report_index],
             ..FillReport::default()
         };
         let mut draft = Draft::new(&mesh, found.topology.component.clone());

@@ -5,7 +5,7 @@ use crate::mesh::Unit;
 use crate::repair::RepairReport;
 
 /// Most lined components that get a line of their own.
-const MOST_LINED: usize = 5;
+const MAX_SHELL_LINES: usize = 5;
 
 /// What was done, one line for each step that found something.
 pub fn repair_lines(r: &RepairReport) -> Vec<String> {
@@ -72,20 +72,23 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
     let mut lines: Vec<String> = some
         .map(|(count, what)| format!("{count} {what}"))
         .collect();
-    lines.extend(lining_lines(r, unit));
+    lines.extend(shell_lines(r, unit));
     lines
 }
 
 /// The components that were lined, the largest first.
-fn lining_lines(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
-    let mut lined: Vec<&(usize, Component)> = r.linings.iter().collect();
-    lined.sort_by(|a, b| b.1.area.total_cmp(&a.1.area).then(a.0.cmp(&b.0)));
-    let mut lines: Vec<String> = lined
+fn shell_lines(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
+    let mut shells: Vec<&(usize, Component)> = r.offset_shells.iter().collect();
+    shells.sort_by(|a, b| b.1.area.total_cmp(&a.1.area).then(a.0.cmp(&b.0)));
+    let mut lines: Vec<String> = shells
         .iter()
-        .take(MOST_LINED)
-        .map(|l| lining(l, unit))
+        .take(MAX_SHELL_LINES)
+        .map(|l| shell_line(l, unit))
         .collect();
-    if let Some(more) = lined.get(MOST_LINED..).filter(|more| !more.is_empty()) {
+    if let Some(more) = shells
+        .get(MAX_SHELL_LINES..)
+        .filter(|more| !more.is_empty())
+    {
         let least = more.iter().filter_map(|(_, c)| c.least_wall);
         lines.push(format!(
             "{} more components were lined: walls {} thick at least",
@@ -97,7 +100,7 @@ fn lining_lines(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
 }
 
 /// A component that was lined, and how thick its walls are.
-fn lining((number, component): &(usize, Component), unit: Option<Unit>) -> String {
+fn shell_line((number, component): &(usize, Component), unit: Option<Unit>) -> String {
     format!(
         "component {number} was lined: walls {} thick in the mean, {} at least",
         Unit::text(unit, component.mean_wall.unwrap_or_default()),

@@ -48,7 +48,7 @@ thresholds! {
         /// Roots of the face's area. Distance of those points from the face.
         before: f64 = 1e-2,
         /// Mean edges. A layer covers another one that is no farther below it than this.
-        layer: f64 = 4.0,
+        cover: f64 = 4.0,
         /// Least cosine between the faces of two layers: 60°.
         same_way: f64 = 0.5,
         /// Part of a component inside others above which the component is kept for what it is and its visible part is removed.
@@ -83,28 +83,28 @@ thresholds! {
         /// Steps of the search for a direction into the surface at a vertex, at most; twenty are rarely needed.
         shell_steps: usize = 100,
         /// Faces lined for the sake of one hole, at most; a matter of time, not of shape.
-        lined_faces: usize = 20_000,
+        shell_faces: usize = 20_000,
         /// Faces of a component that is lined as a whole, as the last resort, at most.
-        lined_whole: usize = 250_000,
+        shell_whole: usize = 250_000,
         /// Faces of all components that are lined as a whole, at most.
-        lined_whole_work: usize = 1_000_000,
+        shell_whole_work: usize = 1_000_000,
         /// Edges. Borders with more are not closed: where hundreds of edges could not be closed at the rim, they seldom can be
         /// farther on.
-        lined_edges: usize = 200,
+        shell_edges: usize = 200,
         /// Faces visited by the searches for offset shells of parts of a mesh, at most.
-        lined_work: usize = 400_000,
+        shell_work: usize = 400_000,
         /// Faces visited for one hole or the holes of one component, at most.
-        lined_work_each: usize = 40_000,
+        shell_work_each: usize = 40_000,
         /// The search for triangles that close a border costs as much as the square of its edges over this many faces.
-        lined_edges_work: usize = 2,
+        shell_edges_work: usize = 2,
         /// Roots of its area. An open component whose borders are shorter counts as closed if it encloses [`Self::least_volume`].
         short_border: f64 = 1.0,
         /// Powers 3/2 of its area. Least volume of such a component: 0.094 for a sphere.
         least_volume: f64 = 0.02,
         /// Rounds: each shell adds surface along which further holes can be closed.
-        linings: usize = 4,
+        shell_passes: usize = 4,
         /// Times that faces are cut out of surfaces which no shell can be made of, at most.
-        cut_and_line: usize = 30,
+        shell_cuts: usize = 30,
         /// Part of the area of the component it hangs on, below which a sheet is a dangling sheet.
         dangling: f64 = 0.01,
         /// Rounds of cuts: each changes which sheets touch.

@@ -92,7 +92,7 @@ fn a_hole_that_something_sticks_through_is_closed_by_a_pocket_round_it() {
         .iter()
         .map(|r| r.closed_by)
         .collect();
-    assert!(by.contains(&Some(ClosedBy::Lining)), "{by:?}");
+    assert!(by.contains(&Some(ClosedBy::OffsetShell)), "{by:?}");
     let is_open = |o: &HoleOutcome| matches!(o, HoleOutcome::Left(_) | HoleOutcome::Failed(_));
     let mut told = done.report.fill.holes.iter();
     assert!(!told.any(|h| is_open(&h.outcome)));

@@ -1,4 +1,4 @@
-//! Walls of bodies whose thickness is known.
+//! Tests of wall thickness on bodies of known thickness.
 
 use glam::DVec3;
 
@@ -21,7 +21,7 @@ fn walls(mesh: &Mesh) -> [Option<f64>; 2] {
     [component.least_wall, component.mean_wall]
 }
 
-/// The mesh with each face divided into four, some times.
+/// The mesh with each face divided into four, `times` times.
 fn divided(mesh: &Mesh, times: usize) -> Mesh {
     let mut mesh = mesh.clone();
     for _ in 0..times {
@@ -56,7 +56,7 @@ fn cuboid(sides: DVec3) -> Mesh {
     mesh
 }
 
-/// A prism of length 3 over a triangle with this angle at the edge, whose sides there are 1 long.
+/// A prism of length 3. Its cross-section is a triangle with two sides of length 1 and this angle between them.
 fn wedge(degrees: f64) -> Mesh {
     let half = 0.5 * degrees.to_radians();
     let at = |y: f64| {

@@ -15,7 +15,7 @@ pub(super) struct RepairRow<'a> {
     lost_vertices: usize,
     gone_components: Gone,
     /// Components of the result that were lined, and the walls that this makes.
-    linings: Vec<Lining>,
+    offset_shells: Vec<OffsetShellRow>,
     /// The verdict on the input.
     before: Option<VerdictRow<'a>>,
     /// The verdict on what was written.
@@ -24,7 +24,7 @@ pub(super) struct RepairRow<'a> {
 
 /// A component of the result that was lined in part or as a whole.
 #[derive(Serialize)]
-struct Lining {
+struct OffsetShellRow {
     /// Its number, from 1 in the order of the first faces.
     component: usize,
     faces: usize,
@@ -105,16 +105,20 @@ impl<'a> RepairRow<'a> {
                     most_faces,
                 }
             },
-            linings: r.linings.iter().map(|l| Lining::new(l, r)).collect(),
+            offset_shells: r
+                .offset_shells
+                .iter()
+                .map(|l| OffsetShellRow::new(l, r))
+                .collect(),
             before: r.before.as_ref().map(VerdictRow::new),
             after: r.after.as_ref().map(VerdictRow::new),
         }
     }
 }
 
-impl Lining {
+impl OffsetShellRow {
     fn new((number, component): &(usize, Component), report: &RepairReport) -> Self {
-        let thin = report.thin_linings.iter().find(|(n, _)| n == number);
+        let thin = report.thin_offset_shells.iter().find(|(n, _)| n == number);
         Self {
             component: *number,
             faces: component.faces,

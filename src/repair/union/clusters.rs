@@ -33,15 +33,15 @@ impl Bodies {
     pub(super) fn new(found: &Inspection) -> Self {
         let (mesh, topology) = (&found.mesh, &found.topology);
         let count = topology.component_faces.len();
-        let piece = |h: u32| topology.component[h as usize / 3];
+        let component = |h: u32| topology.component[h as usize / 3];
         let crowded = topology.crowded_edges(mesh);
         let mut sets = DisjointSets::new(count);
         for edge in &crowded {
             edge.iter()
-                .for_each(|h| _ = sets.join(piece(edge[0]), piece(*h)));
+                .for_each(|h| _ = sets.join(component(edge[0]), component(*h)));
         }
         let mut open = vec![false; count];
-        for p in open_pieces(mesh, topology, &crowded) {
+        for p in open_components(mesh, topology, &crowded) {
             open[sets.find(p) as usize] = true;
         }
         Self { sets, open }
@@ -49,8 +49,8 @@ impl Bodies {
 
     /// Whether some of these faces belong to closed bodies.
     pub(super) fn are_closed(&mut self, topology: &Topology, faces: &[u32]) -> bool {
-        let mut pieces = faces.iter().map(|f| topology.component[*f as usize]);
-        pieces.any(|p| !self.open[self.sets.find(p) as usize])
+        let mut ids = faces.iter().map(|f| topology.component[*f as usize]);
+        ids.any(|p| !self.open[self.sets.find(p) as usize])
     }
 }
 
@@ -63,14 +63,14 @@ pub(super) fn clusters(
 ) -> Clusters {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let count = topology.component_faces.len() as u32;
-    let piece = |f: u32| topology.component[f as usize];
+    let component = |f: u32| topology.component[f as usize];
     let Bodies {
         mut sets,
         open: own_open,
     } = bodies;
     for pair in pairs {
         let [f, g] = pair.map(|i| crossing[i as usize]);
-        sets.join(piece(f), piece(g));
+        sets.join(component(f), component(g));
     }
     let all = components(mesh, topology, 0.0);
     for (i, c) in (0..).zip(&all) {
@@ -85,18 +85,18 @@ pub(super) fn clusters(
     }
     let mut takes_part = vec![false; count as usize];
     for &f in crossing {
-        let set = sets.find(piece(f)) as usize;
+        let set = sets.find(component(f)) as usize;
         takes_part[set] = !open[set];
     }
-    let of_piece: Vec<u32> = (0..count)
+    let of_component: Vec<u32> = (0..count)
         .map(|p| sets.find(p))
         .map(|set| if takes_part[set as usize] { set } else { NONE })
         .collect();
     let of_face: Vec<u32> = (topology.component.iter())
-        .map(|p| of_piece.get(*p as usize).copied().unwrap_or(NONE))
+        .map(|p| of_component.get(*p as usize).copied().unwrap_or(NONE))
         .collect();
     let mut paired = paired_components(mesh, topology);
-    let own = (0..count).filter(|p| of_piece[*p as usize] != NONE);
+    let own = (0..count).filter(|p| of_component[*p as usize] != NONE);
     let own: BTreeSet<u32> = own.map(|p| paired.find(p)).collect();
     Clusters {
         faces: (topology.faces())
@@ -136,8 +136,8 @@ pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSet
         for (_, d, u) in turns {
             if !taken.contains(&d) && !taken.contains(&u) {
                 taken.extend([d, u]);
-                let piece = |h: u32| topology.component[h as usize / 3];
-                sets.join(piece(d), piece(u));
+                let component = |h: u32| topology.component[h as usize / 3];
+                sets.join(component(d), component(u));
             }
         }
     }
@@ -177,7 +177,7 @@ fn runs_up(mesh: &Mesh, topology: &Topology, h: u32) -> bool {
 }
 
 /// Components with edges along which not as many faces of the mesh as it is given run one way as the other.
-fn open_pieces(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
+fn open_components(mesh: &Mesh, topology: &Topology, crowded: &[Vec<u32>]) -> Vec<u32> {
     let runs_up = |h: u32| runs_up(mesh, topology, h);
     let mut open = Vec::new();
     for h in 0..topology.opposite.len() as u32 {

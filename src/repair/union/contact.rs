@@ -64,8 +64,8 @@ fn bodies(given: &Mesh, found: &Inspection, crossing: &[u32]) -> Vec<u32> {
         body = topology.component.iter().map(of).collect();
     }
     let take_part: BTreeSet<u32> = crossing.iter().map(|f| body[*f as usize]).collect();
-    for (body, piece) in body.iter_mut().zip(&topology.component) {
-        if !take_part.contains(body) || *piece == NONE {
+    for (body, component) in body.iter_mut().zip(&topology.component) {
+        if !take_part.contains(body) || *component == NONE {
             *body = NONE;
         }
     }

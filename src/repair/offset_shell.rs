@@ -4,18 +4,18 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::below::{Below, Lined, Shape, below, under};
 use super::clear::{Ground, crossing_or_flat};
 use super::rounding::Rounding;
+use super::shell_vertex::{Shape, ShellBase, ShellVertex, below, under};
 use super::{Edge, edges};
 use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Part, area_vector, face_normal};
 use crate::tuning::tuning;
 
 /// A part of a surface and the layer under it.
-pub(super) struct Layer {
+pub(super) struct OffsetShell {
     /// New vertices.
-    vertices: Vec<Below>,
+    vertices: Vec<ShellVertex>,
     /// Faces between the vertices of the mesh and, from `first` on, the new ones.
     pub(super) faces: Vec<[u32; 3]>,
     /// The face of the surface under which each of them lies.
@@ -49,46 +49,46 @@ struct Corners {
     vertex: Vec<u32>,
 }
 
-impl Layer {
+impl OffsetShell {
     /// The layer under some faces; none where they have other borders, or are not the same way round.
-    pub(super) fn new(lined: &Lined, first: u32) -> Option<Self> {
-        let mut layer = Self {
+    pub(super) fn new(base: &ShellBase, first: u32) -> Option<Self> {
+        let mut shell = Self {
             vertices: Vec::new(),
             faces: Vec::new(),
             under: Vec::new(),
             under_surface: 0,
-            shape: lined.shape,
+            shape: base.shape,
             loops: Vec::new(),
             first,
-            rounding: lined.rounding,
+            rounding: base.rounding,
         };
-        let corners = layer.corners(lined)?;
+        let corners = shell.corners(base)?;
         let mut middles: HashMap<Edge, u32> = HashMap::new();
-        for (&f, i) in lined.faces.iter().zip(0..) {
-            layer.face(lined, &corners, f, i, &mut middles);
+        for (&f, i) in base.faces.iter().zip(0..) {
+            shell.face(base, &corners, f, i, &mut middles);
         }
-        layer.under_surface = layer.faces.len();
-        if lined.shape.has_sides() {
-            layer.sides(lined, &corners);
+        shell.under_surface = shell.faces.len();
+        if base.shape.has_sides() {
+            shell.sides(base, &corners);
         }
-        layer.loops = loops(lined, &corners, &middles, first)?;
-        Some(layer)
+        shell.loops = loops(base, &corners, &middles, first)?;
+        Some(shell)
     }
 
     /// Vertices for the corners: those of the rims stay, unless there are side walls, the others get a copy under them.
-    fn corners(&mut self, lined: &Lined) -> Option<Corners> {
-        let (mesh, topology) = (&lined.found.mesh, &lined.found.topology);
-        let place: HashMap<u32, u32> = lined.faces.iter().copied().zip(0..).collect();
-        let mut sets = DisjointSets::new(3 * lined.faces.len());
-        let mut on_rim = vec![false; 3 * lined.faces.len()];
-        for (&f, i) in lined.faces.iter().zip(0..) {
+    fn corners(&mut self, base: &ShellBase) -> Option<Corners> {
+        let (mesh, topology) = (&base.found.mesh, &base.found.topology);
+        let place: HashMap<u32, u32> = base.faces.iter().copied().zip(0..).collect();
+        let mut sets = DisjointSets::new(3 * base.faces.len());
+        let mut on_rim = vec![false; 3 * base.faces.len()];
+        for (&f, i) in base.faces.iter().zip(0..) {
             for k in 0..3 {
                 let own = [3 * i + k, 3 * i + (k + 1) % 3];
                 let (a, b) = ends(mesh, 3 * f + k);
                 let opposite = topology.opposite[(3 * f + k) as usize];
                 if opposite == NONE {
                     let is_rim = topology.boundary[(3 * f + k) as usize]
-                        && lined.rims.contains(&(a.min(b), a.max(b)));
+                        && base.rims.contains(&(a.min(b), a.max(b)));
                     if !is_rim {
                         return None;
                     }
@@ -103,21 +103,21 @@ impl Layer {
             }
         }
         let mut stays = HashSet::new();
-        let stay = |c: &u32| on_rim[*c as usize] && !lined.shape.has_sides();
+        let stay = |c: &u32| on_rim[*c as usize] && !base.shape.has_sides();
         for c in (0..on_rim.len() as u32).filter(stay) {
             stays.insert(sets.find(c));
         }
         let mut of_set: HashMap<u32, u32> = HashMap::new();
         let mut vertex = Vec::with_capacity(on_rim.len());
         for c in 0..on_rim.len() as u32 {
-            let face = lined.faces[c as usize / 3];
+            let face = base.faces[c as usize / 3];
             let v = mesh.faces[face as usize][c as usize % 3];
             let set = sets.find(c);
             let own = match (stays.contains(&set), of_set.get(&set)) {
                 (true, _) => v,
                 (_, Some(copy)) => *copy,
                 _ => {
-                    let copy = self.add(below(lined, v));
+                    let copy = self.add(below(base, v));
                     of_set.insert(set, copy);
                     copy
                 }
@@ -128,13 +128,13 @@ impl Layer {
     }
 
     /// Two faces between each edge of the rims and its copy.
-    fn sides(&mut self, lined: &Lined, corners: &Corners) {
-        for (&f, i) in lined.faces.iter().zip(0..) {
+    fn sides(&mut self, base: &ShellBase, corners: &Corners) {
+        for (&f, i) in base.faces.iter().zip(0..) {
             for k in 0..3 {
-                if lined.found.topology.opposite[(3 * f + k) as usize] != NONE {
+                if base.found.topology.opposite[(3 * f + k) as usize] != NONE {
                     continue;
                 }
-                let (a, b) = ends(&lined.found.mesh, 3 * f + k);
+                let (a, b) = ends(&base.found.mesh, 3 * f + k);
                 let [c, d] = [k, (k + 1) % 3].map(|k| corners.vertex[(3 * i + k) as usize]);
                 self.faces.extend([[b, a, c], [b, c, d]]);
                 self.under.extend([f, f]);
@@ -143,14 +143,14 @@ impl Layer {
     }
 
     /// The walls that the placed layer makes with the surface, one for each face that lies under it.
-    pub(super) fn walls(&self, lined: &Lined) -> Vec<WallFace> {
-        let mesh = &lined.found.mesh;
+    pub(super) fn walls(&self, base: &ShellBase) -> Vec<WallFace> {
+        let mesh = &base.found.mesh;
         let wall = |(face, under): (&[u32; 3], &u32)| {
             let normal = face_normal(mesh, *under);
             let below = |v: u32| self.vertices.get(v.checked_sub(self.first)? as usize);
-            let depth = |v: &u32| below(*v).map_or(0.0, |b| -b.depth * b.way.dot(normal));
+            let depth = |v: &u32| below(*v).map_or(0.0, |b| -b.depth * b.direction.dot(normal));
             let at = face.map(|v| match below(v) {
-                Some(b) => b.from + b.depth * b.way,
+                Some(b) => b.from + b.depth * b.direction,
                 None => mesh.positions[v as usize],
             });
             WallFace {
@@ -163,7 +163,7 @@ impl Layer {
         own.zip(&self.under).map(wall).collect()
     }
 
-    fn add(&mut self, vertex: Below) -> u32 {
+    fn add(&mut self, vertex: ShellVertex) -> u32 {
         self.vertices.push(vertex);
         self.first + self.vertices.len() as u32 - 1
     }
@@ -172,17 +172,17 @@ impl Layer {
     /// get one in the middle: else two layers would share an edge there, or lie in each other.
     fn face(
         &mut self,
-        lined: &Lined,
+        base: &ShellBase,
         corners: &Corners,
         f: u32,
         place: u32,
         middles: &mut HashMap<Edge, u32>,
     ) {
-        let mesh = &lined.found.mesh;
+        let mesh = &base.found.mesh;
         let v = [0, 1, 2].map(|k| corners.vertex[(3 * place + k) as usize]);
         let middle = [0u32, 1, 2].map(|k| {
             let (a, b) = (v[k as usize], v[(k as usize + 1) % 3]);
-            let opposite = lined.found.topology.opposite[(3 * f + k) as usize];
+            let opposite = base.found.topology.opposite[(3 * f + k) as usize];
             if opposite == NONE || a >= self.first || b >= self.first {
                 return None;
             }
@@ -190,7 +190,7 @@ impl Layer {
             Some(*middles.entry(edge).or_insert_with(|| {
                 let from = 0.5 * (mesh.positions[a as usize] + mesh.positions[b as usize]);
                 self.vertices
-                    .push(under(lined, from, &[f, opposite / 3], [a, b]));
+                    .push(under(base, from, &[f, opposite / 3], [a, b]));
                 self.first + self.vertices.len() as u32 - 1
             }))
         });
@@ -199,7 +199,7 @@ impl Layer {
         let mut new: Vec<[u32; 3]> = match count {
             0 if all_old => {
                 let centre = mesh.corners(f).iter().sum::<DVec3>() / 3.0;
-                let m = self.add(under(lined, centre, &[f], [v[0], v[1]]));
+                let m = self.add(under(base, centre, &[f], [v[0], v[1]]));
                 vec![[v[0], v[1], m], [v[1], v[2], m], [v[2], v[0], m]]
             }
             _ => divided(v, middle),
@@ -214,7 +214,7 @@ impl Layer {
     pub(super) fn place(&mut self, ground: &mut Ground) -> Result<(), Vec<u32>> {
         let surface: Vec<[u32; 3]> = self.under.iter().map(|f| ground.face(*f)).collect();
         let depth = self.vertices.iter().map(|v| v.depth).fold(0.0, f64::max);
-        let mut local = LayerPart::new(self, ground, &ground.near_all(&surface, depth));
+        let mut local = LocalShell::new(self, ground, &ground.near_all(&surface, depth));
         let mut asked: Vec<usize> = (0..self.faces.len()).collect();
         for round in 0.. {
             local.place(&self.vertices, self.rounding);
@@ -222,7 +222,7 @@ impl Layer {
             if wrong.is_empty() {
                 break;
             }
-            let moved = self.come_nearer(&wrong, round);
+            let moved = self.reduce_depth(&wrong, round);
             if round == self.rounds() || moved.is_empty() {
                 let under = wrong.iter().map(|f| self.under[*f as usize]);
                 return Err(under.collect::<BTreeSet<u32>>().into_iter().collect());
@@ -247,7 +247,7 @@ impl Layer {
     }
 
     /// Lets the new vertices of some faces come nearer to the surface; returns those that could.
-    fn come_nearer(&mut self, faces: &HashSet<u32>, round: usize) -> HashSet<u32> {
+    fn reduce_depth(&mut self, faces: &HashSet<u32>, round: usize) -> HashSet<u32> {
         let corners = faces.iter().flat_map(|f| self.faces[*f as usize]);
         let new: HashSet<u32> = corners.filter(|v| *v >= self.first).collect();
         let factor = match self.shape {
@@ -259,7 +259,7 @@ impl Layer {
         let mut moved = HashSet::new();
         for v in new {
             let vertex = &mut self.vertices[(v - self.first) as usize];
-            let depth = (factor * vertex.depth).max(vertex.least);
+            let depth = (factor * vertex.depth).max(vertex.min_depth);
             if depth < vertex.depth {
                 moved.insert(v);
             }
@@ -270,7 +270,7 @@ impl Layer {
 }
 
 /// A layer and the faces near it as a part of the ground; the layer's new vertices follow those of the part.
-struct LayerPart {
+struct LocalShell {
     positions: Vec<DVec3>,
     /// The faces of the layer.
     own: Vec<[u32; 3]>,
@@ -279,14 +279,14 @@ struct LayerPart {
     first: usize,
 }
 
-impl LayerPart {
-    fn new(layer: &Layer, ground: &Ground, near: &[[u32; 3]]) -> Self {
-        let corners = layer.faces.iter().flatten().copied();
-        let old = corners.filter(|v| *v < layer.first);
+impl LocalShell {
+    fn new(shell: &OffsetShell, ground: &Ground, near: &[[u32; 3]]) -> Self {
+        let corners = shell.faces.iter().flatten().copied();
+        let old = corners.filter(|v| *v < shell.first);
         let part = Part::of_faces(ground.positions(), near, old);
-        let local = |f: &[u32; 3]| f.map(|v| part.local_or_new(v, layer.first as usize));
+        let local = |f: &[u32; 3]| f.map(|v| part.local_or_new(v, shell.first as usize));
         Self {
-            own: layer.faces.iter().map(local).collect(),
+            own: shell.faces.iter().map(local).collect(),
             first: part.mesh.positions.len(),
             positions: part.mesh.positions,
             near: part.mesh.faces,
@@ -294,11 +294,11 @@ impl LayerPart {
     }
 
     /// Lets new vertices lie where they are at their depths.
-    fn place(&mut self, vertices: &[Below], rounding: Rounding) {
+    fn place(&mut self, vertices: &[ShellVertex], rounding: Rounding) {
         self.positions.truncate(self.first);
         let at = vertices.iter();
         self.positions
-            .extend(at.map(|v| rounding.moved(v.from, v.depth * v.way)));
+            .extend(at.map(|v| rounding.moved(v.from, v.depth * v.direction)));
     }
 
     fn new_positions(&self) -> &[DVec3] {
@@ -339,14 +339,14 @@ fn ends(mesh: &Mesh, half_edge: u32) -> (u32, u32) {
 
 /// The borders of a layer but for the rims.
 fn loops(
-    lined: &Lined,
+    base: &ShellBase,
     corners: &Corners,
     middles: &HashMap<Edge, u32>,
     first: u32,
 ) -> Option<Vec<Vec<u32>>> {
-    let topology = &lined.found.topology;
+    let topology = &base.found.topology;
     let mut parts: Vec<[u32; 2]> = Vec::new();
-    for (&f, i) in lined.faces.iter().zip(0..) {
+    for (&f, i) in base.faces.iter().zip(0..) {
         for k in 0..3 {
             let opposite = topology.opposite[(3 * f + k) as usize];
             if opposite == NONE || corners.place.contains_key(&(opposite / 3)) {

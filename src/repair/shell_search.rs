@@ -3,13 +3,13 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
-use super::below::{Lined, Shape};
 use super::clear::Ground;
 use super::draft::Draft;
 use super::known::sorted;
-use super::layer::{Layer, WallFace, edges_of};
+use super::offset_shell::{OffsetShell, WallFace, edges_of};
 use super::rings::Region;
 use super::rounding::Rounding;
+use super::shell_vertex::{Shape, ShellBase};
 use super::{Edge, edges};
 use crate::mend::{FillError, Inspection};
 use crate::mesh::{Hole, VertexFaces};
@@ -26,9 +26,9 @@ impl Budget {
     /// What may be looked at, all of components only where they `may_be_shells`.
     pub(super) fn new(may_be_shells: bool) -> Self {
         Self {
-            parts: tuning().repair.lined_work,
+            parts: tuning().repair.shell_work,
             whole: if may_be_shells {
-                tuning().repair.lined_whole_work
+                tuning().repair.shell_whole_work
             } else {
                 0
             },
@@ -56,7 +56,7 @@ pub(super) struct Blocked {
 }
 
 /// Linings that were found.
-pub(super) struct Linings {
+pub(super) struct OffsetShells {
     /// The vertices that they add.
     pub(super) vertices: Vec<glam::DVec3>,
     pub(super) groups: Vec<Group>,
@@ -66,7 +66,7 @@ pub(super) struct Linings {
 /// Holes that are closed by one lining.
 pub(super) struct Group {
     /// Their places in the report.
-    pub(super) told: BTreeSet<usize>,
+    pub(super) report_indices: BTreeSet<usize>,
     pub(super) diameter: f64,
     pub(super) faces: Vec<[u32; 3]>,
     pub(super) edge: f64,
@@ -75,14 +75,14 @@ pub(super) struct Group {
 }
 
 /// Linings of single holes, then of several holes of a component together.
-pub(super) fn linings(
+pub(super) fn find(
     draft: &Draft,
-    told: &HashMap<Edge, usize>,
+    report_indices: &HashMap<Edge, usize>,
     (whole, wanted): (bool, Wanted),
     budget: &mut Budget,
-) -> Result<Linings, FillError> {
+) -> Result<OffsetShells, FillError> {
     let found = draft.inspect()?;
-    let of_hole = |hole: &Hole| edges(&hole.rim).find_map(|e| told.get(&e).copied());
+    let of_hole = |hole: &Hole| edges(&hole.rim).find_map(|e| report_indices.get(&e).copied());
     let all = found.holes.iter().rev();
     let open: Vec<(usize, &Hole)> = all.filter_map(|h| Some((of_hole(h)?, h))).collect();
     let ground = Ground::new(&found);
@@ -93,7 +93,7 @@ pub(super) fn linings(
         ground,
         budget,
         blocked: Vec::new(),
-        in_vain: HashMap::new(),
+        known_blocked: HashMap::new(),
         no_wall: HashSet::new(),
         wall: wanted.wall,
         bvh: None,
@@ -107,9 +107,9 @@ pub(super) fn linings(
     }
     of_sheets.retain(|_, holes| search.is_sheet(holes));
     let mut walled: HashSet<u32> = HashSet::new();
-    for (piece, holes) in &of_sheets {
+    for (component, holes) in &of_sheets {
         if let Some(group) = search.group(holes, Part::Walled) {
-            walled.insert(*piece);
+            walled.insert(*component);
             groups.push(group);
         }
     }
@@ -133,7 +133,7 @@ pub(super) fn linings(
     }
     let mut blocked = search.blocked;
     blocked.sort_by_key(|b| (!b.whole, b.faces.len()));
-    Ok(Linings {
+    Ok(OffsetShells {
         blocked,
         vertices: search.ground.positions()[first..].to_vec(),
         groups,
@@ -149,7 +149,7 @@ struct Search<'a> {
     blocked: Vec<Blocked>,
     /// Faces that keep an offset shell of a whole component from being placed, by component, where that was found for one hole. What
     /// failed for want of budget is not here: with a larger one it may not.
-    in_vain: HashMap<u32, Vec<u32>>,
+    known_blocked: HashMap<u32, Vec<u32>>,
     /// Components that were tried to be given walls all over.
     no_wall: HashSet<u32>,
     /// The thickness of walls that is wanted; none for one by the edges.
@@ -171,7 +171,7 @@ enum Part {
 }
 
 /// A lining that was found.
-struct Found {
+struct FoundShell {
     /// Its faces.
     faces: Vec<[u32; 3]>,
     /// The walls that it makes.
@@ -193,7 +193,10 @@ impl Search<'_> {
             walls: found.walls,
             walled: found.walled,
             edge,
-            told: holes.iter().map(|(told, _)| *told).collect(),
+            report_indices: holes
+                .iter()
+                .map(|(report_indices, _)| *report_indices)
+                .collect(),
             diameter: rims.iter().map(|h| h.diameter).fold(0.0, f64::max),
         })
     }
@@ -218,7 +221,7 @@ impl Search<'_> {
     }
 
     /// The faces of a lining with as few rings of faces as close some holes; none where there is none. Thick ones come first.
-    fn closed(&mut self, holes: &[&Hole]) -> Option<(f64, Found)> {
+    fn closed(&mut self, holes: &[&Hole]) -> Option<(f64, FoundShell)> {
         let all = self.budget.parts;
         let thick = self.rings(holes, true);
         let spent = self.budget.parts;
@@ -232,16 +235,16 @@ impl Search<'_> {
     }
 
     /// The same at the depth of walls, or a hair under the surface.
-    fn rings(&mut self, holes: &[&Hole], thick: bool) -> Option<(f64, Found)> {
+    fn rings(&mut self, holes: &[&Hole], thick: bool) -> Option<(f64, FoundShell)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
-        let mut left = self.budget.parts.min(tuning().repair.lined_work_each);
+        let mut left = self.budget.parts.min(tuning().repair.shell_work_each);
         let all = left;
         let mut found = None;
         let mut blocked: Option<Vec<u32>> = None;
         for rings in (0..).map(|i| 1 << i) {
-            let grew = region.grow(self.found, &self.around, rings, tuning().repair.lined_faces);
-            if !grew || region.faces.len() > tuning().repair.lined_faces.min(left) {
+            let grew = region.grow(self.found, &self.around, rings, tuning().repair.shell_faces);
+            if !grew || region.faces.len() > tuning().repair.shell_faces.min(left) {
                 break;
             }
             left -= region.faces.len();
@@ -250,52 +253,53 @@ impl Search<'_> {
                 true => Shape::Hanging(depth),
                 false => Shape::Hair,
             };
-            match self.lined(&region.faces, &rims, shape, &mut left) {
-                Ok(lining) => {
-                    found = Some((edge, lining));
+            match self.shell_under(&region.faces, &rims, shape, &mut left) {
+                Ok(shell) => {
+                    found = Some((edge, shell));
                     break;
                 }
                 Err(_) if thick => {}
-                Err(way) => {
-                    if !way.is_empty() && holes.len() == 1 && self.is_all(&region) {
-                        self.in_vain.insert(region.piece, way.clone());
+                Err(obstacles) => {
+                    if !obstacles.is_empty() && holes.len() == 1 && self.is_all(&region) {
+                        self.known_blocked
+                            .insert(region.component, obstacles.clone());
                     }
-                    let fewer = |b: &Vec<u32>| way.len() < b.len();
-                    if !way.is_empty() && blocked.as_ref().is_none_or(fewer) {
-                        blocked = Some(way);
+                    let fewer = |b: &Vec<u32>| obstacles.len() < b.len();
+                    if !obstacles.is_empty() && blocked.as_ref().is_none_or(fewer) {
+                        blocked = Some(obstacles);
                     }
                 }
             }
         }
         self.budget.parts -= all - left;
-        if let Some(way) = blocked.filter(|_| found.is_none()) {
-            self.block(holes, &way, false);
+        if let Some(obstacles) = blocked.filter(|_| found.is_none()) {
+            self.block(holes, &obstacles, false);
         }
         found
     }
 
     /// A lining of all of a component that closes some holes, and its mean edge; none where there is none. It makes walls, or else, where
     /// that is asked for, a layer a `hair` under the surface.
-    fn shell(&mut self, holes: &[&Hole], hair: bool) -> Option<(f64, Found)> {
+    fn shell(&mut self, holes: &[&Hole], hair: bool) -> Option<(f64, FoundShell)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
-        let faces = self.found.topology.component_faces[region.piece as usize];
-        if faces > tuning().repair.lined_whole.min(self.budget.whole) {
+        let faces = self.found.topology.component_faces[region.component as usize];
+        if faces > tuning().repair.shell_whole.min(self.budget.whole) {
             return None;
         }
         region.grow(
             self.found,
             &self.around,
             usize::MAX,
-            tuning().repair.lined_whole,
+            tuning().repair.shell_whole,
         );
         let mut left = self.budget.whole - faces;
         self.budget.whole = left;
         let (edge, depth) = self.depth(&region.faces);
-        if self.no_wall.insert(region.piece) {
+        if self.no_wall.insert(region.component) {
             for shape in [Shape::Walled(depth), Shape::Hanging(depth)] {
-                if let Ok(lining) = self.lined(&region.faces, &rims, shape, &mut left) {
-                    return Some((edge, lining));
+                if let Ok(shell) = self.shell_under(&region.faces, &rims, shape, &mut left) {
+                    return Some((edge, shell));
                 }
             }
         }
@@ -305,19 +309,19 @@ impl Search<'_> {
             return None;
         }
         let known = self
-            .in_vain
-            .remove(&region.piece)
+            .known_blocked
+            .remove(&region.component)
             .filter(|_| holes.len() == 1);
-        let lined = match known {
-            Some(way) => Err(way),
-            None => self.lined(&region.faces, &rims, Shape::Hair, &mut left),
+        let base = match known {
+            Some(obstacles) => Err(obstacles),
+            None => self.shell_under(&region.faces, &rims, Shape::Hair, &mut left),
         };
-        if let Err(way) = &lined
-            && !way.is_empty()
+        if let Err(obstacles) = &base
+            && !obstacles.is_empty()
         {
-            self.block(holes, way, true);
+            self.block(holes, obstacles, true);
         }
-        Some((edge, lined.ok()?))
+        Some((edge, base.ok()?))
     }
 
     /// Whether a region is all of its component.
@@ -326,13 +330,13 @@ impl Search<'_> {
             .found
             .topology
             .component_faces
-            .get(region.piece as usize);
+            .get(region.component as usize);
         all == Some(&region.faces.len())
     }
 
     /// Remembers what is in the way of a lining.
-    fn block(&mut self, holes: &[&Hole], way: &[u32], whole: bool) {
-        let corners = way
+    fn block(&mut self, holes: &[&Hole], obstacles: &[u32], whole: bool) {
+        let corners = obstacles
             .iter()
             .map(|f| sorted(self.found.mesh.faces[*f as usize]));
         self.blocked.push(Blocked {
@@ -344,18 +348,18 @@ impl Search<'_> {
 
     /// The faces of a lining of some faces and what closes its other borders; else the faces that are in its way, none if it is not
     /// for them.
-    fn lined(
+    fn shell_under(
         &mut self,
         faces: &[u32],
         rims: &HashSet<Edge>,
         shape: Shape,
         left: &mut usize,
-    ) -> Result<Found, Vec<u32>> {
+    ) -> Result<FoundShell, Vec<u32>> {
         if self.bvh.is_none() && shape.depth().is_some() {
             let found = self.found;
             self.bvh = Some(Bvh::new(&found.mesh, found.topology.faces()));
         }
-        let lined = Lined {
+        let base = ShellBase {
             found: self.found,
             around: &self.around,
             faces,
@@ -367,29 +371,29 @@ impl Search<'_> {
         let ground = &mut self.ground;
         let before = ground.mark();
         let first = ground.positions().len() as u32;
-        let mut layer = Layer::new(&lined, first).ok_or_else(Vec::new)?;
+        let mut shell = OffsetShell::new(&base, first).ok_or_else(Vec::new)?;
         // The longest is the least likely to be closed.
-        layer.loops.sort_by_key(|ring| Reverse(ring.len()));
-        let longest = layer.loops.first().map_or(0, Vec::len);
-        if longest > tuning().repair.lined_edges {
+        shell.loops.sort_by_key(|ring| Reverse(ring.len()));
+        let longest = shell.loops.first().map_or(0, Vec::len);
+        if longest > tuning().repair.shell_edges {
             return Err(Vec::new());
         }
-        layer.place(ground)?;
-        let walls = layer.walls(&lined);
-        for ring in &layer.loops {
-            let work = ring.len() * ring.len() / tuning().repair.lined_edges_work;
+        shell.place(ground)?;
+        let walls = shell.walls(&base);
+        for ring in &shell.loops {
+            let work = ring.len() * ring.len() / tuning().repair.shell_edges_work;
             let cap = (work <= *left).then(|| ground.close(ring)).flatten();
             *left = left.saturating_sub(work);
             match cap {
-                Some(cap) => layer.faces.extend(cap),
+                Some(cap) => shell.faces.extend(cap),
                 None => {
                     ground.go_back(before);
                     return Err(Vec::new());
                 }
             }
         }
-        Ok(Found {
-            faces: layer.faces,
+        Ok(FoundShell {
+            faces: shell.faces,
             walls,
             walled: shape.has_sides(),
         })

@@ -6,10 +6,10 @@
 use std::collections::HashMap;
 
 use super::draft::Draft;
-use super::flat::{closed_after, push};
 use super::known::sorted;
-use super::layer::{WallFace, edges_of};
-use super::search::{Blocked, Budget, Linings, Wanted, linings};
+use super::offset_shell::{WallFace, edges_of};
+use super::rim_triangles::{closed_after, push};
+use super::shell_search::{Blocked, Budget, OffsetShells, Wanted, find};
 use super::{Edge, edges};
 use crate::fill::{ClosedBy, HoleOutcome, RegionReport};
 use crate::mend::{FillError, FillReport, HoleReport};
@@ -23,12 +23,12 @@ pub(super) struct Done {
     /// What keeps other holes from being lined: all of a component first, then the fewest faces first.
     pub(super) blocked: Vec<Blocked>,
     /// The walls of the linings.
-    pub(super) walls: Vec<LinedWall>,
+    pub(super) walls: Vec<ShellWall>,
 }
 
 /// The walls that a lining makes.
 #[derive(Clone, Debug)]
-pub(super) struct LinedWall {
+pub(super) struct ShellWall {
     /// The place of its region in the report.
     pub(super) region: u32,
     /// The mean edge of the surface that is lined.
@@ -38,29 +38,29 @@ pub(super) struct LinedWall {
 
 /// Closes the `chosen` open holes by linings that cross nothing, so that no face goes: each by one as small as may be, those of a
 /// component that are left together, the last by one of all the component. Only the last is tried where it is to be the `whole`.
-pub(super) fn line(
+pub(super) fn add(
     draft: &mut Draft,
     report: &mut FillReport,
     chosen: &dyn Fn(&HoleReport) -> bool,
     (whole, wanted): (bool, Wanted),
     budget: &mut Budget,
 ) -> Result<Done, FillError> {
-    let told = told(report, chosen);
-    if told.is_empty() {
+    let rim_edges = open_rim_edges(report, chosen);
+    if rim_edges.is_empty() {
         return Ok(Done {
             count: 0,
             blocked: Vec::new(),
             walls: Vec::new(),
         });
     }
-    let mut linings = linings(draft, &told, (whole, wanted), budget)?;
+    let mut shells = find(draft, &rim_edges, (whole, wanted), budget)?;
     let mut done = Done {
-        count: linings.groups.len(),
-        blocked: std::mem::take(&mut linings.blocked),
+        count: shells.groups.len(),
+        blocked: std::mem::take(&mut shells.blocked),
         walls: Vec::new(),
     };
     if done.count > 0 {
-        done.walls = linings.take_over(draft, report);
+        done.walls = shells.take_over(draft, report);
     }
     Ok(done)
 }
@@ -93,7 +93,7 @@ pub(super) fn cut(
 }
 
 /// Tells of chosen holes whose rims went with what was cut out as closed by the last lining, if they are open no more.
-pub(super) fn tell_gone(
+pub(super) fn record_gone(
     draft: &Draft,
     report: &mut FillReport,
     chosen: &dyn Fn(&HoleReport) -> bool,
@@ -114,16 +114,19 @@ pub(super) fn tell_gone(
 }
 
 /// The places in the report of the holes to close, by the edges of their rims.
-fn told(report: &FillReport, chosen: &dyn Fn(&HoleReport) -> bool) -> HashMap<Edge, usize> {
+fn open_rim_edges(
+    report: &FillReport,
+    chosen: &dyn Fn(&HoleReport) -> bool,
+) -> HashMap<Edge, usize> {
     let holes = report.holes.iter().enumerate();
     let open = holes.filter(|(_, h)| chosen(h));
     open.flat_map(|(i, h)| edges(&h.hole.rim).map(move |e| (e, i)))
         .collect()
 }
 
-impl Linings {
+impl OffsetShells {
     /// Adds the linings to a draft and tells of them; returns their walls.
-    fn take_over(self, draft: &mut Draft, report: &mut FillReport) -> Vec<LinedWall> {
+    fn take_over(self, draft: &mut Draft, report: &mut FillReport) -> Vec<ShellWall> {
         let mut walls = Vec::new();
         for position in &self.vertices {
             draft.mesh.positions.push(*position);
@@ -132,7 +135,7 @@ impl Linings {
         }
         for group in self.groups {
             let region = report.regions.len();
-            walls.push(LinedWall {
+            walls.push(ShellWall {
                 region: region as u32,
                 edge: group.edge,
                 faces: group.walls,
@@ -142,8 +145,8 @@ impl Linings {
                 .iter()
                 .for_each(|f| push(draft, region as u32, *f));
             let mut holes = Vec::new();
-            for told in &group.told {
-                let hole = &mut report.holes[*told];
+            for index in &group.report_indices {
+                let hole = &mut report.holes[*index];
                 hole.outcome = match group.walled {
                     true => HoleOutcome::Walls,
                     false => closed_after(&hole.outcome),
@@ -155,7 +158,7 @@ impl Linings {
                 id: region + 1,
                 holes,
                 diameter: group.diameter,
-                closed_by: Some(ClosedBy::Lining),
+                closed_by: Some(ClosedBy::OffsetShell),
                 components: 1,
                 ..RegionReport::default()
             });

@@ -12,16 +12,16 @@ use crate::spatial::Bvh;
 use crate::tuning::tuning;
 
 /// A vertex under the surface.
-pub(super) struct Below {
+pub(super) struct ShellVertex {
     pub(super) from: DVec3,
-    pub(super) way: DVec3,
+    pub(super) direction: DVec3,
     pub(super) depth: f64,
     /// The least depth that can be told from none.
-    pub(super) least: f64,
+    pub(super) min_depth: f64,
 }
 
 /// What a layer is to be made under.
-pub(super) struct Lined<'a> {
+pub(super) struct ShellBase<'a> {
     pub(super) found: &'a Inspection<'a>,
     pub(super) around: &'a VertexFaces,
     /// The faces.
@@ -60,50 +60,49 @@ impl Shape {
 }
 
 /// A vertex under one of the surface.
-pub(super) fn below(lined: &Lined, v: u32) -> Below {
-    let mesh = &lined.found.mesh;
-    let piece = |f: u32| lined.found.topology.component[f as usize];
+pub(super) fn below(base: &ShellBase, v: u32) -> ShellVertex {
+    let mesh = &base.found.mesh;
+    let piece = |f: u32| base.found.topology.component[f as usize];
     let at = |f: &u32| {
-        lined
-            .faces
+        base.faces
             .first()
             .is_some_and(|own| piece(*own) == piece(*f))
     };
-    let faces: Vec<u32> = lined.around.of(v).iter().copied().filter(at).collect();
+    let faces: Vec<u32> = base.around.of(v).iter().copied().filter(at).collect();
     let from = mesh.positions[v as usize];
     let corners = faces.iter().flat_map(|f| mesh.corners(*f));
     let edges = corners.map(|q| q.distance(from)).filter(|d| *d > 0.0);
     let length = edges.fold(f64::INFINITY, f64::min);
-    Below::new(lined, from, &faces, length, lined.around.of(v))
+    ShellVertex::new(base, from, &faces, length, base.around.of(v))
 }
 
 /// A vertex under a point of some faces, which lies on an edge or beside one.
-pub(super) fn under(lined: &Lined, from: DVec3, faces: &[u32], [a, b]: [u32; 2]) -> Below {
-    let mesh = &lined.found.mesh;
+pub(super) fn under(base: &ShellBase, from: DVec3, faces: &[u32], [a, b]: [u32; 2]) -> ShellVertex {
+    let mesh = &base.found.mesh;
     let length = mesh.positions[a as usize].distance(mesh.positions[b as usize]);
-    Below::new(lined, from, faces, length, faces)
+    ShellVertex::new(base, from, faces, length, faces)
 }
 
-impl Lined<'_> {
+impl ShellBase<'_> {
     /// How deep a layer may lie under a point before it meets the next surface; half as deep where the surface there shows its back, under
     /// which another layer may lie. Layers that go through each other as a whole cross in few places: they could not be told to be too deep.
-    fn room(&self, from: DVec3, way: DVec3, own: &[u32]) -> f64 {
-        let Some(bvh) = self.bvh.filter(|_| way != DVec3::ZERO) else {
+    fn room(&self, from: DVec3, direction: DVec3, own: &[u32]) -> f64 {
+        let Some(bvh) = self.bvh.filter(|_| direction != DVec3::ZERO) else {
             return f64::INFINITY;
         };
-        let next = bvh.first_along(from, way, |f| !own.contains(&f));
+        let next = bvh.first_along(from, direction, |f| !own.contains(&f));
         next.map_or(f64::INFINITY, |(f, distance)| {
-            let shows_back = face_normal(&self.found.mesh, f).dot(way) > 0.0;
+            let shows_back = face_normal(&self.found.mesh, f).dot(direction) > 0.0;
             let part = tuning().repair.room * if shows_back { 0.5 } else { 1.0 };
             part * distance
         })
     }
 }
 
-impl Below {
+impl ShellVertex {
     /// A vertex under a point of some faces, of whose edges the shortest has this `length`; all faces there are its `own`.
-    fn new(lined: &Lined, from: DVec3, faces: &[u32], length: f64, own: &[u32]) -> Self {
-        let (mesh, rounding) = (&lined.found.mesh, lined.rounding);
+    fn new(base: &ShellBase, from: DVec3, faces: &[u32], length: f64, own: &[u32]) -> Self {
+        let (mesh, rounding) = (&base.found.mesh, base.rounding);
         let normals: Vec<DVec3> = faces.iter().map(|f| face_normal(mesh, *f)).collect();
         let corners = faces.iter().flat_map(|f| mesh.corners(*f));
         let mut points = corners.chain([from]);
@@ -112,34 +111,35 @@ impl Below {
             true => f64::from(f32::EPSILON),
             false => f64::EPSILON,
         };
-        let least = tuning().repair.least_apart * epsilon * from.abs().max_element();
-        let way = inward(&normals);
-        let wanted = lined.shape.depth();
+        let min_depth = tuning().repair.least_apart * epsilon * from.abs().max_element();
+        let direction = inward(&normals);
+        let wanted = base.shape.depth();
         let depth = wanted.unwrap_or(tuning().repair.shell_depth * length);
-        let room = lined.room(from, way, own);
+        let room = base.room(from, direction, own);
         // A wall that is hardly there anywhere would be taken for one.
-        let least = least.max(wanted.map_or(0.0, |depth| tuning().repair.wall_least * depth));
+        let min_depth =
+            min_depth.max(wanted.map_or(0.0, |depth| tuning().repair.wall_least * depth));
         Self {
             from,
-            way,
-            depth: depth.min(room).max(least),
-            least,
+            direction,
+            depth: depth.min(room).max(min_depth),
+            min_depth,
         }
     }
 }
 
 /// A direction that leads to the inside of all faces with these normals, where there is one (Rosenblatt's perceptron).
 fn inward(normals: &[DVec3]) -> DVec3 {
-    let mut way = -normals.iter().sum::<DVec3>();
+    let mut direction = -normals.iter().sum::<DVec3>();
     for _ in 0..tuning().repair.shell_steps {
         let worst = normals.iter().max_by(|m, n| {
-            let [m, n] = [m.dot(way), n.dot(way)];
+            let [m, n] = [m.dot(direction), n.dot(direction)];
             m.total_cmp(&n)
         });
-        let Some(worst) = worst.filter(|n| n.dot(way) > -0.1 * way.length()) else {
+        let Some(worst) = worst.filter(|n| n.dot(direction) > -0.1 * direction.length()) else {
             break;
         };
-        way -= *worst;
+        direction -= *worst;
     }
-    way.normalize_or_zero()
+    direction.normalize_or_zero()
 }

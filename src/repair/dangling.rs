@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::RepairReport;
 use super::draft::Draft;
-use super::sheets::{open_pieces, paired};
+use super::sheets::{open_components, paired};
 use super::{Edge, edges};
 use crate::fill::{FailedReason, HoleOutcome};
 use crate::mend::{FillError, FillReport, Inspection};
@@ -22,13 +22,13 @@ pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
         let involved: BTreeSet<u32> = hosts.iter().flat_map(|(p, q)| [*p, *q]).collect();
         let mut faces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for f in found.topology.faces() {
-            let piece = found.topology.component[f as usize];
-            if involved.contains(&piece) {
-                faces.entry(piece).or_default().push(f as usize);
+            let component = found.topology.component[f as usize];
+            if involved.contains(&component) {
+                faces.entry(component).or_default().push(f as usize);
             }
         }
-        let join = |(scrap, host): (&u32, &u32)| {
-            let own = faces[scrap].clone();
+        let join = |(dangling, host): (&u32, &u32)| {
+            let own = faces[dangling].clone();
             (own, most(draft, &faces[host]))
         };
         hosts.iter().map(join).collect()
@@ -61,22 +61,22 @@ fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
         let own = 0.5 * area_vector(mesh.corners(f)).length();
         area[topology.component[f as usize] as usize] += own;
     }
-    let open = open_pieces(topology);
+    let open = open_components(topology);
     let mut hosts: BTreeMap<u32, u32> = BTreeMap::new();
     for half_edges in unclear {
-        let pieces = half_edges
+        let ids = half_edges
             .iter()
             .map(|h| topology.component[*h as usize / 3]);
-        let pieces: BTreeSet<u32> = pieces.collect();
+        let ids: BTreeSet<u32> = ids.collect();
         let larger = |p: &&u32, q: &&u32| area[**p as usize].total_cmp(&area[**q as usize]);
-        let Some(&largest) = pieces.iter().max_by(larger) else {
+        let Some(&largest) = ids.iter().max_by(larger) else {
             continue;
         };
-        let is_scrap = |p: &&u32| {
+        let is_dangling = |p: &&u32| {
             open[**p as usize]
                 && area[**p as usize] < tuning().repair.dangling * area[largest as usize]
         };
-        for &p in pieces.iter().filter(is_scrap) {
+        for &p in ids.iter().filter(is_dangling) {
             let host = hosts.entry(p).or_insert(largest);
             if area[*host as usize] < area[largest as usize] {
                 *host = largest;
@@ -87,16 +87,16 @@ fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
 }
 
 /// Which pieces are scraps, but for what was filled of them.
-pub(super) fn pieces(draft: &Draft, topology: &Topology) -> Vec<bool> {
+pub(super) fn components(draft: &Draft, topology: &Topology) -> Vec<bool> {
     let (mut some, mut all) = (
         vec![false; topology.component_faces.len()],
         vec![true; topology.component_faces.len()],
     );
     for f in topology.faces() {
-        let piece = topology.component[f as usize] as usize;
-        if let Some(scrap) = draft.is_scrap(f as usize) {
-            some[piece] = true;
-            all[piece] &= scrap;
+        let component = topology.component[f as usize] as usize;
+        if let Some(dangling) = draft.is_dangling(f as usize) {
+            some[component] = true;
+            all[component] &= dangling;
         }
     }
     some.iter()
@@ -108,24 +108,24 @@ pub(super) fn pieces(draft: &Draft, topology: &Topology) -> Vec<bool> {
 /// The pieces of a draft that are open scraps of components that are closed but for them.
 fn hanging(draft: &Draft, found: &Inspection) -> Vec<bool> {
     let topology = &found.topology;
-    let open = open_pieces(topology);
-    let scraps = pieces(draft, topology);
-    let piece = |f: u32| topology.component[f as usize] as usize;
+    let open = open_components(topology);
+    let dangling = components(draft, topology);
+    let component = |f: u32| topology.component[f as usize] as usize;
     let mut is_closed: HashMap<u32, bool> = HashMap::new();
-    for f in topology.faces().filter(|f| !scraps[piece(*f)]) {
-        *is_closed.entry(draft.component(f as usize)).or_insert(true) &= !open[piece(f)];
+    for f in topology.faces().filter(|f| !dangling[component(*f)]) {
+        *is_closed.entry(draft.component(f as usize)).or_insert(true) &= !open[component(f)];
     }
-    let mut hang: Vec<bool> = scraps.iter().zip(&open).map(|(s, o)| *s && *o).collect();
-    for f in topology.faces().filter(|f| scraps[piece(*f)]) {
-        let component = draft.component(f as usize);
-        hang[piece(f)] &= component == NONE || is_closed.get(&component) == Some(&true);
+    let mut hang: Vec<bool> = dangling.iter().zip(&open).map(|(s, o)| *s && *o).collect();
+    for f in topology.faces().filter(|f| dangling[component(*f)]) {
+        let of_input = draft.component(f as usize);
+        hang[component(f)] &= of_input == NONE || is_closed.get(&of_input) == Some(&true);
     }
     hang
 }
 
 /// Tells of the borders of scraps as ones that are to be closed where all else of their component is closed.
 pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillError> {
-    if !draft.has_scraps() {
+    if !draft.has_dangling() {
         return Ok(());
     }
     let found = draft.inspect()?;
@@ -148,7 +148,7 @@ pub(super) fn drop(
     report: &mut RepairReport,
     may_stay: bool,
 ) -> Result<(), FillError> {
-    if !draft.has_scraps() {
+    if !draft.has_dangling() {
         return Ok(());
     }
     let crossing = match may_stay {

@@ -3,8 +3,8 @@
 use std::collections::HashSet;
 
 use super::draft::Faults;
-use super::search::{Blocked, Budget, Wanted};
-use super::{Run, lining, report};
+use super::shell_search::{Blocked, Budget, Wanted};
+use super::{Run, offset_shells, report};
 use crate::fill::{FailedReason, HoleOutcome, LeftReason};
 use crate::mend::{FillError, HoleReport};
 use crate::mesh::Hole;
@@ -19,7 +19,7 @@ impl Run<'_> {
     }
 
     /// Lines the surface round holes that are open yet, if that leaves less wrong.
-    pub(super) fn line(
+    pub(super) fn add_offset_shells(
         &mut self,
         was_border: &dyn Fn(&Hole, &[u32]) -> bool,
     ) -> Result<(), FillError> {
@@ -32,10 +32,10 @@ impl Run<'_> {
         let walls = self.walls_wanted();
         let mut budget = Budget::new(borders);
         let mut blocked = Vec::new();
-        for _ in 0..tuning().repair.linings {
+        for _ in 0..tuning().repair.shell_passes {
             self.go_on()?;
             let before = self.state()?;
-            let done = lining::line(
+            let done = offset_shells::add(
                 &mut self.draft,
                 &mut self.report.fill,
                 &wanted,
@@ -53,9 +53,9 @@ impl Run<'_> {
             }
         }
         let mut faults = None;
-        for blocked in blocked.into_iter().take(tuning().repair.cut_and_line) {
+        for blocked in blocked.into_iter().take(tuning().repair.shell_cuts) {
             self.go_on()?;
-            self.cut_and_line(blocked, &wanted, was_border, (&mut budget, &mut faults))?;
+            self.cut_and_offset(blocked, &wanted, was_border, (&mut budget, &mut faults))?;
         }
         for hole in self.report.fill.holes.iter_mut().filter(|_| borders) {
             if hole.outcome == HoleOutcome::Left(LeftReason::OuterBorder) {
@@ -67,7 +67,7 @@ impl Run<'_> {
 
     /// Cuts faces out under which no layer can lie, and lines what is round them then, if that leaves less wrong than `faults`, which
     /// are looked for where they are not known yet: most faces cannot be cut out.
-    fn cut_and_line(
+    fn cut_and_offset(
         &mut self,
         mut blocked: Blocked,
         wanted: &dyn Fn(&HoleReport) -> bool,
@@ -84,9 +84,9 @@ impl Run<'_> {
         let mut before = (self.draft.clone(), self.report.clone(), self.lost);
         let walls = self.walls_wanted();
         let mut was_cut = false;
-        for _ in 0..tuning().repair.linings {
+        for _ in 0..tuning().repair.shell_passes {
             let most = self.most_lost();
-            let Some(own) = lining::cut(&mut self.draft, &mut blocked, most)? else {
+            let Some(own) = offset_shells::cut(&mut self.draft, &mut blocked, most)? else {
                 break;
             };
             was_cut = true;
@@ -102,7 +102,7 @@ impl Run<'_> {
             let whole = blocked.whole;
             let fill = &mut self.report.fill;
             let kind = (whole, walls);
-            let done = lining::line(&mut self.draft, fill, &near, kind, budget)?;
+            let done = offset_shells::add(&mut self.draft, fill, &near, kind, budget)?;
             self.report.walls.extend(done.walls);
             if done.count > 0 {
                 self.separate_again()?;
@@ -111,7 +111,7 @@ impl Run<'_> {
             if after_cut < before_cut {
                 *faults = Some(after_cut);
                 let fill = &mut self.report.fill;
-                return lining::tell_gone(&self.draft, fill, &near);
+                return offset_shells::record_gone(&self.draft, fill, &near);
             }
             let Some(next) = done.blocked.into_iter().next() else {
                 break;

@@ -37,7 +37,7 @@ pub(super) fn settle(
     let wrong: BTreeSet<u32> = crossing.keys().copied().collect();
     let trial = without(draft, &wrong);
     let mut gone = wrong.clone();
-    let mut told: Vec<(u32, Hole, Rim)> = Vec::new();
+    let mut results: Vec<(u32, Hole, Rim)> = Vec::new();
     {
         let found = trial.inspect()?;
         let mut ground = Ground::new(&found);
@@ -59,20 +59,20 @@ pub(super) fn settle(
                     true => Rim::Left,
                     false => ground.close(&hole.rim).map_or(Rim::Open, Rim::Closed),
                 };
-                told.push((region, (*hole).clone(), rim));
+                results.push((region, (*hole).clone(), rim));
             }
         }
     }
     let mut new = without(draft, &gone);
-    for (region, _, rim) in &told {
+    for (region, _, rim) in &results {
         if let Rim::Closed(faces) = rim {
             faces.iter().for_each(|f| push(&mut new, *region, *f));
         }
     }
     *draft = new;
     for region in wrong {
-        let own: Vec<&(u32, Hole, Rim)> = told.iter().filter(|t| t.0 == region).collect();
-        tell(
+        let own: Vec<&(u32, Hole, Rim)> = results.iter().filter(|t| t.0 == region).collect();
+        record(
             report,
             region,
             &own,
@@ -84,7 +84,7 @@ pub(super) fn settle(
 }
 
 /// Writes into a report what became of the rims of a region.
-fn tell(
+fn record(
     report: &mut FillReport,
     region: u32,
     rims: &[&(u32, Hole, Rim)],
