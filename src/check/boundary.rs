@@ -198,6 +198,7 @@ impl<'a> Boundary<'a> {
                     let ends = if c == v { [c, d] } else { [d, c] };
                     let distance = length([a, ends[0]]).max(length([b, ends[1]]));
                     let nearer = best.is_none_or(|m| distance < m.distance);
+                    // Both ends must be near, and a merge must not collapse a face.
                     let is_near = distance <= reach.min(part * length([c, d]));
                     if is_near && nearer && !adjacent(a, ends[0]) && !adjacent(b, ends[1]) {
                         best = Some(Match { distance, ends });

@@ -149,6 +149,7 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
                 let p = mesh.corners(*f)[0];
                 tree.winding_number(&bvh, p).abs() > INSIDE
             };
+            // A component is inside if all its sampled vertices are.
             let wholly = |inner: u32| {
                 let own = &faces[inner as usize];
                 let step = own.len().div_ceil(SAMPLES);
@@ -158,6 +159,7 @@ fn nest(mesh: &Mesh, faces: &[Vec<u32>], boxes: &[Bounds], found: &mut [Componen
             inner.copied().collect::<Vec<_>>()
         })
         .collect();
+    // Count the enclosing components and keep the smallest.
     for (outer, inner) in inside {
         let area = |i: usize| found[i].area;
         let (outer, inner) = (outer as usize, inner as usize);

@@ -7,8 +7,8 @@ use crate::mesh::Mesh;
 use crate::tuning::tuning;
 
 /// The distance within which boundary vertices count as one (mesh units): a fraction of the diagonal of the bounding box, or, if
-/// larger, a few units in the last place of the largest coordinate, up to a limit. The unit is that of 32-bit floats or of the
-/// last decimal digit.
+/// larger, a few units in the last place of the largest coordinate, up to a limit. This place is the last bit of a 32-bit float
+/// or the last decimal digit.
 pub(crate) fn weld_length(mesh: &Mesh) -> f64 {
     let mut used = vec![false; mesh.positions.len()];
     let corners = mesh.faces.iter().flatten();

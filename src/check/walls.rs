@@ -11,7 +11,7 @@ use crate::spatial::Bvh;
 use crate::tuning::tuning;
 
 /// Maximum number of components named in a verdict.
-const MOST_NAMED: usize = 3;
+const MAX_NAMED: usize = 3;
 
 /// Measures wall thickness: the length of the inward ray from a face, against its normal, to the point where it leaves the body.
 pub(crate) struct Walls<'a> {
@@ -106,6 +106,7 @@ pub(super) fn measure(
         component.mean_wall = least.map(|_| mean);
         component.thinnest_at = least.and(first).map(|s| centroid(mesh, s.face));
     }
+    // With a limit, list the faces of walls below it.
     let limit = limit?;
     let is_thin = |s: &&Sample| {
         let least = components[s.component as usize].least_wall;
@@ -193,10 +194,10 @@ impl Verdict {
             format!("component {number}: {least} at {}", point(at, 0.0))
         };
         let more = match thin.len() {
-            n if n > MOST_NAMED => format!("; {} more components", n - MOST_NAMED),
+            n if n > MAX_NAMED => format!("; {} more components", n - MAX_NAMED),
             _ => String::new(),
         };
-        let named: Vec<String> = thin.iter().take(MOST_NAMED).map(one).collect();
+        let named: Vec<String> = thin.iter().take(MAX_NAMED).map(one).collect();
         let (which, advice) = match self.foils.is_empty() {
             true => ("walls", ""),
             false => (

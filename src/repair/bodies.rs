@@ -1,16 +1,16 @@
-//! Bodies that touch or intersect, united before anything is cut out.
+//! Union of closed bodies that touch or intersect, before anything is cut out.
 
 use super::draft::Draft;
 use super::{Carried, RepairReport, Run, clean, sheets, union};
 use crate::mend::FillError;
 use crate::tuning::tuning;
 
-/// A draft before anything was done to it, and its report so far.
+/// The draft and its report before the first step of the repair.
 pub(super) type Given = (Draft, RepairReport);
 
 impl Run<'_> {
-    /// Unites closed bodies that touch or intersect, if fewer faces intersect others then. Where the exact union leaves some that do, bodies
-    /// grow a little in the faces in which they touch, in the mesh as it was `given`.
+    /// Unites closed bodies that touch or intersect, if fewer faces intersect others afterwards. If the exact union leaves
+    /// intersecting faces, it is tried again on the mesh as `given`, with the bodies grown slightly where they touch.
     pub(super) fn unite(&mut self, given: Given, carried: &Carried) -> Result<(), FillError> {
         let crossing = self.draft.crossing()?;
         if crossing.is_empty() {
@@ -36,8 +36,8 @@ impl Run<'_> {
         self.go_on()
     }
 
-    /// The defects after a union that left some faces which intersect others: these, and edges and vertices in which the surface meets itself
-    /// and cannot be separated.
+    /// The number of defects after a union that left this many intersecting faces: these, or, if more, the intersecting faces and
+    /// non-manifold edges and vertices that remain after separating the surfaces.
     fn left_wrong(&self, left: Option<usize>) -> Result<Option<usize>, FillError> {
         let Some(left) = left.filter(|_| self.params.split) else {
             return Ok(left);
@@ -51,8 +51,8 @@ impl Run<'_> {
         Ok(Some(left.max(faults.crossing_or_not_manifold())))
     }
 
-    /// Unites bodies that grew where they touch, by `growth` times the least length, if fewer than `most` defects are left then; returns how
-    /// many are.
+    /// Unites bodies after growing them by `growth` times the smallest length where they touch. Keeps the result if fewer than
+    /// `most` defects remain; returns the number of defects.
     fn unite_grown(
         &mut self,
         (given, report): &Given,

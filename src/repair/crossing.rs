@@ -1,4 +1,4 @@
-//! Faces that cross others: cut out with what is round them, and what lies inside then.
+//! Cuts self-intersections: removes intersecting faces with the faces round them, then parts that lie inside or under others.
 
 use std::collections::BTreeMap;
 
@@ -16,18 +16,18 @@ use crate::spatial::meets;
 use crate::spatial::{Bvh, WindingTree};
 use crate::tuning::tuning;
 
-/// What came of a pass.
+/// Result of a pass of cuts.
 pub(super) struct CutResult {
     pub(super) pass: CrossingPass,
-    /// Faces that lay inside or under another layer.
+    /// Faces removed because they lay inside another surface or were covered by one.
     pub(super) covered: usize,
-    /// Faces cut out that come from the input.
+    /// Input faces removed.
     pub(super) own: usize,
 }
 
-/// Cuts the faces of patches that cross others out, with so many rings of the patch's faces round them, and what crosses them
-/// next to them; none where there are none, or more than `most` faces of the input would go. Other faces stay: it is the patches that
-/// are to give way.
+/// Cuts out patch faces that intersect others, with `rings` rings of patch faces round them, and the faces that intersect these.
+/// Other faces are kept, since patches are to give way. None if there is nothing to cut or more than `most` input faces would be
+/// removed.
 pub(super) fn cut_patches(
     draft: &mut Draft,
     rings: usize,
@@ -63,11 +63,11 @@ pub(super) fn cut_patches(
         };
         (removed, CutResult::plain(pass))
     };
-    Ok(carried_out(draft, removed, cut, most))
+    Ok(apply(draft, removed, cut, most))
 }
 
-/// Cuts the faces that cross others out with so many rings of faces round them, then the parts that lie inside; none where no
-/// faces cross that could be cut.
+/// Cuts out the faces that intersect others with `rings` rings of faces round them, then the parts that lie inside others. None
+/// if nothing can be cut.
 pub(super) fn cut_crossings(
     draft: &mut Draft,
     rings: usize,
@@ -100,18 +100,18 @@ pub(super) fn cut_crossings(
         };
         (all, cut)
     };
-    Ok(carried_out(draft, removed, cut, usize::MAX))
+    Ok(apply(draft, removed, cut, usize::MAX))
 }
 
-/// Takes the faces out, unless more than `most` of them come from the input, or none are left to go. No component of the input goes
-/// whole.
-fn carried_out(
+/// Removes the faces, unless more than `most` come from the input or none remain to be removed. No input component is removed
+/// entirely.
+fn apply(
     draft: &mut Draft,
     mut removed: Vec<bool>,
     cut: CutResult,
     most: usize,
 ) -> Option<CutResult> {
-    draft.spare(&mut removed);
+    draft.protect_components(&mut removed);
     let gone = removed.iter().zip(&draft.region);
     let own = gone.filter(|(r, region)| **r && **region == NONE).count();
     if own > most || !removed.contains(&true) {
@@ -131,7 +131,7 @@ impl CutResult {
     }
 }
 
-/// The faces to cut out where these pairs cross, with the scraps of which little would be left.
+/// The faces to cut out for these intersecting pairs, including dangling sheets of which little would be left.
 fn cuts(
     found: &Inspection,
     rings: usize,
@@ -142,7 +142,7 @@ fn cuts(
     let mut rings_of = vec![Some(rings); topology.component_faces.len()];
     let component = |f: u32| topology.component[f as usize] as usize;
     loop {
-        // Components that are left as they are stand in holes of the others.
+        // Components whose number of rings is `None` are not cut; the others get holes round them.
         let mut marks = vec![false; mesh.faces.len()];
         for &(f, _) in pairs
             .iter()
@@ -153,13 +153,14 @@ fn cuts(
         if !marks.contains(&true) {
             return None;
         }
+        // Cut with the present numbers of rings and count what is left of each component.
         grow(mesh, topology, &mut marks, &rings_of);
         let mut removed = settled(mesh, topology, &marks, true);
         let mut left = topology.component_faces.clone();
         for f in topology.faces().filter(|f| removed[*f as usize]) {
             left[component(f)] -= 1;
         }
-        // A face or two that are left of more have no inside that could be closed; without rings more may be.
+        // One or two faces left of a larger component enclose nothing: retry with 0 rings, where such a remainder is accepted.
         let little = |p: usize| {
             let wide = rings_of[p].is_some_and(|rings| rings > 0);
             left[p] == 0
@@ -176,6 +177,7 @@ fn cuts(
             }
             return Some(removed);
         }
+        // Components that would vanish are tried with fewer rings, at last uncut.
         for p in gone {
             rings_of[p] = match rings_of[p] {
                 Some(0) | None => None,
@@ -185,7 +187,7 @@ fn cuts(
     }
 }
 
-/// Marks the faces that share a vertex with marked ones, as many times as is asked for in their component.
+/// Adds rings of faces round the marked ones, as many as `rings_of` gives for their component.
 fn grow(mesh: &Mesh, topology: &Topology, marks: &mut [bool], rings_of: &[Option<usize>]) {
     let most = rings_of.iter().flatten().copied().max().unwrap_or(0);
     for ring in 0..most {
@@ -204,14 +206,14 @@ fn grow(mesh: &Mesh, topology: &Topology, marks: &mut [bool], rings_of: &[Option
     }
 }
 
-/// The parts into which cuts divide the components that cross.
+/// The parts into which the cuts divide intersecting components.
 struct Parts<'a> {
     found: &'a Inspection<'a>,
-    /// For each component the group of those that cross each other; `u32::MAX` for those that cross none.
+    /// For each component the group of components that intersect each other; `u32::MAX` for components that intersect none.
     group: Vec<u32>,
     /// The faces of each part.
     faces: Vec<Vec<u32>>,
-    /// The length within which one layer covers another.
+    /// Distance within which one surface covers another, in mesh units.
     reach: f64,
 }
 
@@ -219,6 +221,7 @@ impl<'a> Parts<'a> {
     fn new(found: &'a Inspection<'a>, removed: &[bool], pairs: &[(u32, u32)]) -> Self {
         let topology = &found.topology;
         let component = |f: u32| topology.component[f as usize];
+        // Group components that intersect each other.
         let mut sets = DisjointSets::new(topology.component_faces.len());
         let mut crosses = vec![false; topology.component_faces.len()];
         for &(f, g) in pairs {
@@ -235,6 +238,7 @@ impl<'a> Parts<'a> {
                 }
             })
             .collect();
+        // Flood the remaining faces of these components into parts.
         let mut seen = removed.to_vec();
         let mut faces = Vec::new();
         for seed in topology.faces() {
@@ -255,6 +259,7 @@ impl<'a> Parts<'a> {
             }
             faces.push(part);
         }
+        // The mean edge of the intersecting faces sets the reach.
         let (mut length, mut count) = (0.0, 0.0);
         for &(f, _) in pairs {
             let [a, b, c] = found.mesh.corners(f);
@@ -273,7 +278,7 @@ impl<'a> Parts<'a> {
         self.found.topology.component[self.faces[part][0] as usize] as usize
     }
 
-    /// The faces of parts that lie inside what they cross, or under another layer of it.
+    /// The faces of parts that lie inside the surface they intersect, or are covered by another layer of it.
     fn covered(&self) -> Vec<u32> {
         let mut of_group: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for part in 0..self.faces.len() {
@@ -300,7 +305,8 @@ impl<'a> Parts<'a> {
             .collect()
     }
 
-    /// Whether a part lies inside what it crosses, and whether another layer covers it.
+    /// Whether a part lies inside the surface it intersects, and whether another surface layer covers it: by majority of sampled
+    /// faces.
     fn is_covered(&self, part: usize, bvh: &Bvh, tree: &WindingTree) -> [bool; 2] {
         let mesh = &self.found.mesh;
         let faces = &self.faces[part];
@@ -324,7 +330,7 @@ impl<'a> Parts<'a> {
         [2 * inside > all, 2 * layered > all]
     }
 
-    /// Whether the first face before a face, within reach, shows the same way.
+    /// Whether the first face in front of a face, within reach, has a similar normal.
     fn is_under_other(&self, face: u32, centre: DVec3, normal: DVec3, bvh: &Bvh) -> bool {
         let mesh = &self.found.mesh;
         let end = centre + self.reach * normal;
@@ -343,7 +349,7 @@ impl<'a> Parts<'a> {
         first.is_some_and(|(_, g)| face_normal(mesh, g).dot(normal) > tuning().repair.same_way)
     }
 
-    /// Those parts of a group that go.
+    /// The parts of a group to remove.
     fn to_go(&self, parts: &[usize], under: &[[bool; 2]]) -> Vec<usize> {
         let area = |part: usize| {
             let corners = self.faces[part].iter().map(|f| self.found.mesh.corners(*f));
@@ -368,7 +374,7 @@ impl<'a> Parts<'a> {
             });
             go.extend(some.map(|p| p.0));
         }
-        // Of layers that all seem covered the larger half would be lost.
+        // If all parts seem covered, removing them all would lose the surface: keep them.
         if go.len() == parts.len() {
             Vec::new()
         } else {

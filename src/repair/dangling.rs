@@ -1,6 +1,8 @@
-//! Scraps: small sheets that hang on much larger surfaces at edges which cannot be separated, as folds of a scan do.
+//! Dangling sheets: small open sheets attached to much larger surfaces at non-manifold edges that cannot be separated, as folds
+//! of scans.
 //!
-//! They are parts of the component on which they hang: they go where they cross it, and where it is closed and they are not.
+//! They count as parts of the surface that carries them (the host). They are removed where they intersect it, and where it is
+//! closed and they are not.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -14,7 +16,7 @@ use crate::mesh::topology::NONE;
 use crate::mesh::{Topology, area_vector};
 use crate::tuning::tuning;
 
-/// Makes sheets with borders parts of the component on which they hang.
+/// Assigns dangling sheets to the component of their host.
 pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
     let joins: Vec<(Vec<usize>, usize)> = {
         let found = draft.inspect()?;
@@ -39,7 +41,7 @@ pub(super) fn join(draft: &mut Draft) -> Result<(), FillError> {
     Ok(())
 }
 
-/// A face of the component to which most of some faces belong.
+/// A face of the input component that most of the given faces belong to.
 fn most(draft: &Draft, faces: &[usize]) -> usize {
     let mut count: BTreeMap<u32, (usize, usize)> = BTreeMap::new();
     for &f in faces {
@@ -49,7 +51,7 @@ fn most(draft: &Draft, faces: &[usize]) -> usize {
     most.map_or(faces[0], |(_, f)| *f)
 }
 
-/// For each piece that is a scrap the largest one on which it hangs.
+/// The largest host of each dangling component.
 fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let (_, unclear) = paired(found, &topology.crowded_edges(mesh));
@@ -86,7 +88,7 @@ fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
     hosts
 }
 
-/// Which pieces are scraps, but for what was filled of them.
+/// Whether each component consists of dangling sheets only, patches not considered.
 pub(super) fn components(draft: &Draft, topology: &Topology) -> Vec<bool> {
     let (mut some, mut all) = (
         vec![false; topology.component_faces.len()],
@@ -105,7 +107,7 @@ pub(super) fn components(draft: &Draft, topology: &Topology) -> Vec<bool> {
         .collect()
 }
 
-/// The pieces of a draft that are open scraps of components that are closed but for them.
+/// The open dangling sheets whose component is closed otherwise.
 fn hanging(draft: &Draft, found: &Inspection) -> Vec<bool> {
     let topology = &found.topology;
     let open = open_components(topology);
@@ -123,7 +125,7 @@ fn hanging(draft: &Draft, found: &Inspection) -> Vec<bool> {
     hang
 }
 
-/// Tells of the borders of scraps as ones that are to be closed where all else of their component is closed.
+/// Records the left borders of dangling sheets as failures if the rest of their component is closed.
 pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillError> {
     if !draft.has_dangling() {
         return Ok(());
@@ -141,8 +143,8 @@ pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillEr
     Ok(())
 }
 
-/// Takes scraps with borders out where all else of their component is closed, and what was told of their borders. Those that cross
-/// nothing stay if they `may`.
+/// Removes open dangling sheets if the rest of their component is closed, and the report entries of their borders. If `may_stay`,
+/// sheets that intersect nothing are kept.
 pub(super) fn drop(
     draft: &mut Draft,
     report: &mut RepairReport,

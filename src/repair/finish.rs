@@ -1,4 +1,4 @@
-//! The end of a repair: the mesh in its order, and what its report says of all of it.
+//! End of a repair: orders the mesh and completes the report.
 
 use std::collections::HashSet;
 
@@ -32,7 +32,7 @@ impl Run<'_> {
         report.gone_components = report::gone_components(&self.components, &living);
         let known: HashSet<u32> = done.origins.vertices.iter().copied().collect();
         report.lost_vertices = self.input.positions.len() - known.len();
-        // Rims by the numbers of the result; those that are there no more are not drawn.
+        // Renumber the rims for the result; rims with dropped vertices are cleared, so that they are not drawn.
         let own = done.origins.vertices.len() as u32;
         for hole in &mut report.fill.holes {
             let number = |v: &u32| done.number[*v as usize];

@@ -1,4 +1,4 @@
-//! A second layer of faces under a part of a surface, an offset shell: it hangs on rims there and faces the other way.
+//! An offset shell: a reversed copy of a part of a surface, a little below it and attached to its rims.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
@@ -12,45 +12,45 @@ use crate::mesh::topology::{NONE, end, start};
 use crate::mesh::{DisjointSets, Mesh, Part, area_vector, face_normal};
 use crate::tuning::tuning;
 
-/// A part of a surface and the layer under it.
+/// An offset shell of some faces of a mesh.
 pub(super) struct OffsetShell {
     /// New vertices.
     vertices: Vec<ShellVertex>,
-    /// Faces between the vertices of the mesh and, from `first` on, the new ones.
+    /// Faces of the shell. Vertex numbers below `first` are mesh vertices, the others are new.
     pub(super) faces: Vec<[u32; 3]>,
-    /// The face of the surface under which each of them lies.
+    /// The mesh face above each shell face.
     under: Vec<u32>,
-    /// How many of them, the first ones, lie under the surface; the others are side walls at the rims.
+    /// The number of faces below the surface, which come first; the others are side walls at the rims.
     under_surface: usize,
-    /// The borders that the layer has beside the rims, as loops in the direction of the faces that would close them.
+    /// The boundary loops of the shell other than the rims, in the direction of the faces that would close them.
     pub(super) loops: Vec<Vec<u32>>,
-    /// The number of the first new vertex.
+    /// Number of the first new vertex.
     first: u32,
     shape: Shape,
     rounding: Rounding,
 }
 
-/// The wall that a face of a layer makes with the surface.
+/// The wall between a shell face and the surface above it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct WallFace {
-    /// The area of the face.
+    /// Area of the shell face.
     pub(super) area: f64,
-    /// Its mean depth along the normal of the surface, in the mesh's units.
+    /// Mean depth along the surface normal, in mesh units.
     pub(super) thickness: f64,
     /// Its centre.
     pub(super) at: DVec3,
 }
 
-/// The corners of the lined faces, those together that are one vertex of the layer.
+/// The shell vertex of each corner of the covered faces; corners that share a vertex of the shell have the same one.
 struct Corners {
-    /// The place of each lined face.
+    /// Index of each covered face.
     place: HashMap<u32, u32>,
-    /// The vertex of the layer for each corner of these.
+    /// Shell vertex of each corner, by 3 × index + corner.
     vertex: Vec<u32>,
 }
 
 impl OffsetShell {
-    /// The layer under some faces; none where they have other borders, or are not the same way round.
+    /// Builds the shell; none if the faces have boundary edges other than the rims, or are not consistently oriented.
     pub(super) fn new(base: &ShellBase, first: u32) -> Option<Self> {
         let mut shell = Self {
             vertices: Vec::new(),
@@ -75,10 +75,12 @@ impl OffsetShell {
         Some(shell)
     }
 
-    /// Vertices for the corners: those of the rims stay, unless there are side walls, the others get a copy under them.
+    /// Assigns shell vertices to the corners: rim vertices are shared with the surface unless there are side walls; the others
+    /// get a copy below.
     fn corners(&mut self, base: &ShellBase) -> Option<Corners> {
         let (mesh, topology) = (&base.found.mesh, &base.found.topology);
         let place: HashMap<u32, u32> = base.faces.iter().copied().zip(0..).collect();
+        // Join corners across inner edges of the covered region; corners at rims are marked.
         let mut sets = DisjointSets::new(3 * base.faces.len());
         let mut on_rim = vec![false; 3 * base.faces.len()];
         for (&f, i) in base.faces.iter().zip(0..) {
@@ -102,11 +104,13 @@ impl OffsetShell {
                 }
             }
         }
+        // Rim corners keep the mesh vertex.
         let mut stays = HashSet::new();
         let stay = |c: &u32| on_rim[*c as usize] && !base.shape.has_sides();
         for c in (0..on_rim.len() as u32).filter(stay) {
             stays.insert(sets.find(c));
         }
+        // Every other set of corners gets one new vertex.
         let mut of_set: HashMap<u32, u32> = HashMap::new();
         let mut vertex = Vec::with_capacity(on_rim.len());
         for c in 0..on_rim.len() as u32 {
@@ -127,7 +131,7 @@ impl OffsetShell {
         Some(Corners { place, vertex })
     }
 
-    /// Two faces between each edge of the rims and its copy.
+    /// Adds the side walls: two faces between each rim edge and its copy.
     fn sides(&mut self, base: &ShellBase, corners: &Corners) {
         for (&f, i) in base.faces.iter().zip(0..) {
             for k in 0..3 {
@@ -142,7 +146,7 @@ impl OffsetShell {
         }
     }
 
-    /// The walls that the placed layer makes with the surface, one for each face that lies under it.
+    /// The walls of the placed shell, one for each face below the surface.
     pub(super) fn walls(&self, base: &ShellBase) -> Vec<WallFace> {
         let mesh = &base.found.mesh;
         let wall = |(face, under): (&[u32; 3], &u32)| {
@@ -168,8 +172,8 @@ impl OffsetShell {
         self.first + self.vertices.len() as u32 - 1
     }
 
-    /// The faces under a face. Edges that are no rim's but end on rims at both ends, and faces that have no vertex under the surface,
-    /// get one in the middle: else two layers would share an edge there, or lie in each other.
+    /// Adds the shell faces below one face. Two kinds get an extra vertex in the middle, because two shells would share an edge
+    /// or coincide there: inner edges with both ends on rims, and faces with no new vertex.
     fn face(
         &mut self,
         base: &ShellBase,
@@ -209,8 +213,8 @@ impl OffsetShell {
         self.faces.extend(new);
     }
 
-    /// Lets the layer come so near to the surface that it crosses nothing, and adds its vertices and faces to the ground. Where it
-    /// crosses something however near it comes, these faces of the surface are in the way.
+    /// Reduces the depth of the shell where it intersects anything, until it is clear, and adds it to the ground. If that fails,
+    /// returns the surface faces above the faces that still intersect.
     pub(super) fn place(&mut self, ground: &mut Ground) -> Result<(), Vec<u32>> {
         let surface: Vec<[u32; 3]> = self.under.iter().map(|f| ground.face(*f)).collect();
         let depth = self.vertices.iter().map(|v| v.depth).fold(0.0, f64::max);
@@ -227,7 +231,7 @@ impl OffsetShell {
                 let under = wrong.iter().map(|f| self.under[*f as usize]);
                 return Err(under.collect::<BTreeSet<u32>>().into_iter().collect());
             }
-            // What crosses nothing goes on to, unless it moves.
+            // Faces that were clear need a new test only if one of their vertices moved.
             let touches = |f: &usize| self.faces[*f].iter().any(|v| moved.contains(v));
             asked = (0..self.faces.len())
                 .filter(|f| wrong.contains(&(*f as u32)) || touches(f))
@@ -238,7 +242,7 @@ impl OffsetShell {
         Ok(())
     }
 
-    /// How often it may come nearer to the surface.
+    /// Maximum number of depth reductions.
     fn rounds(&self) -> usize {
         match self.shape {
             Shape::Hair => tuning().repair.shell_rounds,
@@ -246,7 +250,7 @@ impl OffsetShell {
         }
     }
 
-    /// Lets the new vertices of some faces come nearer to the surface; returns those that could.
+    /// Reduces the depth of the new vertices of some faces; returns the vertices that moved.
     fn reduce_depth(&mut self, faces: &HashSet<u32>, round: usize) -> HashSet<u32> {
         let corners = faces.iter().flat_map(|f| self.faces[*f as usize]);
         let new: HashSet<u32> = corners.filter(|v| *v >= self.first).collect();
@@ -269,13 +273,13 @@ impl OffsetShell {
     }
 }
 
-/// A layer and the faces near it as a part of the ground; the layer's new vertices follow those of the part.
+/// A shell and the faces near it, with local vertex numbers: first the vertices of the mesh, then the new vertices of the shell.
 struct LocalShell {
     positions: Vec<DVec3>,
-    /// The faces of the layer.
+    /// The faces of the shell.
     own: Vec<[u32; 3]>,
     near: Vec<[u32; 3]>,
-    /// The number of the layer's first new vertex.
+    /// Number of the first new vertex of the shell.
     first: usize,
 }
 
@@ -293,7 +297,7 @@ impl LocalShell {
         }
     }
 
-    /// Lets new vertices lie where they are at their depths.
+    /// Positions the new vertices at their depths.
     fn place(&mut self, vertices: &[ShellVertex], rounding: Rounding) {
         self.positions.truncate(self.first);
         let at = vertices.iter();
@@ -305,7 +309,7 @@ impl LocalShell {
         &self.positions[self.first..]
     }
 
-    /// The faces of the layer that cross anything, of those that are asked and what they cross.
+    /// The shell faces among the `asked` ones that intersect anything or have no area, and the shell faces that they intersect.
     fn wrong(&self, asked: Vec<usize>) -> HashSet<u32> {
         let mut is_asked = vec![false; self.own.len()];
         asked.iter().for_each(|f| is_asked[*f] = true);
@@ -319,9 +323,9 @@ impl LocalShell {
     }
 }
 
-/// A triangle divided at the middles of some of its sides, each after the corner of the same number.
+/// Subdivides a triangle at the given midpoints; midpoint k is on the edge after corner k.
 fn divided(v: [u32; 3], middle: [Option<u32>; 3]) -> Vec<[u32; 3]> {
-    // So that the first side has a middle and, if there are two, the second one too.
+    // Rotate so that the first edge has a midpoint and, if there are two, the second edge as well.
     let first = (0..3).find(|&k| middle[k].is_some() && middle[(k + 2) % 3].is_none());
     let turn = |k: usize| (first.unwrap_or(0) + k) % 3;
     let [a, b, c] = [v[turn(0)], v[turn(1)], v[turn(2)]];
@@ -337,7 +341,7 @@ fn ends(mesh: &Mesh, half_edge: u32) -> (u32, u32) {
     (start(mesh, half_edge), end(mesh, half_edge))
 }
 
-/// The borders of a layer but for the rims.
+/// The boundary loops of a shell other than the rims; none if two loops share a vertex.
 fn loops(
     base: &ShellBase,
     corners: &Corners,
@@ -378,7 +382,7 @@ fn loops(
     Some(loops)
 }
 
-/// The edges of rims.
+/// The edges of the given rims.
 pub(super) fn edges_of<'a>(rims: impl Iterator<Item = &'a [u32]>) -> HashSet<Edge> {
     rims.flat_map(|rim| edges(rim).collect::<Vec<_>>())
         .collect()

@@ -1,4 +1,4 @@
-//! Rings of faces round rims.
+//! Regions of faces grown ring by ring from hole rims.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -6,7 +6,7 @@ use crate::mend::Inspection;
 use crate::mesh::topology::NONE;
 use crate::mesh::{Hole, VertexFaces};
 
-/// The faces round some rims.
+/// A region of faces round some rims, all in one component.
 pub(super) struct Region {
     pub(super) component: u32,
     pub(super) faces: Vec<u32>,
@@ -26,7 +26,7 @@ impl Region {
         }
     }
 
-    /// Takes faces in until there are `rings` rings of them, or more than `most` faces; returns whether any were added.
+    /// Grows the region to `rings` rings, or until it has more than `most` faces; returns whether it grew.
     pub(super) fn grow(
         &mut self,
         found: &Inspection,

@@ -1,4 +1,4 @@
-//! Borders that coincide but for rounding are welded, and edges are split at border vertices that lie on them (T-junctions).
+//! Seams: welds boundary edges that coincide except for rounding and splits edges at T-junctions.
 
 use std::collections::HashSet;
 
@@ -10,8 +10,8 @@ use crate::mesh::topology::end;
 use crate::mesh::{DisjointSets, FaceOrigin, Mesh, VertexFaces, area_vector};
 use crate::tuning::tuning;
 
-/// Welds border edges that coincide but for the precision of the coordinates, where that leaves nothing worse; returns how many
-/// vertices were merged into another.
+/// Welds boundary edges that coincide within the precision of the coordinates, if nothing gets worse; returns the number of
+/// merged vertices.
 pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
     let (to, merged) = {
         let found = draft.inspect()?;
@@ -27,7 +27,7 @@ pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
     }
     let mut new = draft.clone();
     new.forget_inspection();
-    // Corners keep their own vertex of those at one place, which carries what belongs to them.
+    // Unmerged corners keep their own vertex, which carries its attributes.
     let found = draft.inspect()?;
     for corner in new.mesh.faces.iter_mut().flatten() {
         let place = found.weld[*corner as usize];
@@ -39,9 +39,10 @@ pub(super) fn weld(draft: &mut Draft) -> Result<usize, FillError> {
     Ok(if replace(draft, new)? { merged } else { 0 })
 }
 
-/// For each welded vertex the one that it becomes: the first of those that coincide with it. No face loses a corner by it.
+/// For each welded vertex the vertex it is merged into: the first of those that coincide with it. No face loses a corner.
 fn merges(found: &Inspection, boundary: &Boundary, matches: &[Option<Match>]) -> Vec<u32> {
     let count = found.mesh.positions.len();
+    // Join the ends of matching edges.
     let mut sets = DisjointSets::new(count);
     for (ends, other) in boundary.ends.iter().zip(matches) {
         if let Some(other) = other {
@@ -56,7 +57,7 @@ fn merges(found: &Inspection, boundary: &Boundary, matches: &[Option<Match>]) ->
         apart <= 2.0 * boundary.unit
     };
     let around = VertexFaces::new(&found.mesh);
-    // Sets that are too wide, or have two corners of a face, stay apart.
+    // Do not merge sets that are too wide or contain two corners of one face.
     let mut spoilt: HashSet<u32> = HashSet::new();
     for v in (0..count as u32).filter(|v| to[*v as usize] != *v) {
         let set = to[v as usize];
@@ -76,7 +77,7 @@ fn merges(found: &Inspection, boundary: &Boundary, matches: &[Option<Match>]) ->
     to
 }
 
-/// Splits border edges at border vertices that lie on them, where that leaves nothing worse: the face there gives way to parts of it.
+/// Splits boundary edges at boundary vertices on them, if nothing gets worse. The face of the edge is replaced by parts of it.
 pub(super) fn stitch(draft: &mut Draft, report: &mut RepairReport) -> Result<(), FillError> {
     let mut new: Option<Draft> = None;
     let mut split = 0;
@@ -102,7 +103,8 @@ pub(super) fn stitch(draft: &mut Draft, report: &mut RepairReport) -> Result<(),
     Ok(())
 }
 
-/// Takes another draft over unless it is worse; whether it did.
+/// Replaces the draft by another one if that has no more faults, holes not considered, and fewer boundary edges; returns whether
+/// it did.
 fn replace(draft: &mut Draft, mut new: Draft) -> Result<bool, FillError> {
     let before = draft.faults()?;
     let better = new.faults()?.is_no_worse_but_for_holes(&before)
@@ -117,16 +119,16 @@ fn boundary_edges(found: &Inspection) -> usize {
     found.topology.boundary.iter().filter(|b| **b).count()
 }
 
-/// An edge of a face that is split.
+/// A face edge to split.
 struct Split {
     face: usize,
-    /// The corner of the draft's face at which the edge begins.
+    /// The corner of the draft's face where the edge begins.
     corner: usize,
-    /// The vertices on the edge, from that corner on.
+    /// The vertices on the edge, starting at that corner.
     vertices: Vec<u32>,
 }
 
-/// The edges to split, one of each face.
+/// The edges to split, at most one per face.
 fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let boundary = Boundary::with_unit(mesh, topology, unit);
@@ -149,7 +151,7 @@ fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
         if !sound || !seen.insert(face) {
             continue;
         }
-        // In a face that was turned to agree with its component corners 1 and 2 of the draft's are swapped.
+        // In a face that the inspection reoriented, corners 1 and 2 are swapped with respect to the draft.
         let mut vertices = junctions.vertices;
         let corner = match topology.turned[face as usize] {
             false => k,
@@ -167,7 +169,7 @@ fn splits(found: &Inspection, unit: f64) -> Vec<Split> {
     all
 }
 
-/// Whether a triangle has an area and faces the same way as the face of which it is to be a part.
+/// Whether a triangle has an area and the orientation of the face that it is a part of.
 fn is_part(mesh: &Mesh, face: u32, triangle: [u32; 3]) -> bool {
     let corners = triangle.map(|v| mesh.positions[v as usize]);
     let whole = area_vector(mesh.corners(face));
@@ -175,7 +177,7 @@ fn is_part(mesh: &Mesh, face: u32, triangle: [u32; 3]) -> bool {
 }
 
 impl Split {
-    /// Puts the parts in the place of the face: the first where it was, the others at the end.
+    /// Replaces the face by its parts: the first in its place, the others appended.
     fn make(self, draft: &mut Draft) {
         let (face, origin) = (draft.mesh.faces[self.face], draft.origins.faces[self.face]);
         let [from, to, apex] = [0, 1, 2].map(|i| (self.corner + i) % 3);

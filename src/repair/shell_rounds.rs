@@ -1,4 +1,4 @@
-//! Linings in the course of a repair: those that leave more wrong are taken back.
+//! Rounds of offset shells in a repair. Each round is undone if it increases the faults.
 
 use std::collections::HashSet;
 
@@ -18,7 +18,8 @@ impl Run<'_> {
         }
     }
 
-    /// Lines the surface round holes that are open yet, if that leaves less wrong.
+    /// Closes holes that are still open by offset shells, if that reduces the faults. First without cutting, then after cutting
+    /// out faces that block a shell.
     pub(super) fn add_offset_shells(
         &mut self,
         was_border: &dyn Fn(&Hole, &[u32]) -> bool,
@@ -65,8 +66,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Cuts faces out under which no layer can lie, and lines what is round them then, if that leaves less wrong than `faults`, which
-    /// are looked for where they are not known yet: most faces cannot be cut out.
+    /// Cuts out faces that block an offset shell and closes the holes by shells then, if that reduces the faults. `faults` caches
+    /// the faults of the present draft; they are computed only if needed, since most faces cannot be cut out.
     fn cut_and_offset(
         &mut self,
         mut blocked: Blocked,

@@ -1,4 +1,4 @@
-//! The search for linings: round single holes, round several together, under all of a component.
+//! Search for offset shells that close single holes, several holes of a component together, or cover a whole component.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
@@ -16,14 +16,14 @@ use crate::mesh::{Hole, VertexFaces};
 use crate::spatial::Bvh;
 use crate::tuning::tuning;
 
-/// How many faces may still be looked at.
+/// The number of faces that the searches may still visit, for partial shells and for shells of whole components.
 pub(super) struct Budget {
     parts: usize,
     whole: usize,
 }
 
 impl Budget {
-    /// What may be looked at, all of components only where they `may_be_shells`.
+    /// The full budget; shells of whole components only if `may_be_shells`.
     pub(super) fn new(may_be_shells: bool) -> Self {
         Self {
             parts: tuning().repair.shell_work,
@@ -36,36 +36,36 @@ impl Budget {
     }
 }
 
-/// Which walls are wanted.
+/// Options for walls.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wanted {
-    /// Their thickness in the mesh's units; none for one by the edges.
+    /// Thickness in mesh units; none for one from the edge lengths.
     pub(super) wall: Option<f64>,
-    /// Whether open sheets get walls all over before anything else is tried.
+    /// Whether open sheets get walls over the whole component before anything else is tried.
     pub(super) sheets: bool,
 }
 
-/// Faces at which no layer under them crosses nothing, and the holes that could not be lined for them.
+/// Faces below which every shell intersects something, and the holes that they block.
 pub(super) struct Blocked {
-    /// Welded corners of the faces, in rising order.
+    /// Sorted welded corners of the faces.
     pub(super) faces: HashSet<[u32; 3]>,
-    /// Vertices of the holes' rims.
+    /// Rim vertices of the blocked holes.
     pub(super) rims: HashSet<u32>,
-    /// Whether all of the component was to be lined.
+    /// Whether the shell was to cover the whole component.
     pub(super) whole: bool,
 }
 
-/// Linings that were found.
+/// Offset shells found by a search.
 pub(super) struct OffsetShells {
-    /// The vertices that they add.
+    /// New vertices of the shells.
     pub(super) vertices: Vec<glam::DVec3>,
     pub(super) groups: Vec<Group>,
     pub(super) blocked: Vec<Blocked>,
 }
 
-/// Holes that are closed by one lining.
+/// Holes closed by one offset shell.
 pub(super) struct Group {
-    /// Their places in the report.
+    /// Indices of the holes in the report.
     pub(super) report_indices: BTreeSet<usize>,
     pub(super) diameter: f64,
     pub(super) faces: Vec<[u32; 3]>,
@@ -74,7 +74,7 @@ pub(super) struct Group {
     pub(super) walled: bool,
 }
 
-/// Linings of single holes, then of several holes of a component together.
+/// Searches shells for single holes, then for several holes of a component together, then for whole components.
 pub(super) fn find(
     draft: &Draft,
     report_indices: &HashMap<Edge, usize>,
@@ -100,6 +100,7 @@ pub(super) fn find(
         rounding: draft.rounding,
     };
     let mut groups: Vec<Group> = Vec::new();
+    // Open sheets get walls over the whole component first.
     let mut left: BTreeMap<u32, Vec<(usize, &Hole)>> = BTreeMap::new();
     let mut of_sheets: BTreeMap<u32, Vec<(usize, &Hole)>> = BTreeMap::new();
     for hole in open.iter().filter(|_| wanted.sheets && !whole) {
@@ -117,6 +118,7 @@ pub(super) fn find(
         .into_iter()
         .filter(|h| !walled.contains(&h.1.component))
     {
+        // Single holes, with as few rings as possible.
         let alone = (!whole)
             .then(|| search.group(&[hole], Part::Rings))
             .flatten();
@@ -125,6 +127,7 @@ pub(super) fn find(
             None => left.entry(hole.1.component).or_default().push(hole),
         }
     }
+    // Then the remaining holes of a component together, last the whole component.
     for holes in left.values() {
         let several = (holes.len() > 1 && !whole)
             .then(|| search.group(holes, Part::Rings))
@@ -140,48 +143,48 @@ pub(super) fn find(
     })
 }
 
-/// A search for linings.
+/// State of a search for offset shells.
 struct Search<'a> {
     found: &'a Inspection<'a>,
     around: VertexFaces,
     ground: Ground<'a>,
     budget: &'a mut Budget,
     blocked: Vec<Blocked>,
-    /// Faces that keep an offset shell of a whole component from being placed, by component, where that was found for one hole. What
-    /// failed for want of budget is not here: with a larger one it may not.
+    /// For each component the faces that block a shell of the whole component, if the search for one of its holes found them.
+    /// Searches that ran out of budget are not recorded, since a larger budget may succeed.
     known_blocked: HashMap<u32, Vec<u32>>,
-    /// Components that were tried to be given walls all over.
+    /// Components for which walls over the whole component were tried already.
     no_wall: HashSet<u32>,
-    /// The thickness of walls that is wanted; none for one by the edges.
+    /// Wanted wall thickness; none for one from the edge lengths.
     wall: Option<f64>,
-    /// The faces of the mesh, once walls were looked for.
+    /// The faces of the mesh, built when walls are first searched.
     bvh: Option<Bvh>,
     rounding: Rounding,
 }
 
-/// How much of a component is lined.
+/// The extent of a shell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Part {
-    /// As few rings of faces as may be.
+    /// As few rings of faces round the rims as possible.
     Rings,
-    /// All of it, by walls with sides at its rims.
+    /// The whole component, as walls.
     Walled,
-    /// All of it, by walls or else by a layer a hair under it.
+    /// The whole component, as walls or else just below the surface.
     Whole,
 }
 
-/// A lining that was found.
+/// An offset shell that intersects nothing.
 struct FoundShell {
     /// Its faces.
     faces: Vec<[u32; 3]>,
-    /// The walls that it makes.
+    /// The walls between it and the surface.
     walls: Vec<WallFace>,
     /// Whether it has side walls at the rims.
     walled: bool,
 }
 
 impl Search<'_> {
-    /// The lining that closes some holes of a component, each with its place in the report.
+    /// The shell that closes some holes of a component; the holes come with their indices in the report.
     fn group(&mut self, holes: &[(usize, &Hole)], part: Part) -> Option<Group> {
         let rims: Vec<&Hole> = holes.iter().map(|(_, hole)| *hole).collect();
         let (edge, found) = match part {
@@ -201,7 +204,7 @@ impl Search<'_> {
         })
     }
 
-    /// Whether one of some holes of a component is its outer border: a sheet that no cap closed.
+    /// Whether one of the holes is the outer border of its component, or the component is small: a sheet that no cap closed.
     fn is_sheet(&self, holes: &[(usize, &Hole)]) -> bool {
         let is_small = |h: &Hole| {
             self.found.topology.component_faces[h.component as usize] <= tuning().repair.small_faces
@@ -209,7 +212,7 @@ impl Search<'_> {
         (holes.iter()).any(|(_, hole)| hole.outer_border || is_small(hole))
     }
 
-    /// The mean edge of some faces, and the depth of walls under them.
+    /// The mean edge length of some faces, and the depth of walls below them.
     fn depth(&self, faces: &[u32]) -> (f64, f64) {
         let mesh = &self.found.mesh;
         let around = faces.iter().map(|f| {
@@ -220,7 +223,8 @@ impl Search<'_> {
         (edge, self.wall.unwrap_or(tuning().repair.wall * edge))
     }
 
-    /// The faces of a lining with as few rings of faces as close some holes; none where there is none. Thick ones come first.
+    /// The shell with the fewest rings of faces that closes some holes; none if there is none. Walls at full depth are tried
+    /// first.
     fn closed(&mut self, holes: &[&Hole]) -> Option<(f64, FoundShell)> {
         let all = self.budget.parts;
         let thick = self.rings(holes, true);
@@ -234,7 +238,7 @@ impl Search<'_> {
         thin
     }
 
-    /// The same at the depth of walls, or a hair under the surface.
+    /// The same at full depth if `thick`, else just below the surface.
     fn rings(&mut self, holes: &[&Hole], thick: bool) -> Option<(f64, FoundShell)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
@@ -242,6 +246,7 @@ impl Search<'_> {
         let all = left;
         let mut found = None;
         let mut blocked: Option<Vec<u32>> = None;
+        // Double the number of rings until a shell closes the holes or the budget is spent.
         for rings in (0..).map(|i| 1 << i) {
             let grew = region.grow(self.found, &self.around, rings, tuning().repair.shell_faces);
             if !grew || region.faces.len() > tuning().repair.shell_faces.min(left) {
@@ -278,8 +283,8 @@ impl Search<'_> {
         found
     }
 
-    /// A lining of all of a component that closes some holes, and its mean edge; none where there is none. It makes walls, or else, where
-    /// that is asked for, a layer a `hair` under the surface.
+    /// A shell of the whole component that closes some holes, and its mean edge length; none if there is none. It forms walls or
+    /// else, if `hair`, lies just below the surface.
     fn shell(&mut self, holes: &[&Hole], hair: bool) -> Option<(f64, FoundShell)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
@@ -304,7 +309,7 @@ impl Search<'_> {
             }
         }
         if !hair {
-            // It is looked at again in another way.
+            // The component will be searched again, so refund its faces.
             self.budget.whole += faces;
             return None;
         }
@@ -324,7 +329,7 @@ impl Search<'_> {
         Some((edge, base.ok()?))
     }
 
-    /// Whether a region is all of its component.
+    /// Whether a region is its whole component.
     fn is_all(&self, region: &Region) -> bool {
         let all = self
             .found
@@ -334,7 +339,7 @@ impl Search<'_> {
         all == Some(&region.faces.len())
     }
 
-    /// Remembers what is in the way of a lining.
+    /// Records the faces that block a shell.
     fn block(&mut self, holes: &[&Hole], obstacles: &[u32], whole: bool) {
         let corners = obstacles
             .iter()
@@ -346,8 +351,8 @@ impl Search<'_> {
         });
     }
 
-    /// The faces of a lining of some faces and what closes its other borders; else the faces that are in its way, none if it is not
-    /// for them.
+    /// The shell of some faces with caps that close its other loops. On failure returns the faces that block it; an empty list if
+    /// the cause is another.
     fn shell_under(
         &mut self,
         faces: &[u32],
@@ -372,7 +377,7 @@ impl Search<'_> {
         let before = ground.mark();
         let first = ground.positions().len() as u32;
         let mut shell = OffsetShell::new(&base, first).ok_or_else(Vec::new)?;
-        // The longest is the least likely to be closed.
+        // Longest loop first: it is the least likely to be closed.
         shell.loops.sort_by_key(|ring| Reverse(ring.len()));
         let longest = shell.loops.first().map_or(0, Vec::len);
         if longest > tuning().repair.shell_edges {
@@ -387,7 +392,7 @@ impl Search<'_> {
             match cap {
                 Some(cap) => shell.faces.extend(cap),
                 None => {
-                    ground.go_back(before);
+                    ground.restore(before);
                     return Err(Vec::new());
                 }
             }

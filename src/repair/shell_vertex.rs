@@ -1,4 +1,4 @@
-//! The vertices of a layer: where they lie under the surface, and how deep.
+//! Vertices of an offset shell: direction and depth below the surface.
 
 use std::collections::HashSet;
 
@@ -11,42 +11,42 @@ use crate::mesh::{VertexFaces, face_normal};
 use crate::spatial::Bvh;
 use crate::tuning::tuning;
 
-/// A vertex under the surface.
+/// A shell vertex below a point of the surface: `from + depth * direction`.
 pub(super) struct ShellVertex {
     pub(super) from: DVec3,
     pub(super) direction: DVec3,
     pub(super) depth: f64,
-    /// The least depth that can be told from none.
+    /// Smallest depth that differs from zero in the output's precision, and for walls a small fraction of the wanted depth.
     pub(super) min_depth: f64,
 }
 
-/// What a layer is to be made under.
+/// The surface below which an offset shell is made.
 pub(super) struct ShellBase<'a> {
     pub(super) found: &'a Inspection<'a>,
     pub(super) around: &'a VertexFaces,
-    /// The faces.
+    /// The covered faces.
     pub(super) faces: &'a [u32],
-    /// Edges of the rims on which the layer hangs.
+    /// Edges of the rims to which the shell is attached.
     pub(super) rims: &'a HashSet<Edge>,
     pub(super) rounding: Rounding,
     pub(super) shape: Shape,
-    /// The faces of the mesh, where the depth is limited by what lies there.
+    /// The faces of the mesh, if they limit the depth.
     pub(super) bvh: Option<&'a Bvh>,
 }
 
-/// How deep a layer lies, and how it hangs on the rims.
+/// The depth of a shell, and how it is attached to the rims.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Shape {
-    /// At this depth, in the mesh's units, with side walls at the rims.
+    /// At this depth (mesh units), with side walls at the rims.
     Walled(f64),
-    /// At this depth; its outermost faces go up to the rims.
+    /// At this depth; the outermost faces rise to the rims.
     Hanging(f64),
-    /// A hair under the surface, by the edges there; its outermost faces go up to the rims.
+    /// At a small fraction of the local edge length; the outermost faces rise to the rims.
     Hair,
 }
 
 impl Shape {
-    /// The depth that is wanted; none where it goes by the edges.
+    /// The wanted depth; none if it depends on the local edge length.
     pub(super) fn depth(self) -> Option<f64> {
         match self {
             Self::Walled(depth) | Self::Hanging(depth) => Some(depth),
@@ -59,7 +59,7 @@ impl Shape {
     }
 }
 
-/// A vertex under one of the surface.
+/// The shell vertex below a mesh vertex.
 pub(super) fn below(base: &ShellBase, v: u32) -> ShellVertex {
     let mesh = &base.found.mesh;
     let piece = |f: u32| base.found.topology.component[f as usize];
@@ -76,7 +76,7 @@ pub(super) fn below(base: &ShellBase, v: u32) -> ShellVertex {
     ShellVertex::new(base, from, &faces, length, base.around.of(v))
 }
 
-/// A vertex under a point of some faces, which lies on an edge or beside one.
+/// The shell vertex below a point of some faces, on the edge from `a` to `b` or near it.
 pub(super) fn under(base: &ShellBase, from: DVec3, faces: &[u32], [a, b]: [u32; 2]) -> ShellVertex {
     let mesh = &base.found.mesh;
     let length = mesh.positions[a as usize].distance(mesh.positions[b as usize]);
@@ -84,8 +84,9 @@ pub(super) fn under(base: &ShellBase, from: DVec3, faces: &[u32], [a, b]: [u32; 
 }
 
 impl ShellBase<'_> {
-    /// How deep a layer may lie under a point before it meets the next surface; half as deep where the surface there shows its back, under
-    /// which another layer may lie. Layers that go through each other as a whole cross in few places: they could not be told to be too deep.
+    /// Upper bound of the depth below a point: a fraction of the distance to the next surface, and half of it if that surface
+    /// shows its back, since another shell may lie there. Without a bound, shells that pass through each other entirely intersect
+    /// in few places, which would not show that they are too deep.
     fn room(&self, from: DVec3, direction: DVec3, own: &[u32]) -> f64 {
         let Some(bvh) = self.bvh.filter(|_| direction != DVec3::ZERO) else {
             return f64::INFINITY;
@@ -100,7 +101,7 @@ impl ShellBase<'_> {
 }
 
 impl ShellVertex {
-    /// A vertex under a point of some faces, of whose edges the shortest has this `length`; all faces there are its `own`.
+    /// The shell vertex below a point of some faces. `length` is their shortest edge there; `own` are all faces at the point.
     fn new(base: &ShellBase, from: DVec3, faces: &[u32], length: f64, own: &[u32]) -> Self {
         let (mesh, rounding) = (&base.found.mesh, base.rounding);
         let normals: Vec<DVec3> = faces.iter().map(|f| face_normal(mesh, *f)).collect();
@@ -116,7 +117,7 @@ impl ShellVertex {
         let wanted = base.shape.depth();
         let depth = wanted.unwrap_or(tuning().repair.shell_depth * length);
         let room = base.room(from, direction, own);
-        // A wall that is hardly there anywhere would be taken for one.
+        // Below this depth a wall would be practically absent but still count as one.
         let min_depth =
             min_depth.max(wanted.map_or(0.0, |depth| tuning().repair.wall_least * depth));
         Self {
@@ -128,7 +129,7 @@ impl ShellVertex {
     }
 }
 
-/// A direction that leads to the inside of all faces with these normals, where there is one (Rosenblatt's perceptron).
+/// A unit direction into the inside of all faces with these normals, if there is one (Rosenblatt's perceptron).
 fn inward(normals: &[DVec3]) -> DVec3 {
     let mut direction = -normals.iter().sum::<DVec3>();
     for _ in 0..tuning().repair.shell_steps {

@@ -1,4 +1,4 @@
-//! The walls that linings made, by the components of the result.
+//! Wall thickness of offset shells, for each component of the result.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -12,7 +12,7 @@ use crate::mesh::Mesh;
 use crate::mesh::topology::NONE;
 use crate::tuning::tuning;
 
-/// A vertex of the draft at each lining that is still there.
+/// A draft vertex of each offset shell that still exists, by region.
 pub(super) fn places(draft: &Draft, walls: &[ShellWall]) -> HashMap<u32, u32> {
     let mut places = HashMap::new();
     if !walls.is_empty() {
@@ -24,8 +24,8 @@ pub(super) fn places(draft: &Draft, walls: &[ShellWall]) -> HashMap<u32, u32> {
     places
 }
 
-/// Writes into a report which components of the result were lined, and whose walls are too thin. `places` holds a vertex of the result for the
-/// region of each lining.
+/// Records the components of the result with offset shells, and which of them have too thin walls. `places` holds a vertex of the
+/// result for the region of each shell.
 pub(super) fn record(
     result: &Mesh,
     places: &HashMap<u32, u32>,
@@ -63,7 +63,7 @@ pub(super) fn record(
             .filter(|f| f.thickness < limit)
             .map(|f| f.area)
             .sum();
-        // With a limit of the caller's own the verdict judges all walls. Debris is no reason for a no.
+        // With a caller's limit the verdict judges all walls. Debris never makes the verdict negative.
         let is_foil = thin > tuning().repair.thin_part * component.area && !component.debris;
         if is_foil && params.min_wall.is_none() {
             report.thin_offset_shells.push((number, limit));
@@ -77,14 +77,14 @@ fn faces<'a>(walls: &'a [&ShellWall]) -> impl Iterator<Item = &'a WallFace> {
     walls.iter().flat_map(|w| &w.faces)
 }
 
-/// The thickness below which walls count as foil.
+/// The thickness below which walls count as foil, in mesh units.
 fn limit(walls: &[&ShellWall], params: &RepairParams) -> f64 {
     let edge = walls.iter().map(|w| w.edge).fold(f64::INFINITY, f64::min);
     let wanted = params.wall.unwrap_or(f64::INFINITY);
     tuning().repair.least_wall * edge.min(wanted)
 }
 
-/// A component with the walls of its linings.
+/// A component with the wall thickness of its offset shells.
 fn measured(mut component: Component, walls: &[&ShellWall]) -> Component {
     let area: f64 = faces(walls).map(|f| f.area).sum();
     let sum: f64 = faces(walls).map(|f| f.area * f.thickness).sum();

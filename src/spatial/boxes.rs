@@ -89,7 +89,7 @@ struct Node {
 /// Maximum number of items in a leaf.
 const LEAF: usize = 4;
 /// Nodes with at least this many items process their two halves in parallel.
-const MANY: usize = 4096;
+const PARALLEL_ITEMS: usize = 4096;
 /// Size of the traversal stack: it must exceed the depth of the tree, which is below this for 32-bit indices.
 const STACK: usize = 40;
 
@@ -131,12 +131,12 @@ fn build(items: &mut [Item], nodes: &mut [Node], start: u32, first: u32) {
     let left = node_count(half);
     let second = first + 1 + left as u32;
     nodes[0].second = second;
-    let is_many = items.len() >= MANY;
+    let in_parallel = items.len() >= PARALLEL_ITEMS;
     let (low, high) = items.split_at_mut(half);
     let (of_low, of_high) = nodes[1..].split_at_mut(left);
     let mut low = || build(low, of_low, start, first + 1);
     let mut high = || build(high, of_high, start + half as u32, second);
-    if is_many {
+    if in_parallel {
         rayon::join(low, high);
     } else {
         low();
@@ -308,7 +308,7 @@ impl<H: Fn(u32, u32) -> bool + Sync> Pairs<'_, H> {
         let children = || {
             self.between(i + 1, node.second);
         };
-        if items.len() >= MANY {
+        if items.len() >= PARALLEL_ITEMS {
             rayon::join(
                 || rayon::join(|| self.within(i + 1), || self.within(node.second)),
                 children,
@@ -343,7 +343,7 @@ impl<H: Fn(u32, u32) -> bool + Sync> Pairs<'_, H> {
 
     fn both(&self, count: u32, one: [u32; 2], other: [u32; 2]) {
         let [one, other] = [one, other].map(|[i, j]| move || self.between(i, j));
-        if count as usize >= MANY {
+        if count as usize >= PARALLEL_ITEMS {
             rayon::join(one, other);
         } else {
             one();

@@ -8,10 +8,10 @@ use super::{Bounds, BoxTree};
 
 /// With at most this many query faces all boxes are compared one by one, without a tree. With a tree, making the offset shells of
 /// 8000 sheets of two triangles took a tenth longer.
-const FEW: usize = 8;
+const MAX_WITHOUT_TREE: usize = 8;
 /// Pairs of intersecting boxes per face up to which all pairs of faces are tested. A closed surface of regular triangles has 10.
 /// With many more most faces intersect others, and searching only the first partner of each face is faster.
-const MOST_PAIRS: usize = 64;
+const MAX_PAIRS_PER_FACE: usize = 64;
 
 /// The faces among the first `count` that intersect any other face, in order, each with one partner.
 ///
@@ -24,7 +24,7 @@ pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Ve
         .collect();
     let hit =
         |i: u32, j: u32| j != i && faces_intersect(positions, faces[i as usize], faces[j as usize]);
-    if count <= FEW {
+    if count <= MAX_WITHOUT_TREE {
         let meets = |i: u32, j: u32| boxes[i as usize].meets(&boxes[j as usize]);
         let partner = |i: u32| (0..faces.len() as u32).find(|&j| meets(i, j) && hit(i, j));
         return (0..count as u32)
@@ -33,7 +33,7 @@ pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Ve
     }
     let tree = BoxTree::new(&boxes);
     // If all faces are queried, each pair is tested once; the partners are searched afterwards for the few faces that have one.
-    let hits = (count == faces.len()).then(|| tree.hits(MOST_PAIRS, hit));
+    let hits = (count == faces.len()).then(|| tree.hits(MAX_PAIRS_PER_FACE, hit));
     let hits = hits.flatten();
     let may_hit = |i: &u32| hits.as_ref().is_none_or(|hits| hits[*i as usize]);
     let asked: Vec<u32> = (0..count as u32).filter(may_hit).collect();
@@ -42,7 +42,7 @@ pub fn intersecting(positions: &[DVec3], faces: &[[u32; 3]], count: usize) -> Ve
 
 /// The faces among `asked` (ascending) that intersect any other face, each with the partner that [`intersecting`] finds.
 pub(crate) fn partners(positions: &[DVec3], faces: &[[u32; 3]], asked: &[u32]) -> Vec<(u32, u32)> {
-    if faces.len() <= FEW {
+    if faces.len() <= MAX_WITHOUT_TREE {
         let mut all = intersecting(positions, faces, faces.len());
         all.retain(|(f, _)| asked.contains(f));
         return all;

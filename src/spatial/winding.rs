@@ -12,7 +12,7 @@ use super::bvh::{Bvh, Child, WIDTH};
 use crate::mesh::area_vector;
 
 /// Cluster radii. Beyond this distance from its centre a cluster is replaced by its expansion.
-const FAR: f64 = 2.3;
+const FAR_RADII: f64 = 2.3;
 
 /// Moments of a cluster of triangles about its centre.
 struct Moments {
@@ -71,7 +71,7 @@ impl WindingTree {
         }
         while let Some(index) = stack.pop() {
             let cluster = &self.clusters[index as usize];
-            let reach = FAR * f64::from(cluster.radius);
+            let reach = FAR_RADII * f64::from(cluster.radius);
             if (vector(cluster.centre) - q).length_squared() > reach * reach {
                 sum += cluster.moments().far_field(q);
                 continue;

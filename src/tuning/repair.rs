@@ -3,122 +3,125 @@
 thresholds! {
     /// Thresholds of repairs (`repair`).
     RepairTuning {
-        /// Rounds of unions at most: rounded vertices may let faces intersect again.
+        /// Maximum number of union rounds: rounded vertices may let faces intersect again.
         union_rounds: usize = 6,
-        /// Pairs of faces whose boxes meet for which a union is tried, each counted twice: a matter of time, a few microseconds each. 1000
-        /// boxes in a heap have 0.6 million.
+        /// Pairs of faces whose boxes intersect, each counted twice, up to which a union is attempted; a limit of time, a few
+        /// microseconds per pair. 1000 boxes in a heap have 0.6 million.
         union_pairs: usize = 20_000_000,
-        /// Diagonals of the mesh's box. Edges of new vertices of unions that are shorter are taken out: they come from curves that pass a
-        /// vertex by a rounding error.
+        /// Diagonals of the mesh's bounding box. Edges of new union vertices shorter than this are collapsed: they come from
+        /// curves that pass a vertex by a rounding error.
         short_edge: f64 = 1e-9,
-        /// Units in the last place of the largest coordinate as a 32-bit float. Bodies that touch but for rounding grow by so much at least.
+        /// Units in the last place of the largest coordinate as a 32-bit float. Smallest growth of bodies that touch except for
+        /// rounding.
         contact_units: f64 = 8.0,
-        /// Lengths by which they grow that are tried, each twice the one before, at most.
+        /// Maximum number of growth lengths that are tried, each twice the one before.
         growths: usize = 3,
-        /// Times that faces which intersect others are cut out and filled, with one more ring of faces each time, at most.
+        /// Maximum number of passes that cut out intersecting faces and fill the holes, each with one more ring of faces.
         passes: usize = 2,
-        /// Rings of faces by which holes that nothing closes without intersections are widened, at most.
+        /// Rings of faces. Maximum widening of holes that cannot be closed without self-intersections.
         wider: usize = 3,
-        /// For patches that intersect others one in this many faces of the input is cut out at most, and [`Self::lost_crossing`]
-        /// times those that intersected others in the input: caps of sheets that lie in each other cannot but intersect.
+        /// Because of intersecting patches at most one in this many input faces is cut out, plus [`Self::lost_crossing`] times
+        /// the input's intersecting faces: caps of sheets that overlap each other must intersect.
         lost_part: usize = 30,
-        /// Faces cut out for each that intersected others in the input, at most.
+        /// Maximum number of faces cut out for each intersecting face of the input.
         lost_crossing: usize = 2,
-        /// Rings of faces round intersecting ones that are cut out with them.
+        /// Rings of faces round intersecting faces that are cut out with them.
         rings: usize = 1,
-        /// Rounds of edge turns: faces without area may lie side by side.
+        /// Maximum number of rounds of edge flips: faces without area may be adjacent.
         clean_rounds: usize = 20,
-        /// Edges. Longer rims are first reduced by cutting ears. The memory of a search grows with the cube of it: 1 MB.
+        /// Edges. Longer rims are first shortened by cutting ears. The memory of a search grows with its cube: 1 MB.
         clear_edges: usize = 200,
-        /// Rounds after which a search is given up; each rules some triangles out. On two scans with rims of hundreds of edges
-        /// 300 rounds and 450 edges closed no hole more.
+        /// Rounds after which a search is abandoned; each rules out some triangles. On two scans with rims of hundreds of edges,
+        /// 300 rounds and 450 edges closed no further hole.
         clear_rounds: usize = 60,
-        /// Part of the size of coordinates by which faces on one side of a triangle's plane are far enough from it not to
-        /// intersect it in rounded numbers.
+        /// Relative to the size of coordinates: distance of a face from a triangle's plane above which it cannot intersect the
+        /// triangle in spite of rounding.
         clearly: f64 = 1e-9,
-        /// Weight of the square of a diagonal's length beside the area: of triangulations of one area that with short diagonals
-        /// is taken.
+        /// Weight of a diagonal's squared length relative to the area: of triangulations of equal area the one with short
+        /// diagonals is taken.
         diagonal: f64 = 0.1,
-        /// Faces. Components of this many have no inside.
+        /// Faces. Components of at most this many faces enclose nothing.
         small_faces: usize = 2,
-        /// Faces of a component that are tested to say whether it lies inside another.
+        /// Number of faces of a part that are tested to decide whether it lies inside another surface.
         samples: usize = 64,
-        /// Winding number of the other component above which a point before a face lies inside it; half of the points decide.
+        /// Winding number above which a point in front of a face is inside another surface; the majority of points decides.
         inside: f64 = 0.5,
-        /// Roots of the face's area. Distance of those points from the face.
+        /// Square roots of the face's area. Distance of these points from the face.
         before: f64 = 1e-2,
-        /// Mean edges. A layer covers another one that is no farther below it than this.
+        /// Mean edges. Maximum distance at which one surface covers another.
         cover: f64 = 4.0,
-        /// Least cosine between the faces of two layers: 60°.
+        /// Least cosine between the normals of two surfaces of which one covers the other: 60°.
         same_way: f64 = 0.5,
-        /// Part of a component inside others above which the component is kept for what it is and its visible part is removed.
+        /// Fraction of a component's area inside others above which its inner part is kept and its visible part is removed.
         submerged: f64 = 0.9,
-        /// Shortest edges. Depth of an offset shell under the surface.
+        /// Shortest local edges. Depth of an offset shell below the surface.
         shell_depth: f64 = 0.1,
-        /// Factor of the depth where the shell intersects anything.
+        /// Factor that reduces the depth where the shell intersects anything.
         shell_nearer: f64 = 0.25,
-        /// Times that a shell comes nearer to the surface, at most.
+        /// Maximum number of depth reductions of a shell.
         shell_rounds: usize = 5,
-        /// Mean edges of the surface. Thickness of the walls that an open sheet gets, where none is asked for.
+        /// Mean edges of the surface. Default thickness of the walls of an open sheet.
         wall: f64 = 1.0,
-        /// Part of the distance to the next surface under it that the depth of a wall is at most.
+        /// Fraction of the distance to the next surface below: upper bound of a wall's depth.
         room: f64 = 0.8,
-        /// Factor of the depth of a wall where it intersects anything, the first
+        /// Factor that reduces the depth of a wall where it intersects anything, in the first
         wall_nearer: f64 = 0.7,
-        /// times; later it is that of a shell, since what is left is a matter of few places.
+        /// reductions; later `shell_nearer` is used, since few places remain.
         wall_steps: usize = 10,
-        /// Part of the depth that was wanted. A wall that would have to be thinner anywhere is none.
+        /// Fraction of the wanted depth. A wall that would have to be thinner anywhere is rejected.
         wall_least: f64 = 2e-4,
-        /// Times that a wall gets thinner, at most.
+        /// Maximum number of depth reductions of a wall.
         wall_rounds: usize = 24,
-        /// Mean edges, and thicknesses that were asked for. Walls made by a repair that are thinner count as foil,
+        /// Mean edges, or requested thicknesses if smaller. Walls made by a repair that are thinner count as foil
         least_wall: f64 = 0.5,
-        /// where they make up this part of their component's surface. A shell has its inner side and its outer one: a quarter of the sheet.
+        /// if they make up this fraction of their component's area. A shell has an inner and an outer side, so this is a quarter
+        /// of the sheet.
         thin_part: f64 = 0.125,
-        /// Diameters of the smaller one. Borders of two sheets are the sides of one gap where half of the shorter one is nearer to the other
-        /// than this; else each is capped, or its sheet gets walls.
+        /// Diameters of the smaller border. The borders of two sheets are the sides of one gap if half of the shorter one is
+        /// nearer to the other than this; otherwise each gets a cap, or its sheet gets walls.
         gap: f64 = 0.25,
-        /// Part of a flat cap's area at which the body under it is not foil, at least: else its sheet gets walls.
+        /// Least fraction of a flat cap's area above parts of the body that are not foil: otherwise the sheet gets walls.
         thick_cap: f64 = 0.75,
-        /// Steps of the search for a direction into the surface at a vertex, at most; twenty are rarely needed.
+        /// Maximum number of steps of the search for an inward direction at a vertex; twenty are rarely needed.
         shell_steps: usize = 100,
-        /// Faces lined for the sake of one hole, at most; a matter of time, not of shape.
+        /// Maximum number of faces of an offset shell for one hole; limits time, not shape.
         shell_faces: usize = 20_000,
-        /// Faces of a component that is lined as a whole, as the last resort, at most.
+        /// Maximum number of faces of a component that gets a whole offset shell, the last resort.
         shell_whole: usize = 250_000,
-        /// Faces of all components that are lined as a whole, at most.
+        /// Maximum number of faces of all whole offset shells together.
         shell_whole_work: usize = 1_000_000,
-        /// Edges. Borders with more are not closed: where hundreds of edges could not be closed at the rim, they seldom can be
-        /// farther on.
+        /// Edges. Longer loops of a shell are not closed: where hundreds of edges could not be closed at the rim, they seldom can
+        /// be farther away.
         shell_edges: usize = 200,
-        /// Faces visited by the searches for offset shells of parts of a mesh, at most.
+        /// Maximum number of faces visited by the searches for partial offset shells.
         shell_work: usize = 400_000,
-        /// Faces visited for one hole or the holes of one component, at most.
+        /// Maximum number of faces visited for one hole, or for the holes of one component together.
         shell_work_each: usize = 40_000,
-        /// The search for triangles that close a border costs as much as the square of its edges over this many faces.
+        /// Closing a loop costs its squared number of edges divided by this, counted as visited faces.
         shell_edges_work: usize = 2,
-        /// Roots of its area. An open component whose borders are shorter counts as closed if it encloses [`Self::least_volume`].
+        /// Square roots of the component's area. An open component with shorter boundary counts as closed if it encloses
+        /// [`Self::least_volume`].
         short_border: f64 = 1.0,
-        /// Powers 3/2 of its area. Least volume of such a component: 0.094 for a sphere.
+        /// Area to the power 3/2. Least volume of such a component; a sphere has 0.094.
         least_volume: f64 = 0.02,
         /// Rounds: each shell adds surface along which further holes can be closed.
         shell_passes: usize = 4,
-        /// Times that faces are cut out of surfaces which no shell can be made of, at most.
+        /// Maximum number of places where blocking faces are cut out so that a shell can be made.
         shell_cuts: usize = 30,
-        /// Part of the area of the component it hangs on, below which a sheet is a dangling sheet.
+        /// Fraction of the host component's area below which a sheet counts as a dangling sheet.
         dangling: f64 = 0.01,
-        /// Rounds of cuts: each changes which sheets touch.
+        /// Maximum number of rounds of separations and cuts: each changes which sheets touch.
         sheet_rounds: usize = 8,
-        /// Rounds of splits at T-junctions, at most: each splits one edge of a face.
+        /// Maximum number of rounds of T-junction splits: each splits one edge per face.
         stitch_rounds: usize = 12,
-        /// Units in the last place of 32-bit floats. Components that measure no more are points in an output of these: a body needs
+        /// Units in the last place of 32-bit floats. Components of at most this size are points in 32-bit output: a body needs
         /// several units along each axis.
         point: f64 = 4.0,
-        /// The first of these rounds, in which edges that cannot be separated at their ends get a vertex between them.
+        /// Number of the first of these rounds in which non-manifold edges with inseparable ends get a vertex in the middle.
         halving_rounds: usize = 3,
-        /// Shortest edges. Separated vertices are moved apart by this,
+        /// Shortest local edges. Displacement of separated vertices,
         apart: f64 = 1e-3,
-        /// and by at least this many units in the last place of 32-bit floats.
+        /// but at least this many units in the last place of 32-bit floats.
         least_apart: f64 = 16.0,
     }
 }

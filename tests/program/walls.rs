@@ -44,7 +44,10 @@ fn a_sheet_gets_walls_and_the_report_says_how_thick() {
     let done = desk.run(&arguments);
     assert_code(&done, 0);
     let said = text(&done.stderr);
-    assert!(said.contains("component 1 was lined: walls 0.0"), "{said}");
+    assert!(
+        said.contains("component 1 got an offset shell: walls 0.0"),
+        "{said}"
+    );
     assert!(
         said.contains("by walls") && !said.contains("still open"),
         "{said}"
