@@ -63,6 +63,7 @@ impl Default for CheckParams {
 impl CheckParams {
     /// Checks that the values are within their bounds.
     ///
+    /// # Errors
     /// The parameter that is out of bounds.
     pub fn check(&self) -> Result<(), OutOfBounds> {
         tables::THIN.check(self.thin)?;
@@ -215,6 +216,7 @@ pub struct Subject<'a> {
 
 /// Lists all defects of a mesh.
 ///
+/// # Panics
 /// If a face uses a vertex that does not exist, or the connectivity belongs to another mesh.
 pub fn judge(subject: &Subject, params: &CheckParams) -> Verdict {
     let mut components = components(subject.mesh, subject.topology, params.debris);

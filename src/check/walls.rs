@@ -1,4 +1,4 @@
-//! Wall thickness of closed components.
+//! Wall thickness of closed components, measured by inward rays.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -202,7 +202,7 @@ impl Verdict {
             true => ("walls", ""),
             false => (
                 "walls that the repair made",
-                "; a flat base below the sheet or thicker walls would do",
+                "; put the sheet on a flat base, or ask for thicker walls",
             ),
         };
         format!(

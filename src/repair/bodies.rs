@@ -73,7 +73,7 @@ impl Run<'_> {
         let left = union::unite(&mut self.draft, &mut self.report, crossing, reach)?;
         let left = self.left_wrong(left)?;
         log::debug!(
-            "{} vertices of faces that touch moved by up to {:e} for the union: {left:?} defects are left, {most} without",
+            "union with grown bodies: {} vertices moved by up to {:e}; {left:?} defects afterwards, {most} without growth",
             moved.vertices,
             moved.largest
         );

@@ -35,6 +35,7 @@ pub(super) struct Choice {
 }
 
 impl Choice {
+    /// # Errors
     /// If the selection names a hole that does not exist.
     pub(super) fn new(found: &Inspection, params: &FillParams) -> Result<Self, FillError> {
         // Fails for hole numbers that do not exist.

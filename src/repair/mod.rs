@@ -89,6 +89,7 @@ impl Default for Carried<'_> {
 
 /// Repairs a mesh.
 ///
+/// # Errors
 /// If the mesh or the parameters are invalid, or [`FillError::Cancelled`]. A defect that cannot be repaired is not an error; it
 /// is in the report.
 pub fn repair(

@@ -78,7 +78,7 @@ impl RepairParams {
         tables::MIN_WALL.check(self.min_wall)?;
         if self.fill.surface == crate::fill::SurfaceKind::Whole {
             return bad(
-                "a repair is stitched into the mesh; whole level sets come from a fill alone",
+                "a repair always returns the mesh with its patches; for whole level sets, fill the mesh instead",
             );
         }
         self.fill.check()

@@ -1,4 +1,5 @@
-//! Rounds of offset shells in a repair. Each round is undone if it increases the faults.
+//! Rounds of offset shells in a repair: each shell adds surface along which further holes can be closed. A round that increases
+//! the faults is undone.
 
 use std::collections::HashSet;
 

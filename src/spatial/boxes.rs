@@ -245,7 +245,7 @@ impl BoxTree {
 struct Along {
     from: DVec3,
     way: DVec3,
-    /// The smallest box round it with its margin.
+    /// Bounding box of the segment with its margin.
     around: Bounds,
     margin: f64,
 }

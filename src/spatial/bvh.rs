@@ -143,6 +143,7 @@ pub fn middle(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> DVec3 {
 impl Bvh {
     /// Builds the hierarchy over the given faces of a mesh.
     ///
+    /// # Panics
     /// If a face's vertex index is out of range.
     pub fn new(mesh: &Mesh, faces: impl Iterator<Item = u32>) -> Self {
         let faces: Vec<u32> = faces.collect();

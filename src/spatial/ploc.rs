@@ -175,7 +175,7 @@ mod tests {
             let boxes: Vec<Aabb> = (0..40_000).map(shape).collect();
             let begun = std::time::Instant::now();
             let built = binary(boxes.clone());
-            // The quadratic way takes over ten seconds.
+            // Without the fallback this takes over ten seconds.
             assert!(begun.elapsed().as_secs_f64() < 3.0);
             assert!(checked_depth(&built, &boxes) < 200);
         }

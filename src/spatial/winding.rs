@@ -158,6 +158,7 @@ impl Moments {
             *slot = Some(part);
         }
         let parts = || all.iter().flatten();
+        // The new centre is the area-weighted mean of the centres.
         let area: f64 = parts().map(|c| c.area).sum();
         let mut centre = parts().next().map_or(DVec3::ZERO, |c| c.centre);
         if area > 0.0 {
@@ -173,6 +174,7 @@ impl Moments {
             area,
         };
         for c in parts() {
+            // Translate the moments of the part to the new centre.
             let s = c.centre - centre;
             sum.radius = sum.radius.max(s.length() + c.radius);
             sum.dipole += c.dipole;
@@ -186,6 +188,7 @@ impl Moments {
     }
 
     fn far_field(&self, q: DVec3) -> f64 {
+        // Taylor expansion of the solid angle about the centre, up to the octupole (Barill et al. 2018).
         let r = self.centre - q;
         let r2 = r.length_squared();
         let r3 = r2 * r2.sqrt();

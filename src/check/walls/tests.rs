@@ -94,7 +94,7 @@ fn a_sharp_edge_is_no_thin_wall() {
     for times in 0..5 {
         let mesh = divided(&wedge(20.0), times);
         let [least, _] = walls(&mesh);
-        // The ends are 3 apart.
+        // The end faces are 3 apart, which is the only wall.
         assert!(least.is_none_or(|l| l > 2.9), "{times}: {least:?}");
         assert!(verdict(&mesh, Some(0.1)).is_sound());
     }
@@ -107,7 +107,7 @@ fn the_tip_of_a_cone_is_no_thin_wall() {
         let (a, r) = (std::f64::consts::TAU * u, tip * v);
         DVec3::new(r * a.cos(), r * a.sin(), -v)
     });
-    // Rings of no size at the tip, and an open base, which a fan closes.
+    // The surface has a degenerate ring at the tip and an open base, which a fan closes.
     let base: Vec<u32> = (0..mesh.positions.len() as u32)
         .filter(|v| mesh.positions[*v as usize].z < -1.0 + 1e-9)
         .collect();

@@ -25,7 +25,7 @@ const WEIGHTS: [[u32; 3]; 8] = [
     [251, 83, 191],
 ];
 
-/// What becomes of a triangle.
+/// What to do with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Fate {
     Goes,

@@ -12,7 +12,7 @@ use crate::mesh::{DisjointSets, Mesh, Topology};
 /// hundredth of the size of the coordinates by this angle.
 const COINCIDENT_ANGLE: f64 = 1e-5;
 
-/// Components to be united.
+/// Clusters of components to unite.
 pub(super) struct Clusters {
     /// The faces of all clusters, ascending.
     pub(super) faces: Vec<u32>,

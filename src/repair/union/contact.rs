@@ -109,7 +109,7 @@ fn length(draft: &Draft) -> f64 {
         .max(tuning().repair.short_edge * (high - low).length())
 }
 
-/// Bodies that touch in faces.
+/// Bodies in contact: their pairs and contact faces.
 struct Touching<'a> {
     found: &'a Inspection<'a>,
     /// The body of each face, see [`bodies`].

@@ -82,7 +82,7 @@ pub(super) fn unite(
         let before = crossing.len();
         crossing = draft.crossing()?;
         log::debug!(
-            "union: {before} faces intersect others in {} bodies, {} do after it",
+            "union of {} bodies: {before} faces intersected others, {} do afterwards",
             done.bodies,
             crossing.len()
         );
