@@ -137,7 +137,7 @@ pub(super) fn of_faces(subject: &Subject) -> [Defect; 3] {
         .filter(|&f| topology.component[f as usize] == NONE || is_flat(mesh.corners(f)))
         .collect();
     let twice = duplicates(mesh, topology);
-    let crossing = crossing(mesh, topology);
+    let crossing = self_intersections(mesh, topology);
     let crossing: Vec<u32> = crossing.iter().map(|pair| pair.0).collect();
     let make = |kind, faces: Vec<u32>| Defect::new(kind, faces.len(), faces, mesh);
     [
@@ -177,14 +177,18 @@ pub(crate) fn duplicates(mesh: &Mesh, topology: &Topology) -> Vec<u32> {
 
 /// The faces of a welded mesh that intersect or touch others, ascending, each with one of them. Faces that use a vertex twice are
 /// ignored.
-pub(crate) fn crossing(mesh: &Mesh, topology: &Topology) -> Vec<(u32, u32)> {
+pub(crate) fn self_intersections(mesh: &Mesh, topology: &Topology) -> Vec<(u32, u32)> {
     pairs(mesh, topology, |faces| {
         intersecting(&mesh.positions, faces, faces.len())
     })
 }
 
-/// Some of the faces that [`crossing`] reports, given in ascending order, each with the partner that it reports.
-pub(crate) fn crossing_among(mesh: &Mesh, topology: &Topology, some: &[u32]) -> Vec<(u32, u32)> {
+/// Some of the faces that [`self_intersections`] reports, given in ascending order, each with the partner that it reports.
+pub(crate) fn self_intersections_among(
+    mesh: &Mesh,
+    topology: &Topology,
+    some: &[u32],
+) -> Vec<(u32, u32)> {
     if some.is_empty() {
         return Vec::new();
     }

@@ -27,7 +27,7 @@ use crate::parameters::{OutOfBounds, tables};
 pub(crate) use boundary::{Boundary, Match};
 pub use components::Component;
 pub(crate) use components::components;
-pub(crate) use defects::{crossing, crossing_among, duplicates, is_flat};
+pub(crate) use defects::{duplicates, is_flat, self_intersections, self_intersections_among};
 pub(crate) use resolution::weld_length;
 pub(crate) use walls::Walls;
 

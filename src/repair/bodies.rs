@@ -12,7 +12,7 @@ impl Run<'_> {
     /// Unites closed bodies that touch or intersect, if fewer faces intersect others afterwards. If the exact union leaves
     /// intersecting faces, it is tried again on the mesh as `given`, with the bodies grown slightly where they touch.
     pub(super) fn unite(&mut self, given: Given, carried: &Carried) -> Result<(), FillError> {
-        let crossing = self.draft.crossing()?;
+        let crossing = self.draft.self_intersections()?;
         if crossing.is_empty() {
             return Ok(());
         }
@@ -48,7 +48,7 @@ impl Run<'_> {
         }
         sheets::separate(&mut trial, &mut self.report.clone())?;
         let faults = trial.faults()?;
-        Ok(Some(left.max(faults.crossing_or_not_manifold())))
+        Ok(Some(left.max(faults.intersecting_or_not_manifold())))
     }
 
     /// Unites bodies after growing them by `growth` times the smallest length where they touch. Keeps the result if fewer than
@@ -68,7 +68,7 @@ impl Run<'_> {
             std::mem::replace(&mut self.report, report.clone()),
         );
         self.clean(carried)?;
-        let crossing = self.draft.crossing()?;
+        let crossing = self.draft.self_intersections()?;
         let reach = moved.reach();
         let left = union::unite(&mut self.draft, &mut self.report, crossing, reach)?;
         let left = self.left_wrong(left)?;

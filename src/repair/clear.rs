@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::edges;
 use super::growing::GrowingTree;
-use super::known::Fast;
+use super::intersection_cache::Fast;
 use crate::check::is_flat;
 use crate::mend::Inspection;
 use crate::mesh::triangulate::triangulate_loop_beside;
@@ -274,7 +274,7 @@ impl<'a> Ground<'a> {
 
 /// The faces among the first `count` that intersect any face or have no area, each with the other face if it is in `faces`.
 /// `near` are the faces nearby.
-pub(super) fn crossing_or_flat(
+pub(super) fn intersecting_or_flat(
     positions: &[DVec3],
     faces: &[[u32; 3]],
     count: usize,

@@ -154,7 +154,7 @@ pub(super) fn drop(
         return Ok(());
     }
     let crossing = match may_stay {
-        true => draft.crossing()?,
+        true => draft.self_intersections()?,
         false => Vec::new(),
     };
     let (removed, rims) = {

@@ -5,9 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rayon::prelude::*;
 
-use super::known::Known;
+use super::intersection_cache::IntersectionCache;
 use super::rounding::Rounding;
-use crate::check::crossing_among;
+use crate::check::self_intersections_among;
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
@@ -27,7 +27,7 @@ pub(super) struct Draft {
     component: Vec<u32>,
     /// Input faces that belong to dangling sheets; see [`super::dangling`].
     dangling: HashSet<u32>,
-    known: Arc<Known>,
+    cache: Arc<IntersectionCache>,
     inspected: Inspected,
     /// The faults, with the inspection that they were computed from.
     judged: Option<(Weak<Inspection<'static>>, Faults)>,
@@ -81,7 +81,7 @@ impl Faults {
     }
 
     /// The number of intersecting faces and non-manifold edges and vertices.
-    pub(super) fn crossing_or_not_manifold(&self) -> usize {
+    pub(super) fn intersecting_or_not_manifold(&self) -> usize {
         self.crossing + self.non_manifold
     }
 
@@ -108,7 +108,7 @@ impl Draft {
         Self {
             component,
             dangling: HashSet::new(),
-            known: Arc::default(),
+            cache: Arc::default(),
             inspected: Inspected::default(),
             judged: None,
             rounding: Rounding::default(),
@@ -140,7 +140,7 @@ impl Draft {
     /// Clears everything that depends on vertex positions.
     pub(super) fn forget_positions(&mut self) {
         self.forget_inspection();
-        self.known = Arc::default();
+        self.cache = Arc::default();
         self.judged = None;
     }
 
@@ -236,22 +236,26 @@ impl Draft {
     }
 
     /// The faces that intersect others, ascending.
-    pub(super) fn crossing(&mut self) -> Result<Vec<u32>, FillError> {
+    pub(super) fn self_intersections(&mut self) -> Result<Vec<u32>, FillError> {
         let found = self.inspect()?;
-        Ok(self.crossing_in(&found))
+        Ok(self.self_intersections_in(&found))
     }
 
     /// The faces that intersect others, ascending, each with the partner that a search through all faces finds first.
-    pub(super) fn crossing_pairs(&mut self) -> Result<Vec<(u32, u32)>, FillError> {
+    pub(super) fn self_intersection_pairs(&mut self) -> Result<Vec<(u32, u32)>, FillError> {
         let found = self.inspect()?;
-        let crossing = self.crossing_in(&found);
-        Ok(crossing_among(&found.mesh, &found.topology, &crossing))
+        let crossing = self.self_intersections_in(&found);
+        Ok(self_intersections_among(
+            &found.mesh,
+            &found.topology,
+            &crossing,
+        ))
     }
 
-    fn crossing_in(&mut self, found: &Inspection) -> Vec<u32> {
-        let (crossing, known) = self.known.search(found);
-        if let Some(known) = known {
-            self.known = Arc::new(known);
+    fn self_intersections_in(&mut self, found: &Inspection) -> Vec<u32> {
+        let (crossing, cache) = self.cache.search(found);
+        if let Some(cache) = cache {
+            self.cache = Arc::new(cache);
         }
         crossing
     }
@@ -261,7 +265,7 @@ impl Draft {
         if self.mesh.positions != found.input.positions {
             return;
         }
-        self.known = Arc::new(Known::of(&found, crossing));
+        self.cache = Arc::new(IntersectionCache::of(&found, crossing));
         self.inspected = Inspected(Mutex::new(Some(Arc::new(found.into_owned()))));
     }
 
@@ -284,7 +288,7 @@ impl Draft {
         let vertices = (0..mesh.positions.len() as u32).into_par_iter();
         let pinched = vertices.filter(|v| has_several_fans(mesh, topology, &around, *v));
         let pinched = pinched.count();
-        let crossing = self.crossing_in(&found);
+        let crossing = self.self_intersections_in(&found);
         let faults = Faults {
             lost_components: all.iter().filter(lost).count(),
             crossing: crossing.len(),
@@ -428,7 +432,7 @@ fn retain<T>(items: &mut Vec<T>, removed: &[bool]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::crossing;
+    use crate::check::self_intersections;
     use crate::mesh::shapes::icosphere;
 
     #[test]
@@ -437,33 +441,33 @@ mod tests {
         let mut draft = Draft::new(&ball, vec![0; ball.faces.len()]);
         let all = |draft: &Draft| -> Vec<u32> {
             let found = draft.inspect().unwrap();
-            let pairs = crossing(&found.mesh, &found.topology);
+            let pairs = self_intersections(&found.mesh, &found.topology);
             pairs.iter().map(|(f, _)| *f).collect()
         };
-        assert!(draft.crossing().unwrap().is_empty());
-        assert_eq!(draft.known.clear.len(), ball.faces.len());
+        assert!(draft.self_intersections().unwrap().is_empty());
+        assert_eq!(draft.cache.clear.len(), ball.faces.len());
         // A face that pierces the ball, then a duplicate face.
         let first = draft.mesh.positions.len() as u32;
         let spike = [0.5, 1.0, 2.0].map(|s| s * glam::DVec3::new(0.3, 0.1 * s, 1.0));
         draft.mesh.positions.extend(spike);
         draft.mesh.faces.push([first, first + 1, first + 2]);
-        let spike = draft.crossing().unwrap();
+        let spike = draft.self_intersections().unwrap();
         assert!(spike.len() > 1);
         assert_eq!(spike, all(&draft));
-        assert_eq!(draft.known.crossing.len(), spike.len());
+        assert_eq!(draft.cache.crossing.len(), spike.len());
         assert_eq!(
-            draft.known.clear.len() + spike.len(),
+            draft.cache.clear.len() + spike.len(),
             draft.mesh.faces.len()
         );
         let [a, b, c] = ball.faces[7];
         draft.mesh.faces.push([b, c, a]);
-        let double = draft.crossing().unwrap();
+        let double = draft.self_intersections().unwrap();
         assert!(double.contains(&7));
         assert_eq!(double, all(&draft));
         draft.mesh.faces.truncate(ball.faces.len() + 1);
-        assert_eq!(draft.crossing().unwrap(), spike);
+        assert_eq!(draft.self_intersections().unwrap(), spike);
         // Its partners intersect nothing once it is removed.
         draft.mesh.faces.truncate(ball.faces.len());
-        assert!(draft.crossing().unwrap().is_empty());
+        assert!(draft.self_intersections().unwrap().is_empty());
     }
 }

@@ -7,12 +7,11 @@ mod caps;
 mod choice;
 mod clean;
 mod clear;
-mod crossing;
 mod dangling;
 mod draft;
 mod finish;
 mod growing;
-mod known;
+mod intersection_cache;
 mod offset_shell;
 mod offset_shells;
 mod orient;
@@ -22,6 +21,7 @@ mod rim_triangles;
 mod rings;
 mod rounding;
 mod seams;
+mod self_intersections;
 mod setters;
 mod sheets;
 mod shell_rounds;
@@ -297,11 +297,11 @@ impl Run<'_> {
         report::open(&self.draft, &mut self.report.fill, &open)?;
         dangling::close(&self.draft, &mut self.report.fill)?;
         self.add_offset_shells(&was_border)?;
-        let crossing = self.draft.crossing()?;
+        let crossing = self.draft.self_intersections()?;
         let left = crossing.iter().map(|f| self.draft.component(*f as usize));
         let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();
         self.report.left_crossing = left.len();
-        report::crossing_faces(&mut self.draft, &mut self.report.fill)
+        report::count_intersecting_faces(&mut self.draft, &mut self.report.fill)
     }
 
     /// Separates surfaces that patches joined at edges or vertices, if that reduces the faults.
@@ -343,8 +343,12 @@ impl Run<'_> {
     fn cut(&mut self, pass: usize) -> Result<bool, FillError> {
         let most = self.most_lost();
         let cut = match pass {
-            0 => crossing::cut_crossings(&mut self.draft, tuning().repair.rings)?,
-            _ => crossing::cut_patches(&mut self.draft, tuning().repair.rings + pass, most)?,
+            0 => self_intersections::cut(&mut self.draft, tuning().repair.rings)?,
+            _ => self_intersections::cut_patches(
+                &mut self.draft,
+                tuning().repair.rings + pass,
+                most,
+            )?,
         };
         let Some(cut) = cut else {
             return Ok(false);

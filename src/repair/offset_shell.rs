@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::clear::{Ground, crossing_or_flat};
+use super::clear::{Ground, intersecting_or_flat};
 use super::rounding::Rounding;
 use super::shell_vertex::{Shape, ShellBase, ShellVertex, below, under};
 use super::{Edge, edges};
@@ -317,7 +317,7 @@ impl LocalShell {
         let mut order = asked;
         order.extend((0..self.own.len()).filter(|f| !is_asked[*f]));
         let own: Vec<[u32; 3]> = order.iter().map(|f| self.own[*f]).collect();
-        let wrong = crossing_or_flat(&self.positions, &own, count, &self.near);
+        let wrong = intersecting_or_flat(&self.positions, &own, count, &self.near);
         let both = wrong.into_iter().flat_map(|(f, g)| [f, g.unwrap_or(f)]);
         both.map(|i| order[i as usize] as u32).collect()
     }

@@ -7,7 +7,7 @@
 use std::collections::HashMap;
 
 use super::draft::Draft;
-use super::known::sorted;
+use super::intersection_cache::sorted;
 use super::offset_shell::{WallFace, edges_of};
 use super::rim_triangles::{closed_after, push};
 use super::shell_search::{Blocked, Budget, OffsetShells, Wanted, find};

@@ -57,11 +57,14 @@ pub(super) fn open(
 }
 
 /// Counts the intersecting faces of each patch.
-pub(super) fn crossing_faces(draft: &mut Draft, report: &mut FillReport) -> Result<(), FillError> {
+pub(super) fn count_intersecting_faces(
+    draft: &mut Draft,
+    report: &mut FillReport,
+) -> Result<(), FillError> {
     for region in &mut report.regions {
         region.set_intersecting(0);
     }
-    for f in draft.crossing()? {
+    for f in draft.self_intersections()? {
         match draft.region[f as usize] {
             NONE => {}
             region => {

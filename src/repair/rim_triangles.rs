@@ -31,7 +31,7 @@ pub(super) fn settle(
     report: &mut FillReport,
     is_border: &dyn Fn(&Hole) -> bool,
 ) -> Result<(), FillError> {
-    let crossing = crossing_regions(draft)?;
+    let crossing = intersecting_regions(draft)?;
     if crossing.is_empty() {
         return Ok(());
     }
@@ -147,9 +147,9 @@ pub(super) fn closed_after(before: &HoleOutcome) -> HoleOutcome {
 }
 
 /// The regions whose patches intersect others, with the number of intersecting faces that they cause.
-fn crossing_regions(draft: &mut Draft) -> Result<BTreeMap<u32, usize>, FillError> {
+fn intersecting_regions(draft: &mut Draft) -> Result<BTreeMap<u32, usize>, FillError> {
     let mut count = BTreeMap::new();
-    for (f, g) in draft.crossing_pairs()? {
+    for (f, g) in draft.self_intersection_pairs()? {
         let [own, other] = [f, g].map(|f| draft.region[f as usize]);
         for region in BTreeSet::from([own, other]) {
             *count.entry(region).or_insert(0) += 1;

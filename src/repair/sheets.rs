@@ -30,12 +30,12 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
                     found.topology.opposite[a as usize] = b;
                     found.topology.opposite[b as usize] = a;
                 }
-                let wishes = touching(&found, |f| draft.region[f as usize] == NONE);
-                (Vec::new(), placed(&found, wishes, draft.rounding))
+                let requests = touching(&found, |f| draft.region[f as usize] == NONE);
+                (Vec::new(), placed(&found, requests, draft.rounding))
             } else {
                 let mut cuts = cuts(&found, &unclear);
-                let wishes = detached(&found, &unclear, &mut cuts);
-                (cuts, placed(&found, wishes, draft.rounding))
+                let requests = detached(&found, &unclear, &mut cuts);
+                (cuts, placed(&found, requests, draft.rounding))
             }
         };
         if cuts.is_empty() && copies.is_empty() {
@@ -121,7 +121,7 @@ fn cuts(found: &Inspection, unclear: &[Vec<u32>]) -> Vec<u32> {
 /// Vertex copies that detach open sheets of which a cut would leave nothing, because all their faces are at inseparable edges,
 /// from open surfaces. Their faces are removed from `cuts`. On closed surfaces and inside them such sheets are defects and are
 /// cut.
-fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Vec<Wish> {
+fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Vec<CopyRequest> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let component = |f: u32| topology.component[f as usize] as usize;
     let mut left = topology.component_faces.clone();
@@ -140,22 +140,22 @@ fn detached(found: &Inspection, unclear: &[Vec<u32>], cuts: &mut Vec<u32>) -> Ve
         }
     }
     let around = VertexFaces::new(mesh);
-    let mut wishes = Vec::new();
+    let mut requests = Vec::new();
     let free: BTreeSet<usize> = ends.iter().map(|(component, _)| *component).collect();
     for (own, v) in ends {
         let faces = around.of(v).iter().copied();
         let fan: Vec<u32> = faces
             .filter(|&f| topology.component[f as usize] == own as u32)
             .collect();
-        let ways = vec![along(mesh, &fan, v)];
-        wishes.push(Wish {
+        let displacements = vec![along(mesh, &fan, v)];
+        requests.push(CopyRequest {
             fan,
             vertex: v,
-            ways,
+            displacements,
         });
     }
     cuts.retain(|&f| !free.contains(&component(f)));
-    wishes
+    requests
 }
 
 /// Whether each component is open.
@@ -170,8 +170,8 @@ pub(super) fn open_components(topology: &Topology) -> Vec<bool> {
 fn along(mesh: &Mesh, fan: &[u32], vertex: u32) -> DVec3 {
     let p = mesh.positions[vertex as usize];
     let centre = |f: &u32| mesh.corners(*f).iter().sum::<DVec3>() / 3.0 - p;
-    let way: DVec3 = fan.iter().map(centre).sum();
-    way.normalize_or_zero() * short(mesh, fan, p)
+    let direction: DVec3 = fan.iter().map(centre).sum();
+    direction.normalize_or_zero() * short(mesh, fan, p)
 }
 
 /// The corners of a fan's faces at a vertex, in the numbering of the draft.
@@ -195,20 +195,20 @@ struct Copy {
 }
 
 /// A fan that should get its own copy of its vertex.
-struct Wish {
+struct CopyRequest {
     fan: Vec<u32>,
     vertex: u32,
     /// Candidate displacements, in the order in which they are tried.
-    ways: Vec<DVec3>,
+    displacements: Vec<DVec3>,
 }
 
 /// Vertex copies that separate surfaces meeting in a vertex. One fan keeps the vertex: an open one if there is one, else the one
 /// with the most input faces, then the most faces. Open fans are not separated, since the fill of the gap between them may join
 /// them.
-fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<Wish> {
+fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<CopyRequest> {
     let (mesh, topology) = (&found.mesh, &found.topology);
     let around = VertexFaces::new(mesh);
-    let mut wishes = Vec::new();
+    let mut requests = Vec::new();
     for v in 0..mesh.positions.len() as u32 {
         if around.of(v).len() < 6 || !has_several_fans(mesh, topology, &around, v) {
             continue;
@@ -226,20 +226,20 @@ fn touching(found: &Inspection, is_old: impl Fn(u32) -> bool) -> Vec<Wish> {
             if i == spared || !closed(fan) {
                 continue;
             }
-            let ways = vec![inward(mesh, fan, v), along(mesh, fan, v)];
-            wishes.push(Wish {
+            let displacements = vec![inward(mesh, fan, v), along(mesh, fan, v)];
+            requests.push(CopyRequest {
                 fan: fan.clone(),
                 vertex: v,
-                ways,
+                displacements,
             });
         }
     }
-    wishes
+    requests
 }
 
 /// Chooses for each fan the first displacement that adds no intersecting faces; fans without one are not separated.
-fn placed(found: &Inspection, wishes: Vec<Wish>, rounding: Rounding) -> Vec<Copy> {
-    if wishes.is_empty() {
+fn placed(found: &Inspection, requests: Vec<CopyRequest>, rounding: Rounding) -> Vec<Copy> {
+    if requests.is_empty() {
         return Vec::new();
     }
     let mesh = &found.mesh;
@@ -248,20 +248,28 @@ fn placed(found: &Inspection, wishes: Vec<Wish>, rounding: Rounding) -> Vec<Copy
         .map(|f| Bounds::of(mesh.corners(*f)))
         .collect();
     let tree = BoxTree::new(&boxes);
-    let place = |wish: Wish| {
-        let p = mesh.positions[wish.vertex as usize];
-        let longest = wish.ways.iter().map(|way| way.length()).fold(0.0, f64::max);
+    let place = |request: CopyRequest| {
+        let p = mesh.positions[request.vertex as usize];
+        let longest = request
+            .displacements
+            .iter()
+            .map(|displacement| displacement.length())
+            .fold(0.0, f64::max);
         // Faces near the fan, within the longest displacement.
         let mut near = Vec::new();
-        for f in &wish.fan {
+        for f in &request.fan {
             let reach = Bounds::of(mesh.corners(*f)).widened(longest);
             tree.for_each(&reach, |i| near.push(faces[i as usize]));
         }
         near.sort_unstable();
         near.dedup();
-        near.retain(|f| !wish.fan.contains(f));
-        let part = Part::new(mesh, &[&wish.fan[..], &near].concat(), std::iter::empty());
-        let (count, own) = (wish.fan.len(), part.local(wish.vertex));
+        near.retain(|f| !request.fan.contains(f));
+        let part = Part::new(
+            mesh,
+            &[&request.fan[..], &near].concat(),
+            std::iter::empty(),
+        );
+        let (count, own) = (request.fan.len(), part.local(request.vertex));
         let (mut positions, mut all) = (part.mesh.positions, part.mesh.faces);
         // Compare the intersections of the fan before and after it gets its own vertex.
         let before = intersecting(&positions, &all, count).len();
@@ -270,17 +278,17 @@ fn placed(found: &Inspection, wishes: Vec<Wish>, rounding: Rounding) -> Vec<Copy
             *v = copy;
         }
         positions.push(p);
-        let fits = |way: &&DVec3| {
-            positions[copy as usize] = rounding.moved(p, **way);
+        let fits = |displacement: &&DVec3| {
+            positions[copy as usize] = rounding.moved(p, **displacement);
             positions[copy as usize] != p && intersecting(&positions, &all, count).len() <= before
         };
-        let way = wish.ways.iter().find(fits)?;
+        let displacement = request.displacements.iter().find(fits)?;
         Some(Copy {
-            corners: corners(found, &wish.fan, wish.vertex),
-            shift: *way,
+            corners: corners(found, &request.fan, request.vertex),
+            shift: *displacement,
         })
     };
-    wishes.into_iter().filter_map(place).collect()
+    requests.into_iter().filter_map(place).collect()
 }
 
 /// Whether a fan closes round its vertex.

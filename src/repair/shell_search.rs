@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::clear::Ground;
 use super::draft::Draft;
-use super::known::sorted;
+use super::intersection_cache::sorted;
 use super::offset_shell::{OffsetShell, WallFace, edges_of};
 use super::rings::Region;
 use super::rounding::Rounding;

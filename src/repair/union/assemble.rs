@@ -10,7 +10,7 @@ use super::classify::Fate;
 use crate::mesh::FaceOrigin;
 use crate::mesh::topology::NONE;
 use crate::repair::draft::Draft;
-use crate::repair::known::sorted;
+use crate::repair::intersection_cache::sorted;
 use crate::repair::rounding::is_single;
 
 /// A computed union: what to do with each face of the clusters.

@@ -44,7 +44,7 @@ impl Moved {
 /// grow by `factor` times the smallest length that exceeds rounding errors. None if no bodies are in contact.
 pub(in crate::repair) fn grow(draft: &mut Draft, factor: f64) -> Result<Option<Moved>, FillError> {
     let found = draft.inspect()?;
-    let crossing = draft.crossing()?;
+    let crossing = draft.self_intersections()?;
     let bodies = bodies(&draft.mesh, &found, &crossing);
     let bodies = Touching::new(&found, bodies, factor * length(draft));
     let Some(shifts) = bodies.shifts() else {

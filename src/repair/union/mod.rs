@@ -80,7 +80,7 @@ pub(super) fn unite(
         draft.merge_components(&union.clusters);
         let done = union.apply(draft);
         let before = crossing.len();
-        crossing = draft.crossing()?;
+        crossing = draft.self_intersections()?;
         log::debug!(
             "union of {} bodies: {before} faces intersected others, {} do afterwards",
             done.bodies,
@@ -110,7 +110,7 @@ pub(super) fn unite(
     report.united_bodies += done.bodies;
     report.split_faces += done.split;
     report.inner_faces += done.removed;
-    Ok(Some(draft.crossing()?.len()))
+    Ok(Some(draft.self_intersections()?.len()))
 }
 
 /// Computes the union of the clusters with intersecting faces; none if there are none, or the arrangement fails.

@@ -26,13 +26,13 @@ pub(super) fn collapse(draft: &mut Draft, first: usize, reach: f64) -> Result<()
             break;
         }
         if before.is_none() {
-            let crossing = draft.crossing()?.len();
+            let crossing = draft.self_intersections()?.len();
             before = Some((draft.clone(), crossing));
         }
         make(draft, &moves);
     }
     if let Some((before, crossing)) = before
-        && draft.crossing()?.len() > crossing
+        && draft.self_intersections()?.len() > crossing
     {
         *draft = before;
     }

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 
-use crate::check::crossing;
+use crate::check::self_intersections;
 use crate::mend::Inspection;
 use crate::spatial::intersecting_pairs;
 
@@ -17,7 +17,7 @@ pub(super) fn sorted([a, b, c]: [u32; 3]) -> [u32; 3] {
 /// Which faces intersect others, by sorted welded corners, from the last search. Vertices do not move, so only added or removed
 /// faces can change it.
 #[derive(Default)]
-pub(super) struct Known {
+pub(super) struct IntersectionCache {
     /// Faces that intersect no other face of this set.
     pub(super) clear: HashSet<[u32; 3], Fast>,
     /// Intersecting faces, each with one partner: the face intersects as long as the partner exists.
@@ -54,7 +54,7 @@ impl Hasher for Multiply {
     }
 }
 
-impl Known {
+impl IntersectionCache {
     /// The cache for a mesh with these intersecting faces (ascending).
     pub(super) fn of(found: &Inspection, crossing: &[u32]) -> Self {
         let faces = found.topology.faces();
@@ -102,7 +102,7 @@ impl Known {
         // Test all faces, or only the unknown ones against all.
         if asked.len() == all.len() {
             let place = |f: u32| all.partition_point(|g| *g < f) as u32;
-            for (f, g) in crossing(mesh, topology) {
+            for (f, g) in self_intersections(mesh, topology) {
                 pair(place(f), place(g));
             }
         } else if !is_same {

@@ -33,7 +33,7 @@ pub(super) fn cut_patches(
     rings: usize,
     most: usize,
 ) -> Result<Option<CutResult>, FillError> {
-    let pairs = draft.crossing_pairs()?;
+    let pairs = draft.self_intersection_pairs()?;
     let (removed, cut) = {
         let found = draft.inspect()?;
         let (mesh, topology) = (&found.mesh, &found.topology);
@@ -68,11 +68,8 @@ pub(super) fn cut_patches(
 
 /// Cuts out the faces that intersect others with `rings` rings of faces round them, then the parts that lie inside others. None
 /// if nothing can be cut.
-pub(super) fn cut_crossings(
-    draft: &mut Draft,
-    rings: usize,
-) -> Result<Option<CutResult>, FillError> {
-    let pairs = draft.crossing_pairs()?;
+pub(super) fn cut(draft: &mut Draft, rings: usize) -> Result<Option<CutResult>, FillError> {
+    let pairs = draft.self_intersection_pairs()?;
     let (removed, cut) = {
         let found = draft.inspect()?;
         let dangling = dangling::components(draft, &found.topology);
