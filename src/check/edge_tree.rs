@@ -1,4 +1,4 @@
-//! A k-d tree over edges as points in six dimensions, for finding edges whose end points are near those of a given edge.
+//! A k-d tree over edges as points in six dimensions, for finding edges with end points near the end points of a given edge.
 
 use glam::DVec3;
 

@@ -245,7 +245,7 @@ impl OffsetShell {
     /// Maximum number of depth reductions.
     fn rounds(&self) -> usize {
         match self.shape {
-            Shape::Hair => tuning().repair.shell_rounds,
+            Shape::Thin => tuning().repair.shell_rounds,
             _ => tuning().repair.wall_rounds,
         }
     }

@@ -18,7 +18,7 @@ use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
 
 /// Result of a search for offset shells.
-pub(super) struct Done {
+pub(super) struct AddResult {
     /// Number of shells added.
     pub(super) count: usize,
     /// The faces that block shells of other holes: whole components first, then by the number of faces.
@@ -46,17 +46,17 @@ pub(super) fn add(
     chosen: &dyn Fn(&HoleReport) -> bool,
     (whole, wanted): (bool, Wanted),
     budget: &mut Budget,
-) -> Result<Done, FillError> {
+) -> Result<AddResult, FillError> {
     let rim_edges = open_rim_edges(report, chosen);
     if rim_edges.is_empty() {
-        return Ok(Done {
+        return Ok(AddResult {
             count: 0,
             blocked: Vec::new(),
             walls: Vec::new(),
         });
     }
     let mut shells = find(draft, &rim_edges, (whole, wanted), budget)?;
-    let mut done = Done {
+    let mut done = AddResult {
         count: shells.groups.len(),
         blocked: std::mem::take(&mut shells.blocked),
         walls: Vec::new(),

@@ -256,7 +256,7 @@ impl Search<'_> {
             let (edge, depth) = self.depth(&region.faces);
             let shape = match thick {
                 true => Shape::Hanging(depth),
-                false => Shape::Hair,
+                false => Shape::Thin,
             };
             match self.shell_under(&region.faces, &rims, shape, &mut left) {
                 Ok(shell) => {
@@ -284,8 +284,8 @@ impl Search<'_> {
     }
 
     /// A shell of the whole component that closes some holes, and its mean edge length; none if there is none. It forms walls or
-    /// else, if `hair`, lies just below the surface.
-    fn shell(&mut self, holes: &[&Hole], hair: bool) -> Option<(f64, FoundShell)> {
+    /// else, if `or_thin`, lies just below the surface.
+    fn shell(&mut self, holes: &[&Hole], or_thin: bool) -> Option<(f64, FoundShell)> {
         let rims = edges_of(holes.iter().map(|h| &h.rim[..]));
         let mut region = Region::new(holes);
         let faces = self.found.topology.component_faces[region.component as usize];
@@ -308,7 +308,7 @@ impl Search<'_> {
                 }
             }
         }
-        if !hair {
+        if !or_thin {
             // The component will be searched again, so refund its faces.
             self.budget.whole += faces;
             return None;
@@ -319,7 +319,7 @@ impl Search<'_> {
             .filter(|_| holes.len() == 1);
         let base = match known {
             Some(obstacles) => Err(obstacles),
-            None => self.shell_under(&region.faces, &rims, Shape::Hair, &mut left),
+            None => self.shell_under(&region.faces, &rims, Shape::Thin, &mut left),
         };
         if let Err(obstacles) = &base
             && !obstacles.is_empty()

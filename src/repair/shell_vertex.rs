@@ -42,7 +42,7 @@ pub(super) enum Shape {
     /// At this depth; the outermost faces rise to the rims.
     Hanging(f64),
     /// At a small fraction of the local edge length; the outermost faces rise to the rims.
-    Hair,
+    Thin,
 }
 
 impl Shape {
@@ -50,7 +50,7 @@ impl Shape {
     pub(super) fn depth(self) -> Option<f64> {
         match self {
             Self::Walled(depth) | Self::Hanging(depth) => Some(depth),
-            Self::Hair => None,
+            Self::Thin => None,
         }
     }
 
@@ -62,11 +62,11 @@ impl Shape {
 /// The shell vertex below a mesh vertex.
 pub(super) fn below(base: &ShellBase, v: u32) -> ShellVertex {
     let mesh = &base.found.mesh;
-    let piece = |f: u32| base.found.topology.component[f as usize];
+    let component = |f: u32| base.found.topology.component[f as usize];
     let at = |f: &u32| {
         base.faces
             .first()
-            .is_some_and(|own| piece(*own) == piece(*f))
+            .is_some_and(|own| component(*own) == component(*f))
     };
     let faces: Vec<u32> = base.around.of(v).iter().copied().filter(at).collect();
     let from = mesh.positions[v as usize];

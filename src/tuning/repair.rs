@@ -29,10 +29,10 @@ thresholds! {
         rings: usize = 1,
         /// Maximum number of rounds of edge flips: faces without area may be adjacent.
         clean_rounds: usize = 20,
-        /// Edges. Longer rims are first shortened by cutting ears. The memory of a search grows with its cube: 1 MB.
+        /// Edges. Longer rims are first shortened by cutting ears. The memory of a search grows with the cube of this: 1 MB.
         clear_edges: usize = 200,
-        /// Rounds after which a search is abandoned; each rules out some triangles. On two scans with rims of hundreds of edges,
-        /// 300 rounds and 450 edges closed no further hole.
+        /// Rounds after which the search for a rim triangulation is abandoned; each rules out some triangles. On two scans with
+        /// rims of hundreds of edges, 300 rounds and 450 edges closed no further hole.
         clear_rounds: usize = 60,
         /// Relative to the size of coordinates: distance of a face from a triangle's plane above which it cannot intersect the
         /// triangle in spite of rounding.
@@ -64,18 +64,18 @@ thresholds! {
         wall: f64 = 1.0,
         /// Fraction of the distance to the next surface below: upper bound of a wall's depth.
         room: f64 = 0.8,
-        /// Factor that reduces the depth of a wall where it intersects anything, in the first
+        /// Factor that reduces the depth of a wall where it intersects anything, in the first `wall_steps` reductions.
         wall_nearer: f64 = 0.7,
-        /// reductions; later `shell_nearer` is used, since few places remain.
+        /// Number of reductions by `wall_nearer`; later ones use `shell_nearer`, since few places remain.
         wall_steps: usize = 10,
         /// Fraction of the wanted depth. A wall that would have to be thinner anywhere is rejected.
         wall_least: f64 = 2e-4,
         /// Maximum number of depth reductions of a wall.
         wall_rounds: usize = 24,
-        /// Mean edges, or requested thicknesses if smaller. Walls made by a repair that are thinner count as foil
+        /// Mean edges, or requested thicknesses if smaller. Walls made by a repair that are thinner than this count as thin.
         least_wall: f64 = 0.5,
-        /// if they make up this fraction of their component's area. A shell has an inner and an outer side, so this is a quarter
-        /// of the sheet.
+        /// Fraction of a component's area with thin walls above which the walls count as foil. A shell has an inner and an outer
+        /// side, so this is a quarter of the sheet.
         thin_part: f64 = 0.125,
         /// Diameters of the smaller border. The borders of two sheets are the sides of one gap if half of the shorter one is
         /// nearer to the other than this; otherwise each gets a cap, or its sheet gets walls.
@@ -104,7 +104,7 @@ thresholds! {
         short_border: f64 = 1.0,
         /// Area to the power 3/2. Least volume of such a component; a sphere has 0.094.
         least_volume: f64 = 0.02,
-        /// Rounds: each shell adds surface along which further holes can be closed.
+        /// Maximum number of rounds of offset shells: each shell adds surface along which further holes can be closed.
         shell_passes: usize = 4,
         /// Maximum number of places where blocking faces are cut out so that a shell can be made.
         shell_cuts: usize = 30,
@@ -117,11 +117,11 @@ thresholds! {
         /// Units in the last place of 32-bit floats. Components of at most this size are points in 32-bit output: a body needs
         /// several units along each axis.
         point: f64 = 4.0,
-        /// Number of the first of these rounds in which non-manifold edges with inseparable ends get a vertex in the middle.
+        /// In this many first rounds non-manifold edges whose ends cannot be separated get a vertex in the middle.
         halving_rounds: usize = 3,
-        /// Shortest local edges. Displacement of separated vertices,
+        /// Shortest local edges. Displacement of separated vertices, but not below `least_apart`.
         apart: f64 = 1e-3,
-        /// but at least this many units in the last place of 32-bit floats.
+        /// Units in the last place of 32-bit floats. Least displacement of separated vertices and least depth of an offset shell.
         least_apart: f64 = 16.0,
     }
 }
