@@ -190,7 +190,7 @@ fn closed_by(by: Option<ClosedBy>) -> &'static str {
         Some(ClosedBy::Base) => "flat base",
         Some(ClosedBy::Seam) => "seam triangles",
         Some(ClosedBy::RimTriangles) => "rim triangles",
-        Some(ClosedBy::Lining) => "offset shell",
+        Some(ClosedBy::OffsetShell) => "offset shell",
         _ => "-",
     }
 }

@@ -87,7 +87,9 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
         Some(ClosedBy::Base) => "closed by a flat base with walls".to_owned(),
         Some(ClosedBy::Seam) => "closed with thin triangles between the sides of a seam".to_owned(),
         Some(ClosedBy::RimTriangles) => "closed by triangles between its rim's vertices".to_owned(),
-        Some(ClosedBy::Lining) => "closed by lining the surface round its rim".to_owned(),
+        Some(ClosedBy::OffsetShell) => {
+            "closed by an offset shell of the surface round its rim".to_owned()
+        }
         Some(ClosedBy::Nothing) | None => "not closed".to_owned(),
     };
     if let Some(finish) = &r.finish {
