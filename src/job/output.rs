@@ -239,8 +239,7 @@ impl Output {
         let mut saved = self.write_model(mesh, attributes, None, saving)?;
         let listed = saving.input.attributes.listed();
         if !listed.is_empty() {
-            let what =
-                format!("not written, because a whole level set has no attributes: {listed}");
+            let what = format!("left out, because a whole level set has no attributes: {listed}");
             saved.notes.push(what);
         }
         Ok(saved)

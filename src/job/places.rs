@@ -84,9 +84,7 @@ impl Place {
         };
         if !folder.is_dir() {
             let folder = folder.display();
-            return bad(format!(
-                "the folder {folder} does not exist; create it first"
-            ));
+            return bad(format!("there is no folder {folder}; create it first"));
         }
         Ok(())
     }

@@ -139,7 +139,7 @@ fn the_missing_piece_is_a_solid_that_has_the_rim() {
     fs::remove_file(desk.path("chip.stl")).unwrap();
     let done = desk.run(&restore);
     assert_code(&done, 3);
-    assert!(text(&done.stderr).contains("no piece was written: the patch lies below"));
+    assert!(text(&done.stderr).contains("no piece was written: the patch is below"));
     assert!(!desk.path("chip.stl").exists());
     let reason = &desk.json("out.json")["piece"]["reason"];
     assert!(reason.as_str().unwrap().contains("nothing is missing"));

@@ -76,7 +76,8 @@ pub(in crate::job) fn piece(
 }
 
 /// Message if the patch adds no volume.
-const BELOW: &str = "the patch is below the faces that were cut out: it adds no volume, so there is no missing piece";
+const BELOW: &str =
+    "the patch is below the faces that were cut out, so nothing is missing and there is no piece";
 
 /// The patches and the flipped cut faces as one mesh, with vertices at equal positions merged.
 fn joined(patches: &Mesh, cut: &Mesh) -> Mesh {
