@@ -116,7 +116,7 @@ impl Drawings {
             let extension = path.extension().and_then(|e| e.to_str());
             if !extension.is_some_and(|e| extensions.contains(&e.to_ascii_lowercase().as_str())) {
                 return bad(format!(
-                    "the file name of {name}, {shown}, must end in .{}",
+                    "{name} {shown} has the wrong extension; end its name in .{}",
                     extensions[0]
                 ));
             }
@@ -191,7 +191,7 @@ impl Drawn<'_> {
                 "new faces",
                 (self.after.faces.len() - self.kept).to_string(),
             ),
-            ("pieces", report.pieces.to_string()),
+            ("components", report.pieces.to_string()),
         ];
         if report.seconds > 0.0 {
             facts.push(("seconds", format!("{:.2}", report.seconds)));

@@ -135,7 +135,7 @@ pub enum JobError {
         /// What is wrong.
         what: String,
     },
-    /// The extension of an output is not that of a format that can be written.
+    /// The extension of an output names no format that can be written.
     #[error(
         "the extension of {} is not one of a mesh format that can be written; supported are {}",
         path.display(),

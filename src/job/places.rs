@@ -154,7 +154,7 @@ pub fn in_folder(
     for input in inputs {
         let Some(name) = input.path().and_then(Path::file_name) else {
             return bad(format!(
-                "{} has no file name to use in the folder {}; name an output file",
+                "{} has no name for its result in the folder {}; name an output file",
                 input.name(),
                 folder.display()
             ));

@@ -121,7 +121,7 @@ impl Unchanged<'_> {
             ("input", self.place.name()),
             ("vertices", mesh.positions.len().to_string()),
             ("faces", mesh.faces.len().to_string()),
-            ("pieces", topology.component_faces.len().to_string()),
+            ("components", topology.component_faces.len().to_string()),
             ("from", point(low, size)),
             ("to", point(high, size)),
         ];

@@ -14,7 +14,7 @@ const HOLE_COLUMNS: [(&str, isize); 10] = [
     ("planarity", 9),
     ("centre", -30),
     ("normal", -22),
-    ("piece", 5),
+    ("component", 9),
     ("kind", -4),
 ];
 /// The column with the number of crease ends, after the edges; only if a rim has any.

@@ -68,7 +68,7 @@ fn patches_go_alone_with_their_holes_and_errors() {
     }
     assert_usage(
         &desk.run(&["fill", "ball.ply", "-o", "out.ply", "--patches", "out.ply"]),
-        &["the patches", "would be the mesh too"],
+        &["the patches", "is the file of the mesh"],
     );
     let done = desk.run(&[
         "fill",
@@ -93,7 +93,10 @@ fn patches_go_alone_with_their_holes_and_errors() {
         "--patches",
         "dent.ply",
     ];
-    assert_usage(&desk.run(&inside), &["the patches", "would be a mask too"]);
+    assert_usage(
+        &desk.run(&inside),
+        &["the patches", "is the file of a mask"],
+    );
 }
 
 #[test]

@@ -100,8 +100,8 @@ impl Mark {
         attributes.vertex.push(vertex);
         attributes.face.extend(face);
         let note = format!(
-            "new faces that could not be marked: {hidden} ({format} stores colours at vertices only, and all vertices of these faces belong \
-             to the input)"
+            "new faces that could not be marked: {hidden} ({format} stores colours at vertices only, and all vertices of these faces \
+             belong to the input)"
         );
         (hidden > 0).then_some(note).into_iter().collect()
     }

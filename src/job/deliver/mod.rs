@@ -68,8 +68,8 @@ impl Deliverables {
         let marked = spec.output.as_ref().filter(|_| self.mark.is_some());
         if let Some(output) = marked.filter(|o| !mark::has_colours(o.format)) {
             return wrong(format!(
-                "{} has no colours, so patches cannot be marked in {}; write PLY, OBJ, glTF or VTK, or write the patches alone to a separate \
-                 file",
+                "{} has no colours, so patches cannot be marked in {}; write PLY, OBJ, glTF or VTK, or write the patches alone to a \
+                 separate file",
                 output.format,
                 output.place.name()
             ));

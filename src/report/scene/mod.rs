@@ -65,7 +65,7 @@ pub struct Scene {
     pub distance: Vec<f32>,
     /// Expected error of the vertices: 0 for vertices of the input, NaN if unknown.
     pub error: Vec<f32>,
-    /// Faces: first those of both meshes, then the new ones, then the removed ones.
+    /// Faces: first the faces of both meshes, then the new ones, then the removed ones.
     pub faces: Vec<[u32; 3]>,
     /// Number of faces that both meshes have.
     pub kept: usize,
@@ -242,8 +242,8 @@ impl Parts {
         self.measure(&faces, after);
     }
 
-    /// Makes the scene of the given faces, with the vertices that they use. `faces` are index and corners; `kept` and `after` are the ends of
-    /// the kept and of the new faces in the numbering before the simplification.
+    /// Makes the scene of the given faces, with the vertices that they use. `faces` are index and corners; `kept` and `after` are the ends
+    /// of the kept and of the new faces in the numbering before the simplification.
     fn into_scene(
         self,
         faces: Vec<(u32, [u32; 3])>,
