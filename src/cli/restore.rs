@@ -43,8 +43,8 @@ pub struct RestoreArgs {
 
     /// Write the missing piece, to print: the solid between the faces that were cut out and the patches. Exit with 3 if there is none.
     ///
-    /// The piece has the rim of the patch, is watertight and has no self-intersections. Where the patch is below the faces that were cut
-    /// out, there is no piece.
+    /// The piece has the rim of the patch, is watertight and has no self-intersections. It contains only the volume where the patch is above
+    /// the faces that were cut out.
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     piece: Option<PathBuf>,
 

@@ -137,7 +137,7 @@ pub enum JobError {
     },
     /// The extension of an output names no format that can be written.
     #[error(
-        "the extension of {} is not one of a mesh format that can be written; supported are {}",
+        "the file name {} has no extension of a known mesh format; supported are {}",
         path.display(),
         Format::LIST
     )]

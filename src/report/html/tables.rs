@@ -166,7 +166,7 @@ pub fn notes(notes: &[String], scene: &Scene) -> String {
     out
 }
 
-/// The rows of the table of regions; regions that were only triangulated share one row.
+/// The rows of the table of regions; regions for which no level set was solved share one row.
 pub fn region_table(regions: &[RegionReport]) -> String {
     let mut out = String::new();
     let plain = |r: &RegionReport| r.levels.is_empty() && r.earlier_tries.is_empty();

@@ -110,7 +110,8 @@ fn subject(scene: &Scene, belongs: impl Fn(u32) -> bool) -> Option<Subject> {
     })
 }
 
-/// A direction for scenes without patches: onto the first rim, or from above at an angle.
+/// A direction for scenes without patches: the direction that the first rim faces, else from the scene's centre to it, else obliquely from
+/// above.
 fn rim_or_corner(scene: &Scene, up: Vec3) -> Vec3 {
     let rim = scene.rims.first().filter(|rim| !rim.is_empty());
     if let Some(facing) = rim.and_then(|rim| rim_facing(rim)) {
