@@ -249,7 +249,7 @@ impl Mended<'_> {
             }
         }
         for line in delivered.warnings(wanted.unit, wanted.tolerance) {
-            facts.push(("beyond what was asked for", line));
+            facts.push(("warning", line));
         }
         let hashes = [
             ("SHA-256 of the input", self.sha256.as_deref()),
