@@ -275,7 +275,7 @@ fn what_would_be_ignored_is_refused() {
     ];
     let done = desk.run(&named);
     assert_code(&done, 0);
-    assert!(text(&done.stderr).contains("--max-diameter does nothing"));
+    assert!(text(&done.stderr).contains("--max-diameter has no effect"));
     // What has a text form goes on as before.
     for name in ["text.obj", "text.gltf", "text.vtk"] {
         assert_code(
