@@ -143,6 +143,7 @@ fn willmore_energy(mesh: &Mesh) -> (f64, usize) {
     let n = mesh.positions.len();
     let (mut bent, mut area) = (vec![DVec3::ZERO; n], vec![0.0; n]);
     let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
+    // Accumulate the integrated curvature vector and the area of each vertex, and count the faces of each edge.
     for face in &mesh.faces {
         let p = face.map(|v| mesh.positions[v as usize]);
         let twice = twice_area(mesh, face);
@@ -161,6 +162,7 @@ fn willmore_energy(mesh: &Mesh) -> (f64, usize) {
             area[a as usize] += mixed_area(p[i], p[j], p[l], twice);
         }
     }
+    // Exclude vertices on edges that do not have exactly two faces.
     let mut is_boundary = vec![false; n];
     for (&(a, b), &count) in &edges {
         if count != 2 {
@@ -284,7 +286,7 @@ fn distances(from: &Mesh, to: &Mesh, count: usize) -> Distances {
         }
     });
     sums.take(&mut samples, measure);
-    // The farthest point of a polyhedron is often a vertex.
+    // The maximum also takes the vertices, since the farthest point of a polyhedron is often a vertex.
     let used: HashSet<u32> = from.faces.iter().flatten().copied().collect();
     let mut corners: Vec<u32> = used.into_iter().collect();
     corners.sort_unstable();

@@ -134,6 +134,7 @@ impl PlaneEnergy {
         let mut inverse_norms = Vec::with_capacity(grid.cells() * grid.cells());
         let quarter = 0.25 * grid.h() * grid.h();
         let shapes = &*ELEMENT;
+        // Assemble L3, L2 by the four Gauss points of each cell, and the lumped mass of 1/|∇φ|_ε by its centre (Section 5).
         for j in 0..grid.cells() {
             for i in 0..grid.cells() {
                 let corners = grid.corners(i, j);
@@ -154,10 +155,12 @@ impl PlaneEnergy {
                 tangential.add(&corners, &e2);
             }
         }
+        // The mass is zero in the halo only.
         let inverse_mass: Vec<f64> = mass
             .iter()
             .map(|&m| if m > 0.0 { 1.0 / m } else { 0.0 })
             .collect();
+        // w = M⁻¹ (L3 φ − b): equation (10).
         let mut w = vec![0.0; phi.len()];
         full.apply(phi, &mut w);
         for (i, w) in w.iter_mut().enumerate() {

@@ -81,6 +81,7 @@ impl Refined {
     fn round(&mut self, b: &[f64], size: f64, tolerance: f64, x: &mut [f64]) -> usize {
         let mut vectors = std::mem::take(&mut self.vectors);
         let [r, shadow, p, v, t, d, bent] = &mut vectors;
+        // Scale the right-hand side to norm 1.
         for (r, b) in r.iter_mut().zip(b) {
             *r = (b / size) as f32;
         }
@@ -92,12 +93,14 @@ impl Refined {
         let mut iterations = 0;
         while iterations < MOST_IN_ROUND {
             iterations += 1;
+            // Step along the search direction p.
             self.apply(p, bent, v);
             let alpha = rho / dot(shadow, v);
             if !alpha.is_finite() {
                 break;
             }
             add(r, -alpha, v);
+            // Stabilising step along the residual r, which minimises the new residual.
             self.apply(r, bent, t);
             let square = dot(t, t);
             let omega = if square > 0.0 {
@@ -108,6 +111,7 @@ impl Refined {
             add(d, alpha, p);
             add(d, omega, r);
             add(r, -omega, t);
+            // Next search direction.
             let next = dot(shadow, r);
             let beta = next / rho * alpha / omega;
             if dot(r, r) <= goal || !beta.is_finite() {
@@ -119,6 +123,7 @@ impl Refined {
             }
             rho = next;
         }
+        // Add the correction in double precision if it is finite.
         if d.iter().all(|d| d.is_finite()) {
             x.iter_mut()
                 .zip(&*d)

@@ -94,6 +94,7 @@ impl PlaneFlow {
 
     /// Takes one step: `A d = −τ g`, `φ += d`.
     pub fn step(&mut self, phi: &mut [f64]) -> PlaneStep {
+        // Assemble the system A and the right-hand side −τ g at φ.
         let at = self.energy.linearise(phi);
         let system = StepSystem::new(&self.energy, &at, self.variant, self.tau);
         let b: Vec<f64> = at.gradient.iter().map(|g| -self.tau * g).collect();
@@ -122,6 +123,7 @@ impl PlaneFlow {
                 (end, tolerance)
             }
         };
+        // Apply the step, and store it for the next initial guess.
         phi.iter_mut().zip(&d).for_each(|(p, d)| *p += d);
         let movement = d.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         if self.last.len() == 2 {

@@ -195,7 +195,8 @@ pub fn graph(settings: &GraphSettings, observer: &dyn Observer) -> Result<StudyR
     let clock = Instant::now();
     let mut report = StudyReport::new(
         "graph",
-        "Figures 4 and 5: the graph of 1/4 sin(pi y) (1/4 sin(pi x) + sin(3 pi x)), clamped flat, and the parametric flow of the same surface; epsilon = 1, variant II",
+        "Figures 4 and 5: the graph of 1/4 sin(pi y) (1/4 sin(pi x) + sin(3 pi x)), clamped flat, and the \
+         parametric flow of the same surface; epsilon = 1, variant II",
     );
     let mut pair = Pair::new(settings);
     let grid = pair.flow.energy.grid.clone();

@@ -215,6 +215,7 @@ fn run_shape(
     let mut points: Vec<(f64, f64)> = Vec::new();
     for &refinements in &settings.refinements {
         let clock = Instant::now();
+        // Fill and measure.
         let solved = fill_shape(shape, refinements, settings.flow, &|| observer.keep_going());
         if !observer.keep_going() {
             return Err(StudyError::Stopped);
@@ -223,6 +224,7 @@ fn run_shape(
         let across = (COARSEST as usize) << refinements;
         let error = patch_error(shape, &solved);
         let rms = error.map(|e| e.rms);
+        // Order of convergence from the previous voxel size to this one.
         let order = points
             .last()
             .zip(rms)

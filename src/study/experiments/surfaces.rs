@@ -263,6 +263,7 @@ fn evolve(
 ) -> Result<SurfaceRun, StudyError> {
     let clock = Instant::now();
     let mut field = Field::new(surface, voxels);
+    // All nodes are free but a margin at the boundary of the lattice.
     let mask: Vec<bool> = (0..field.grid.len())
         .map(|s| field.grid.is_interior(field.grid.node(s), 3))
         .collect();
@@ -274,6 +275,7 @@ fn evolve(
         }
         .across(2.0 / voxel),
     );
+    // The flow's time is in voxels⁴, the tables' in length⁴.
     let unit = voxel.powi(4);
     let first = field.form();
     let mut rows = Vec::new();
@@ -292,6 +294,7 @@ fn evolve(
         let (at, done) = (evolution.time * unit, evolution.steps.len());
         rows.push(row(at, done, evolution.willmore(), surface, now));
         field.report(&evolution, now, observer)?;
+        // End at the final time, or if the flow could not go on.
         if pause != Pause::Done || next >= time {
             let energies = evolution
                 .steps

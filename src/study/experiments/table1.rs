@@ -94,6 +94,7 @@ fn run_one(
     let mut phi = cap_start(&energy);
     let mut flow =
         PlaneFlow::new(energy, variant, tau, Tolerance::OfStep(1e-5)).with_multigrid(&phi);
+    // Step until no node moves any more.
     let (mut steps, mut iterations, mut converged) = (0, 0, false);
     while steps < MOST_STEPS && !converged {
         if !observer.keep_going() {
@@ -165,6 +166,7 @@ fn run_variant(
             "variant {name}, h = 1/{cells}: error {:.3e}",
             run.error
         ));
+        // Order of convergence from the previous grid to this one.
         let order = column
             .points
             .last()
