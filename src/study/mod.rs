@@ -1,4 +1,5 @@
-//! The experiments of the paper on Willmore flow of level lines in the plane, of graphs and of closed surfaces.
+//! The experiments of the paper on Willmore flow of level lines in the plane and of graphs; also closed surfaces in time, and fills of
+//! exact surfaces.
 //!
 //! The paper is Droske and Rumpf, "A level set formulation for Willmore flow", 2004. The plane is discretised by bilinear elements
 //! on a square grid. The schemes come from `flow` ([`Variant`](crate::Variant)), the solvers from `linalg`. The energy in the plane is

@@ -126,7 +126,11 @@ impl Order {
                         .to_owned(),
                 ));
             }
-            (Work::Restore(..), None) => return Err(in_mask("no face is marked".to_owned())),
+            (Work::Restore(..), None) => {
+                return Err(in_mask(
+                    "no face is marked; mark the region to restore first".to_owned(),
+                ));
+            }
             _ => {}
         }
         let faces = mask.as_ref().map(|_| "marks.faces");

@@ -26,7 +26,7 @@ pub enum Closed {
     Wave,
     /// The torus of revolution with radii 1 and ½.
     Torus,
-    /// The unit sphere with spherical harmonics of degree 2 and 3, of up to 15 % of the radius.
+    /// The unit sphere with spherical harmonics of degree 2 and 3, weighted by 15 % of the radius.
     Uneven,
     /// The cube of side 1.7.
     Cube,

@@ -15,7 +15,9 @@ pub async fn choose(State(app): State<Arc<App>>, body: Body) -> Answer {
     let change: Change = read(body, MARKS).await?;
     let done = work(&app, move |app| {
         let chosen = app.session().choose(&change);
-        let chosen = chosen.ok_or_else(|| Refused::missing("there is no such mesh"))?;
+        let chosen = chosen.ok_or_else(|| {
+            Refused::missing("there is no mesh with this number; reload the page")
+        })?;
         chosen.map_err(|(error, place)| Refused::wrong(error, place))?;
         app.store_session();
         Ok(())
@@ -28,7 +30,9 @@ pub async fn choose(State(app): State<Arc<App>>, body: Body) -> Answer {
 pub async fn marks(State(app): State<Arc<App>>, Path((_, id)): Path<(String, u32)>) -> Answer {
     let session = app.session();
     if session.state(id).is_none() {
-        return Err(Refused::missing("there is no such mesh"));
+        return Err(Refused::missing(
+            "there is no mesh with this number; reload the page",
+        ));
     }
     Ok(json_answer(&json!({ "runs": session.choices(id).mask() })))
 }

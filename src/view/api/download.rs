@@ -31,7 +31,11 @@ impl App {
     fn downloaded(&self, id: u32, extension: &str) -> Result<Vec<u8>, Refused> {
         let known = Format::ALL.iter().any(|f| f.extension() == extension);
         if !known {
-            return Err(Refused::wrong("there is no such format", "format"));
+            let what = format!(
+                "there is no format {extension}; the formats are {}",
+                Format::LIST
+            );
+            return Err(Refused::wrong(what, "format"));
         }
         let state = state_of(self, id)?;
         let failed = |error: std::io::Error| Refused::failed(error.to_string());

@@ -20,7 +20,7 @@ use super::http::{Answer, Refused, bytes_answer, work};
 pub fn state_of(app: &App, id: u32) -> Result<Arc<MeshState>, Refused> {
     let session = app.session();
     let state = session.state(id).cloned();
-    state.ok_or_else(|| Refused::missing("there is no such mesh"))
+    state.ok_or_else(|| Refused::missing("there is no mesh with this number; reload the page"))
 }
 
 #[derive(Deserialize)]
