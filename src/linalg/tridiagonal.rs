@@ -1,7 +1,7 @@
-//! Symmetric matrices as `Q T Qᵀ` with a tridiagonal `T`, for many shifts of one matrix.
+//! Symmetric matrices as `Q T Qᵀ` with tridiagonal `T`, for systems with many diagonal shifts of one matrix.
 //!
-//! Householder's reduction (G. H. Golub, C. F. Van Loan, "Matrix Computations", 8.3.1), after which `T + s 1` is factorised
-//! for every shift `s` in linear time.
+//! Householder's reduction (G. H. Golub, C. F. Van Loan, "Matrix Computations", 8.3.1); after it, `T + s 1` is factorised for
+//! each shift `s` in linear time.
 
 use super::rows::{axpy, dot};
 use super::symmetric::{Symmetric, reflect};
@@ -11,15 +11,15 @@ pub struct Tridiagonal {
     n: usize,
     /// The diagonal of `T`.
     pub diagonal: Vec<f64>,
-    /// What is beside it.
+    /// The off-diagonal entries of `T`.
     pub beside: Vec<f64>,
-    /// The reflectors: that of step `k` in row `k`, its first `k` entries.
+    /// The Householder vectors: the vector of step `k` is the first `k` entries of row `k`.
     reflectors: Symmetric,
-    /// The factor of each.
+    /// The factor of each reflector; 0 where there is none.
     factors: Vec<f64>,
 }
 
-/// `T + s 1 = L D Lᵀ` for one shift.
+/// The factorisation `T + s 1 = L D Lᵀ` for one shift.
 pub struct Shifted {
     /// The pivots `D`.
     pub pivots: Vec<f64>,
@@ -27,12 +27,12 @@ pub struct Shifted {
 }
 
 impl Tridiagonal {
-    /// Reduces a matrix.
+    /// Reduces a matrix to tridiagonal form.
     pub fn new(mut matrix: Symmetric) -> Self {
         let n = matrix.rows();
         let (mut beside, mut factors) = (vec![0.0; n.saturating_sub(1)], vec![0.0; n]);
         let mut p = vec![0.0; n];
-        // From the last row up: row k is reflected to have one entry beside its diagonal, at k - 1.
+        // From the last row up: reflects row k so that its only entry left of the diagonal is at k - 1.
         for k in (1..n).rev() {
             let (above, v) = matrix.split(k);
             let scale = v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
@@ -76,7 +76,7 @@ impl Tridiagonal {
         }
     }
 
-    /// The factors of `T + shift`; none where a pivot is not positive.
+    /// The factorisation of `T + shift`; `None` if a pivot is not positive.
     pub fn shifted(&self, shift: f64) -> Option<Shifted> {
         let (mut pivots, mut multipliers) = (Vec::with_capacity(self.n), Vec::new());
         for i in 0..self.n {
