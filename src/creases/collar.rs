@@ -39,7 +39,7 @@ pub(super) struct Collar {
     /// Unit normals of faces after the bilateral filter, which preserves creases.
     pub(super) smoothed: Vec<DVec3>,
     /// For each face the faces across its edges; `u32::MAX` for none.
-    pub(super) beside: Vec<[u32; 3]>,
+    pub(super) adjacent: Vec<[u32; 3]>,
     /// The rim's vertices (numbers in the mesh), in the direction in which a patch uses its edges.
     pub(super) rim: Vec<u32>,
     /// Positions of the rim's vertices.
@@ -85,7 +85,7 @@ impl Collar {
             .iter()
             .map(|f| area_vector(f.map(|v| positions[v as usize])));
         let vectors: Vec<DVec3> = vectors.collect();
-        let (beside, beyond) = neighbours(&part, rim);
+        let (adjacent, beyond) = neighbours(&part, rim);
         let length = |a: u32, b: u32| positions[a as usize].distance(positions[b as usize]);
         let lengths = faces
             .iter()
@@ -96,7 +96,7 @@ impl Collar {
             areas: vectors.iter().map(|v| v.length()).collect(),
             normals: vectors.iter().map(|v| v.normalize_or_zero()).collect(),
             smoothed: Vec::new(),
-            beside,
+            adjacent,
             rim: rim.to_vec(),
             rim_points,
             is_on_rim: on_rim(positions.len(), &rim_local),
@@ -148,8 +148,8 @@ impl Collar {
 
     /// The faces across the edges of a face.
     pub(super) fn across(&self, face: usize) -> impl Iterator<Item = usize> {
-        let beside = self.beside[face].into_iter();
-        beside.filter(|g| *g != NONE).map(|g| g as usize)
+        let adjacent = self.adjacent[face].into_iter();
+        adjacent.filter(|g| *g != NONE).map(|g| g as usize)
     }
 
     /// Positions of a face's corners.
@@ -265,14 +265,14 @@ fn neighbours(part: &Part, rim: &[u32]) -> (Vec<[u32; 3]>, Option<Vec<u32>>) {
             sides.insert((f[k], f[(k + 1) % 3]), i as u32);
         });
     }
-    let beside = faces.iter().map(|f| {
+    let adjacent = faces.iter().map(|f| {
         let across = |k: usize| sides.get(&(f[(k + 1) % 3], f[k])).copied();
         [0, 1, 2].map(|k| across(k).unwrap_or(NONE))
     });
     let rim: Vec<u32> = rim.iter().map(|&v| part.local(v)).collect();
     let next = |i: usize| rim[(i + 1) % rim.len()];
     let beyond = (0..rim.len()).map(|i| sides.get(&(next(i), rim[i])).copied());
-    (beside.collect(), beyond.collect())
+    (adjacent.collect(), beyond.collect())
 }
 
 /// Marks the rim's vertices among `count` vertices.

@@ -87,7 +87,7 @@ impl Declined {
 /// A patch with creases.
 #[derive(Clone, Debug)]
 pub(crate) struct Continued {
-    /// Positions of the new vertices, which are numbered after those of the mesh.
+    /// Positions of the new vertices, which are numbered after the mesh's vertices.
     pub(crate) positions: Vec<DVec3>,
     pub(crate) faces: Vec<[u32; 3]>,
     pub(crate) creases: Vec<Crease>,

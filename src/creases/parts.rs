@@ -110,10 +110,12 @@ fn unroll(
     outline: &[DVec3],
     normals: &[DVec3],
 ) -> Result<(Chart, Vec<DVec2>), Declined> {
+    // The axis, and coordinates across it.
     let axis = symmetric_eigen(&second_moments(normals.iter().copied())).1[0];
     let x = axis.cross(normals[0]).normalize_or_zero();
     let across = [x, axis.cross(x)];
     let flat_of = |p: DVec3| DVec2::new(p.dot(across[0]), p.dot(across[1]));
+    // The circle through the sheet's points near the outline, or through all of them if these are too few.
     let middle = outline.iter().sum::<DVec3>() / outline.len() as f64;
     let is_near = |p: &&DVec3| p.distance(middle) < 2.0 * collar.diameter;
     let mut points: Vec<DVec2> = sheet
@@ -135,6 +137,7 @@ fn unroll(
         let turns = (angles[i - 1] - angles[i]) / std::f64::consts::TAU;
         angles[i] += turns.round() * std::f64::consts::TAU;
     }
+    // The outline must not go around the axis, and its normals must be across it.
     let closes = (angles[angles.len() - 1] - angles[0]).abs() <= std::f64::consts::PI;
     let along = normals
         .iter()

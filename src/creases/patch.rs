@@ -82,6 +82,7 @@ impl RimSides {
             None => (count + i - rim) as u32,
         };
         let faces: Vec<[u32; 3]> = faces.iter().map(|f| f.map(number)).collect();
+        // Checks the patch, and measures residuals and creases.
         self.check_joined(&faces)?;
         let residuals = network.parts.iter().map(|p| &self.sides.list[p.side].sheet);
         let residuals = residuals.map(|sheet| sheet.residual / self.collar.edge);

@@ -322,6 +322,7 @@ fn planes(collar: &Collar) -> Vec<Plane> {
             None => planes.push(plane),
         }
     }
+    // The largest planes.
     planes.sort_by_key(|p| std::cmp::Reverse(p.faces));
     planes.truncate(MOST_PLANES);
     planes
@@ -334,6 +335,7 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
     let mut faces = Vec::new();
     let mut near = NEAR * collar.edge;
     for round in 0..ROUNDS {
+        // Grow: connected faces close to the plane in position and normal. Then refit.
         let fits = |f: usize| {
             let off = collar.corners(f).map(|p| (normal.dot(p) - offset).abs());
             !is_taken[f]
@@ -359,6 +361,7 @@ fn grown(collar: &Collar, first: usize, is_taken: &[bool]) -> (Option<Plane>, Ve
             near = (TRIM * median(&mut off)).clamp(EXACT_PLANE * collar.edge, near);
         }
     }
+    // The result must be large and wide enough, and no quadric.
     let middle = faces.iter().map(|&f| collar.middle(f)).sum::<DVec3>() / faces.len() as f64;
     let plane = Plane {
         normal,

@@ -138,10 +138,12 @@ impl System {
         cancel: &Cancel,
     ) -> Option<Self> {
         let n = unknowns.len();
+        // The column of each unknown vertex.
         let mut number = vec![usize::MAX; matrix.cols()];
         for (column, &v) in unknowns.iter().enumerate() {
             number[v as usize] = column;
         }
+        // Splits the entries of each row into unknown and fixed vertices.
         let (mut starts, mut columns, mut places) = (vec![0], Vec::new(), Vec::new());
         let mut given = Vec::new();
         for (row, i) in rows.enumerate() {
@@ -160,6 +162,7 @@ impl System {
         if cancel.is_cancelled() {
             return None;
         }
+        // Symbolic analysis of the matrix of the unknowns.
         let zeros = vec![0.0; columns.len()];
         let inner = CsMat::new((n, n), starts.clone(), columns.clone(), zeros);
         Some(Self {

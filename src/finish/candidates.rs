@@ -203,7 +203,7 @@ struct Lifted {
     kriged: Kriged,
 }
 
-/// The surface kriged from a collar: the foot points are those of the energy's minimum, the heights are kriged.
+/// The surface kriged from a collar: foot points from the energy's minimum, kriged heights.
 fn kriged(
     patch: &Patch,
     minimum: &[DVec3],

@@ -49,7 +49,7 @@ impl Chart {
         let unit = patch.diameter;
         let (centre, radius) = fit_sphere(&points, &normals, unit);
         let (centre, radius) = through(&points, centre, radius, unit).unwrap_or((centre, radius));
-        // The sphere is the chart if it is small enough and neither the data nor the patch are steep over it.
+        // The sphere is the chart if it is small enough and the data and the patch are not steep over it.
         if radius.abs() < largest * unit {
             let surface = ChartSurface::Sphere { centre, radius };
             let over = |p: &DVec3| surface.over(*p);
@@ -65,7 +65,7 @@ impl Chart {
                 });
             }
         }
-        // Otherwise the plane normal to the mean normal of the data, through the mean of the rim, if nothing is steep over it.
+        // Otherwise the plane perpendicular to the mean normal of the data, through the mean of the rim, if nothing is steep over it.
         let normal = normals.iter().sum::<DVec3>().try_normalize()?;
         if steep(&mut normals.iter().map(|n| n.dot(normal)))
             || steep(&mut own.iter().map(|n| n.dot(normal)))

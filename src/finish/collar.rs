@@ -39,7 +39,7 @@ impl Collar {
         }
     }
 
-    /// At most `most` data: up to half from the rim.
+    /// At most `most` data; if there are more, up to half of them from the rim.
     pub(super) fn data(&self, most: usize) -> Vec<u32> {
         let all = self.rim.len() + self.others.len();
         let rim = if all > most {

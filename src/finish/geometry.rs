@@ -141,9 +141,9 @@ impl Stiffness {
             *end = start;
         }
         let first = ends.clone();
-        let mut beside = vec![0u32; sum];
+        let mut neighbours = vec![0u32; sum];
         let mut add = |i: u32, j: u32| {
-            beside[ends[i as usize]] = j;
+            neighbours[ends[i as usize]] = j;
             ends[i as usize] += 1;
         };
         (0..count as u32).for_each(|i| add(i, i));
@@ -157,7 +157,7 @@ impl Stiffness {
         // Sorts each row and removes repetitions.
         let (mut starts, mut indices) = (vec![0], Vec::with_capacity(sum));
         for (&from, &to) in first.iter().zip(&ends) {
-            let row = &mut beside[from..to];
+            let row = &mut neighbours[from..to];
             row.sort_unstable();
             let own = indices.len();
             for &j in &*row {
@@ -167,6 +167,7 @@ impl Stiffness {
             }
             starts.push(indices.len());
         }
+        // The index of each edge's two entries.
         let slot = |i: u32, j: u32| {
             let own = starts[i as usize];
             own + indices[own..starts[i as usize + 1]].partition_point(|&c| c < j as usize)

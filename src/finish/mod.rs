@@ -43,7 +43,7 @@ pub use report::{
 pub use surroundings::Surroundings;
 
 use patch::{Located, Patch};
-use willmore::Second;
+use willmore::SecondInitialisation;
 
 /// Finishes the patch of some vertices (in any order), which must be connected (see [`Surroundings::pieces`]). A patch that
 /// cannot be finished keeps its positions bit for bit, and [`FinishFound`] has the reason; the same holds if the token of the
@@ -155,6 +155,7 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
     found.edge = patch.edge * located.scale;
     found.folds_before = willmore::folds(patch, &start);
     found.folds_after = found.folds_before;
+    // The minimum of the energy.
     let mut shape = minimum(patch, &start, params, found);
     if patch.cancel.is_cancelled() {
         finished.set_stopped();
@@ -199,6 +200,7 @@ fn run(located: &Located, params: &FinishParams, finished: &mut Finished) {
     if found.result == FinishResult::Unchanged {
         return;
     }
+    // The final positions.
     found.folds_after = willmore::folds(patch, &shape);
     let ways = shape.iter().zip(&start).map(|(a, b)| a.distance(*b));
     found.largest_move = ways.fold(0.0, f64::max) * located.scale;
@@ -225,9 +227,9 @@ fn minimum(
     found.energy_before = minimum.energy_before;
     found.energy_after = minimum.energy_before;
     found.restart = match second {
-        Second::NotNeeded => Restart::NotNeeded,
-        Second::Worse => Restart::Tried,
-        Second::Better => Restart::Taken,
+        SecondInitialisation::NotNeeded => Restart::NotNeeded,
+        SecondInitialisation::Worse => Restart::Tried,
+        SecondInitialisation::Better => Restart::Taken,
     };
     // Refuse a minimum with a flaw. A converged minimum of much lower energy may move vertices any distance.
     let rose = minimum.energy > minimum.energy_before * tuning().finish.energy_rise;

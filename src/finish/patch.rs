@@ -387,16 +387,17 @@ fn edge_distances(points: &[DVec3], faces: &Faces, from: &[bool]) -> Vec<f64> {
     for i in 1..starts.len() {
         starts[i] += starts[i - 1];
     }
-    let (mut at, mut beside) = (starts.clone(), vec![0u32; 6 * faces.len()]);
+    let (mut at, mut neighbours) = (starts.clone(), vec![0u32; 6 * faces.len()]);
     for face in faces {
         for k in 0..3 {
             let v = face[k] as usize;
             for other in [face[(k + 1) % 3], face[(k + 2) % 3]] {
-                beside[at[v] as usize] = other;
+                neighbours[at[v] as usize] = other;
                 at[v] += 1;
             }
         }
     }
+    // Dijkstra's algorithm; bit patterns of non-negative numbers sort like the values.
     let mut distance = vec![f64::INFINITY; points.len()];
     let mut queue = BinaryHeap::new();
     for i in (0..points.len()).filter(|&i| from[i]) {
@@ -408,7 +409,7 @@ fn edge_distances(points: &[DVec3], faces: &Faces, from: &[bool]) -> Vec<f64> {
         if d > distance[i] {
             continue;
         }
-        for &j in &beside[starts[i] as usize..starts[i + 1] as usize] {
+        for &j in &neighbours[starts[i] as usize..starts[i + 1] as usize] {
             let j = j as usize;
             let through = d + points[i]
                 .distance(points[j])

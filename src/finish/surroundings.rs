@@ -127,14 +127,14 @@ impl<'a> Surroundings<'a> {
     }
 
     /// The vertices that share a face with `vertex`; some occur more than once.
-    fn beside(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
+    fn neighbours(&self, vertex: u32) -> impl Iterator<Item = u32> + '_ {
         let corners = self.faces(vertex).flat_map(|f| self.mesh.faces[f as usize]);
         corners.filter(move |&w| w != vertex)
     }
 
     /// The vertices that share a face with some of the given (sorted) ones and are not among them, in rising order.
     pub(super) fn rim(&self, vertices: &[u32]) -> Vec<u32> {
-        let all = vertices.iter().flat_map(|&v| self.beside(v));
+        let all = vertices.iter().flat_map(|&v| self.neighbours(v));
         let mut rim: Vec<u32> = all.filter(|w| vertices.binary_search(w).is_err()).collect();
         rim.sort_unstable();
         rim.dedup();
@@ -143,7 +143,7 @@ impl<'a> Surroundings<'a> {
 
     /// The median length of the edges at some vertices; a median, because a few long edges should not count.
     pub(super) fn edge(&self, vertices: &[u32]) -> f64 {
-        let at = |v: u32| self.beside(v).map(move |w| (v, w));
+        let at = |v: u32| self.neighbours(v).map(move |w| (v, w));
         let lengths = vertices.iter().flat_map(|&v| at(v));
         median(lengths.map(|(v, w)| self.position(v).distance(self.position(w))))
     }
@@ -178,7 +178,7 @@ impl<'a> Surroundings<'a> {
                 continue;
             }
             let from = self.position(found[i]);
-            for w in self.beside(found[i]) {
+            for w in self.neighbours(found[i]) {
                 // Edges of length 0 count as `least`, so distances grow along every path.
                 let through = d + from.distance(self.position(w)).max(least);
                 if through.is_nan() || through > limit && !numbers.contains_key(&w) {
@@ -206,7 +206,7 @@ impl<'a> Surroundings<'a> {
         for _ in 0..rings {
             let last = found.len();
             for i in first..last {
-                for w in self.beside(found[i]) {
+                for w in self.neighbours(found[i]) {
                     numbers.entry(w).or_insert_with(|| {
                         found.push(w);
                         found.len() as u32 - 1

@@ -29,7 +29,7 @@ pub(super) struct Minimum {
 }
 
 /// Outcome of the second initial shape.
-pub(super) enum Second {
+pub(super) enum SecondInitialisation {
     NotNeeded,
     Worse,
     Better,
@@ -188,8 +188,8 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// The linearised problem: with `J = ∂h/∂d = M⁻¹ S − diag(h² − 2 K)` for displacements `d` along the normals, `(Jᵀ M J) d =
-    /// −(Jᵀ M h + ½ M h³)`, a Gauss-Newton step (J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, section 10.3). `J` has
+    /// The linearised problem: with `J = ∂h/∂d = M⁻¹ S − diag(h² − 2 K)` for displacements `d` along the normals,
+    /// `(Jᵀ M J) d = −(Jᵀ M h + ½ M h³)`, a Gauss-Newton step (J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, section 10.3). `J` has
     /// a row for each moving vertex and each rim vertex, whose curvature also depends on the patch.
     ///
     /// In a patch with many vertices, `h² − 2 K` in the matrix is bounded by its third quartile. On a finely meshed rough rim,
@@ -285,9 +285,9 @@ impl<'a> Solver<'a> {
         for &v in &self.closure.moving {
             let i = v as usize;
             let row = self.stiffness.matrix.outer_view(i);
-            let beside = row.iter().flat_map(|row| row.indices());
+            let neighbours = row.iter().flat_map(|row| row.indices());
             let (mut sum, mut count) = (DVec3::ZERO, 0.0);
-            for &j in beside.filter(|&&j| j != i) {
+            for &j in neighbours.filter(|&&j| j != i) {
                 sum += points[j];
                 count += 1.0;
             }
@@ -420,20 +420,20 @@ fn smoothed(patch: &Patch, shape: &[DVec3]) -> Option<Vec<DVec3>> {
 /// for a large patch, with a strip along the rim filled biharmonically. The second is the biharmonic fill of all its triangles,
 /// which has no folds. It is used if the first did not converge or has folds (smaller patches only), or if the fill itself has
 /// much less energy than the minimum from the first.
-pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) {
+pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, SecondInitialisation) {
     let shape = patch.shape();
     let is_large = shape.len() > params.most_blended;
     let mut params = params.clone();
-    let (mut start, mut second) = (shape, Second::NotNeeded);
+    let (mut start, mut second) = (shape, SecondInitialisation::NotNeeded);
     let energy_before = energy(patch, &start);
     // For a large patch, smooth a strip along the rim first if that lowers the energy.
     if is_large {
         params.most_steps = params.most_steps_of_large;
-        second = Second::Worse;
+        second = SecondInitialisation::Worse;
         if let Some(other) = smoothed(patch, &start)
             && energy(patch, &other) < energy_before
         {
-            (start, second) = (other, Second::Better);
+            (start, second) = (other, SecondInitialisation::Better);
         }
     }
     // The first initial shape. A converged minimum of low energy without folds needs no second.
@@ -464,7 +464,14 @@ pub(super) fn lowest(patch: &Patch, params: &FinishParams) -> (Minimum, Second) 
             energy_before,
             ..other
         };
-        return (both, Second::Better);
+        return (both, SecondInitialisation::Better);
     }
-    (first, if is_large { second } else { Second::Worse })
+    (
+        first,
+        if is_large {
+            second
+        } else {
+            SecondInitialisation::Worse
+        },
+    )
 }

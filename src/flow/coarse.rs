@@ -2,7 +2,7 @@
 //!
 //! Smooth displacements of the surface are nearly constant along the normal through the band. So the first coarse level
 //! interpolates trilinearly at each node's closest point on the surface, on a lattice of twice the voxel size. The nodes of
-//! coarser lattices are placed between those of the finer one: the eight weights of trilinear interpolation then equal the
+//! coarser lattices are placed between the nodes of the finer one: the eight weights of trilinear interpolation then equal the
 //! refinement weights of quadratic splines (Chaikin 1974), and smooth functions keep their bending energy from level to level.
 //! With linear refinement the energy grows on each level. All matrices are Galerkin products.
 

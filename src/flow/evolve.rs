@@ -73,8 +73,8 @@ pub enum Pause {
 }
 
 /// Willmore flow in time, `∂φ/∂t = −|∇φ| (Δ_M h + ½ h³ − 2 k h)` where h is the sum and k the product of the principal
-/// curvatures, in the weak form of Droske and Rumpf (2004), equations (9) and (10), by linearly implicit steps `(M/τ + A) d =
-/// −∇E`. The metric has the same weight χ as the energy, so every level in the band moves by its own flow; the eikonal term and
+/// curvatures, in the weak form of Droske and Rumpf (2004), equations (9) and (10), by linearly implicit steps
+/// `(M/τ + A) d = −∇E`. The metric has the same weight χ as the energy, so every level in the band moves by its own flow; the eikonal term and
 /// redistancing keep the levels apart.
 #[derive(Clone, Debug)]
 pub struct Evolution {
@@ -151,6 +151,7 @@ impl Evolution {
             if grid.is_cancelled() {
                 return Pause::Stopped;
             }
+            // A new band around the zero set, with recomputed distances.
             let distances = redistance(grid, phi, mask, REACH);
             let band = Band::new(grid, &distances, mask, WillmoreBand::NEEDS.dilations);
             self.unknowns = band.unknowns;
@@ -162,14 +163,15 @@ impl Evolution {
             if off {
                 return Pause::OffGrid;
             }
+            // Steps on the band until it is stale.
             let energy = WillmoreBand::new(band, self.settings.kappa);
             let mut state = BandState::new(grid, energy, phi, None);
             if self.willmore_before.is_nan() {
                 self.willmore_before = state.at.as_ref().map_or(f64::NAN, |at| at.surface) / WIDTH;
             }
             let pause = match self.pace {
-                Pace::Exact => self.on_band(&mut state, grid, mask, until, watch),
-                Pace::Coarse => self.coarsely(&mut state, grid, mask, until, watch),
+                Pace::Exact => self.exact_steps(&mut state, grid, mask, until, watch),
+                Pace::Coarse => self.coarse_steps(&mut state, grid, mask, until, watch),
             };
             state.energy.band().scatter(&state.values, phi);
             if let Some(pause) = pause {
@@ -180,7 +182,7 @@ impl Evolution {
     }
 
     /// Takes exact steps until the band is stale or the run is over.
-    fn on_band(
+    fn exact_steps(
         &mut self,
         state: &mut BandState<WillmoreBand>,
         grid: &SparseGrid,
@@ -290,7 +292,7 @@ impl Evolution {
 
     /// Takes coarse steps, each as long as the elapsed time, until the band is stale or the run is over. The time advances by the
     /// full step even if the surface moved only part of the way.
-    fn coarsely(
+    fn coarse_steps(
         &mut self,
         state: &mut BandState<WillmoreBand>,
         grid: &SparseGrid,

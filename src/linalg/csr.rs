@@ -78,6 +78,7 @@ impl Csr {
         columns: usize,
         emit: impl Fn(usize, &mut Accumulator) + Sync,
     ) -> Self {
+        // Rows in chunks, each with an accumulator of its thread.
         let chunks: Vec<Rows> = (0..rows.div_ceil(CHUNK))
             .into_par_iter()
             .map_init(
@@ -94,6 +95,7 @@ impl Csr {
                 },
             )
             .collect();
+        // Concatenates the chunks.
         let total = chunks.iter().map(|c| c.1.len()).sum();
         let mut out = Self {
             columns,

@@ -97,6 +97,7 @@ impl Multigrid {
     ) -> Option<Self> {
         let apply = |x: &[f32], y: &mut [f32]| operator.apply_single(x, y);
         let diagonal: Vec<f32> = operator.jacobi().iter().map(|&d| d as f32).collect();
+        // The smoother of the finest level.
         let smoother = Chebyshev::new(&FINE, &apply, &diagonal);
         let prolongation = prolongation.into_single();
         let mut levels = Vec::new();
@@ -109,6 +110,7 @@ impl Multigrid {
             if matrix.rows() <= DIRECT {
                 break;
             }
+            // The Galerkin product RAP with R = Pᵀ.
             let r = p.transposed();
             let next = r.times(&matrix.times(&p));
             levels.push(Coarse::new(

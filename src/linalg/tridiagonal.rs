@@ -12,7 +12,7 @@ pub struct Tridiagonal {
     /// The diagonal of `T`.
     pub diagonal: Vec<f64>,
     /// The off-diagonal entries of `T`.
-    pub beside: Vec<f64>,
+    pub off_diagonal: Vec<f64>,
     /// The Householder vectors: the vector of step `k` is the first `k` entries of row `k`.
     reflectors: Symmetric,
     /// The factor of each reflector; 0 where there is none.
@@ -30,7 +30,7 @@ impl Tridiagonal {
     /// Reduces a matrix to tridiagonal form.
     pub fn new(mut matrix: Symmetric) -> Self {
         let n = matrix.rows();
-        let (mut beside, mut factors) = (vec![0.0; n.saturating_sub(1)], vec![0.0; n]);
+        let (mut off_diagonal, mut factors) = (vec![0.0; n.saturating_sub(1)], vec![0.0; n]);
         let mut p = vec![0.0; n];
         // From the last row up: reflects row k so that its only entry left of the diagonal is at k - 1.
         for k in (1..n).rev() {
@@ -38,13 +38,13 @@ impl Tridiagonal {
             let scale = v.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             let tail = v[..k - 1].iter().fold(0.0, |m: f64, x| m.max(x.abs()));
             if tail == 0.0 || !scale.is_finite() {
-                beside[k - 1] = v[k - 1];
+                off_diagonal[k - 1] = v[k - 1];
                 continue;
             }
             v.iter_mut().for_each(|x| *x /= scale);
             let norm = dot(v, v).sqrt();
             let first = -norm.copysign(v[k - 1]);
-            beside[k - 1] = first * scale;
+            off_diagonal[k - 1] = first * scale;
             factors[k] = 1.0 / (norm * (norm + v[k - 1].abs()));
             v[k - 1] -= first;
             reflect(above, v, factors[k], &mut p[..k]);
@@ -52,7 +52,7 @@ impl Tridiagonal {
         Self {
             n,
             diagonal: (0..n).map(|i| matrix.get(i, i)).collect(),
-            beside,
+            off_diagonal,
             reflectors: matrix,
             factors,
         }
@@ -82,8 +82,8 @@ impl Tridiagonal {
         for i in 0..self.n {
             let mut pivot = self.diagonal[i] + shift;
             if i > 0 {
-                let multiplier = self.beside[i - 1] / pivots[i - 1];
-                pivot -= multiplier * self.beside[i - 1];
+                let multiplier = self.off_diagonal[i - 1] / pivots[i - 1];
+                pivot -= multiplier * self.off_diagonal[i - 1];
                 multipliers.push(multiplier);
             }
             if pivot <= 0.0 || !pivot.is_finite() {

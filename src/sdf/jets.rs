@@ -276,7 +276,7 @@ impl NormalEquations {
     }
 }
 
-/// Vertices around `vertex`, ring by ring until there are enough, without crossing a crease.
+/// Vertices around `vertex`, ring by ring until there are enough, on this side of creases.
 fn neighbourhood(mesh: &Mesh, around: &VertexFaces, vertex: u32, normal: DVec3) -> Vec<u32> {
     let mut found = vec![vertex];
     let mut queue = VecDeque::from([(vertex, 0)]);

@@ -353,8 +353,8 @@ impl Front<'_> {
 
     /// The masked nodes in a state next to some nodes, in rising order.
     fn round(&self, nodes: &[usize], state: State) -> Vec<usize> {
-        let beside = nodes.iter().flat_map(|&s| neighbours(self.grid, s));
-        let mut round: Vec<usize> = beside.filter(|&s| self.is(s, state)).collect();
+        let adjacent = nodes.iter().flat_map(|&s| neighbours(self.grid, s));
+        let mut round: Vec<usize> = adjacent.filter(|&s| self.is(s, state)).collect();
         round.sort_unstable();
         round.dedup();
         round

@@ -282,8 +282,8 @@ impl<'a> Sampler<'a> {
                 };
                 let (v, w) = (start(mesh, h), end(mesh, h));
                 let faces = around.of(v).iter().copied();
-                let beside = faces.filter(|&f| mesh.faces[f as usize].contains(&w));
-                side(normal, mesh, beside, closest, x)
+                let at_edge = faces.filter(|&f| mesh.faces[f as usize].contains(&w));
+                side(normal, mesh, at_edge, closest, x)
             }
         }
     }

@@ -100,7 +100,7 @@ pub enum StitchError {
     /// The faces do not form a manifold.
     #[error("the patch is not a manifold near {position}; use a finer grid there")]
     NotManifold {
-        /// The place.
+        /// A position there.
         position: DVec3,
     },
 }

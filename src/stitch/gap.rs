@@ -147,7 +147,7 @@ fn by_ears(mesh: &mut PatchMesh, rims: &Rims, polygon: &[u32]) -> Option<Vec<[u3
     for vertex in cut.new {
         mesh.position.push(vertex.position);
         mesh.normal.push(vertex.normal);
-        mesh.size.push(mesh.size[vertex.beside as usize]);
+        mesh.size.push(mesh.size[vertex.neighbour as usize]);
     }
     Some(cut.faces)
 }

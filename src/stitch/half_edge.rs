@@ -331,6 +331,7 @@ impl PatchMesh {
 
     /// Removes deleted faces and vertices; the others keep their order.
     pub(super) fn compact(&mut self) {
+        // Moves the used vertices together.
         let mut vertex = vec![NONE; self.position.len()];
         let mut kept = 0;
         for (v, number) in vertex.iter_mut().enumerate() {
@@ -347,6 +348,7 @@ impl PatchMesh {
         self.normal.truncate(kept);
         self.size.truncate(kept);
         self.out.truncate(kept);
+        // Moves the remaining faces together, and renumbers half-edges.
         let mut half_edge = vec![NONE; self.twin.len()];
         let mut faces = 0;
         for f in 0..self.faces.len() {

@@ -173,12 +173,14 @@ fn join_islands(
     if reached.iter().all(|&r| r) {
         return;
     }
+    // Outlines of the rim loops, then of the boundary loops of the kept part.
     let at = |v: &u32| (input.mesh.positions[*v as usize], rims.normal[v]);
     let mut outlines: Vec<Outline> = rims
         .loops
         .iter()
         .map(|lp| Outline::new(lp.iter().map(at)))
         .collect();
+    // Rim loops that bound a small hole of their own.
     let alone: Vec<bool> = (outlines.iter().zip(reached))
         .map(|(o, &reached)| !reached && o.turning() > 0.0 && o.is_thin(input.voxel))
         .collect();
@@ -189,6 +191,7 @@ fn join_islands(
             vertices.map(|&v| (kept.positions[v as usize], kept.normals[v as usize])),
         ));
     }
+    // The other unreached rim loops join the nearest loop.
     let is_alone = |o: usize| alone.get(o).copied().unwrap_or(false);
     for r in (0..reached.len()).filter(|&r| !reached[r] && !is_alone(r)) {
         let island = outlines[r].turning() < -PI;

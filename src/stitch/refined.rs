@@ -14,7 +14,7 @@ use crate::tuning::tuning;
 /// connectivity and density of the patch are useful.
 ///
 /// # Errors
-/// If the rim cannot be triangulated, or its edge lengths differ so much that too many faces would result.
+/// If the rim cannot be triangulated, or too many faces would result because its edge lengths differ too much.
 pub fn refined_triangulation(mesh: &Mesh, rim: &[u32], factor: f64) -> Result<Patch, StitchError> {
     let faces = triangulate_loop(mesh, rim)?;
     let local: HashMap<u32, u32> = rim.iter().copied().zip(0..).collect();
@@ -127,17 +127,17 @@ impl Refinement {
 
     /// Flips edges as long as the sum of the angles opposite to an edge is larger than after the flip.
     fn flip(&mut self) {
-        let mut beside: HashMap<(u32, u32), u32> = HashMap::new();
+        let mut face_of: HashMap<(u32, u32), u32> = HashMap::new();
         for (f, face) in self.faces.iter().enumerate() {
             for k in 0..3 {
-                beside.insert((face[k], face[(k + 1) % 3]), f as u32);
+                face_of.insert((face[k], face[(k + 1) % 3]), f as u32);
             }
         }
         for _ in 0..tuning().stitch.refined_flips {
             let mut flipped = false;
             for f in 0..self.faces.len() {
                 for k in 0..3 {
-                    flipped |= self.flip_edge(f, k, &mut beside);
+                    flipped |= self.flip_edge(f, k, &mut face_of);
                 }
             }
             if !flipped {
@@ -146,10 +146,10 @@ impl Refinement {
         }
     }
 
-    fn flip_edge(&mut self, f: usize, k: usize, beside: &mut HashMap<(u32, u32), u32>) -> bool {
+    fn flip_edge(&mut self, f: usize, k: usize, face_of: &mut HashMap<(u32, u32), u32>) -> bool {
         let face = self.faces[f];
         let (a, b, c) = (face[k], face[(k + 1) % 3], face[(k + 2) % 3]);
-        let Some(&g) = beside.get(&(b, a)) else {
+        let Some(&g) = face_of.get(&(b, a)) else {
             return false;
         };
         let Some(d) = self.faces[g as usize]
@@ -158,7 +158,7 @@ impl Refinement {
         else {
             return false;
         };
-        let joined = beside.contains_key(&(c, d)) || beside.contains_key(&(d, c));
+        let joined = face_of.contains_key(&(c, d)) || face_of.contains_key(&(d, c));
         if c == d || joined || self.taken.contains(&(c.min(d), c.max(d))) {
             return false;
         }
@@ -169,13 +169,13 @@ impl Refinement {
         if opposite.partial_cmp(&(after + 1e-9)) != Some(std::cmp::Ordering::Greater) {
             return false;
         }
-        beside.remove(&(a, b));
-        beside.remove(&(b, a));
+        face_of.remove(&(a, b));
+        face_of.remove(&(b, a));
         self.faces[f] = [c, a, d];
         self.faces[g as usize] = [d, b, c];
         for (at, [x, y, z]) in [(f as u32, [c, a, d]), (g, [d, b, c])] {
             for edge in [(x, y), (y, z), (z, x)] {
-                beside.insert(edge, at);
+                face_of.insert(edge, at);
             }
         }
         true

@@ -112,7 +112,7 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
     // Sums over the faces of the mesh that have a rim vertex.
     let mut edges = HashSet::new();
     let mut beyond = HashMap::new();
-    let mut beside: HashMap<(u32, u32), DVec3> = HashMap::new();
+    let mut first_normal: HashMap<(u32, u32), DVec3> = HashMap::new();
     let mut angles = Vec::new();
     let mut length: HashMap<u32, (f64, f64)> = HashMap::new();
     let mut sum: HashMap<u32, DVec3> = HashMap::new();
@@ -127,12 +127,12 @@ fn around_rim(input: &StitchInput) -> Result<Rims, StitchError> {
             let (a, b) = (f[k], f[(k + 1) % 3]);
             // The angle at an edge, computed at the second of its faces.
             if on_rim.contains(&a) || on_rim.contains(&b) {
-                match beside.remove(&(b, a)) {
+                match first_normal.remove(&(b, a)) {
                     Some(other) if n.length() * other.length() > 0.0 => {
                         angles.push(n.angle_between(other));
                     }
                     Some(_) => {}
-                    None => _ = beside.insert((a, b), n),
+                    None => _ = first_normal.insert((a, b), n),
                 }
             }
             // Lengths and area vectors at each rim vertex, for the mean edge length and the normal.

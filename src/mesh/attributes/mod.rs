@@ -347,6 +347,7 @@ impl Attributes {
     /// The attributes of a mesh that was derived from this one. `kept` marks the faces of this mesh that still exist.
     #[must_use]
     pub fn derived(&self, origins: &Origins, kept: &[bool]) -> Self {
+        // The first new vertex of each old one, for the list of copies.
         let mut number = BTreeMap::new();
         for (new, &old) in origins.vertices.iter().enumerate() {
             number.entry(old).or_insert(new as u32);
