@@ -131,7 +131,7 @@ impl RimSides {
     fn is_chain(&self, at: usize) -> bool {
         let count = self.labels.len();
         let [a, b] = [self.labels[(at + count - 1) % count], self.labels[at]];
-        let calm =
+        let is_exact =
             |s: usize| self.sides.list[s].sheet.residual < MOST_NOISE_OF_END * self.collar.edge;
         let is_between = |v: u32| {
             let meets = |f: u32| {
@@ -150,7 +150,9 @@ impl RimSides {
             };
             met == [true; 2]
         };
-        calm(a) && calm(b) && self.collar.reach(at, is_between) > LEAST_CHAIN * self.collar.edge
+        is_exact(a)
+            && is_exact(b)
+            && self.collar.reach(at, is_between) > LEAST_CHAIN * self.collar.edge
     }
 
     /// Checks that creases can be continued between sides with these labels.

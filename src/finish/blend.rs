@@ -20,7 +20,7 @@ pub(super) fn blend(
     // Why there is no blend, if there is none: not requested, or too many vertices for kriging.
     let is_large = minimum.len() > params.most_blended;
     let reason = if params.method == FinishMethod::Willmore {
-        Some(Refusal::NotAsked)
+        Some(Refusal::NotRequested)
     } else if is_large {
         Some(Refusal::TooLarge)
     } else {

@@ -228,7 +228,7 @@ fn minimum(
     found.energy_after = minimum.energy_before;
     found.restart = match second {
         SecondInitialisation::NotNeeded => Restart::NotNeeded,
-        SecondInitialisation::Worse => Restart::Tried,
+        SecondInitialisation::Worse => Restart::Attempted,
         SecondInitialisation::Better => Restart::Taken,
     };
     // Refuse a minimum with a flaw. A converged minimum of much lower energy may move vertices any distance.

@@ -85,7 +85,7 @@ impl FinishFound {
     /// Records that the blend would intersect other faces, so the minimum is used instead.
     pub(crate) fn refuse_blend(&mut self) {
         if self.result == FinishResult::Blend {
-            self.blend_refused = Some(Refusal::Crossing);
+            self.blend_refused = Some(Refusal::Intersects);
             self.result = match self.willmore_refused {
                 None => FinishResult::Willmore,
                 Some(_) => FinishResult::Unchanged,
@@ -96,7 +96,7 @@ impl FinishFound {
     /// Records that the minimum would intersect other faces too, so the patch stays unchanged.
     pub(crate) fn refuse_all(&mut self) {
         self.refuse_blend();
-        self.willmore_refused.get_or_insert(Refusal::Crossing);
+        self.willmore_refused.get_or_insert(Refusal::Intersects);
         self.result = FinishResult::Unchanged;
         self.energy_after = self.energy_before;
         self.folds_after = self.folds_before;
@@ -129,7 +129,8 @@ pub enum Restart {
     #[default]
     NotNeeded,
     /// The second initial shape was used, without a better result.
-    Tried,
+    #[serde(rename = "tried")]
+    Attempted,
     /// The second initial shape gave fewer folds or a lower energy.
     Taken,
 }
@@ -213,7 +214,8 @@ pub enum Refusal {
     Folded,
     /// Faces would intersect other faces.
     #[error("faces would intersect other faces")]
-    Crossing,
+    #[serde(rename = "crossing")]
+    Intersects,
     /// The energy would be higher.
     #[error("the energy would be higher")]
     EnergyRose,
@@ -225,7 +227,8 @@ pub enum Refusal {
     NoRing,
     /// Not requested by the parameters.
     #[error("it was not requested")]
-    NotAsked,
+    #[serde(rename = "not-asked")]
+    NotRequested,
     /// Cancelled by the caller.
     #[error("it was cancelled")]
     Stopped,

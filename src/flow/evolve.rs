@@ -43,7 +43,8 @@ pub struct EvolutionStep {
     pub mean_movement: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,
-    /// Number of steps refused before this one because they moved too far or did not lower the energy.
+    /// Number of steps refused before this one because they moved too far or did not lower the energy; with [`Pace::Coarse`] 1 if
+    /// the step was shortened.
     pub refused: usize,
 }
 
@@ -195,7 +196,7 @@ impl Evolution {
             if grid.is_cancelled() {
                 return Some(Pause::Stopped);
             }
-            // The step length τ, in h⁴: at most a fraction of the elapsed time, but at least the length of the first step.
+            // The step length τ, in h⁴: at most a fraction of the elapsed time, or the first step's length if that is longer.
             let settings = self.next_step(
                 self.next
                     .min((tuning().flow.step_part * self.time).max(tuning().flow.first_step)),

@@ -33,7 +33,7 @@ impl<'a> StopRules<'a> {
             return Some(Stop::Lost);
         }
         let in_time = self.settings.in_time();
-        let converged = last.has_converged(self.settings, steps.len()) || settled(steps);
+        let converged = last.has_converged(self.settings, steps.len()) || energy_has_settled(steps);
         if converged && !in_time {
             return Some(Stop::Converged);
         }
@@ -85,7 +85,7 @@ fn stuck(steps: &[StepRecord]) -> bool {
 }
 
 /// Whether, after some steps, the surface hardly moves and its energy hardly falls.
-fn settled(steps: &[StepRecord]) -> bool {
+fn energy_has_settled(steps: &[StepRecord]) -> bool {
     let (n, rules) = (steps.len(), &tuning().flow);
     if n < rules.long.max(4) || steps[n - 1].mean_movement > rules.rough_movement {
         return false;

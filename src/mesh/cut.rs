@@ -243,7 +243,7 @@ mod tests {
         mesh
     }
 
-    fn settle(mesh: &Mesh, marked: impl Fn(DVec3) -> bool) -> Vec<bool> {
+    fn removed_faces(mesh: &Mesh, marked: impl Fn(DVec3) -> bool) -> Vec<bool> {
         let mut mesh = mesh.clone();
         let topology = Topology::new(&mut mesh);
         let centre =
@@ -256,7 +256,7 @@ mod tests {
     fn regions_that_meet_in_a_vertex_become_one() {
         let mesh = sheet(8);
         let square = |p: DVec3, x: f64| p.x > x && p.x < x + 2.0 && p.y > x && p.y < x + 2.0;
-        let removed = settle(&mesh, |p| square(p, 2.0) || square(p, 4.0));
+        let removed = removed_faces(&mesh, |p| square(p, 2.0) || square(p, 4.0));
         let count = removed.iter().filter(|r| **r).count();
         assert!((17..=20).contains(&count), "{count}");
         let mut left = Remainder::new(&mesh, &removed, false).mesh;
@@ -271,7 +271,7 @@ mod tests {
         let mesh = sheet(8);
         let inner = |p: DVec3| (p - DVec3::new(4.3, 4.6, 0.0)).length() < 0.3;
         let ring = |p: DVec3| p.x > 2.0 && p.x < 6.0 && p.y > 2.0 && p.y < 6.0 && !inner(p);
-        let removed = settle(&mesh, ring);
+        let removed = removed_faces(&mesh, ring);
         assert_eq!(removed.iter().filter(|r| **r).count(), 32);
         let left = Remainder::new(&mesh, &removed, false);
         assert_eq!(left.mesh.positions.len(), 81 - 9);
@@ -283,7 +283,7 @@ mod tests {
 
     #[test]
     fn a_component_that_is_marked_entirely_is_removed_entirely() {
-        assert!(settle(&sheet(3), |_| true).iter().all(|r| *r));
-        assert!(settle(&sheet(3), |_| false).iter().all(|r| !*r));
+        assert!(removed_faces(&sheet(3), |_| true).iter().all(|r| *r));
+        assert!(removed_faces(&sheet(3), |_| false).iter().all(|r| !*r));
     }
 }

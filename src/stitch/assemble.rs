@@ -160,12 +160,12 @@ impl Assembled {
                 [self.mesh.from(h), self.mesh.to(h)].map(|v| self.output_index(v, u32::MAX / 2));
             by_ends.entry((a.min(b), a.max(b))).or_default().push(h);
         }
-        let mut doomed = Vec::new();
+        let mut duplicates = Vec::new();
         for ((a, b), list) in by_ends {
             let spare = usize::from(a != b && !self.rims.has_edge(a, b));
-            doomed.extend_from_slice(&list[spare.min(list.len())..]);
+            duplicates.extend_from_slice(&list[spare.min(list.len())..]);
         }
-        for h in doomed {
+        for h in duplicates {
             let (a, b) = (self.mesh.from(h) as usize, self.mesh.to(h) as usize);
             let position = (self.mesh.position[a] + self.mesh.position[b]) / 2.0;
             let normal = (self.mesh.normal[a] + self.mesh.normal[b]).normalize_or_zero();

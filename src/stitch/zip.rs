@@ -159,8 +159,8 @@ impl Table<'_> {
         let (p, q) = (self.r(i).0, self.k(j).0);
         let from_rim = self.rim.opens_towards(self.rim_index(i), q);
         let from_inner = self.inner.opens_towards(self.inner_index(j), p);
-        let astray = f64::from(u8::from(!from_rim)) + f64::from(u8::from(!from_inner));
-        p.distance_squared(q) * (1.0 + tuning().stitch.astray_weight * astray)
+        let outside = f64::from(u8::from(!from_rim)) + f64::from(u8::from(!from_inner));
+        p.distance_squared(q) * (1.0 + tuning().stitch.astray_weight * outside)
     }
 
     fn tilt_rim(&self, i: usize, j: usize) -> f64 {

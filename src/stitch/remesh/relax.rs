@@ -80,13 +80,13 @@ impl Remesher<'_> {
         let seam: Vec<Seam> = self.seam().collect();
         let mean =
             |of: fn(&Seam) -> f64| seam.iter().map(of).sum::<f64>() / seam.len().max(1) as f64;
-        let sharp = mean(|s| s.angle.abs());
-        let rough = mean(|s| s.excess.abs());
-        if sharp <= around.max(rules.seam_visible) || rough <= rules.seam_rough * sharp {
+        let angle = mean(|s| s.angle.abs());
+        let excess = mean(|s| s.excess.abs());
+        if angle <= around.max(rules.seam_visible) || excess <= rules.seam_rough * angle {
             return;
         }
         // The fraction of the excess to remove, so that the mean angle becomes a fraction of the mesh's.
-        let part = 1.0 - rules.seam_goal * around / sharp;
+        let part = 1.0 - rules.seam_goal * around / angle;
         // The unknowns: displacements of free vertices near the rim along their normals, in units of the mesh.
         let ring = self.rings(rules.seam_rings);
         let (mut number, mut moved) = (vec![FIXED; ring.len()], Vec::new());
