@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 pub(super) const MOST_PLANES: usize = 6;
 /// Points farther than this from the surface, in edges, are outliers.
 pub(super) const OUTLIER: f64 = 0.3;
-/// A model is accepted if at least this fraction of the points are no outliers,
+/// A model is accepted if at least this fraction of the points are not outliers,
 const MOST: f64 = 0.9;
 /// their residual is at most this, in edges,
 const RESIDUAL: f64 = 0.1;

@@ -65,7 +65,8 @@ impl Chart {
                 });
             }
         }
-        // Otherwise the plane perpendicular to the mean normal of the data, through the mean of the rim, if nothing is steep over it.
+        // Otherwise the plane perpendicular to the mean normal of the data, through the mean of the rim, if nothing is steep over
+        // it.
         let normal = normals.iter().sum::<DVec3>().try_normalize()?;
         if steep(&mut normals.iter().map(|n| n.dot(normal)))
             || steep(&mut own.iter().map(|n| n.dot(normal)))

@@ -297,9 +297,9 @@ impl Kriging {
         kernel.sum::<f64>() + polynomial.sum::<f64>()
     }
 
-    /// The standard deviation of the height at a point. In the basis `Q` with `Qᵀ B = (R, 0)`, the weights of the data
-    /// are `(a, b)` with `Rᵀ a = t` (the drift's terms at the point) and `(A₂₂ + ν) b = k₂ − A₂₁ a`. The variance in units of the scale is
-    /// `aᵀ (A₁₁ + ν) a − 2 aᵀ k₁ − bᵀ (A₂₂ + ν) b`.
+    /// The standard deviation of the height at a point. In the basis `Q` with `Qᵀ B = (R, 0)`, the weights of the data are
+    /// `(a, b)` with `Rᵀ a = t` (the drift's terms at the point) and `(A₂₂ + ν) b = k₂ − A₂₁ a`. The variance in units of the
+    /// scale is `aᵀ (A₁₁ + ν) a − 2 aᵀ k₁ − bᵀ (A₂₂ + ν) b`.
     pub(super) fn deviation(&self, p: DVec2) -> f64 {
         let c = &self.contrasts;
         let m = c.basis.terms;

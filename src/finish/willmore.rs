@@ -189,8 +189,8 @@ impl<'a> Solver<'a> {
     }
 
     /// The linearised problem: with `J = ∂h/∂d = M⁻¹ S − diag(h² − 2 K)` for displacements `d` along the normals,
-    /// `(Jᵀ M J) d = −(Jᵀ M h + ½ M h³)`, a Gauss-Newton step (J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, section 10.3). `J` has
-    /// a row for each moving vertex and each rim vertex, whose curvature also depends on the patch.
+    /// `(Jᵀ M J) d = −(Jᵀ M h + ½ M h³)`, a Gauss-Newton step (J. Nocedal, S. J. Wright, "Numerical Optimization", 2006, section
+    /// 10.3). `J` has a row for each moving vertex and each rim vertex, whose curvature also depends on the patch.
     ///
     /// In a patch with many vertices, `h² − 2 K` in the matrix is bounded by its third quartile. On a finely meshed rough rim,
     /// noise makes the Hessian nearly singular; steps along its near-null space do not lower the energy.

@@ -75,8 +75,8 @@ pub enum Pause {
 
 /// Willmore flow in time, `∂φ/∂t = −|∇φ| (Δ_M h + ½ h³ − 2 k h)` where h is the sum and k the product of the principal
 /// curvatures, in the weak form of Droske and Rumpf (2004), equations (9) and (10), by linearly implicit steps
-/// `(M/τ + A) d = −∇E`. The metric has the same weight χ as the energy, so every level in the band moves by its own flow; the eikonal term and
-/// redistancing keep the levels apart.
+/// `(M/τ + A) d = −∇E`. The metric has the same weight χ as the energy, so every level in the band moves by its own flow; the
+/// eikonal term and redistancing keep the levels apart.
 #[derive(Clone, Debug)]
 pub struct Evolution {
     /// Variant, solver tolerance and κ.

@@ -212,7 +212,7 @@ impl<E: BandEnergy> BandState<E> {
         (record, surface)
     }
 
-    /// Takes the whole step if it lowers the energy; returns whether it did.
+    /// Takes the whole step if it does not raise the energy; returns whether it did.
     pub(super) fn advance(&mut self, direction: &Direction, at: Evaluation) -> bool {
         let refused = self.try_whole(&direction.d, at).err();
         let taken = refused.is_none();

@@ -7,7 +7,7 @@ use super::{Mesh, Topology, VertexFaces};
 
 /// Remaining parts with at most this number of faces are removed too,
 const SMALL_FACES: usize = 2;
-/// and remaining parts with at most 1 / SMALL_PART of the faces removed from their component.
+/// and remaining parts with at most 1 / `SMALL_PART` of the faces removed from their component.
 const SMALL_PART: usize = 10;
 
 /// Rounds in which single faces that stick out of the edge of a cut are removed too. One more would eat further along the edge:
