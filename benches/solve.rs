@@ -80,7 +80,7 @@ fn run(name: &str, shape: &Shape, across: f64) {
         },
         dims: [nodes; 3],
         refinements,
-        give_up_early: false,
+        stop_if_unconverged: false,
         from: None,
         start: Start::Biharmonic,
         flow: FlowSettings::default().across(across),

@@ -129,12 +129,12 @@ pub use cancel::Cancel;
 pub use cli::main as command_line;
 pub use extract::{VolumeSurfaceError, level_surface};
 pub use fill::{
-    ClosedBy, CreaseReport, FailedReason, FillParams, Finish, FinishReport, HoleOutcome,
-    LeftReason, NotContinued, PatchStart, Quality, RegionPatch, RegionReport, Sharp, SurfaceKind,
-    Tally, TriangulatedReason, TryFailure,
+    AttemptFailure, ClosedBy, CreaseReport, FailedReason, FillParams, Finish, FinishReport,
+    HoleOutcome, LeftReason, NotContinued, PatchInitialisation, Quality, RegionPatch, RegionReport,
+    Sharp, SurfaceKind, Tally, TriangulatedReason,
 };
 pub use finish::{
-    Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Refusal, Restart,
+    Candidate, CandidateRecord, ChartKind, FinishRecord, FinishResult, Refusal, Restart,
 };
 pub use flow::{BendingEnergy, Density, Energy, FlowOutcome, StepRecord, Variant};
 pub use grid::Volume;
@@ -145,8 +145,8 @@ pub use mend::{
     RestoreReport, Restored, Step, fair, fill, inspect, restore,
 };
 pub use mesh::attributes::{
-    Active, Attribute, Attributes, CornerAttribute, LabelKind, Labels, Material, PATCH_NAME, Role,
-    SIGMA_NAME, Scalar,
+    Active, Attribute, Attributes, CornerAttribute, EXPECTED_ERROR_NAME, LabelKind, Labels,
+    Material, PATCH_NAME, Role, Scalar,
 };
 pub use mesh::mask::{Mask, MaskError, Selection, Selector};
 pub use mesh::triangulate::TriangulationError;
@@ -155,7 +155,7 @@ pub use mesh::{
     Topology, Unit, cut::Remainder,
 };
 pub use region::{LevelReport, VoxelSize};
-pub use repair::{Carried, CrossingPass, RepairParams, RepairReport, Repaired, repair};
+pub use repair::{Carried, RepairParams, RepairReport, Repaired, SelfIntersectionPass, repair};
 pub use stitch::StitchError;
 
 /// The examples of the documentation pages, run as tests.

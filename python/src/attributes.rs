@@ -1,7 +1,7 @@
 //! Named values of vertices, faces and corners as arrays.
 
 use isomend::internals::mesh::attributes::NONE;
-use isomend::{Attribute, CornerAttribute, PATCH_NAME, Role, SIGMA_NAME, Scalar};
+use isomend::{Attribute, CornerAttribute, EXPECTED_ERROR_NAME, PATCH_NAME, Role, Scalar};
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyList;
@@ -74,7 +74,9 @@ fn taken<'py>(py: Python<'py>, a: &Attribute) -> Taken<'py> {
 
 /// A list of values, but for those that mark patches and tell the errors of patches of earlier runs.
 pub fn list<'py>(py: Python<'py>, all: &[Attribute]) -> PyResult<Bound<'py, PyList>> {
-    listed(py, all, |a| a.name != PATCH_NAME && a.name != SIGMA_NAME)
+    listed(py, all, |a| {
+        a.name != PATCH_NAME && a.name != EXPECTED_ERROR_NAME
+    })
 }
 
 /// A list of values, but for those that mark patches: expected errors that a file has, or patches alone, are values like others.

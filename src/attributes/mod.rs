@@ -19,7 +19,8 @@ use std::collections::BTreeMap;
 use glam::DVec3;
 
 use crate::mesh::attributes::{
-    Attribute, CornerAttribute, LabelKind, Labels, NONE, PATCH_NAME, Role, SIGMA_NAME, Scalar,
+    Attribute, CornerAttribute, EXPECTED_ERROR_NAME, LabelKind, Labels, NONE, PATCH_NAME, Role,
+    Scalar,
 };
 use crate::mesh::{Attributes, Mesh, Model, area_vector};
 use field::{Field, Source};
@@ -52,11 +53,11 @@ pub fn transfer(original: &Mesh, attributes: &Attributes, filled: Mesh) -> Model
 
 impl Model {
     /// Stores the expected errors of the patches' vertices, which follow the `kept` vertices of the input, as the
-    /// vertex attribute [`SIGMA_NAME`] in units of length. Input vertices keep the errors of an earlier run, or get 0.
+    /// vertex attribute [`EXPECTED_ERROR_NAME`] in units of length. Input vertices keep the errors of an earlier run, or get 0.
     /// Vertices without a known error get −1. Adds nothing if no error is known, from this run or an earlier one. An
     /// empty `expected_error`, as for a faired surface, means that no error is known for the new vertices.
-    pub fn tell_errors(&mut self, kept: usize, expected_error: &[Option<f64>]) {
-        let own = |a: &Attribute| a.name == SIGMA_NAME && a.components == 1;
+    pub fn set_expected_errors(&mut self, kept: usize, expected_error: &[Option<f64>]) {
+        let own = |a: &Attribute| a.name == EXPECTED_ERROR_NAME && a.components == 1;
         let place = self.attributes.vertex.iter().position(own);
         if expected_error.iter().all(Option::is_none) && place.is_none() {
             return;
@@ -70,7 +71,7 @@ impl Model {
         let all = &mut self.attributes.vertex;
         let mut errors = match place {
             Some(place) => all.remove(place),
-            None => Attribute::new(SIGMA_NAME, Role::Other, scalar, 1),
+            None => Attribute::new(EXPECTED_ERROR_NAME, Role::Other, scalar, 1),
         };
         let earlier = std::mem::take(&mut errors.values);
         let count = self.mesh.positions.len();

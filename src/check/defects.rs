@@ -65,7 +65,7 @@ pub(super) fn of_topology(subject: &Subject) -> Vec<Defect> {
         .filter(|&h| topology.boundary[h as usize])
         .map(|h| h / 3)
         .collect();
-    let crowded = topology.crowded_edges(mesh);
+    let crowded = topology.non_manifold_edges(mesh);
     let at_crowded: Vec<u32> = crowded.iter().flatten().map(|h| h / 3).collect();
     let pinched = pinched(mesh, topology, &crowded);
     let around = VertexFaces::new(mesh);
@@ -83,7 +83,7 @@ pub(super) fn of_topology(subject: &Subject) -> Vec<Defect> {
         .collect();
     let make = |kind, count, faces| Defect::new(kind, count, faces, mesh);
     vec![
-        make(DefectKind::Border, border.len(), border),
+        make(DefectKind::BoundaryEdge, border.len(), border),
         make(DefectKind::NonManifoldEdge, crowded.len(), at_crowded),
         make(
             DefectKind::NonManifoldVertex,
@@ -143,7 +143,7 @@ pub(super) fn of_faces(subject: &Subject) -> [Defect; 3] {
     [
         make(DefectKind::Degenerate, degenerate),
         make(DefectKind::Duplicate, twice),
-        make(DefectKind::Crossing, crossing),
+        make(DefectKind::SelfIntersection, crossing),
     ]
 }
 

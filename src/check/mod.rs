@@ -78,7 +78,8 @@ impl CheckParams {
 #[non_exhaustive]
 pub enum DefectKind {
     /// Boundary edges: edges with only one face.
-    Border,
+    #[serde(rename = "border")]
+    BoundaryEdge,
     /// Edges with more than two faces.
     NonManifoldEdge,
     /// Vertices where surfaces meet in a single point; vertices of edges with more than two faces are not counted.
@@ -92,7 +93,8 @@ pub enum DefectKind {
     /// Faces with the same vertices as an earlier face.
     Duplicate,
     /// Faces that intersect or touch another face outside shared vertices and edges.
-    Crossing,
+    #[serde(rename = "crossing")]
+    SelfIntersection,
     /// Faces where the body is thinner than [`CheckParams::thin`].
     Thin,
     /// Faces of walls that are thinner than [`CheckParams::min_wall`].
@@ -102,14 +104,14 @@ pub enum DefectKind {
 impl DefectKind {
     /// All of them.
     pub const ALL: [Self; 10] = [
-        Self::Border,
+        Self::BoundaryEdge,
         Self::NonManifoldEdge,
         Self::NonManifoldVertex,
         Self::Misoriented,
         Self::InsideOut,
         Self::Degenerate,
         Self::Duplicate,
-        Self::Crossing,
+        Self::SelfIntersection,
         Self::Thin,
         Self::ThinWall,
     ];
@@ -117,7 +119,7 @@ impl DefectKind {
     /// The defect in words, with its count.
     pub fn text(self, count: usize) -> String {
         let (one, many) = match self {
-            Self::Border => ("edge has only one face", "edges have only one face"),
+            Self::BoundaryEdge => ("edge has only one face", "edges have only one face"),
             Self::NonManifoldEdge => (
                 "edge has more than two faces",
                 "edges have more than two faces",
@@ -136,7 +138,7 @@ impl DefectKind {
             ),
             Self::Degenerate => ("face is degenerate", "faces are degenerate"),
             Self::Duplicate => ("face duplicates another", "faces duplicate others"),
-            Self::Crossing => ("face intersects another", "faces intersect others"),
+            Self::SelfIntersection => ("face intersects another", "faces intersect others"),
             Self::Thin => ("face is at a thin part", "faces are at thin parts"),
             Self::ThinWall => ("face is at a thin wall", "faces are at thin walls"),
         };
@@ -265,7 +267,7 @@ impl Verdict {
 
     /// Whether no edge has only one face.
     pub fn is_closed(&self) -> bool {
-        self.count(DefectKind::Border) == 0
+        self.count(DefectKind::BoundaryEdge) == 0
     }
 
     /// Whether there are no non-manifold edges or vertices.
@@ -288,7 +290,7 @@ impl Verdict {
         let mut reasons = Vec::new();
         for defect in &self.defects {
             match defect.kind {
-                DefectKind::Border => self.open_reasons(defect.count, &mut reasons),
+                DefectKind::BoundaryEdge => self.open_reasons(defect.count, &mut reasons),
                 DefectKind::ThinWall => reasons.push(self.thin_reason()),
                 kind => reasons.push(kind.text(defect.count)),
             }
@@ -306,7 +308,7 @@ impl Verdict {
         }
         match holes {
             0 if self.holes > 0 => {}
-            0 => reasons.push(DefectKind::Border.text(edges)),
+            0 => reasons.push(DefectKind::BoundaryEdge.text(edges)),
             1 => reasons.push("1 hole is open".to_owned()),
             n => reasons.push(format!("{n} holes are open")),
         }

@@ -1,7 +1,7 @@
 //! Messages on jobs: the plan of a dry run, lines on regions while a job runs, and the summary after it.
 
 use isomend::io::{Format, Precision};
-use isomend::job::{Extent, JobPlan, JobResult, WorkPlan};
+use isomend::job::{JobPlan, JobResult, OperationReport, WorkPlan};
 use isomend::report::{
     counted, length_beside, level_lines, plan_lines, point, reason_lines, repair_lines_in,
     tally_line,
@@ -63,13 +63,13 @@ fn fair_plan(report: &FairPlan, unit: Option<Unit>) -> String {
 /// Prints the result of a job, the summary line last. `name` is put in front of warnings.
 pub fn done(done: &JobResult, name: &str, console: &Console) {
     match &done.extent {
-        Extent::Faired(report) => return faired(report, done, console),
-        Extent::Copied => {
+        OperationReport::Faired(report) => return faired(report, done, console),
+        OperationReport::Copied => {
             let [vertices, faces] = done.size;
             let file = written(done);
             return console.say(&format!("{file}{vertices} vertices, {faces} faces written"));
         }
-        Extent::Region(cut) => console.say(&format!(
+        OperationReport::Region(cut) => console.say(&format!(
             "{} marked, {} cut out",
             counted(cut.marked_faces, "face"),
             cut.removed_faces
@@ -80,7 +80,7 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     let unit = done.spec.deliverables.unit;
     // Holes with higher numbers were opened by the repair, so options cannot name them.
     let chosen = match &done.extent {
-        Extent::Repaired(report) => report.before.as_ref().map_or(0, |v| v.holes),
+        OperationReport::Repaired(report) => report.before.as_ref().map_or(0, |v| v.holes),
         _ => usize::MAX,
     };
     let is_verbose = console.is_verbose();
@@ -107,11 +107,11 @@ pub fn done(done: &JobResult, name: &str, console: &Console) {
     let file = written(done);
     let verdict = tally_line(report);
     match &done.extent {
-        Extent::Repaired(report) => {
+        OperationReport::Repaired(report) => {
             console.say(&verdict);
             repaired(report, &file, unit, console);
         }
-        Extent::Holes if report.holes.is_empty() && report.open_chains.is_empty() => {
+        OperationReport::Holes if report.holes.is_empty() && report.open_chains.is_empty() => {
             let what = match is_rounded(done) {
                 true => "no holes: only the positions are rounded",
                 false => "no holes: vertices and faces are copied unchanged",

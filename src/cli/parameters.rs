@@ -6,7 +6,7 @@ use std::marker::PhantomData;
 use anyhow::Context;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches};
-use isomend::parameters::{Choice, Kind, Parameter, Table, Usual};
+use isomend::parameters::{Choice, DefaultValue, Kind, Parameter, Table};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
@@ -127,8 +127,8 @@ fn argument(parameter: &'static Parameter, table: &Table) -> Arg {
     let mut argument = Arg::new(parameter.name).long(parameter.option());
     let mut help = parameter.sentence.to_owned();
     match parameter.default {
-        Usual::Value(text) => argument = argument.default_value(text),
-        Usual::Unset => {}
+        DefaultValue::Value(text) => argument = argument.default_value(text),
+        DefaultValue::Unset => {}
         usual => help = format!("{} [default: {}]", help.trim_end_matches('.'), usual.text()),
     }
     let short = table.as_options(help.trim_end_matches('.'));

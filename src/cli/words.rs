@@ -4,7 +4,7 @@ use clap::Parser;
 use isomend::RepairParams;
 use isomend::job::Work;
 use isomend::parameters::{Kind, Table};
-use isomend::view::{Command, Words};
+use isomend::view::{Command, CommandRenderer};
 use serde::Serialize;
 use serde_json::Value;
 
@@ -14,7 +14,7 @@ use super::{Cli, Command as Parsed};
 /// Renders the steps of the interactive view as command lines.
 pub struct CommandLine;
 
-impl Words for CommandLine {
+impl CommandRenderer for CommandLine {
     fn command(&self, work: &Work, faces: Option<&str>) -> Result<Command, String> {
         let mut command = match work {
             Work::Fill(params) => command(Table::FILL, params),

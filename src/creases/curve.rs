@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Declined;
+use super::CreaseRefusal;
 use super::network::{FARTHEST_CORNER, LONGEST_STEP, Network, ON_BOTH};
 use super::sheet::{Sheet, onto};
 
@@ -25,7 +25,7 @@ impl Network<'_> {
         from: DVec3,
         to: DVec3,
         sides: [usize; 2],
-    ) -> Result<Vec<DVec3>, Declined> {
+    ) -> Result<Vec<DVec3>, CreaseRefusal> {
         let longest = LONGEST_STEP * self.collar.diameter;
         let sheets = sides.map(|s| self.sheet(s));
         let chord = from.distance(to);
@@ -44,7 +44,7 @@ impl Network<'_> {
         mut points: Vec<DVec3>,
         sheets: [&Sheet; 2],
         most: f64,
-    ) -> Result<Vec<DVec3>, Declined> {
+    ) -> Result<Vec<DVec3>, CreaseRefusal> {
         let (edge, longest) = (self.collar.rim_edge, LONGEST_STEP * self.collar.diameter);
         for _ in 0..2 {
             let again = resampled(&points, edge).into_iter();
@@ -59,10 +59,10 @@ impl Network<'_> {
         };
         let is_on_both = off(sheets[0]) + off(sheets[1]) <= ON_BOTH * edge;
         match points.iter().all(|p| p.is_finite()) && is_on_both {
-            true if length > most => Err(Declined::LongCrease),
-            true if self.known(&points) > MOST_KNOWN => Err(Declined::NoCrease),
+            true if length > most => Err(CreaseRefusal::LongCrease),
+            true if self.known(&points) > MOST_KNOWN => Err(CreaseRefusal::NoCrease),
             true => Ok(points),
-            false => Err(Declined::NoCrease),
+            false => Err(CreaseRefusal::NoCrease),
         }
     }
 

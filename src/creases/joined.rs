@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::rim_sides::RimSides;
-use super::{Continued, Declined};
+use super::{Continued, CreaseRefusal};
 
 impl RimSides {
     /// Continues creases only between the given pairs of rim vertices. The mesh has `count` vertices.
@@ -14,16 +14,18 @@ impl RimSides {
         &self,
         count: usize,
         joined: &[[u32; 2]],
-    ) -> Result<Continued, Declined> {
+    ) -> Result<Continued, CreaseRefusal> {
         let place = |v: u32| self.collar.rim.iter().position(|w| *w == v);
         let pairs = joined.iter().map(|&[a, b]| {
             let (a, b) = place(a).zip(place(b))?;
             (a != b).then_some([a.min(b), a.max(b)])
         });
-        let pairs: Vec<[usize; 2]> = pairs.collect::<Option<_>>().ok_or(Declined::EndOffCrease)?;
+        let pairs: Vec<[usize; 2]> = pairs
+            .collect::<Option<_>>()
+            .ok_or(CreaseRefusal::EndOffCrease)?;
         let crosses = |[a, b]: [usize; 2], [c, d]: [usize; 2]| a < c && c < b && b < d;
         if pairs.iter().any(|&p| pairs.iter().any(|&q| crosses(p, q))) {
-            return Err(Declined::Crosses);
+            return Err(CreaseRefusal::Crosses);
         }
         self.first_valid(&self.labels_between(&pairs), count)
     }

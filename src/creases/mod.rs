@@ -26,7 +26,7 @@ pub(crate) use rounded::Rounded;
 
 /// Why no creases are continued across a hole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-pub(crate) enum Declined {
+pub(crate) enum CreaseRefusal {
     /// The rim is not a single loop of edges with one face each.
     #[error("the rim is not a simple loop")]
     Rim,
@@ -77,7 +77,7 @@ pub(crate) enum Declined {
     NotManifold,
 }
 
-impl Declined {
+impl CreaseRefusal {
     /// Whether shifting the ends of creases along the rim may help.
     fn may_shift(self) -> bool {
         matches!(self, Self::Crosses | Self::NotManifold | Self::Reversed)

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::Declined;
+use super::CreaseRefusal;
 use super::collar::Collar;
 use super::segment::Sides;
 use super::sheet::{Sheet, onto};
@@ -74,7 +74,7 @@ impl<'a> Network<'a> {
         sides: &'a Sides,
         labels: &[usize],
         lead: f64,
-    ) -> Result<Self, Declined> {
+    ) -> Result<Self, CreaseRefusal> {
         let count = labels.len();
         let mut network = Self {
             collar,
@@ -107,7 +107,7 @@ impl<'a> Network<'a> {
     /// Cuts parts off until two arcs remain, which one crease separates. An arc between two arcs of the same side is cut off by a
     /// crease between its ends, shortest first; this determines which ends are paired. If there is none, an arc is cut off at the
     /// corner where it and its neighbours meet.
-    fn join(&mut self, mut arcs: Vec<Arc>) -> Result<(), Declined> {
+    fn join(&mut self, mut arcs: Vec<Arc>) -> Result<(), CreaseRefusal> {
         loop {
             let count = arcs.len();
             match &arcs[..] {
@@ -138,7 +138,7 @@ impl<'a> Network<'a> {
     }
 
     /// Divides the remaining region between its last two arcs.
-    fn part_two(&mut self, a: &Arc, b: &Arc) -> Result<(), Declined> {
+    fn part_two(&mut self, a: &Arc, b: &Arc) -> Result<(), CreaseRefusal> {
         let [to, from] = a.ends();
         let line = match from == to {
             true => Vec::new(),
@@ -156,7 +156,7 @@ impl<'a> Network<'a> {
     }
 
     /// Cuts an arc off by a crease, which then belongs to the arc that joins its neighbours.
-    fn cut_off(&mut self, arcs: Vec<Arc>, j: usize) -> Result<Vec<Arc>, Declined> {
+    fn cut_off(&mut self, arcs: Vec<Arc>, j: usize) -> Result<Vec<Arc>, CreaseRefusal> {
         let count = arcs.len();
         let (before, own, after) = (
             &arcs[(j + count - 1) % count],
@@ -184,7 +184,7 @@ impl<'a> Network<'a> {
 
     /// Cuts an arc off by the creases to the corner where its side and the sides of its neighbours meet. Of all arcs it takes the
     /// one whose corner is closest to its ends.
-    fn cut_corner(&mut self, arcs: Vec<Arc>) -> Result<Vec<Arc>, Declined> {
+    fn cut_corner(&mut self, arcs: Vec<Arc>) -> Result<Vec<Arc>, CreaseRefusal> {
         let count = arcs.len();
         let triple = |j: usize| [(j + count - 1) % count, j, (j + 1) % count];
         let corner = |j: usize| {
@@ -199,13 +199,13 @@ impl<'a> Network<'a> {
             let away = [first, last].map(|e| corner.distance(self.points[e]));
             Ok((away[0] + away[1], j, corner))
         };
-        let corners: Vec<Result<_, Declined>> = (0..count).map(corner).collect();
+        let corners: Vec<Result<_, CreaseRefusal>> = (0..count).map(corner).collect();
         let found = corners.iter().flatten().min_by(|a, b| a.0.total_cmp(&b.0));
         let Some(&(_, j, corner)) = found else {
             return Err(if count == 3 {
-                Declined::NoCorner
+                CreaseRefusal::NoCorner
             } else {
-                Declined::Arcs(count)
+                CreaseRefusal::Arcs(count)
             });
         };
         // A corner at an end on the rim is that rim vertex; otherwise it is a new point.
@@ -243,7 +243,7 @@ impl<'a> Network<'a> {
         corner: usize,
         end: usize,
         sides: [usize; 2],
-    ) -> Result<Vec<usize>, Declined> {
+    ) -> Result<Vec<usize>, CreaseRefusal> {
         if corner == end {
             return Ok(vec![end]);
         }
@@ -252,7 +252,7 @@ impl<'a> Network<'a> {
     }
 
     /// The common zero of three sheets, starting from the mean of some rim points.
-    fn corner(&self, sides: [usize; 3], ends: &[usize]) -> Result<DVec3, Declined> {
+    fn corner(&self, sides: [usize; 3], ends: &[usize]) -> Result<DVec3, CreaseRefusal> {
         let collar = self.collar;
         let middle = ends.iter().map(|&e| self.points[e]).sum::<DVec3>() / ends.len() as f64;
         let sheets = sides.map(|s| self.sheet(s));
@@ -267,12 +267,16 @@ impl<'a> Network<'a> {
         let is_on_all = off <= 0.1 * ON_BOTH * collar.rim_edge;
         match is_on_all && !is_far && least >= DETERMINED {
             true => Ok(corner),
-            false => Err(Declined::NoCorner),
+            false => Err(CreaseRefusal::NoCorner),
         }
     }
 
     /// The inner points of the crease between two rim points.
-    fn line(&mut self, [from, to]: [usize; 2], sides: [usize; 2]) -> Result<Vec<usize>, Declined> {
+    fn line(
+        &mut self,
+        [from, to]: [usize; 2],
+        sides: [usize; 2],
+    ) -> Result<Vec<usize>, CreaseRefusal> {
         let (p, q) = (self.lead_point(from, sides)?, self.lead_point(to, sides)?);
         let mut points = self.curve(p, q, sides)?;
         self.drop_near(&mut points, from);
@@ -356,12 +360,12 @@ impl<'a> Network<'a> {
     }
 
     /// The point of the crease closest to a rim point; on meshes with bevelled edges the rim point itself is not on the crease.
-    fn lead_point(&self, end: usize, sides: [usize; 2]) -> Result<DVec3, Declined> {
+    fn lead_point(&self, end: usize, sides: [usize; 2]) -> Result<DVec3, CreaseRefusal> {
         let sheets = sides.map(|s| self.sheet(s));
         let point = onto(&sheets, self.points[end], 15, f64::INFINITY);
         match point.distance(self.points[end]) <= FARTHEST_END * self.collar.rim_edge {
             true => Ok(point),
-            false => Err(Declined::EndOffCrease),
+            false => Err(CreaseRefusal::EndOffCrease),
         }
     }
 }

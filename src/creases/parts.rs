@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Declined;
+use super::CreaseRefusal;
 use super::collar::Collar;
 use super::sheet::{Sheet, onto};
 use crate::linalg::{second_moments, solve_spd, symmetric_eigen};
@@ -49,7 +49,7 @@ pub(super) fn triangulate(
     collar: &Collar,
     sheet: &Sheet,
     outline: &[DVec3],
-) -> Result<Triangles, Declined> {
+) -> Result<Triangles, CreaseRefusal> {
     let normals: Vec<DVec3> = outline.iter().map(|p| sheet.normal(*p)).collect();
     let mean = normals.iter().sum::<DVec3>().normalize_or_zero();
     let least = normals
@@ -61,10 +61,10 @@ pub(super) fn triangulate(
         false => project(outline, mean),
     };
     if area(&flat) < 0.0 {
-        return Err(Declined::Reversed);
+        return Err(CreaseRefusal::Reversed);
     }
     let inner = inner_points(&flat, collar.rim_edge)?;
-    let faces = constrained_delaunay(&flat, &inner).ok_or(Declined::Crosses)?;
+    let faces = constrained_delaunay(&flat, &inner).ok_or(CreaseRefusal::Crosses)?;
     let longest = 0.3 * collar.diameter;
     let back = |p: &DVec2| onto(&[sheet], chart.back(*p), STEPS, longest);
     Ok(Triangles {
@@ -109,7 +109,7 @@ fn unroll(
     sheet: &Sheet,
     outline: &[DVec3],
     normals: &[DVec3],
-) -> Result<(Chart, Vec<DVec2>), Declined> {
+) -> Result<(Chart, Vec<DVec2>), CreaseRefusal> {
     // The axis, and coordinates across it.
     let axis = symmetric_eigen(&second_moments(normals.iter().copied())).1[0];
     let x = axis.cross(normals[0]).normalize_or_zero();
@@ -127,7 +127,7 @@ fn unroll(
     if points.len() <= 6 {
         points = sheet.points.iter().map(|p| flat_of(*p)).collect();
     }
-    let (centre, radius) = circle(&points).ok_or(Declined::Turns)?;
+    let (centre, radius) = circle(&points).ok_or(CreaseRefusal::Turns)?;
     // Angles around the axis, without jumps of 2π along the outline.
     let mut angles: Vec<f64> = outline
         .iter()
@@ -144,7 +144,7 @@ fn unroll(
         .map(|n| n.dot(axis).abs())
         .fold(0.0, f64::max);
     if !closes || along > ALONG_AXIS || radius > MOST_RADIUS * collar.diameter {
-        return Err(Declined::Turns);
+        return Err(CreaseRefusal::Turns);
     }
     // The orientation: whether normals point away from the axis.
     let outwards = outline.iter().zip(normals).map(|(p, n)| {
@@ -198,7 +198,7 @@ fn area(outline: &[DVec2]) -> f64 {
 }
 
 /// Points of a regular triangular lattice inside an outline, at a minimum distance from it.
-fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, Declined> {
+fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, CreaseRefusal> {
     let low = outline.iter().copied().fold(DVec2::INFINITY, DVec2::min);
     let high = outline
         .iter()
@@ -207,7 +207,7 @@ fn inner_points(outline: &[DVec2], edge: f64) -> Result<Vec<DVec2>, Declined> {
     let row = 0.866 * edge;
     let size = ((high - low) / DVec2::new(edge, row)).ceil();
     if size.x.is_nan() || size.x * size.y > MOST_POINTS {
-        return Err(Declined::TooLarge);
+        return Err(CreaseRefusal::TooLarge);
     }
     let mut points = Vec::new();
     for j in 0..size.y as usize {

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::network::{CreaseLine, Network, ends, simple_loops};
 use super::rim_sides::RimSides;
-use super::{Continued, Crease, Declined, parts};
+use super::{Continued, Crease, CreaseRefusal, parts};
 
 /// Distances from the rim at which creases start inside the hole, in edges: attempted in this order.
 const LEADS: [f64; 4] = [0.3, 0.6, 1.0, 1.5];
@@ -19,7 +19,7 @@ impl RimSides {
     ///
     /// The result is the first valid patch, with the ends of creases shifted along the rim as little as possible: on bevelled
     /// meshes the vertex at which a crease ends is uncertain.
-    pub(crate) fn continued(&self, count: usize) -> Result<Continued, Declined> {
+    pub(crate) fn continued(&self, count: usize) -> Result<Continued, CreaseRefusal> {
         self.first_valid(&self.labels, count)
     }
 
@@ -28,7 +28,7 @@ impl RimSides {
         &self,
         labels: &[usize],
         count: usize,
-    ) -> Result<Continued, Declined> {
+    ) -> Result<Continued, CreaseRefusal> {
         let ends = ends(labels);
         let mut first = None;
         for (at, shifts) in shifts(ends.len()).iter().enumerate() {
@@ -50,10 +50,10 @@ impl RimSides {
                 }
             }
         }
-        Err(first.unwrap_or(Declined::NoSide))
+        Err(first.unwrap_or(CreaseRefusal::NoSide))
     }
 
-    fn patch(&self, labels: &[usize], lead: f64, count: usize) -> Result<Continued, Declined> {
+    fn patch(&self, labels: &[usize], lead: f64, count: usize) -> Result<Continued, CreaseRefusal> {
         self.check(labels)?;
         let network = Network::new(&self.collar, &self.sides, labels, lead)?;
         let rim = self.collar.rim.len();
@@ -108,12 +108,12 @@ impl RimSides {
     }
 
     /// Checks that the faces use each edge of the rim once, and no directed edge twice.
-    fn check_joined(&self, faces: &[[u32; 3]]) -> Result<(), Declined> {
+    fn check_joined(&self, faces: &[[u32; 3]]) -> Result<(), CreaseRefusal> {
         let mut edges: HashMap<(u32, u32), ()> = HashMap::with_capacity(3 * faces.len());
         for f in faces {
             for (a, b) in [(f[0], f[1]), (f[1], f[2]), (f[2], f[0])] {
                 if edges.insert((a, b), ()).is_some() || self.taken.contains(&(a, b)) {
-                    return Err(Declined::NotManifold);
+                    return Err(CreaseRefusal::NotManifold);
                 }
             }
         }
@@ -129,7 +129,7 @@ impl RimSides {
         let has_all = on_rim.iter().all(|edge| edges.contains_key(edge));
         match has_all && edges.keys().all(is_right) {
             true => Ok(()),
-            false => Err(Declined::NotManifold),
+            false => Err(CreaseRefusal::NotManifold),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::{BTreeSet, HashSet};
 
 use glam::DVec3;
 
-use super::Declined;
+use super::CreaseRefusal;
 use super::collar::{Collar, median, rings};
 use super::labels::{LabelCosts, labels};
 use super::network::ends;
@@ -82,12 +82,16 @@ pub(crate) struct RimSides {
 
 impl RimSides {
     /// Finds the sides around a rim of a mesh.
-    pub(crate) fn new(mesh: &Mesh, around: &VertexFaces, rim: &[u32]) -> Result<Self, Declined> {
-        let collar = Collar::new(mesh, around, rim, rings).ok_or(Declined::Rim)?;
+    pub(crate) fn new(
+        mesh: &Mesh,
+        around: &VertexFaces,
+        rim: &[u32],
+    ) -> Result<Self, CreaseRefusal> {
+        let collar = Collar::new(mesh, around, rim, rings).ok_or(CreaseRefusal::Rim)?;
         let sides = Sides::new(&collar);
         let is_exact = sides.free() < MOST_FREE && sides.noise(collar.edge) < MOST_NOISE;
         let limits = if is_exact { CLEAN } else { SCAN };
-        let labels = labels(&collar, &sides, &limits.labels).ok_or(Declined::NoSide)?;
+        let labels = labels(&collar, &sides, &limits.labels).ok_or(CreaseRefusal::NoSide)?;
         Ok(Self {
             collar,
             sides,
@@ -156,13 +160,13 @@ impl RimSides {
     }
 
     /// Checks that creases can be continued between sides with these labels.
-    pub(super) fn check(&self, labels: &[usize]) -> Result<(), Declined> {
+    pub(super) fn check(&self, labels: &[usize]) -> Result<(), CreaseRefusal> {
         self.check_rim(labels)?;
         self.check_angles(labels)
     }
 
     /// Checks that the rim is on the sheets of its edges.
-    fn check_rim(&self, labels: &[usize]) -> Result<(), Declined> {
+    fn check_rim(&self, labels: &[usize]) -> Result<(), CreaseRefusal> {
         let count = labels.len();
         let off = |i: usize| {
             let of = |side: usize| {
@@ -177,12 +181,12 @@ impl RimSides {
         let largest = off.iter().copied().fold(0.0, f64::max);
         match largest <= self.limits.rim[0] && median(&mut off) <= self.limits.rim[1] {
             true => Ok(()),
-            false => Err(Declined::RimOff),
+            false => Err(CreaseRefusal::RimOff),
         }
     }
 
     /// Checks that sides meet at angles that give creases.
-    fn check_angles(&self, labels: &[usize]) -> Result<(), Declined> {
+    fn check_angles(&self, labels: &[usize]) -> Result<(), CreaseRefusal> {
         let ends = ends(labels);
         if ends.is_empty() {
             return self.check_along(labels[0]);
@@ -190,7 +194,7 @@ impl RimSides {
         let angles = ends.iter().map(|&i| self.angle_at(i, labels));
         let angles: Vec<f64> = angles.collect();
         if angles.iter().any(|angle| *angle > FOLD) {
-            return Err(Declined::Folds);
+            return Err(CreaseRefusal::Folds);
         }
         // The stretches of the rim between consecutive ends. If the sides before and after a stretch are the same, one crease
         // joins its two ends and may fade.
@@ -208,7 +212,7 @@ impl RimSides {
         }
         match is_sharp.iter().all(|is| *is) {
             true => Ok(()),
-            false => Err(Declined::Smooth),
+            false => Err(CreaseRefusal::Smooth),
         }
     }
 
@@ -226,7 +230,7 @@ impl RimSides {
     }
 
     /// Checks that a rim with a single side runs along a crease or that the side is flat.
-    fn check_along(&self, side: usize) -> Result<(), Declined> {
+    fn check_along(&self, side: usize) -> Result<(), CreaseRefusal> {
         let (collar, count) = (&self.collar, self.collar.rim.len());
         let sheet = &self.sides.list[side].sheet;
         let (mut along, mut all) = (0.0, 0.0);
@@ -240,7 +244,7 @@ impl RimSides {
         }
         match along >= ALONG * all || sheet.is_plane() {
             true => Ok(()),
-            false => Err(Declined::OneSide),
+            false => Err(CreaseRefusal::OneSide),
         }
     }
 }

@@ -10,7 +10,7 @@ use crate::mesh::shapes::{grid, icosphere, punch};
 use crate::mesh::{Mesh, Topology, VertexFaces, area_vector, find_holes};
 
 /// Continues the creases that end at a rim, or fills a rim that runs along creases with its one side.
-fn continue_creases(mesh: &Mesh, rim: &[u32]) -> Result<Continued, Declined> {
+fn continue_creases(mesh: &Mesh, rim: &[u32]) -> Result<Continued, CreaseRefusal> {
     RimSides::new(mesh, &VertexFaces::new(mesh), rim)?.continued(mesh.positions.len())
 }
 
@@ -202,7 +202,7 @@ fn smooth_surfaces_have_no_creases() {
         let (mesh, rim) = rim_of_ball(&mesh, centre, radius);
         let why = continue_creases(&mesh, &rim).unwrap_err();
         assert!(
-            matches!(why, Declined::OneSide | Declined::Smooth),
+            matches!(why, CreaseRefusal::OneSide | CreaseRefusal::Smooth),
             "{why:?}"
         );
     }

@@ -3,14 +3,14 @@
 use super::quality::Quality;
 use serde::{Deserialize, Serialize};
 
-use crate::finish::{CandidateFound, FinishFound};
+use crate::finish::{CandidateRecord, FinishRecord};
 use crate::stitch::Patch;
 
 /// The surface that the finish of a patch started from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
-pub enum PatchStart {
+pub enum PatchInitialisation {
     /// The surface of the level set.
     #[default]
     LevelSet,
@@ -23,9 +23,9 @@ pub enum PatchStart {
 #[non_exhaustive]
 pub struct FinishReport {
     /// The surface that the finish started from.
-    pub start: PatchStart,
+    pub start: PatchInitialisation,
     /// One record for each component of the patch.
-    pub pieces: Vec<FinishFound>,
+    pub pieces: Vec<FinishRecord>,
 }
 
 impl FinishReport {
@@ -43,7 +43,7 @@ impl FinishReport {
 
     /// Whether all components have converged to a minimum of the energy, and none of the minima was refused.
     pub(super) fn is_at_minimum(&self) -> bool {
-        let at_minimum = |p: &FinishFound| p.converged && p.willmore_refused.is_none();
+        let at_minimum = |p: &FinishRecord| p.converged && p.willmore_refused.is_none();
         self.pieces.iter().all(at_minimum)
     }
 
@@ -96,8 +96,8 @@ pub(super) fn quality(patch: &Patch, finish: Option<&FinishReport>) -> Quality {
 }
 
 /// Error on the rings of the blend of one component: root of the weighted mean square of its candidates' errors.
-fn ring_error(piece: &FinishFound) -> Option<f64> {
-    let square = |c: &CandidateFound| Some(c.weight * c.ring_error?.powi(2));
+fn ring_error(piece: &FinishRecord) -> Option<f64> {
+    let square = |c: &CandidateRecord| Some(c.weight * c.ring_error?.powi(2));
     let squares: f64 = piece.candidates.iter().filter_map(square).sum();
     (squares > 0.0).then(|| squares.sqrt())
 }

@@ -4,9 +4,9 @@ use std::collections::HashSet;
 
 use glam::DVec3;
 
-use super::candidate::{FinishReport, FinishedPatch, PatchStart};
+use super::candidate::{FinishReport, FinishedPatch, PatchInitialisation};
 use super::finish_step::Local;
-use super::outcome::{ClosedBy, HoleOutcome, TryFailure};
+use super::outcome::{AttemptFailure, ClosedBy, HoleOutcome};
 use super::problem::RegionProblem;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
@@ -37,7 +37,7 @@ pub(super) fn make(problem: &RegionProblem<'_>) -> Made {
 /// Closes each rim of the region by its own faired triangulation.
 pub(super) fn make_each(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
     let (why, report) = so_far.without_level_set();
-    let why = why.unwrap_or(TryFailure::Stopped);
+    let why = why.unwrap_or(AttemptFailure::Stopped);
     problem.each_faired(why, report).into()
 }
 
@@ -65,7 +65,7 @@ impl RegionProblem<'_> {
             return None;
         }
         let (local, patch) = self.spanned(hole, biharmonic)?;
-        Some(self.finished(local.to_whole(patch), PatchStart::Triangulation))
+        Some(self.finished(local.to_whole(patch), PatchInitialisation::Triangulation))
     }
 
     /// A refined triangulation of a rim, alternately faired and flipped. Its vertices are numbered as in the returned part of the
@@ -94,7 +94,7 @@ impl RegionProblem<'_> {
     }
 
     /// Closes each hole by its own faired triangulation; none where one fails, or two rims touch.
-    fn each_faired(&self, why: TryFailure, report: RegionReport) -> Option<RegionPatch> {
+    fn each_faired(&self, why: AttemptFailure, report: RegionReport) -> Option<RegionPatch> {
         // Rims that share a vertex cannot be filled separately: two patches could use the same edge.
         let mut seen = HashSet::new();
         if !self
@@ -136,7 +136,7 @@ impl RegionProblem<'_> {
         all.patch.report.seam_angle_mean = angles / edges as f64;
         all.patch.report.quality_mean = shapes / all.patch.faces.len().max(1) as f64;
         all.report = Some(FinishReport {
-            start: PatchStart::Triangulation,
+            start: PatchInitialisation::Triangulation,
             pieces,
         });
         // Self-intersections are counted for all patches together: they may intersect one another.
@@ -155,7 +155,7 @@ impl RegionProblem<'_> {
     pub(super) fn closed_by_fairing(
         &self,
         patch: FinishedPatch,
-        why: Option<TryFailure>,
+        why: Option<AttemptFailure>,
         mut report: RegionReport,
     ) -> RegionPatch {
         report.closed_by = Some(ClosedBy::Faired);

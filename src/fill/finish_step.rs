@@ -2,12 +2,12 @@
 
 use glam::DVec3;
 
-use super::candidate::{FinishReport, FinishedPatch, PatchStart};
+use super::candidate::{FinishReport, FinishedPatch, PatchInitialisation};
 use super::params::Finish;
 use super::problem::RegionProblem;
 use super::so_far::{Made, SoFar};
 use crate::cancel::Cancel;
-use crate::finish::{FinishFound, FinishMethod, FinishParams, Surroundings, finish};
+use crate::finish::{FinishMethod, FinishParams, FinishRecord, Surroundings, finish};
 use crate::mesh::{Mesh, Part, bounds};
 use crate::stitch::{Patch, count_intersecting};
 use crate::tuning::tuning;
@@ -117,7 +117,7 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
     let patch = so_far.best_joined().map(|(patch, _)| patch.clone());
     let patch = patch.unwrap_or_default();
     Made::Finished(match problem.is_finished() {
-        true => problem.finished(patch, PatchStart::LevelSet),
+        true => problem.finished(patch, PatchInitialisation::LevelSet),
         false => FinishedPatch::unfinished(patch),
     })
 }
@@ -130,7 +130,7 @@ impl RegionProblem<'_> {
 
     /// Finishes a patch. A result that intersects more faces than the patch did is refused: the minimum of the energy replaces
     /// the blend, the original patch replaces the minimum.
-    pub(super) fn finished(&self, mut patch: Patch, start: PatchStart) -> FinishedPatch {
+    pub(super) fn finished(&self, mut patch: Patch, start: PatchInitialisation) -> FinishedPatch {
         // The patch and the part of the mesh around it that the finish uses.
         let count = self.mesh.positions.len();
         let local = Local::new(self.wide_part(&patch), count, &patch, self.cancel);
@@ -181,7 +181,10 @@ impl RegionProblem<'_> {
         let taken = match fits(&blend) {
             Some(intersecting) => Some((blend, intersecting)),
             None => {
-                report.pieces.iter_mut().for_each(FinishFound::refuse_blend);
+                report
+                    .pieces
+                    .iter_mut()
+                    .for_each(FinishRecord::refuse_blend);
                 fits(&minimum).map(|intersecting| (minimum, intersecting))
             }
         };
@@ -192,7 +195,7 @@ impl RegionProblem<'_> {
             let whole = |f: &[u32; 3]| f.map(|v| local.part.original(v, local.count));
             patch.measure(self.mesh, local.part.mesh.faces.iter().map(whole));
         } else {
-            report.pieces.iter_mut().for_each(FinishFound::refuse_all);
+            report.pieces.iter_mut().for_each(FinishRecord::refuse_all);
             expected_error.fill(None);
         }
         FinishedPatch {

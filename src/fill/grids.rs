@@ -1,7 +1,7 @@
 //! Retries of the level set of a region: grid, initialisation and energy of the next attempt, from the earlier attempts and their
 //! failures.
 
-use super::outcome::TryFailure;
+use super::outcome::AttemptFailure;
 use crate::flow::Energy;
 use crate::region::{LevelReport, Start};
 use crate::stitch::StitchError;
@@ -64,9 +64,9 @@ impl Attempt {
     }
 }
 
-/// The attempts at a region so far, in order, and why each failed. An attempt with [`TryFailure::Crossing`] still has a patch.
+/// The attempts at a region so far, in order, and why each failed. An attempt with [`AttemptFailure::Intersects`] still has a patch.
 /// Two attempts on the same grid count as one.
-pub(super) type History = [(Attempt, Option<TryFailure>)];
+pub(super) type History = [(Attempt, Option<AttemptFailure>)];
 
 /// The properties of a region that decide about retries.
 #[derive(Clone, Copy, Debug, Default)]
@@ -125,13 +125,13 @@ pub(super) fn next_attempt(
     };
     // Response to each failure: a finer grid, a wider box, the first grid again with its surface accepted, or nothing.
     let next = match failure {
-        TryFailure::Contradiction | TryFailure::Stopped => None,
-        TryFailure::NotSteady => finer(),
-        TryFailure::ReachedBox => last.wider(),
-        TryFailure::Crossing(_) => finer().filter(|next| next.refine > finest),
-        TryFailure::NotJoined(error) if is_known(error, &own[..own.len() - 1], region) => None,
+        AttemptFailure::Diverged | AttemptFailure::Stopped => None,
+        AttemptFailure::NotConverged => finer(),
+        AttemptFailure::ReachedBox => last.wider(),
+        AttemptFailure::Intersects(_) => finer().filter(|next| next.refine > finest),
+        AttemptFailure::NotJoined(error) if is_known(error, &own[..own.len() - 1], region) => None,
         // The surface has diverged: take the result of the first grid.
-        TryFailure::NotJoined(StitchError::OpenBorder { .. }) if last.refine > 1.0 => {
+        AttemptFailure::NotJoined(StitchError::OpenBoundary { .. }) if last.refine > 1.0 => {
             Some(Attempt {
                 refine: 1.0,
                 start: Start::Triangulation,
@@ -139,11 +139,11 @@ pub(super) fn next_attempt(
                 ..*last
             })
         }
-        TryFailure::NotJoined(StitchError::TooManyFaces { .. } | StitchError::Folded { .. }) => {
-            None
-        }
-        TryFailure::NotJoined(_) if last.accept => None,
-        TryFailure::NotJoined(_) => finer(),
+        AttemptFailure::NotJoined(
+            StitchError::TooManyFaces { .. } | StitchError::Folded { .. },
+        ) => None,
+        AttemptFailure::NotJoined(_) if last.accept => None,
+        AttemptFailure::NotJoined(_) => finer(),
     };
     // The budget limits the cost of the attempts with one energy, `most_attempts` their number.
     let next = next.filter(|_| region.spent < region.budget);
@@ -152,8 +152,9 @@ pub(super) fn next_attempt(
     }
     // Without a next attempt the fallback energy starts again with the first settings, unless a patch exists that merely
     // intersects faces.
-    let has_patch =
-        |(_, v): &(Attempt, Option<TryFailure>)| matches!(v, Some(TryFailure::Crossing(_)));
+    let has_patch = |(_, v): &(Attempt, Option<AttemptFailure>)| {
+        matches!(v, Some(AttemptFailure::Intersects(_)))
+    };
     let fallback = first.energy.needs().fallback?;
     let anew = last.energy == first.energy && !history.iter().any(has_patch);
     anew.then_some(Attempt {
@@ -163,7 +164,7 @@ pub(super) fn next_attempt(
 }
 
 /// Reasons for the failures, in order.
-pub(super) fn failures(history: &History) -> Vec<TryFailure> {
+pub(super) fn failures(history: &History) -> Vec<AttemptFailure> {
     let failures = history.iter().filter_map(|(_, failure)| failure.as_ref());
     failures.cloned().collect()
 }
@@ -171,7 +172,7 @@ pub(super) fn failures(history: &History) -> Vec<TryFailure> {
 /// Whether an earlier attempt failed with the same error near the same place.
 fn is_known(error: &StitchError, earlier: &History, region: &RetryContext) -> bool {
     earlier.iter().any(|(_, failure)| match failure {
-        Some(TryFailure::NotJoined(other)) => {
+        Some(AttemptFailure::NotJoined(other)) => {
             error.is_like(other, tuning().fill.same_place * region.diameter)
         }
         _ => false,
@@ -200,19 +201,23 @@ mod tests {
         }
     }
 
-    const LOST: TryFailure = TryFailure::NotSteady;
+    const LOST: AttemptFailure = AttemptFailure::NotConverged;
 
-    fn open_border() -> TryFailure {
-        TryFailure::NotJoined(StitchError::OpenBorder {
+    fn open_border() -> AttemptFailure {
+        AttemptFailure::NotJoined(StitchError::OpenBoundary {
             position: DVec3::ZERO,
             distance: 1.0,
         })
     }
 
     /// The attempts that follow from these outcomes, in order.
-    fn attempts_for(energy: Energy, may_refine: bool, ends: &[Option<TryFailure>]) -> Vec<Attempt> {
+    fn attempts_for(
+        energy: Energy,
+        may_refine: bool,
+        ends: &[Option<AttemptFailure>],
+    ) -> Vec<Attempt> {
         let first = Attempt::first(energy);
-        let mut history: Vec<(Attempt, Option<TryFailure>)> = Vec::new();
+        let mut history: Vec<(Attempt, Option<AttemptFailure>)> = Vec::new();
         for end in ends {
             match next_attempt(&first, &history, &region(may_refine)) {
                 Some(next) => history.push((next, end.clone())),
@@ -249,7 +254,7 @@ mod tests {
 
     #[test]
     fn the_box_grows_twice() {
-        let ends = vec![Some(TryFailure::ReachedBox); 4];
+        let ends = vec![Some(AttemptFailure::ReachedBox); 4];
         let attempts = attempts_for(Energy::Willmore, true, &ends);
         let growths: Vec<f64> = attempts.iter().map(|t| t.growth).collect();
         assert_eq!(
@@ -261,7 +266,7 @@ mod tests {
     #[test]
     fn an_error_that_comes_again_at_the_same_place_ends_it() {
         let at = |x| {
-            Some(TryFailure::NotJoined(StitchError::OpenBorder {
+            Some(AttemptFailure::NotJoined(StitchError::OpenBoundary {
                 position: DVec3::new(x, 0.0, 0.0),
                 distance: 1.0,
             }))
@@ -291,7 +296,7 @@ mod tests {
 
     #[test]
     fn intersecting_patches_are_refined_beyond_the_finest_only() {
-        let intersecting = |n| Some(TryFailure::Crossing(n));
+        let intersecting = |n| Some(AttemptFailure::Intersects(n));
         let ends = [
             Some(LOST),
             Some(open_border()),
@@ -318,7 +323,7 @@ mod tests {
 
     #[test]
     fn another_energy_begins_anew_unless_there_is_a_patch() {
-        let gone = Some(TryFailure::Contradiction);
+        let gone = Some(AttemptFailure::Diverged);
         let attempts = attempts_for(
             Energy::CurvatureVariation,
             true,
@@ -326,7 +331,7 @@ mod tests {
         );
         let energies: Vec<Energy> = attempts.iter().map(|t| t.energy).collect();
         assert_eq!(energies, [Energy::CurvatureVariation, Energy::Willmore]);
-        let intersecting = Some(TryFailure::Crossing(2));
+        let intersecting = Some(AttemptFailure::Intersects(2));
         let ends = [
             intersecting.clone(),
             intersecting.clone(),
@@ -359,16 +364,16 @@ mod tests {
     fn it_always_ends() {
         let failures = [
             LOST,
-            TryFailure::ReachedBox,
+            AttemptFailure::ReachedBox,
             open_border(),
-            TryFailure::Crossing(1),
-            TryFailure::Contradiction,
+            AttemptFailure::Intersects(1),
+            AttemptFailure::Diverged,
         ];
         let energies = [Energy::Willmore, Energy::CurvatureVariation];
         // Every sequence of five failures, repeated.
         for code in 0..3125usize {
             let digit = |i: u32| failures[code / 5usize.pow(i % 5) % 5].clone();
-            let ends: Vec<Option<TryFailure>> = (0..20).map(|i| Some(digit(i))).collect();
+            let ends: Vec<Option<AttemptFailure>> = (0..20).map(|i| Some(digit(i))).collect();
             for energy in energies {
                 assert!(attempts_for(energy, true, &ends).len() <= 2 * tuning().fill.most_attempts);
             }

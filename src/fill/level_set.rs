@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::time::Instant;
 
 use super::grids::{Attempt, failures, spent};
-use super::outcome::TryFailure;
+use super::outcome::AttemptFailure;
 use super::params::SurfaceKind;
 use super::problem::RegionProblem;
 use super::reference::ReferenceSurface;
@@ -21,7 +21,7 @@ use crate::tuning::tuning;
 
 /// Result of one level-set solve.
 struct LevelSetResult<'a> {
-    failure: Option<TryFailure>,
+    failure: Option<AttemptFailure>,
     report: RegionReport,
     /// The surface, if it was joined to the rims, or if the zero set was all that was asked for.
     surface: Option<LevelSetSurface>,
@@ -71,7 +71,7 @@ pub(super) fn make<'b>(
         .is_some_and(|(t, _)| *now == t.with_triangulation());
     let unconverged = done.unconverged.filter(|_| !is_second);
     so_far.best_unconverged = better_converged(so_far.best_unconverged.take(), unconverged);
-    if done.failure == Some(TryFailure::ReachedBox) {
+    if done.failure == Some(AttemptFailure::ReachedBox) {
         so_far.retry_context.is_wide = Sphere::new(problem.mesh, problem.holes).is_some();
     }
     let last = done.report.levels.last();
@@ -169,11 +169,11 @@ impl RegionProblem<'_> {
                     Ok(patch) => {
                         let failure = match patch.report.intersecting_faces {
                             0 => None,
-                            faces => Some(TryFailure::Crossing(faces)),
+                            faces => Some(AttemptFailure::Intersects(faces)),
                         };
                         (failure, Some(LevelSetSurface::Patch(patch)))
                     }
-                    Err(error) => (Some(TryFailure::NotJoined(error)), None),
+                    Err(error) => (Some(AttemptFailure::NotJoined(error)), None),
                 },
             }
         };
@@ -186,7 +186,7 @@ impl RegionProblem<'_> {
     }
 
     /// Why the surface of a solve is unusable and another attempt may find a better one; none if it is usable.
-    fn unusable(&self, solved: &Solved, now: &Attempt) -> Option<TryFailure> {
+    fn unusable(&self, solved: &Solved, now: &Attempt) -> Option<AttemptFailure> {
         let to_steady_state =
             self.params.variant == Variant::GaussNewton && self.params.steps.is_none();
         let is_unconverged = solved.is_far_from_converged() && to_steady_state;
@@ -197,19 +197,19 @@ impl RegionProblem<'_> {
                 && Sphere::new(self.mesh, self.holes).is_some()
                 && may_grow();
             return Some(match on_its_way {
-                true => TryFailure::ReachedBox,
-                false => TryFailure::Contradiction,
+                true => AttemptFailure::ReachedBox,
+                false => AttemptFailure::Diverged,
             });
         }
         if is_unconverged && may_grow() {
-            return Some(TryFailure::ReachedBox);
+            return Some(AttemptFailure::ReachedBox);
         }
         let may_refine = self.params.voxel == VoxelSize::Auto;
         if is_unconverged && now.refine == 1.0 && !now.accept {
-            return may_refine.then_some(TryFailure::NotSteady);
+            return may_refine.then_some(AttemptFailure::NotConverged);
         }
         let cramped = !is_unconverged && now.may_widen() && solved.level.touches_box();
-        cramped.then_some(TryFailure::ReachedBox)
+        cramped.then_some(AttemptFailure::ReachedBox)
     }
 
     /// Logs the grids, steps and times of an attempt.
@@ -219,7 +219,7 @@ impl RegionProblem<'_> {
             .reports
             .iter()
             .map(|l| {
-                let last = l.flow.movement;
+                let last = l.flow.update;
                 let (nodes, unknowns, steps) = (l.nodes, l.flow.unknowns, l.flow.steps.len());
                 let [sampling, flow] = l.seconds;
                 format!("{nodes} nodes, {unknowns} unknown, {steps} steps to {last:.1e}, {sampling:.2} + {flow:.2} s")
@@ -251,7 +251,7 @@ impl RegionProblem<'_> {
             refinements: region.refinements,
             start: next.start,
             from,
-            give_up_early: next.refine == 1.0 && !next.accept && may_refine,
+            stop_if_unconverged: next.refine == 1.0 && !next.accept && may_refine,
             flow: self
                 .flow_settings(next)
                 .across(region.diameter / region.voxel),
@@ -268,14 +268,14 @@ impl RegionProblem<'_> {
             Variant::GaussNewton => usual.max_steps,
             Variant::I | Variant::II => tuning().fill.most_linear_steps,
         };
-        let (tolerance, rough) = match self.is_finished() {
+        let (tolerance, largest_update_factor) = match self.is_finished() {
             true => (tuning().fill.before_finish, 1.0),
-            false => (usual.tolerance, usual.rough),
+            false => (usual.tolerance, usual.largest_update_factor),
         };
         FlowSettings {
             energy: next.energy,
             tolerance,
-            rough,
+            largest_update_factor,
             variant: self.params.variant,
             time_step: self.params.time_step.unwrap_or(f64::INFINITY),
             max_steps: self.params.steps.unwrap_or(most),

@@ -26,10 +26,10 @@ mod stitching;
 mod strategy;
 
 pub(crate) use base_plane::BasePlane;
-pub use candidate::{FinishReport, PatchStart};
+pub use candidate::{FinishReport, PatchInitialisation};
 pub use outcome::{
-    ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally, TriangulatedReason,
-    TryFailure,
+    AttemptFailure, ClosedBy, FailedReason, HoleOutcome, LeftReason, NotContinued, Tally,
+    TriangulatedReason,
 };
 pub use params::{FillParams, Finish, Sharp, SurfaceKind};
 pub(crate) use problem::{RegionPlan, RegionProblem, first_region, has_few_edges};

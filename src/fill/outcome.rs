@@ -16,7 +16,7 @@ pub enum HoleOutcome {
     Filled,
     /// Closed by a triangulation of its rim, refined and faired, because the level set found no surface: the failure of the last
     /// attempt.
-    Faired(TryFailure),
+    Faired(AttemptFailure),
     /// Closed by a nearly flat cap, as requested.
     Flat,
     /// The outer border of a sheet, closed by a flat base with walls, as requested.
@@ -75,7 +75,7 @@ pub enum TriangulatedReason {
     LastSteps,
     /// The level set found no surface: the failure of the last attempt.
     #[error(transparent)]
-    NoSurface(TryFailure),
+    NoSurface(AttemptFailure),
 }
 
 /// Why a hole that was to be filled is open.
@@ -99,26 +99,30 @@ pub enum FailedReason {
     NoBase(String),
     /// In a repair: every patch intersected other faces; the number of those faces of the last patch.
     #[error("every patch intersects other faces (last patch: {0} faces)")]
-    Crossing(usize),
+    #[serde(alias = "crossing")]
+    Intersects(usize),
     /// In a repair: it was still open after the last steps, and every triangulation of its rim intersects other faces.
     #[error("every triangulation of its rim intersects other faces")]
-    NothingFits,
+    #[serde(alias = "nothing_fits")]
+    EveryTriangulationIntersects,
 }
 
 /// Why an attempt at a region failed.
 #[derive(Clone, Debug, Error, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
-pub enum TryFailure {
+pub enum AttemptFailure {
     /// The run was stopped before the first attempt ended.
     #[error("stopped")]
     Stopped,
     /// The surrounding faces are inconsistent: the flow diverges.
     #[error("the faces around it are inconsistent: the level set diverged")]
-    Contradiction,
+    #[serde(alias = "contradiction")]
+    Diverged,
     /// The flow did not converge on this grid.
     #[error("the level set did not converge on this grid")]
-    NotSteady,
+    #[serde(alias = "not_steady")]
+    NotConverged,
     /// The surface reached the side of its box.
     #[error("the surface reached the side of its grid")]
     ReachedBox,
@@ -127,7 +131,8 @@ pub enum TryFailure {
     NotJoined(StitchError),
     /// Number of faces of the patch that intersect others.
     #[error("{0} faces of the patch intersected others")]
-    Crossing(usize),
+    #[serde(alias = "crossing")]
+    Intersects(usize),
 }
 
 /// Why sharp edges that end at a rim were not continued across its hole.

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::candidate::FinishReport;
-use super::outcome::{ClosedBy, NotContinued, TryFailure};
+use super::outcome::{AttemptFailure, ClosedBy, NotContinued};
 use super::quality::Quality;
 use crate::mesh::HoleId;
 use crate::region::LevelReport;
@@ -61,7 +61,7 @@ pub struct RegionReport {
     /// Why these edges, or the ones that the caller asked for, were not continued; none where they were, or there are none.
     pub not_continued: Option<NotContinued>,
     /// Why earlier attempts failed.
-    pub earlier_tries: Vec<TryFailure>,
+    pub earlier_tries: Vec<AttemptFailure>,
     /// Whether the surface belongs to the fallback energy, because the requested one found none.
     pub other_energy: bool,
     /// Computing time in seconds.

@@ -1,13 +1,13 @@
 //! Candidate: triangles between the vertices of each rim, without new vertices.
 
-use super::outcome::{ClosedBy, FailedReason, HoleOutcome, TriangulatedReason, TryFailure};
+use super::outcome::{AttemptFailure, ClosedBy, FailedReason, HoleOutcome, TriangulatedReason};
 use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
 use super::so_far::{Made, SoFar};
 use super::stitching::{local_rim, renumber};
 use crate::mesh::Mesh;
-use crate::mesh::triangulate::triangulate_loop_beside;
+use crate::mesh::triangulate::triangulate_loop_with_neighbours;
 use crate::stitch::count_intersecting;
 
 /// Triangles between the vertices of each rim.
@@ -16,7 +16,7 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &SoFar<'_>) -> Made {
         RegionPlan::Planar => (TriangulatedReason::Flat, problem.flat_report()),
         RegionPlan::Solve => {
             let (why, report) = so_far.without_level_set();
-            let why = why.unwrap_or(TryFailure::Stopped);
+            let why = why.unwrap_or(AttemptFailure::Stopped);
             (TriangulatedReason::NoSurface(why), report)
         }
         _ => (TriangulatedReason::FewEdges, RegionReport::default()),
@@ -33,7 +33,8 @@ impl RegionProblem<'_> {
         let mut outcomes = Vec::new();
         for hole in self.holes {
             report.diameter = report.diameter.max(hole.diameter);
-            let made = triangulate_loop_beside(&part.mesh, &local_rim(&part, hole), &faces);
+            let made =
+                triangulate_loop_with_neighbours(&part.mesh, &local_rim(&part, hole), &faces);
             outcomes.push(match made {
                 Ok(new) => {
                     faces.extend(new);

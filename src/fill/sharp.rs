@@ -12,7 +12,7 @@ use super::problem::{RegionPlan, RegionProblem};
 use super::region_patch::RegionPatch;
 use super::report::{CreaseReport, RegionReport};
 use super::so_far::{Made, SoFar};
-use crate::creases::{Continued, Declined, RimSides, Rounded, without_rings};
+use crate::creases::{Continued, CreaseRefusal, RimSides, Rounded, without_rings};
 use crate::mesh::{Hole, Mesh, Part, Topology, VertexFaces, find_holes};
 use crate::sdf::Sampler;
 use crate::spatial::Bvh;
@@ -81,7 +81,7 @@ pub(super) fn make(problem: &RegionProblem<'_>, so_far: &mut SoFar<'_>) -> Made 
     }
 }
 
-fn declined(why: Declined) -> NotContinued {
+fn declined(why: CreaseRefusal) -> NotContinued {
     NotContinued::Declined(why.to_string())
 }
 

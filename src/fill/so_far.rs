@@ -2,7 +2,7 @@
 
 use super::candidate::{FinishedPatch, quality};
 use super::grids::{Attempt, RetryContext, failures};
-use super::outcome::{NotContinued, TryFailure};
+use super::outcome::{AttemptFailure, NotContinued};
 use super::quality::Quality;
 use super::region_patch::RegionPatch;
 use super::report::RegionReport;
@@ -44,7 +44,7 @@ pub(super) enum Made {
 /// The result of a level set, in addition to what it produced.
 #[derive(Default)]
 pub(super) struct LevelEnd {
-    pub(super) failure: Option<TryFailure>,
+    pub(super) failure: Option<AttemptFailure>,
     /// See [`Ending::level_energy`].
     pub(super) energy: Option<f64>,
 }
@@ -59,7 +59,7 @@ pub(super) struct Unconverged<'a> {
 
 impl SoFar<'_> {
     /// The level-set attempts made so far.
-    pub(super) fn history(&self) -> Vec<(Attempt, Option<TryFailure>)> {
+    pub(super) fn history(&self) -> Vec<(Attempt, Option<AttemptFailure>)> {
         history(&self.endings)
     }
 
@@ -75,7 +75,7 @@ impl SoFar<'_> {
     }
 
     /// The failure of the last level set, if one was attempted, and a report for a region that no level set closed.
-    pub(super) fn without_level_set(&self) -> (Option<TryFailure>, RegionReport) {
+    pub(super) fn without_level_set(&self) -> (Option<AttemptFailure>, RegionReport) {
         let report = RegionReport {
             earlier_tries: failures(&self.history()),
             ..self.last.clone()

@@ -2,7 +2,7 @@
 //! their results.
 
 use super::grids::{Attempt, RetryContext, next_attempt};
-use super::outcome::TryFailure;
+use super::outcome::AttemptFailure;
 use super::problem::RegionPlan;
 use super::quality::Quality;
 use crate::flow::Energy;
@@ -53,7 +53,7 @@ pub(super) struct Ending {
     /// Quality of its patch; none where it has no patch.
     pub(super) quality: Option<Quality>,
     /// Why its patch is flawed or missing.
-    pub(super) failure: Option<TryFailure>,
+    pub(super) failure: Option<AttemptFailure>,
     /// ½∫h² of its zero set, if it is a level set whose flow converged.
     pub(super) level_energy: Option<f64>,
     /// Whether it was finished and has converged to a minimum of the energy.
@@ -143,7 +143,7 @@ fn next_surface(first: &Attempt, made: &[Ending], region: &RetryContext) -> Step
         Some(faired) if made[faired].is_at_sound_minimum() => return Step::Take(faired),
         None if made.is_empty() && region.few_edges => return Step::Make(Candidate::Faired),
         None if nearly.is_none() && !has_patch && region.finishes => {
-            let reached_box = |failure| failure == &Some(TryFailure::ReachedBox);
+            let reached_box = |failure| failure == &Some(AttemptFailure::ReachedBox);
             if let [(_, failure)] = &history[..]
                 && !(reached_box(failure) && region.is_wide)
             {
@@ -237,7 +237,7 @@ fn quality(candidate: Candidate, made: &[Ending]) -> Option<Option<Quality>> {
 }
 
 /// The level-set attempts and their failures; of two attempts on the same grid, the better one.
-pub(super) fn history(made: &[Ending]) -> Vec<(Attempt, Option<TryFailure>)> {
+pub(super) fn history(made: &[Ending]) -> Vec<(Attempt, Option<AttemptFailure>)> {
     let mut kept: Vec<(Attempt, &Ending)> = Vec::new();
     for ending in made {
         let Candidate::LevelSet(own) = ending.candidate else {

@@ -9,7 +9,7 @@ use super::geometry::{Stiffness, barycentric, half_cotangents, quantile, vertex_
 use super::kriging::{Kriging, Model};
 use super::params::FinishParams;
 use super::patch::Patch;
-use super::report::{Candidate, CandidateFound, ChartKind};
+use super::report::{Candidate, CandidateRecord, ChartKind};
 use crate::tuning::tuning;
 
 /// The kriged candidates: width of the collar, and the largest radius of a sphere as the chart, in diameters.
@@ -26,7 +26,7 @@ pub(super) struct Continuation {
     /// Positions of the moving vertices.
     pub(super) shape: Vec<DVec3>,
     /// Its part of the report.
-    pub(super) found: CandidateFound,
+    pub(super) found: CandidateRecord,
     /// The kriging that it comes from, if any.
     pub(super) kriged: Option<Kriged>,
 }
@@ -52,7 +52,7 @@ impl Continuation {
     fn new(candidate: Candidate, shape: Vec<DVec3>) -> Self {
         Self {
             shape,
-            found: CandidateFound {
+            found: CandidateRecord {
                 candidate,
                 chart: None,
                 order: 0,
@@ -75,7 +75,7 @@ impl Continuation {
     fn repeated(&self, candidate: Candidate) -> Self {
         Self {
             shape: self.shape.clone(),
-            found: CandidateFound {
+            found: CandidateRecord {
                 candidate,
                 ..self.found.clone()
             },
@@ -86,7 +86,7 @@ impl Continuation {
     fn kriged(candidate: Candidate, shape: Vec<DVec3>, kriged: Kriged) -> Self {
         Self {
             shape,
-            found: CandidateFound {
+            found: CandidateRecord {
                 candidate,
                 chart: Some(kriged.chart.kind()),
                 order: kriged.model.order,

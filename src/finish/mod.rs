@@ -38,7 +38,7 @@ use glam::DVec3;
 
 pub use params::{FinishMethod, FinishParams};
 pub use report::{
-    Candidate, CandidateFound, ChartKind, FinishFound, FinishResult, Finished, Refusal, Restart,
+    Candidate, CandidateRecord, ChartKind, FinishRecord, FinishResult, Finished, Refusal, Restart,
 };
 pub use surroundings::Surroundings;
 
@@ -46,7 +46,7 @@ use patch::{Located, Patch};
 use willmore::SecondInitialisation;
 
 /// Finishes the patch of some vertices (in any order), which must be connected (see [`Surroundings::pieces`]). A patch that
-/// cannot be finished keeps its positions bit for bit, and [`FinishFound`] has the reason; the same holds if the token of the
+/// cannot be finished keeps its positions bit for bit, and [`FinishRecord`] has the reason; the same holds if the token of the
 /// surroundings is set.
 pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams) -> Finished {
     let vertices = usable(around, vertices);
@@ -54,9 +54,9 @@ pub fn finish(around: &Surroundings<'_>, vertices: &[u32], params: &FinishParams
         positions: vertices.iter().map(|&v| around.position(v)).collect(),
         minimum: Vec::new(),
         expected_error: vec![f64::NAN; vertices.len()],
-        found: FinishFound {
+        found: FinishRecord {
             vertices: vertices.len(),
-            ..FinishFound::default()
+            ..FinishRecord::default()
         },
         vertices,
     };
@@ -212,7 +212,7 @@ fn minimum(
     patch: &Patch,
     start: &[DVec3],
     params: &FinishParams,
-    found: &mut FinishFound,
+    found: &mut FinishRecord,
 ) -> Vec<DVec3> {
     // Minimise, and unfold the result if it has more folded faces than the initial shape.
     let (mut minimum, second) = willmore::lowest(patch, params);

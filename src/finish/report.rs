@@ -16,7 +16,7 @@ pub struct Finished {
     /// distance of the true surface, 0.92 within twice this. NaN if unknown.
     pub expected_error: Vec<f64>,
     /// The report.
-    pub found: FinishFound,
+    pub found: FinishRecord,
 }
 
 impl Finished {
@@ -25,7 +25,7 @@ impl Finished {
         self.minimum.clear();
         self.expected_error.fill(f64::NAN);
         let found = &self.found;
-        self.found = FinishFound {
+        self.found = FinishRecord {
             vertices: found.vertices,
             diameter: found.diameter,
             edge: found.edge,
@@ -34,7 +34,7 @@ impl Finished {
             folds_before: found.folds_before,
             folds_after: found.folds_before,
             willmore_refused: Some(Refusal::Stopped),
-            ..FinishFound::default()
+            ..FinishRecord::default()
         };
     }
 }
@@ -42,7 +42,7 @@ impl Finished {
 /// Report of a finish.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
-pub struct FinishFound {
+pub struct FinishRecord {
     /// Number of moving vertices.
     pub vertices: usize,
     /// The largest distance between two vertices of the rim, in units of the mesh.
@@ -66,7 +66,7 @@ pub struct FinishFound {
     /// Folded faces of the finished patch.
     pub folds_after: usize,
     /// The candidate surfaces of the blend.
-    pub candidates: Vec<CandidateFound>,
+    pub candidates: Vec<CandidateRecord>,
     /// Why the minimum of the energy was refused, if it was.
     pub willmore_refused: Option<Refusal>,
     /// Why there is no blend, or why it was refused.
@@ -81,7 +81,7 @@ pub struct FinishFound {
     pub largest_expected_error: Option<f64>,
 }
 
-impl FinishFound {
+impl FinishRecord {
     /// Records that the blend would intersect other faces, so the minimum is used instead.
     pub(crate) fn refuse_blend(&mut self) {
         if self.result == FinishResult::Blend {
@@ -168,7 +168,7 @@ pub enum ChartKind {
 /// Report of a candidate surface.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 #[non_exhaustive]
-pub struct CandidateFound {
+pub struct CandidateRecord {
     /// Which candidate.
     pub candidate: Candidate,
     /// The chart over which it was kriged, if it was.

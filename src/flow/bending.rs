@@ -84,7 +84,7 @@ impl Density {
 
 /// A user-defined energy and the lattice it is evaluated on.
 #[derive(Clone, Copy)]
-pub struct OwnEnergy<'a> {
+pub struct UserEnergy<'a> {
     /// The energy.
     pub energy: &'a dyn BendingEnergy,
     /// Maps nodes to positions in the mesh's units.
@@ -95,14 +95,14 @@ pub struct OwnEnergy<'a> {
 pub struct BendingBand<'a> {
     band: Band,
     kappa: f64,
-    own: OwnEnergy<'a>,
+    own: UserEnergy<'a>,
     /// Positions of the band's nodes, in the mesh's units.
     places: Vec<DVec3>,
 }
 
 impl<'a> BendingBand<'a> {
     /// The energy on a band of a grid, with the weight κ of the eikonal term.
-    pub fn new(own: OwnEnergy<'a>, grid: &SparseGrid, band: Band, kappa: f64) -> Self {
+    pub fn new(own: UserEnergy<'a>, grid: &SparseGrid, band: Band, kappa: f64) -> Self {
         let place = |&slot: &u32| own.lattice.to_world(as_point(grid.node(slot as usize)));
         Self {
             places: band.slots.iter().map(place).collect(),

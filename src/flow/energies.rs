@@ -1,6 +1,6 @@
 //! Dispatch from an [`Energy`] to its implementation. To add an energy, add a line here and in [`Energy`], and a file of its own.
 
-use super::bending::{BendingBand, OwnEnergy};
+use super::bending::{BendingBand, UserEnergy};
 use super::energy::{BandEnergy, Needs};
 use super::outcome::FlowOutcome;
 use super::pull::Pull;
@@ -31,7 +31,7 @@ pub fn relax(
     phi: &mut Vec<f64>,
     mask: &[bool],
     settings: &FlowSettings,
-    own: Option<OwnEnergy>,
+    own: Option<UserEnergy>,
     pull: Option<&Pull>,
     keep_going: &dyn Fn() -> bool,
 ) -> FlowOutcome {

@@ -38,9 +38,9 @@ pub struct EvolutionStep {
     /// ½∫h² of the free part of the surface after the step: by the co-area formula the mean over the levels in the band.
     pub willmore: f64,
     /// Largest displacement of a node within one voxel of the surface, in voxels.
-    pub movement: f64,
+    pub update: f64,
     /// Root mean square displacement of those nodes, in voxels.
-    pub mean_movement: f64,
+    pub rms_update: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,
     /// Number of steps refused before this one because they moved too far or did not lower the energy; with [`Pace::Coarse`] 1 if
@@ -52,8 +52,8 @@ pub struct EvolutionStep {
 struct Taken {
     time_step: f64,
     energy_before: f64,
-    movement: f64,
-    mean_movement: f64,
+    update: f64,
+    rms_update: f64,
     iterations: usize,
     refused: usize,
 }
@@ -120,15 +120,15 @@ impl Evolution {
     pub fn outcome(&self) -> FlowOutcome {
         let record = |s: &EvolutionStep| StepRecord {
             energy: s.energy_before,
-            movement: s.movement,
-            mean_movement: s.mean_movement,
+            update: s.update,
+            rms_update: s.rms_update,
             fraction: 1.0,
             iterations: s.iterations,
         };
         FlowOutcome {
             energy: self.settings.energy,
             steps: self.steps.iter().map(record).collect(),
-            movement: self.steps.last().map_or(0.0, |s| s.movement),
+            update: self.steps.last().map_or(0.0, |s| s.update),
             converged: false,
             flat: false,
             unknowns: self.unknowns,
@@ -206,8 +206,7 @@ impl Evolution {
             // Solves (M/τ + A) d = −∇E. The step is taken whole or not at all: part of it would be the flow of another time.
             let (direction, at) = state.direction(grid, mask, &settings);
             let energy_before = at.energy;
-            let far =
-                direction.movement.is_nan() || direction.movement > tuning().flow.most_movement;
+            let far = direction.update.is_nan() || direction.update > tuning().flow.most_update;
             let taken = if far {
                 state.at = Some(at);
                 false
@@ -222,7 +221,7 @@ impl Evolution {
                 }
                 // A step that moved too far is shortened towards 0.7 of the allowed displacement; one that raised the energy, by
                 // a constant factor.
-                let wanted = 0.7 * tuning().flow.most_movement / direction.movement;
+                let wanted = 0.7 * tuning().flow.most_update / direction.update;
                 let cut = if far && wanted > 0.1 {
                     wanted
                 } else {
@@ -234,15 +233,15 @@ impl Evolution {
             let step = Taken {
                 time_step,
                 energy_before,
-                movement: direction.movement,
-                mean_movement: direction.mean_movement,
+                update: direction.update,
+                rms_update: direction.rms_update,
                 iterations: direction.iterations,
                 refused,
             };
             let step = self.record(state, step, until);
             (refused, band_steps) = (0, band_steps + 1);
             // The next step aims at 0.7 of the allowed displacement, within the bounds on its growth.
-            let growth = 0.7 * tuning().flow.most_movement / direction.movement.max(1e-9);
+            let growth = 0.7 * tuning().flow.most_update / direction.update.max(1e-9);
             self.next = self.next.max(time_step)
                 * growth.clamp(tuning().flow.step_cut, tuning().flow.step_growth);
             if !watch(&step) {
@@ -282,8 +281,8 @@ impl Evolution {
             energy_before: taken.energy_before,
             energy_after,
             willmore: surface / WIDTH,
-            movement: taken.movement,
-            mean_movement: taken.mean_movement,
+            update: taken.update,
+            rms_update: taken.rms_update,
             iterations: taken.iterations,
             refused: taken.refused,
         };
@@ -310,8 +309,8 @@ impl Evolution {
             let step = Taken {
                 time_step: settings.time_step,
                 energy_before,
-                movement: fraction * direction.movement.min(tuning().flow.most_at_once),
-                mean_movement: fraction * direction.mean_movement,
+                update: fraction * direction.update.min(tuning().flow.most_at_once),
+                rms_update: fraction * direction.rms_update,
                 iterations: direction.iterations,
                 refused: usize::from(fraction < 1.0),
             };

@@ -28,7 +28,7 @@ mod willmore;
 
 pub use band::Band;
 pub(crate) use band::{MARGIN as BAND_MARGIN, WIDTH as HALF_WIDTH};
-pub use bending::{BendingBand, BendingEnergy, Density, OwnEnergy};
+pub use bending::{BendingBand, BendingEnergy, Density, UserEnergy};
 pub use energies::relax;
 pub use energy::{BandEnergy, Evaluation, Needs};
 pub use evolve::{Evolution, EvolutionStep, Pace, Pause};

@@ -13,9 +13,11 @@ pub struct StepRecord {
     /// The total energy before the step, with the eikonal term.
     pub energy: f64,
     /// Update: largest displacement of a node within one voxel of the surface, in voxels.
-    pub movement: f64,
+    #[serde(alias = "movement")]
+    pub update: f64,
     /// Root mean square displacement of those nodes, in voxels.
-    pub mean_movement: f64,
+    #[serde(alias = "mean_movement")]
+    pub rms_update: f64,
     /// Fraction of the step taken: 1, ½, ¼ …; 0 if none lowered the energy.
     pub fraction: f64,
     /// Iterations of the linear solver.
@@ -24,13 +26,13 @@ pub struct StepRecord {
 
 impl StepRecord {
     /// Whether no node moves by more than the tolerance; or, after `tuning::flow.long` steps, the root mean square displacement
-    /// is within it and no node moves by more than [`FlowSettings::rough`] tolerances.
+    /// is within it and no node moves by more than [`FlowSettings::largest_update_factor`] tolerances.
     pub(super) fn has_converged(&self, settings: &FlowSettings, steps: usize) -> bool {
         let tolerance = settings.tolerance;
-        let within = self.movement < tolerance
+        let within = self.update < tolerance
             || (steps >= tuning().flow.long
-                && self.movement < settings.rough * tolerance
-                && self.mean_movement < tolerance);
+                && self.update < settings.largest_update_factor * tolerance
+                && self.rms_update < tolerance);
         within && self.fraction > tuning().flow.whole_step
     }
 }
@@ -44,7 +46,8 @@ pub struct FlowOutcome {
     /// The steps.
     pub steps: Vec<StepRecord>,
     /// Update: largest displacement of a node within one voxel of the surface in the step that led to the result, in voxels.
-    pub movement: f64,
+    #[serde(alias = "movement")]
+    pub update: f64,
     /// Whether the stopping test was met.
     pub converged: bool,
     /// Whether it ended because the energy hardly changed any more although nodes still moved: the minimum is nearly flat in some
@@ -64,7 +67,7 @@ pub struct FlowOutcome {
 impl FlowOutcome {
     /// Whether the flow ended so far from convergence that its surface is meaningless.
     pub fn has_diverged(&self) -> bool {
-        !(self.converged || self.movement <= tuning().flow.diverged)
+        !(self.converged || self.update <= tuning().flow.diverged)
     }
 
     /// ½∫h² of the free part of the surface at the end: by the co-area formula the mean over the levels in the band. Valid only

@@ -55,7 +55,7 @@ pub struct FlowSettings {
     pub tolerance: f64,
     /// On rough data, after some steps: the largest displacement may be up to this number of tolerances if the root mean square
     /// displacement is within one.
-    pub rough: f64,
+    pub largest_update_factor: f64,
     /// Relative error of the linear solves (relative residual for the variants that are not preconditioned by multigrid).
     pub solver_tolerance: f64,
     /// Initial weight κ of the eikonal term. On nested grids it holds for the finest; the next coarser has half of it, and so on,
@@ -73,7 +73,7 @@ impl Default for FlowSettings {
             time_step: f64::INFINITY,
             max_steps: 20,
             tolerance: 2e-4,
-            rough: 30.0,
+            largest_update_factor: 30.0,
             solver_tolerance: 2e-2,
             kappa: 1.0,
             highest: f64::INFINITY,

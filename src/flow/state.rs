@@ -21,9 +21,9 @@ pub(super) struct Direction {
     /// Derivative of the energy along `d`.
     slope: f64,
     /// Largest entry within one voxel of the surface, before clipping.
-    pub movement: f64,
+    pub update: f64,
     /// Root mean square of those entries.
-    pub mean_movement: f64,
+    pub rms_update: f64,
     /// Iterations of the linear solver.
     pub iterations: usize,
 }
@@ -46,7 +46,7 @@ pub(super) struct BandState<E> {
     /// For Anderson acceleration: the last values and the steps computed there, oldest first; and the largest displacement of the
     /// last step.
     history: Vec<(Vec<f64>, Vec<f64>)>,
-    last_movement: f64,
+    last_update: f64,
     /// The attraction to a given surface, if any.
     pull: Option<BandPull>,
     /// The evaluation at `values`, if it is known.
@@ -76,7 +76,7 @@ impl<E: BandEnergy> BandState<E> {
             values,
             moved,
             history: Vec::new(),
-            last_movement: f64::INFINITY,
+            last_update: f64::INFINITY,
             at: None,
             system: None,
             drift: 0.0,
@@ -149,7 +149,7 @@ impl<E: BandEnergy> BandState<E> {
         let coarse = coarse.filter(|_| !short);
         let solved = solve(&system, coarse, &rhs, &mut d, settings.solver_tolerance);
         let mut d = layout.gathered(&d);
-        let (movement, mean_movement) = movements(&d, &self.values, &band.unknown);
+        let (update, rms_update) = updates(&d, &self.values, &band.unknown);
         // No value may change by more than a voxel. Entries are clipped one by one, because scaling all of them by the worst
         // would stop the flow; if clipping turns the step into an ascent, all are scaled.
         let slope_of = |d: &[f64]| -> f64 { gradient.iter().zip(d).map(|(g, d)| g * d).sum() };
@@ -161,13 +161,13 @@ impl<E: BandEnergy> BandState<E> {
             d.iter_mut().for_each(|x| *x /= top);
         }
         let slope = slope_of(&d);
-        self.drift += movement;
+        self.drift += update;
         self.system = Some(system);
         let direction = Direction {
             d,
             slope,
-            movement,
-            mean_movement,
+            update,
+            rms_update,
             iterations: solved.iterations,
         };
         (direction, at)
@@ -204,8 +204,8 @@ impl<E: BandEnergy> BandState<E> {
         };
         let record = StepRecord {
             energy,
-            movement: direction.movement,
-            mean_movement: direction.mean_movement,
+            update: direction.update,
+            rms_update: direction.rms_update,
             fraction,
             iterations: direction.iterations,
         };
@@ -233,9 +233,9 @@ impl<E: BandEnergy> BandState<E> {
     fn combined(&mut self, direction: &Direction) -> Option<Vec<f64>> {
         let d = &direction.d;
         // If steps are long or do not shrink, convergence is not linear and the history is useless.
-        let shrinks = direction.movement < tuning().flow.shrinking * self.last_movement;
-        self.last_movement = direction.movement;
-        if direction.movement > tuning().flow.combined_movement || !shrinks {
+        let shrinks = direction.update < tuning().flow.shrinking * self.last_update;
+        self.last_update = direction.update;
+        if direction.update > tuning().flow.combined_update || !shrinks {
             self.history.clear();
         }
         // Scalar products are over the nodes where χ is positive.
@@ -340,7 +340,7 @@ impl<E: BandEnergy> BandState<E> {
 }
 
 /// Largest and root mean square entry of a step over the unknowns within one voxel of the surface.
-fn movements(d: &[f64], values: &[f64], unknown: &[bool]) -> (f64, f64) {
+fn updates(d: &[f64], values: &[f64], unknown: &[bool]) -> (f64, f64) {
     let (mut top, mut sum, mut count) = (0.0f64, 0.0, 0.0);
     for ((d, v), &u) in d.iter().zip(values).zip(unknown) {
         if u && v.abs() < 1.0 {

@@ -65,7 +65,7 @@ impl<'a> Relaxation<'a> {
             outcome: FlowOutcome {
                 energy: settings.energy,
                 steps: Vec::new(),
-                movement: 0.0,
+                update: 0.0,
                 converged: false,
                 flat: false,
                 unknowns: 0,
@@ -120,7 +120,7 @@ impl<'a> Relaxation<'a> {
             .as_ref()
             .map_or((f64::INFINITY, surface), |at| (at.energy, at.surface));
         self.outcome.energy_after = reached.1;
-        self.outcome.movement = record.movement;
+        self.outcome.update = record.update;
         if !self.settings.in_time() {
             match &mut self.lowest {
                 Some(lowest) if !lowest.is_above(reached.0) => {
@@ -129,7 +129,7 @@ impl<'a> Relaxation<'a> {
                 _ => {
                     self.lowest = Some(Lowest {
                         energies: reached,
-                        movement: record.movement,
+                        update: record.update,
                         phi: None,
                     });
                 }
@@ -161,7 +161,7 @@ impl<'a> Relaxation<'a> {
         let mut outcome = self.outcome;
         if let (false, Some(lowest)) = (outcome.converged, self.lowest) {
             outcome.energy_after = lowest.energies.1;
-            outcome.movement = lowest.movement;
+            outcome.update = lowest.update;
             if let Some(values) = lowest.phi {
                 *phi = values;
             }
@@ -175,7 +175,7 @@ struct Lowest {
     /// The total energy and the energy of the surface.
     energies: (f64, f64),
     /// Update of the step that led there.
-    movement: f64,
+    update: f64,
     /// The values of φ; `None` while they are the flow's current ones.
     phi: Option<Vec<f64>>,
 }

@@ -29,7 +29,7 @@ impl<'a> StopRules<'a> {
     /// not mean that the surface has converged.
     pub(super) fn after(&self, steps: &[StepRecord], unknowns: usize) -> Option<Stop> {
         let last = steps.last()?;
-        if !last.energy.is_finite() || !last.movement.is_finite() {
+        if !last.energy.is_finite() || !last.update.is_finite() {
             return Some(Stop::Lost);
         }
         let in_time = self.settings.in_time();
@@ -60,14 +60,14 @@ fn starts_diverging(steps: &[StepRecord], unknowns: usize) -> bool {
         let least = rules
             .diverging_energy
             .max(rules.diverging_density * unknowns as f64);
-        s.movement > rules.diverging_step && s.energy > least
+        s.update > rules.diverging_step && s.energy > least
     };
     steps.first().is_some_and(is_one)
 }
 
 /// Whether the first step was as long as in a diverged flow and started from more energy than a surface may have.
 fn is_too_high(steps: &[StepRecord], highest: f64) -> bool {
-    let is_one = |s: &StepRecord| s.energy > highest && s.movement > tuning().flow.diverged;
+    let is_one = |s: &StepRecord| s.energy > highest && s.update > tuning().flow.diverged;
     steps.first().is_some_and(is_one)
 }
 
@@ -76,7 +76,7 @@ fn is_too_high(steps: &[StepRecord], highest: f64) -> bool {
 fn stuck(steps: &[StepRecord]) -> bool {
     let rules = &tuning().flow;
     let last = |n: usize| steps.len().checked_sub(n).map(|i| &steps[i..]);
-    let are_longer = |l: &[StepRecord], than: f64| l.iter().all(|s| s.movement > than);
+    let are_longer = |l: &[StepRecord], than: f64| l.iter().all(|s| s.update > than);
     last(3).is_some_and(|l| l.iter().all(|s| s.fraction == 0.0))
         || last(3).is_some_and(|l| are_longer(l, rules.running_step))
         || last(5).is_some_and(|l| {
@@ -87,7 +87,7 @@ fn stuck(steps: &[StepRecord]) -> bool {
 /// Whether, after some steps, the surface hardly moves and its energy hardly falls.
 fn energy_has_settled(steps: &[StepRecord]) -> bool {
     let (n, rules) = (steps.len(), &tuning().flow);
-    if n < rules.long.max(4) || steps[n - 1].mean_movement > rules.rough_movement {
+    if n < rules.long.max(4) || steps[n - 1].rms_update > rules.rough_update {
         return false;
     }
     let (before, now) = (steps[n - 4].energy, steps[n - 1].energy);
@@ -97,7 +97,7 @@ fn energy_has_settled(steps: &[StepRecord]) -> bool {
 /// Whether, after some steps, the energy hardly changed over the last five although nodes still move.
 fn stagnant(steps: &[StepRecord]) -> bool {
     let (n, rules) = (steps.len(), &tuning().flow);
-    if n < rules.plateau_steps.max(5) || steps[n - 1].movement < rules.plateau_movement {
+    if n < rules.plateau_steps.max(5) || steps[n - 1].update < rules.plateau_update {
         return false;
     }
     let last = &steps[n - 5..];
@@ -112,19 +112,19 @@ fn grows(steps: &[StepRecord]) -> bool {
     let (n, rules) = (steps.len(), &tuning().flow);
     n >= 5
         && n % 4 == 1
-        && steps[n - 1].movement > rules.kappa_movement
-        && steps[n - 1].movement > rules.kappa_shrinking * steps[n - 5].movement
+        && steps[n - 1].update > rules.kappa_update
+        && steps[n - 1].update > rules.kappa_shrinking * steps[n - 5].update
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn step(energy: f64, movement: f64) -> StepRecord {
+    fn step(energy: f64, update: f64) -> StepRecord {
         StepRecord {
             energy,
-            movement,
-            mean_movement: 0.2 * movement,
+            update,
+            rms_update: 0.2 * update,
             fraction: 1.0,
             iterations: 3,
         }

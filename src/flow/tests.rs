@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::{
-    Band, BandEnergy, BendingBand, BendingEnergy, Density, OwnEnergy, System, Variant,
+    Band, BandEnergy, BendingBand, BendingEnergy, Density, System, UserEnergy, Variant,
     VariationBand, WillmoreBand,
 };
 use crate::grid::{Lattice, SparseGrid};
@@ -134,7 +134,7 @@ fn own<'a>(energy: &'a Target) -> impl Fn(&SparseGrid, Band) -> BendingBand<'a> 
         origin: DVec3::splat(-1.13),
         voxel: 0.1,
     };
-    move |grid, band| BendingBand::new(OwnEnergy { energy, lattice }, grid, band, 1.0)
+    move |grid, band| BendingBand::new(UserEnergy { energy, lattice }, grid, band, 1.0)
 }
 
 const GROWING: Target = Target {

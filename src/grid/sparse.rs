@@ -246,7 +246,7 @@ impl SparseGrid {
     }
 
     /// For each stored block, the bitwise OR of `of` over all slots of the block and of its 26 neighbours.
-    pub(crate) fn summed_round(&self, of: impl Fn(usize) -> u8) -> Vec<u8> {
+    pub(crate) fn or_with_neighbours(&self, of: impl Fn(usize) -> u8) -> Vec<u8> {
         let range = |b: usize| b * BLOCK_NODES..(b + 1) * BLOCK_NODES;
         let own: Vec<u8> = (0..self.blocks.len())
             .map(|b| range(b).fold(0, |sum, s| sum | of(s)))

@@ -22,14 +22,14 @@ pub fn read_path(path: &Path, format: Option<Format>) -> Result<Loaded, IoError>
 }
 
 /// Bytes. Largest stream that is read: 2 GiB, because the length of a stream is not known in advance.
-pub const MOST_STREAM: u64 = 2 << 30;
+pub const MAX_STREAM_BYTES: u64 = 2 << 30;
 
 /// Reads a stream to its end.
 ///
 /// # Errors
-/// When it cannot be read, or is longer than [`MOST_STREAM`].
+/// When it cannot be read, or is longer than [`MAX_STREAM_BYTES`].
 pub fn read_stream(stream: impl Read) -> std::io::Result<Vec<u8>> {
-    within(stream, MOST_STREAM)
+    within(stream, MAX_STREAM_BYTES)
 }
 
 /// Reads a text file or pipe.

@@ -10,7 +10,7 @@ use super::deliver::{Deliverables, Delivered, clear_run_times};
 use super::draw::{Before, Drawings, Drawn};
 use super::outcome::JobResult;
 use super::output::Saving;
-use super::result::{Extent, Kept};
+use super::result::{Kept, OperationReport};
 use super::unchanged::Unchanged;
 use super::{JobError, JobSpec, Output, Place};
 use crate::attributes::transfer;
@@ -44,7 +44,7 @@ pub struct Mended<'s> {
     #[serde(default)]
     pub(super) sha256: Option<String>,
     /// The kind of work, with its report without the fill.
-    pub extent: Extent,
+    pub extent: OperationReport,
     /// The report of the fill.
     pub report: FillReport,
 }
@@ -53,7 +53,7 @@ impl<'s> Mended<'s> {
     /// The mesh, in full precision.
     pub fn mesh(&self) -> &Mesh {
         match self.extent {
-            Extent::Copied => &self.kept_input.mesh,
+            OperationReport::Copied => &self.kept_input.mesh,
             _ => &self.made,
         }
     }
@@ -126,7 +126,7 @@ impl<'s> Mended<'s> {
     pub fn model(&self) -> Model {
         match (self.whole, &self.extent) {
             (true, _) => Mesh::clone(&self.made).into(),
-            (false, Extent::Copied) => Loaded::clone(&self.kept_input).into(),
+            (false, OperationReport::Copied) => Loaded::clone(&self.kept_input).into(),
             (false, _) => {
                 let made = Mesh::clone(&self.made);
                 transfer(&self.kept_input.mesh, &self.kept_input.attributes, made)
@@ -203,7 +203,7 @@ impl<'s> Mended<'s> {
     /// If a copied mesh cannot be inspected.
     pub fn page(&self, command_line: &str) -> Result<String, JobError> {
         match self.extent {
-            Extent::Copied => self.unchanged(|drawn| Ok(drawn.page(command_line))),
+            OperationReport::Copied => self.unchanged(|drawn| Ok(drawn.page(command_line))),
             _ => {
                 let (nowhere, notes) = (nowhere(), &self.kept_input.notes);
                 let drawn = self.drawing(&self.made, &nowhere, notes, self.filed_facts(None, None));
@@ -218,7 +218,7 @@ impl<'s> Mended<'s> {
     /// As [`Mended::page`], and if memory runs out.
     pub fn picture(&self) -> Result<Vec<u8>, JobError> {
         match self.extent {
-            Extent::Copied => self.unchanged(|drawn| drawn.picture()),
+            OperationReport::Copied => self.unchanged(|drawn| drawn.picture()),
             _ => Ok((self.drawing(&self.made, &nowhere(), &[], Vec::new())).picture()?),
         }
     }
@@ -278,7 +278,7 @@ impl<'s> Mended<'s> {
         let regions: &mut [RegionReport] = &mut self.report.regions;
         let own = std::mem::take(&mut self.made);
         let (mesh, notes, bytes, sha256) = match &self.extent {
-            Extent::Copied => {
+            OperationReport::Copied => {
                 let stored = output.write_copy(&self.kept_input, self.spec.deliverables.unit)?;
                 (None, stored.notes, stored.bytes, stored.sha256)
             }

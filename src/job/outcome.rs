@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use super::JobSpec;
 use super::deliver::Delivered;
-use super::result::Extent;
+use super::result::OperationReport;
 use crate::check::Verdict;
 use crate::io::Format;
 use crate::mend::{FairPlan, FillPlan, FillReport, RestorePlan};
@@ -58,7 +58,7 @@ pub struct JobResult<'s> {
     /// Numbers of vertices and faces of the mesh that was read.
     pub size: [usize; 2],
     /// The kind of work, with its report without the fill.
-    pub extent: Extent,
+    pub extent: OperationReport,
     /// The report of the fill.
     pub report: FillReport,
     /// The mesh as it was written.

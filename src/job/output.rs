@@ -20,7 +20,7 @@ use crate::io::{
 use crate::mend::Inspection;
 use crate::mesh::attributes::{LabelKind, Labels, PATCH_NAME};
 use crate::mesh::{Attributes, Mesh, Model, Unit};
-use crate::stitch::count_crossing;
+use crate::stitch::count_intersecting_faces;
 
 /// The file with the material of patches, written next to an OBJ file that has material files.
 pub(super) const PATCH_LIBRARY: &str = "isomend_patch.mtl";
@@ -196,7 +196,7 @@ impl Output {
             done.notes.extend(notes);
         }
         if matches!(self.format, Format::Ply | Format::Vtk | Format::Vtp) {
-            done.tell_errors(kept, saving.expected_error);
+            done.set_expected_errors(kept, saving.expected_error);
         }
         let in_file = self.format == Format::Obj && self.place.folder().is_some();
         let material = in_file && refer_to_material(&mut done.attributes);
@@ -432,7 +432,7 @@ fn recount_intersections(mesh: &Mesh, input: &Loaded, whole: bool, regions: &mut
     }
     let kept = if whole { 0 } else { input.mesh.faces.len() };
     let patches: Vec<usize> = regions.iter().map(|r| r.new_faces).collect();
-    let counts = count_crossing(mesh, kept, &patches);
+    let counts = count_intersecting_faces(mesh, kept, &patches);
     for (region, count) in regions.iter_mut().zip(counts) {
         region.set_intersecting(count);
     }

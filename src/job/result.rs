@@ -29,7 +29,7 @@ pub struct Kept {
 /// [`JobResult::report`](super::JobResult::report).
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[non_exhaustive]
-pub enum Extent {
+pub enum OperationReport {
     /// Only holes were filled.
     Holes,
     /// A marked region was replaced.
@@ -42,7 +42,7 @@ pub enum Extent {
     Copied,
 }
 
-impl Extent {
+impl OperationReport {
     /// After a repair, adds the verdict on the result. `known` is the verdict on the written bytes; without it `after` is checked.
     pub(super) fn judge(&mut self, after: &Mesh, known: Option<Verdict>) -> Result<(), JobError> {
         let params = self.judged_by();
@@ -87,7 +87,7 @@ pub(super) struct Made {
     /// The expected error of each new vertex.
     pub(super) expected_error: Vec<Option<f64>>,
     pub(super) kept_input: KeptInput,
-    pub(super) extent: Extent,
+    pub(super) extent: OperationReport,
     pub(super) report: FillReport,
 }
 
@@ -97,7 +97,7 @@ impl From<Filled> for Made {
             mesh: filled.mesh,
             expected_error: filled.expected_error,
             kept_input: KeptInput::All,
-            extent: Extent::Holes,
+            extent: OperationReport::Holes,
             report: filled.report,
         }
     }
@@ -110,7 +110,7 @@ impl From<Restored> for Made {
             expected_error: restored.expected_error,
             kept_input: KeptInput::Cut(restored.kept),
             report: std::mem::take(&mut restored.report.fill),
-            extent: Extent::Region(restored.report),
+            extent: OperationReport::Region(restored.report),
         }
     }
 }
@@ -122,7 +122,7 @@ impl From<Faired> for Made {
             expected_error: Vec::new(),
             kept_input: faired.kept.map_or(KeptInput::All, KeptInput::Cut),
             report: std::mem::take(&mut faired.report.fill),
-            extent: Extent::Faired(faired.report),
+            extent: OperationReport::Faired(faired.report),
         }
     }
 }
@@ -134,7 +134,7 @@ impl Made {
             mesh: Mesh::default(),
             expected_error: Vec::new(),
             kept_input: KeptInput::All,
-            extent: Extent::Copied,
+            extent: OperationReport::Copied,
             report: FillReport {
                 vertices: mesh.positions.len(),
                 faces: mesh.faces.len(),
@@ -231,6 +231,6 @@ pub(super) fn repaired(
             origins: done.origins,
         },
         report: std::mem::take(&mut done.report.fill),
-        extent: Extent::Repaired(Box::new(done.report)),
+        extent: OperationReport::Repaired(Box::new(done.report)),
     })
 }

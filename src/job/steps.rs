@@ -9,7 +9,7 @@ use super::deliver::clear_run_times;
 use super::draw::Before;
 use super::mended::Mended;
 use super::outcome::{JobPlan, JobResult, WorkPlan};
-use super::result::{Extent, KeptInput, Made, repaired};
+use super::result::{KeptInput, Made, OperationReport, repaired};
 use super::{JobError, JobSpec, MaskSpec, Work};
 use crate::fill::SurfaceKind;
 use crate::io::Loaded;
@@ -186,7 +186,7 @@ impl<'s> Read<'s> {
         }
         let whole = match (&spec.work, &made.extent) {
             (Work::Fill(params), _) => params.surface == SurfaceKind::Whole,
-            (_, Extent::Faired(_)) => matches!(made.kept_input, KeptInput::All),
+            (_, OperationReport::Faired(_)) => matches!(made.kept_input, KeptInput::All),
             _ => false,
         };
         let size = [loaded.mesh.positions.len(), loaded.mesh.faces.len()];

@@ -163,14 +163,14 @@ fn marked_scene(mesh: &Mesh, found: &Inspection, verdict: &Verdict) -> Scene {
 /// The colour of a kind of defect.
 fn colour(kind: DefectKind) -> Colour {
     let (name, rgb) = match kind {
-        DefectKind::Border => ("blue", [0x2b, 0x6c, 0xc4]),
+        DefectKind::BoundaryEdge => ("blue", [0x2b, 0x6c, 0xc4]),
         DefectKind::NonManifoldEdge => ("magenta", [0xd0, 0x2f, 0xa8]),
         DefectKind::NonManifoldVertex => ("violet", [0x7d, 0x3f, 0xc8]),
         DefectKind::Misoriented => ("teal", [0x12, 0x9c, 0x9a]),
         DefectKind::InsideOut => ("brown", [0x8a, 0x55, 0x2b]),
         DefectKind::Degenerate => ("black", [0x20, 0x20, 0x20]),
         DefectKind::Duplicate => ("green", [0x3c, 0x9a, 0x38]),
-        DefectKind::Crossing => ("red", [0xdd, 0x22, 0x18]),
+        DefectKind::SelfIntersection => ("red", [0xdd, 0x22, 0x18]),
         DefectKind::Thin | DefectKind::ThinWall => ("yellow", [0xe8, 0xb4, 0x10]),
     };
     Colour { name, rgb }

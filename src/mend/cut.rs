@@ -187,8 +187,8 @@ fn refuse_whole_components(before: &Inspection, removed: &[bool]) -> Result<(), 
     let sizes = before.topology.component_faces.iter().zip(&left);
     let whole = sizes.filter(|(all, left)| **left == 0 && **all > SMALL_FACES);
     match whole.map(|(all, _)| *all).max() {
-        Some(faces) => Err(RestoreError::WholePiece { faces }),
-        None if left.iter().all(|l| *l == 0) => Err(RestoreError::WholePiece {
+        Some(faces) => Err(RestoreError::WholeComponent { faces }),
+        None if left.iter().all(|l| *l == 0) => Err(RestoreError::WholeComponent {
             faces: removed.len(),
         }),
         None => Ok(()),

@@ -113,7 +113,7 @@ pub enum RestoreError {
         "the mask covers a whole component of {faces} faces, so that nothing is left to continue; mark fewer faces, or remove \
          the component"
     )]
-    WholePiece {
+    WholeComponent {
         /// Its number of faces.
         faces: usize,
     },

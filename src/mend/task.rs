@@ -100,7 +100,7 @@ impl RegionTask {
     fn patch(&self, watch: &Watch) -> Result<RegionPatch, FillError> {
         let mesh = &self.part.mesh;
         self.check()?;
-        let topology = Topology::as_it_is(mesh);
+        let topology = Topology::without_orienting(mesh);
         let mut holes = self.holes.clone();
         for hole in &mut holes {
             hole.component = component_at(mesh, &topology, hole).ok_or(FillError::Task)?;

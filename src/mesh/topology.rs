@@ -58,7 +58,7 @@ impl Topology {
     /// Computes the topology of a welded mesh, and reverses in `mesh` the faces that disagree with the majority of their
     /// component, if the component is orientable.
     pub fn new(mesh: &mut Mesh) -> Self {
-        let mut topology = Self::as_it_is(mesh);
+        let mut topology = Self::without_orienting(mesh);
         if topology.defects.misoriented_edges > 0 {
             topology.orient(mesh);
         }
@@ -66,7 +66,7 @@ impl Topology {
     }
 
     /// Computes the topology of a welded mesh without reversing faces.
-    pub fn as_it_is(mesh: &Mesh) -> Self {
+    pub fn without_orienting(mesh: &Mesh) -> Self {
         let degenerate: Vec<bool> = mesh.faces.par_iter().map(is_degenerate).collect();
         let mut defects = Defects {
             degenerate_faces: degenerate.iter().filter(|&&d| d).count(),
@@ -105,7 +105,7 @@ impl Topology {
     }
 
     /// The half-edges of each non-manifold edge, not counting degenerate faces, in the order of edges.
-    pub fn crowded_edges(&self, mesh: &Mesh) -> Vec<Vec<u32>> {
+    pub fn non_manifold_edges(&self, mesh: &Mesh) -> Vec<Vec<u32>> {
         let crowded = |h: &u32| {
             let h = *h as usize;
             self.opposite[h] == NONE && !self.boundary[h] && self.component[h / 3] != NONE

@@ -26,7 +26,7 @@ pub struct Parameter {
     /// Unit of a number; empty where it has none.
     pub unit: &'static str,
     /// The value if none is given.
-    pub default: Usual,
+    pub default: DefaultValue,
     /// What the parameter does, in one sentence. Names of other parameters and values are in backticks.
     pub sentence: &'static str,
     /// Further text for the long help and the documentation; may be empty.
@@ -82,7 +82,7 @@ pub struct Bounds {
 
 /// The value of a parameter that is not given.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Usual {
+pub enum DefaultValue {
     /// None: there is no limit or selection.
     Unset,
     /// A value, as it is written.
@@ -192,7 +192,7 @@ impl Parameter {
         field: "",
         kind: Kind::Flag(true),
         unit: "",
-        default: Usual::Unset,
+        default: DefaultValue::Unset,
         sentence: "",
         details: "",
         excludes: "",
@@ -221,8 +221,8 @@ impl Parameter {
     }
 }
 
-impl Usual {
-    /// The default in words; empty for [`Usual::Unset`].
+impl DefaultValue {
+    /// The default in words; empty for [`DefaultValue::Unset`].
     pub fn text(&self) -> String {
         match self {
             Self::Unset => String::new(),

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Kind, Parameter, Table, Usual};
+use super::{DefaultValue, Kind, Parameter, Table};
 
 /// A parameter of a command.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -99,7 +99,7 @@ impl Parameter {
                 _ => None,
             },
             default: match self.default {
-                Usual::Value(text) => Some(text),
+                DefaultValue::Value(text) => Some(text),
                 _ => None,
             },
             usual: self.default.text(),

@@ -1,7 +1,7 @@
 //! The parameters that all hole-filling commands share. To add one, add its constant and its entry in [`SOLVE`] here, and its field
 //! and default in [`FillParams`](crate::FillParams).
 
-use super::{Bounds, Case, Choice, Kind, Parameter, Usual};
+use super::{Bounds, Case, Choice, DefaultValue, Kind, Parameter};
 
 /// Unit of lengths.
 pub(super) const MESH_UNIT: &str = "the mesh's unit";
@@ -15,7 +15,7 @@ pub const VOXEL: Parameter = Parameter {
     field: "voxel",
     kind: Kind::Voxel,
     unit: MESH_UNIT,
-    default: Usual::Value("auto"),
+    default: DefaultValue::Value("auto"),
     sentence: "Voxel size in the mesh's units.",
     details: "`auto` takes 16 voxels across the hole, 12 if its rim has at most 25 edges, more if the hole is a slot, and up to 96 in a \
               region with a small loop. If patches are not finished, it takes 32, up to 64 if the rim is finer or the hole is a slot; \
@@ -37,7 +37,7 @@ pub const ENERGY: Parameter = Parameter {
             sentence: "The integral of the squared gradient of the mean curvature along the surface.",
         },
     ]),
-    default: Usual::Value("willmore"),
+    default: DefaultValue::Value("willmore"),
     sentence: "The bending energy that patches minimise.",
     details: "The default continues spheres, minimal surfaces and tori. It is the more robust one, above all on rough scans. Use \
               curvature-variation for smooth surroundings like a cylinder, a cone or an ellipsoid, which the Willmore energy cannot \
@@ -64,7 +64,7 @@ pub const FINISH: Parameter = Parameter {
             sentence: "Not at all: the surface of the level set, on finer grids.",
         },
     ]),
-    default: Usual::Value("auto"),
+    default: DefaultValue::Value("auto"),
     sentence: "How the patches of the level set are finished on their own triangles.",
     details: "Patches of `energy` curvature-variation, and those with `steps` or `time_step`, are not finished.",
     ..Parameter::PLAIN
@@ -84,7 +84,7 @@ pub const SHARP: Parameter = Parameter {
             sentence: "Never: all patches are smooth.",
         },
     ]),
-    default: Usual::Value("auto"),
+    default: DefaultValue::Value("auto"),
     sentence: "Whether sharp edges of man-made shapes that end at a hole are continued across it.",
     details: "The smooth sides round the hole are continued as planes and quadrics that meet in edges and corners; these may be rounded \
               between flat sides. Patches that are not finished have no sharp edges.",
@@ -109,7 +109,7 @@ pub const VARIANT: Parameter = Parameter {
             sentence: "",
         },
     ]),
-    default: Usual::Value("gauss-newton"),
+    default: DefaultValue::Value("gauss-newton"),
     sentence: "Scheme of the flow's steps. I and II are the paper's, for the Willmore energy; all have the same steady surface.",
     ..Parameter::PLAIN
 };
@@ -120,7 +120,7 @@ pub const TIME_STEP: Parameter = Parameter {
     field: "time_step",
     kind: Kind::Number(Bounds::POSITIVE, "T"),
     unit: "the voxel size to the fourth power",
-    default: Usual::Words("straight to the steady state"),
+    default: DefaultValue::Words("straight to the steady state"),
     sentence: "Time step of the flow, in units of the voxel size to the fourth power.",
     details: "With a time step, the flow runs on one grid for all its steps.",
     ..Parameter::PLAIN
@@ -131,7 +131,7 @@ pub const STEPS: Parameter = Parameter {
     name: "steps",
     field: "steps",
     kind: Kind::Whole(MOST_STEPS),
-    default: Usual::Cases(&[
+    default: DefaultValue::Cases(&[
         Case {
             value: "20",
             with: None,
@@ -157,7 +157,7 @@ pub const EDGE_RATIO: Parameter = Parameter {
         },
         "RATIO",
     ),
-    default: Usual::Cases(&[
+    default: DefaultValue::Cases(&[
         Case {
             value: "0.7",
             with: None,

@@ -2,7 +2,7 @@
 //! in the command's parameter struct.
 
 use super::solve::{EDGE_RATIO, ENERGY, MAX_DIAMETER, MESH_UNIT, VARIANT, VOXEL};
-use super::{Bounds, Choice, Kind, Parameter, Table, Usual};
+use super::{Bounds, Choice, DefaultValue, Kind, Parameter, Table};
 
 /// Upper bound of the number of samples on a mesh, so that they fit into memory.
 pub const MOST_SAMPLES: usize = 100_000_000;
@@ -23,7 +23,7 @@ pub(crate) const BASE_OFFSET: Parameter = Parameter {
     field: "base_offset",
     kind: Kind::Number(Bounds::NOT_NEGATIVE, "LENGTH"),
     unit: MESH_UNIT,
-    default: Usual::Words("the mean edge of the border"),
+    default: DefaultValue::Words("the mean edge of the border"),
     sentence: "Distance from the lowest vertex of the sheet down to the base of `flat_base`, in the mesh's units.",
     ..Parameter::PLAIN
 };
@@ -36,7 +36,7 @@ pub const FILL: Table = Table {
             name: "holes",
             field: "holes",
             kind: Kind::Holes(true),
-            default: Usual::Value("all"),
+            default: DefaultValue::Value("all"),
             sentence: "Numbers of the holes to fill; with `all`, the outer borders of open sheets stay open.",
             details: "`isomend inspect` lists the numbers. An outer border is filled only if it is named here.",
             ..Parameter::PLAIN
@@ -56,7 +56,7 @@ pub const FILL: Table = Table {
             name: "bridge",
             field: "bridge",
             kind: Kind::Groups,
-            default: Usual::Words("holes that are near each other share a region"),
+            default: DefaultValue::Words("holes that are near each other share a region"),
             sentence: "Groups of holes to fill in one region each, whatever their distance.",
             details: "Written as `3+7` or `3+7+9` on the command line; may be given several times.",
             ..Parameter::PLAIN
@@ -66,7 +66,7 @@ pub const FILL: Table = Table {
             name: "crease",
             field: "crease",
             kind: Kind::Pairs,
-            default: Usual::Words("the pairs that predict the faces round the hole"),
+            default: DefaultValue::Words("the pairs that predict the faces round the hole"),
             sentence: "Pairs of crease ends between which a sharp edge is continued across their hole.",
             details: "Written as `1+2`, with the numbers that `isomend inspect -v` lists; may be given several times. In a hole with a \
                       given pair, sharp edges are continued without the test of `sharp`.",
@@ -87,7 +87,7 @@ pub const FILL: Table = Table {
                     sentence: "The zero sets of the level sets alone, triangulated by marching cubes.",
                 },
             ]),
-            default: Usual::Value("stitched"),
+            default: DefaultValue::Value("stitched"),
             sentence: "The surface to return or write: the mesh with its patches, or the level sets alone.",
             details: "The level sets have the triangles of the grid, ignore `edge_ratio` and are not finished.",
             ..Parameter::PLAIN
@@ -116,7 +116,7 @@ pub(crate) const KEEP_SHAPE: Parameter = Parameter {
     name: "keep_shape",
     field: "keep_shape",
     kind: Kind::Number(Bounds::PART, "W"),
-    default: Usual::Value("0"),
+    default: DefaultValue::Value("0"),
     sentence: "How much of the old shape to keep, from 0 (nothing) to 1 (everything that the grid can represent).",
     details: "The flow starts from the old surface and is attracted to it: features narrower than about (1 - W) / W times the diameter \
               of the region disappear, wider ones stay.",
@@ -136,7 +136,7 @@ pub(crate) const STRENGTH: Parameter = Parameter {
     field: "extent.strength",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
-    default: Usual::Words("eight mean edges, more on surfaces of over 400,000 faces"),
+    default: DefaultValue::Words("eight mean edges, more on surfaces of over 400,000 faces"),
     sentence: "Features narrower than this length disappear, in the mesh's units.",
     details: "Waves of this length keep about a third of their height, waves of half this length nothing. The flow time is \
               (LENGTH / 2 pi)^4.",
@@ -150,7 +150,7 @@ pub(crate) const TIME: Parameter = Parameter {
     field: "extent.time",
     kind: Kind::Number(Bounds::POSITIVE, "T"),
     unit: "the mesh's unit to the fourth power",
-    default: Usual::Words("the time of the strength"),
+    default: DefaultValue::Words("the time of the strength"),
     sentence: "Time of the Willmore flow, in the mesh's units to the fourth power.",
     excludes: "strength",
     ..Parameter::PLAIN
@@ -158,7 +158,7 @@ pub(crate) const TIME: Parameter = Parameter {
 
 /// Edge length of a faired surface.
 pub(crate) const FAIR_EDGE_RATIO: Parameter = Parameter {
-    default: Usual::Value("1"),
+    default: DefaultValue::Value("1"),
     sentence: "Length of the new edges relative to the edges round the region, or to the mean edge of the mesh.",
     ..EDGE_RATIO
 };
@@ -208,7 +208,7 @@ pub(crate) const DEBRIS: Parameter = Parameter {
     name: "debris",
     field: "debris",
     kind: Kind::Number(Bounds::PART, "PART"),
-    default: Usual::Words("all components stay"),
+    default: DefaultValue::Words("all components stay"),
     sentence: "Remove components whose area is below this fraction, from 0 to 1, of the area of the largest one.",
     ..Parameter::PLAIN
 };
@@ -219,7 +219,7 @@ pub(crate) const WALL: Parameter = Parameter {
     field: "wall",
     kind: Kind::Number(Bounds::POSITIVE, "LENGTH"),
     unit: MESH_UNIT,
-    default: Usual::Words("the mean edge of the component"),
+    default: DefaultValue::Words("the mean edge of the component"),
     sentence: "Thickness of the walls that `close_borders` makes of open sheets that no flat cap closes, in the mesh's units.",
     details: "Walls are thinner where they would intersect other faces; the report gives their thickness.",
     ..Parameter::PLAIN
@@ -308,7 +308,7 @@ pub const REPAIR: Table = Table {
         },
         WALL,
         Parameter {
-            default: Usual::Words(
+            default: DefaultValue::Words(
                 "half a mean edge for walls that the repair makes; other walls are only reported",
             ),
             ..MIN_WALL
@@ -343,11 +343,11 @@ pub const CHECK: Table = Table {
     own: &[
         THIN,
         Parameter {
-            default: Usual::Words("the thinnest and the mean wall are only reported"),
+            default: DefaultValue::Words("the thinnest and the mean wall are only reported"),
             ..MIN_WALL
         },
         Parameter {
-            default: Usual::Value("0.01"),
+            default: DefaultValue::Value("0.01"),
             sentence: "Report components as debris if their area is below this fraction, from 0 to 1, of the area of the largest one.",
             ..DEBRIS
         },
@@ -361,7 +361,7 @@ pub(crate) const BAND: Parameter = Parameter {
     field: "band",
     kind: Kind::Band,
     unit: MESH_UNIT,
-    default: Usual::Value("full"),
+    default: DefaultValue::Value("full"),
     sentence: "Cut distances off at this length, which is faster; `full` computes all distances.",
     ..Parameter::PLAIN
 };
@@ -387,7 +387,7 @@ pub const COMPARE: Table = Table {
         name: "samples",
         field: "samples",
         kind: Kind::Whole(MOST_SAMPLES),
-        default: Usual::Value("100000"),
+        default: DefaultValue::Value("100000"),
         sentence: "Number of samples on each mesh, at most 100 million.",
         ..Parameter::PLAIN
     }],

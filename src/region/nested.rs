@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::distance::DistanceData;
 use super::level::Level;
 use crate::flow::{
-    BendingEnergy, Energy, Evolution, FlowOutcome, FlowSettings, OwnEnergy, Pace, Pause, Pull,
+    BendingEnergy, Energy, Evolution, FlowOutcome, FlowSettings, Pace, Pause, Pull, UserEnergy,
     biharmonic_fill, relax,
 };
 use crate::grid::{Lattice, NodeIndex};
@@ -24,7 +24,7 @@ pub struct NestedSettings<'a> {
     pub refinements: usize,
     /// Whether to stop if the flow does not converge on a coarser level: its grid cannot resolve the region. A diverged level
     /// always stops the solve.
-    pub give_up_early: bool,
+    pub stop_if_unconverged: bool,
     /// The initial surface on the coarsest lattice.
     pub start: Start,
     /// A solved level that replaces the initial surface.
@@ -129,7 +129,7 @@ impl Solved {
     /// The last update of the surface, in voxels of the last level.
     pub fn last_update(&self) -> f64 {
         let last = self.reports.last();
-        last.map_or(f64::INFINITY, |r| r.flow.movement)
+        last.map_or(f64::INFINITY, |r| r.flow.update)
     }
 
     /// Whether the flow diverged on the last level: its zero set is meaningless, because the data are inconsistent.
@@ -139,7 +139,7 @@ impl Solved {
 }
 
 fn is_far_from_converged(flow: &FlowOutcome) -> bool {
-    !(flow.converged || flow.flat || flow.movement <= tuning().region.far_from_converged)
+    !(flow.converged || flow.flat || flow.update <= tuning().region.far_from_converged)
 }
 
 /// Upper bound of the initial energy of the level after `coarser`.
@@ -170,7 +170,7 @@ impl Level {
         keep_going: &dyn Fn() -> bool,
     ) -> FlowOutcome {
         let (lattice, grid, phi, mask) = (self.lattice, &self.grid, &mut self.phi, &self.mask);
-        let own = own.map(|energy| OwnEnergy { energy, lattice });
+        let own = own.map(|energy| UserEnergy { energy, lattice });
         relax(grid, phi, mask, settings, own, pull, keep_going)
     }
 }
@@ -313,11 +313,12 @@ fn relax_nested(
             sampling = 0.0;
             clock = Instant::now();
         }
-        // A level that diverged, or with `give_up_early` is far from converged, cannot initialise the next.
+        // A level that diverged, or with `stop_if_unconverged` is far from converged, cannot initialise the next.
         let flow = &reports[reports.len() - 1].flow;
         let lost = level.grid.is_cancelled()
             || !last
-                && (flow.has_diverged() || settings.give_up_early && is_far_from_converged(flow));
+                && (flow.has_diverged()
+                    || settings.stop_if_unconverged && is_far_from_converged(flow));
         if lost {
             break;
         }

@@ -10,7 +10,7 @@ use super::growing::GrowingTree;
 use super::intersection_cache::Fast;
 use crate::check::is_flat;
 use crate::mend::Inspection;
-use crate::mesh::triangulate::triangulate_loop_beside;
+use crate::mesh::triangulate::triangulate_loop_with_neighbours;
 use crate::mesh::{Mesh, Part, area_vector};
 use crate::spatial::{Bounds, BoxTree, intersecting, meets};
 use crate::tuning::tuning;
@@ -164,7 +164,7 @@ impl<'a> Ground<'a> {
         beside.retain(|f| f.iter().filter(|v| corners.contains(v)).count() > 1);
         let part = Part::of_faces(&self.mesh.positions, &beside, rim.iter().copied());
         let rim: Vec<u32> = rim.iter().map(|v| part.local(*v)).collect();
-        let faces = triangulate_loop_beside(&part.mesh, &rim, &[]).ok()?;
+        let faces = triangulate_loop_with_neighbours(&part.mesh, &rim, &[]).ok()?;
         let back = |v: u32| part.vertices()[v as usize];
         Some(faces.into_iter().map(|f| f.map(back)).collect())
     }

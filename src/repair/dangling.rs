@@ -54,7 +54,7 @@ fn most(draft: &Draft, faces: &[usize]) -> usize {
 /// The largest host of each dangling component.
 fn hosts(found: &Inspection) -> BTreeMap<u32, u32> {
     let (mesh, topology) = (&found.mesh, &found.topology);
-    let (_, unclear) = paired(found, &topology.crowded_edges(mesh));
+    let (_, unclear) = paired(found, &topology.non_manifold_edges(mesh));
     if unclear.is_empty() {
         return BTreeMap::new();
     }
@@ -137,7 +137,7 @@ pub(super) fn close(draft: &Draft, report: &mut FillReport) -> Result<(), FillEr
     for hole in &mut report.holes {
         let is_one = edges(&hole.hole.rim).any(|e| rims.contains(&e));
         if is_one && matches!(hole.outcome, HoleOutcome::Left(_)) {
-            hole.outcome = HoleOutcome::Failed(FailedReason::NothingFits);
+            hole.outcome = HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects);
         }
     }
     Ok(())

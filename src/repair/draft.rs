@@ -292,7 +292,7 @@ impl Draft {
         let faults = Faults {
             lost_components: all.iter().filter(lost).count(),
             crossing: crossing.len(),
-            non_manifold: topology.crowded_edges(mesh).len() + pinched,
+            non_manifold: topology.non_manifold_edges(mesh).len() + pinched,
             open: found.holes.len() + found.open_chains.len(),
         };
         self.judged = Some((of, faults));

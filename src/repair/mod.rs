@@ -48,7 +48,7 @@ use clean::Alike;
 use draft::{Draft, Faults};
 use rounding::Rounding;
 
-pub use params::{CrossingPass, RepairParams, RepairReport};
+pub use params::{RepairParams, RepairReport, SelfIntersectionPass};
 
 /// A repaired mesh.
 #[derive(Clone, Debug)]
@@ -162,7 +162,7 @@ impl Run<'_> {
         }
         // Reuse the self-intersections that the check found.
         let before = self.report.before.iter().flat_map(|v| &v.defects);
-        let mut crossing = before.filter(|d| d.kind == DefectKind::Crossing);
+        let mut crossing = before.filter(|d| d.kind == DefectKind::SelfIntersection);
         let crossing = crossing.next().map_or(&[][..], |d| &d.faces);
         let crosses = !crossing.is_empty();
         self.draft.adopt(found, crossing);
@@ -300,7 +300,7 @@ impl Run<'_> {
         let crossing = self.draft.self_intersections()?;
         let left = crossing.iter().map(|f| self.draft.component(*f as usize));
         let left: HashSet<u32> = left.filter(|c| *c != NONE).collect();
-        self.report.left_crossing = left.len();
+        self.report.left_self_intersecting = left.len();
         report::count_intersecting_faces(&mut self.draft, &mut self.report.fill)
     }
 
@@ -334,7 +334,7 @@ impl Run<'_> {
     /// The number of input faces that may still be removed because of patches that intersect others.
     fn most_lost(&self) -> usize {
         let crossed = self.report.before.as_ref();
-        let crossed = crossed.map_or(0, |v| v.count(DefectKind::Crossing));
+        let crossed = crossed.map_or(0, |v| v.count(DefectKind::SelfIntersection));
         let all = self.input.faces.len() / tuning().repair.lost_part
             + tuning().repair.lost_crossing * crossed;
         all.saturating_sub(self.lost)

@@ -137,11 +137,11 @@ pub struct RepairReport {
     /// Faces of united bodies removed entirely, because they lay inside other bodies or on their faces.
     pub inner_faces: usize,
     /// The passes in which intersecting faces were cut out.
-    pub passes: Vec<CrossingPass>,
+    pub passes: Vec<SelfIntersectionPass>,
     /// Input faces removed because they lay inside a surface that intersected theirs, or were covered by it.
     pub covered_faces: usize,
     /// Components left with self-intersections, because cutting would have removed them entirely.
-    pub left_crossing: usize,
+    pub left_self_intersecting: usize,
     /// Input faces that are not in the result.
     pub lost_faces: usize,
     /// Input vertices that are not in the result.
@@ -195,7 +195,7 @@ impl RepairReport {
 /// One pass in which intersecting faces were cut out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
-pub struct CrossingPass {
+pub struct SelfIntersectionPass {
     /// Faces that intersected others.
     pub crossing_faces: usize,
     /// Faces cut out.

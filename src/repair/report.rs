@@ -25,7 +25,7 @@ pub(super) fn open(
         let is_made = |hole: &Hole| hole.edges > 3 && !was_border(hole);
         match hole.outcome {
             HoleOutcome::Left(LeftReason::SmallComponent) if is_made(&hole.hole) => {
-                hole.outcome = HoleOutcome::Failed(FailedReason::NothingFits);
+                hole.outcome = HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects);
             }
             HoleOutcome::Left(_) | HoleOutcome::Failed(_) => {}
             _ => continue,
@@ -42,7 +42,7 @@ pub(super) fn open(
             (1, _) => HoleOutcome::Left(LeftReason::SmallComponent),
             (2, true) => HoleOutcome::Left(LeftReason::SmallComponent),
             (_, true) if hole.outer_border => HoleOutcome::Left(LeftReason::OuterBorder),
-            _ => HoleOutcome::Failed(FailedReason::NothingFits),
+            _ => HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects),
         };
         last += 1;
         let mut hole = hole.clone();
@@ -122,8 +122,13 @@ mod tests {
         let mut report = FillReport::default();
         open(&draft, &mut report, &|_| false).unwrap();
         let outcomes: Vec<&HoleOutcome> = report.holes.iter().map(|h| &h.outcome).collect();
-        assert_eq!(outcomes, [&HoleOutcome::Failed(FailedReason::NothingFits)]);
-        let said = FailedReason::NothingFits.to_string();
+        assert_eq!(
+            outcomes,
+            [&HoleOutcome::Failed(
+                FailedReason::EveryTriangulationIntersects
+            )]
+        );
+        let said = FailedReason::EveryTriangulationIntersects.to_string();
         assert!(!said.contains(|c: char| c.is_ascii_digit()), "{said}");
     }
 }

@@ -7,7 +7,7 @@ use super::clear::Ground;
 use super::draft::Draft;
 use super::edges;
 use crate::fill::{
-    ClosedBy, FailedReason, HoleOutcome, LeftReason, TriangulatedReason, TryFailure,
+    AttemptFailure, ClosedBy, FailedReason, HoleOutcome, LeftReason, TriangulatedReason,
 };
 use crate::mend::{FillError, FillReport, Inspection};
 use crate::mesh::topology::NONE;
@@ -120,7 +120,7 @@ fn record(
         let outcome = ends.map(|(_, _, rim)| match rim {
             Rim::Closed(_) => (0, triangulated(crossing)),
             Rim::Left => (1, HoleOutcome::Left(LeftReason::OuterBorder)),
-            Rim::Open => (2, HoleOutcome::Failed(FailedReason::Crossing(crossing))),
+            Rim::Open => (2, HoleOutcome::Failed(FailedReason::Intersects(crossing))),
         });
         if let Some((_, worst)) = outcome.max_by_key(|(badness, _)| *badness) {
             hole.outcome = worst;
@@ -130,7 +130,7 @@ fn record(
 
 /// Outcome of a hole closed by triangles after its patch had this many intersecting faces.
 fn triangulated(crossing: usize) -> HoleOutcome {
-    HoleOutcome::Triangulated(TriangulatedReason::NoSurface(TryFailure::Crossing(
+    HoleOutcome::Triangulated(TriangulatedReason::NoSurface(AttemptFailure::Intersects(
         crossing,
     )))
 }
@@ -138,7 +138,7 @@ fn triangulated(crossing: usize) -> HoleOutcome {
 /// Outcome of a hole that was open and is closed now by triangles or an offset shell.
 pub(super) fn closed_after(before: &HoleOutcome) -> HoleOutcome {
     match before {
-        HoleOutcome::Failed(FailedReason::Crossing(n)) => triangulated(*n),
+        HoleOutcome::Failed(FailedReason::Intersects(n)) => triangulated(*n),
         HoleOutcome::Failed(FailedReason::NoTriangulation { after, .. }) => {
             HoleOutcome::Triangulated(after.clone())
         }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::dangling;
 use super::draft::Draft;
-use super::params::CrossingPass;
+use super::params::SelfIntersectionPass;
 use crate::mend::{FillError, Inspection};
 use crate::mesh::cut::settled;
 use crate::mesh::topology::NONE;
@@ -18,7 +18,7 @@ use crate::tuning::tuning;
 
 /// Result of a pass of cuts.
 pub(super) struct CutResult {
-    pub(super) pass: CrossingPass,
+    pub(super) pass: SelfIntersectionPass,
     /// Faces removed because they lay inside another surface or were covered by one.
     pub(super) covered: usize,
     /// Input faces removed.
@@ -56,7 +56,7 @@ pub(super) fn cut_patches(
             marks[f as usize] = true;
         }
         let removed = settled(mesh, topology, &marks, true);
-        let pass = CrossingPass {
+        let pass = SelfIntersectionPass {
             crossing_faces: count,
             cut_faces: removed.iter().filter(|r| **r).count(),
             rings,
@@ -85,7 +85,7 @@ pub(super) fn cut(draft: &mut Draft, rings: usize) -> Result<Option<CutResult>, 
         } else {
             settled(&found.mesh, &found.topology, &all, true)
         };
-        let pass = CrossingPass {
+        let pass = SelfIntersectionPass {
             crossing_faces: pairs.len(),
             cut_faces: marked,
             rings,
@@ -119,7 +119,7 @@ fn apply(
 }
 
 impl CutResult {
-    fn plain(pass: CrossingPass) -> Self {
+    fn plain(pass: SelfIntersectionPass) -> Self {
         Self {
             pass,
             covered: 0,

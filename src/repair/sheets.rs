@@ -23,7 +23,7 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
     for round in 0..tuning().repair.sheet_rounds {
         let (cuts, copies) = {
             let mut found = draft.take_inspection()?;
-            let crowded = found.topology.crowded_edges(&found.mesh);
+            let crowded = found.topology.non_manifold_edges(&found.mesh);
             let (pairs, unclear) = paired(&found, &crowded);
             if unclear.is_empty() {
                 for [a, b] in pairs {
@@ -53,7 +53,7 @@ pub(super) fn separate(draft: &mut Draft, report: &mut RepairReport) -> Result<(
         }
         let left: Vec<u32> = {
             let found = draft.inspect()?;
-            let crowded = found.topology.crowded_edges(&found.mesh);
+            let crowded = found.topology.non_manifold_edges(&found.mesh);
             crowded.iter().flatten().map(|h| h / 3).collect()
         };
         if left.is_empty() || round + 1 == tuning().repair.sheet_rounds {

@@ -61,7 +61,7 @@ impl Run<'_> {
         }
         for hole in self.report.fill.holes.iter_mut().filter(|_| borders) {
             if hole.outcome == HoleOutcome::Left(LeftReason::OuterBorder) {
-                hole.outcome = HoleOutcome::Failed(FailedReason::NothingFits);
+                hole.outcome = HoleOutcome::Failed(FailedReason::EveryTriangulationIntersects);
             }
         }
         Ok(())

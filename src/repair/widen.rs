@@ -305,7 +305,7 @@ fn record<'a>(
 mod tests {
     use super::*;
     use crate::check::{CheckParams, DefectKind};
-    use crate::fill::{TriangulatedReason, TryFailure};
+    use crate::fill::{AttemptFailure, TriangulatedReason};
     use crate::mesh::Mesh;
     use crate::mesh::shapes::icosphere;
 
@@ -331,7 +331,7 @@ mod tests {
         assert_eq!(found.holes.len(), 1);
         let report_index = HoleReport {
             hole: found.holes[0].clone(),
-            outcome: HoleOutcome::Failed(FailedReason::Crossing(7)),
+            outcome: HoleOutcome::Failed(FailedReason::Intersects(7)),
             region: 0,
         };
         let mut report = FillReport {
@@ -349,8 +349,8 @@ mod tests {
         }
         assert!((20..400).contains(&lost), "{lost}");
         let after = draft.inspect().unwrap().check(&CheckParams::default());
-        assert!(after.is_closed() && after.count(DefectKind::Crossing) == 0);
-        let why = TriangulatedReason::NoSurface(TryFailure::Crossing(7));
+        assert!(after.is_closed() && after.count(DefectKind::SelfIntersection) == 0);
+        let why = TriangulatedReason::NoSurface(AttemptFailure::Intersects(7));
         assert_eq!(report.holes[0].outcome, HoleOutcome::Triangulated(why));
         assert_eq!(report.holes[0].region, 1);
         let old = draft.region.iter().filter(|r| **r == NONE).count();

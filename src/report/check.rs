@@ -63,7 +63,7 @@ pub fn verdict_rows(verdict: &Verdict, size: f64) -> Vec<(&'static str, String)>
         };
         let what = format!(
             "{edges} of {} boundary edges close if vertices within {length:e} are merged{by_itself}",
-            verdict.count(DefectKind::Border)
+            verdict.count(DefectKind::BoundaryEdge)
         );
         rows.push(("nearly closed", what));
     }
@@ -99,14 +99,14 @@ fn walls(verdict: &Verdict, size: f64) -> Option<String> {
 /// The name of a kind of defect in a list.
 fn name(kind: DefectKind) -> &'static str {
     match kind {
-        DefectKind::Border => "boundary edges",
+        DefectKind::BoundaryEdge => "boundary edges",
         DefectKind::NonManifoldEdge => "non-manifold edges",
         DefectKind::NonManifoldVertex => "non-manifold vertices",
         DefectKind::Misoriented => "misoriented edges",
         DefectKind::InsideOut => "inside out",
         DefectKind::Degenerate => "degenerate faces",
         DefectKind::Duplicate => "duplicate faces",
-        DefectKind::Crossing => "intersecting faces",
+        DefectKind::SelfIntersection => "intersecting faces",
         DefectKind::Thin => "thin parts",
         DefectKind::ThinWall => "thin walls",
     }
@@ -116,7 +116,7 @@ fn name(kind: DefectKind) -> &'static str {
 fn defect_text(defect: &Defect, verdict: &Verdict, size: f64) -> String {
     let mut text = defect.count.to_string();
     match (defect.kind, verdict.params.thin) {
-        (DefectKind::Border, _) => {
+        (DefectKind::BoundaryEdge, _) => {
             text += &format!(" round {} holes", verdict.holes);
             if verdict.open_chains > 0 {
                 text += &format!(

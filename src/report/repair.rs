@@ -64,7 +64,7 @@ pub fn repair_lines_in(r: &RepairReport, unit: Option<Unit>) -> Vec<String> {
         ),
         (crossing, cut_out(r)),
         (
-            r.left_crossing,
+            r.left_self_intersecting,
             "components left with self-intersections, because cutting them would remove the whole component".to_owned(),
         ),
     ];

@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 
 use crate::fill::{
-    ClosedBy, FinishReport, HoleOutcome, PatchStart, RegionReport, TriangulatedReason,
+    ClosedBy, FinishReport, HoleOutcome, PatchInitialisation, RegionReport, TriangulatedReason,
 };
-use crate::finish::{FinishFound, FinishResult};
+use crate::finish::{FinishRecord, FinishResult};
 use crate::flow::Energy;
 use crate::mend::FillReport;
 use crate::mesh::{Defects, HoleId, OpenChain, Unit, point};
@@ -99,8 +99,8 @@ pub(crate) fn region_lines_in(r: &RegionReport, unit: Option<Unit>) -> String {
     }
     line += &format!(", {} faces, {:.2} s", r.new_faces, r.seconds);
     if r.closed_by == Some(ClosedBy::LevelSet) && !r.levels.is_empty() && !r.converged {
-        let movement = r.levels.last().map_or(f64::NAN, |l| l.flow.movement);
-        line += &format!("; not converged: the last step moved it by {movement:.1e} voxels");
+        let update = r.levels.last().map_or(f64::NAN, |l| l.flow.update);
+        line += &format!("; not converged: the last step moved it by {update:.1e} voxels");
     }
     if r.other_energy {
         line +=
@@ -132,7 +132,7 @@ pub fn lost_creases(r: &RegionReport) -> Option<String> {
 
 /// How the triangles of a patch were smoothed at the end, and its largest expected error.
 fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
-    let blended = |p: &FinishFound| p.result == FinishResult::Blend;
+    let blended = |p: &FinishRecord| p.result == FinishResult::Blend;
     let mut text = match finish.pieces.iter().any(blended) {
         true => ", smoothed and blended with the continued surroundings",
         false
@@ -146,7 +146,7 @@ fn finished(finish: &FinishReport, unit: Option<Unit>) -> String {
         false => ", smoothed",
     }
     .to_owned();
-    if finish.start == PatchStart::Triangulation {
+    if finish.start == PatchInitialisation::Triangulation {
         text += " starting from a triangulation";
     }
     if let Some(expected_error) = finish.largest_expected_error() {
@@ -209,7 +209,7 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
     for level in &r.levels {
         let flow = &level.flow;
         let iterations: usize = flow.steps.iter().map(|s| s.iterations).sum();
-        let movement = flow.movement;
+        let update = flow.update;
         lines.push(format!(
             "  voxel {}{}: {} nodes, {} unknowns, {}, {}, last update {:.1e} voxels{}, \
              sampled in {:.2} s, solved in {:.2} s",
@@ -223,7 +223,7 @@ pub fn level_lines(r: &RegionReport, unit: Option<Unit>) -> Vec<String> {
             flow.unknowns,
             counted(flow.steps.len(), "step"),
             counted(iterations, "iteration"),
-            movement,
+            update,
             if flow.converged {
                 ""
             } else {

@@ -160,7 +160,7 @@ impl Front<'_> {
 
     /// Finds the closest points of nodes next to the zero set and of fixed nodes next to the mask.
     fn seed(&mut self, reach: f64) -> Vec<usize> {
-        let round = self.grid.summed_round(|s| {
+        let round = self.grid.or_with_neighbours(|s| {
             let sign = if self.phi[s] > 0.0 {
                 POSITIVE
             } else {

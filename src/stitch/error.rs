@@ -37,7 +37,8 @@ pub enum StitchError {
         "rim loop {rim} uses the edge {from}-{to}, which is not a boundary edge of the mesh in that direction; \
          give loops in the direction of the patch's faces"
     )]
-    NotOnBorder {
+    #[serde(alias = "not_on_border")]
+    NotOnBoundary {
         /// Index of the loop.
         rim: usize,
         /// Start of the edge.
@@ -55,7 +56,8 @@ pub enum StitchError {
     #[error(
         "the extracted surface ends near {position}, {distance} from the nearest rim; extract more cells there"
     )]
-    OpenBorder {
+    #[serde(alias = "open_border")]
+    OpenBoundary {
         /// A point of the boundary.
         position: DVec3,
         /// Distance of that point from the nearest rim.
@@ -109,7 +111,7 @@ impl StitchError {
     /// The same error with renumbered vertices.
     pub(crate) fn renumbered(self, number: impl Fn(u32) -> u32) -> Self {
         match self {
-            Self::NotOnBorder { rim, from, to } => Self::NotOnBorder {
+            Self::NotOnBoundary { rim, from, to } => Self::NotOnBoundary {
                 rim,
                 from: number(from),
                 to: number(to),
@@ -123,7 +125,7 @@ impl StitchError {
         match (self, other) {
             (Self::RimNotReached { rim: a }, Self::RimNotReached { rim: b })
             | (Self::Orientation { rim: a }, Self::Orientation { rim: b }) => a == b,
-            (Self::OpenBorder { position: a, .. }, Self::OpenBorder { position: b, .. })
+            (Self::OpenBoundary { position: a, .. }, Self::OpenBoundary { position: b, .. })
             | (Self::NotManifold { position: a }, Self::NotManifold { position: b }) => {
                 a.distance(*b) < reach
             }

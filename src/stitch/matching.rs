@@ -105,7 +105,7 @@ fn vote(
     }
     // A far boundary loop of a near component means that the surface continues away from the hole.
     if let Some(&(_, position, distance)) = far.iter().find(|f| near[kept.loop_component[f.0]]) {
-        return Err(StitchError::OpenBorder { position, distance });
+        return Err(StitchError::OpenBoundary { position, distance });
     }
     let dropped = (0..near.len()).filter(|&p| !near[p]).collect();
     Ok((votes, dropped))

@@ -39,7 +39,7 @@ use crate::spatial::intersecting;
 pub use error::StitchError;
 pub use refined::{flipped, refined_triangulation};
 pub use seam::close_seam;
-pub use written::count_crossing;
+pub use written::count_intersecting_faces;
 
 /// Input of [`stitch`].
 #[derive(Clone, Copy)]

@@ -193,7 +193,7 @@ fn directed_edges(
             let open =
                 rims.beyond.contains_key(&(from, to)) && !rims.beyond.contains_key(&(to, from));
             if from == to || !open || edges.insert((from, to), rim).is_some() {
-                return Err(StitchError::NotOnBorder { rim, from, to });
+                return Err(StitchError::NotOnBoundary { rim, from, to });
             }
         }
     }

@@ -13,7 +13,7 @@ use crate::spatial::{Bounds, BoxTree, intersecting};
 ///
 /// # Panics
 /// If the mesh has fewer faces than that, or a face has an invalid vertex index.
-pub fn count_crossing(mesh: &Mesh, kept: usize, patches: &[usize]) -> Vec<usize> {
+pub fn count_intersecting_faces(mesh: &Mesh, kept: usize, patches: &[usize]) -> Vec<usize> {
     let new: usize = patches.iter().sum();
     let bounds = |f: &[u32; 3]| Bounds::of(f.map(|v| mesh.positions[v as usize]));
     let fresh = &mesh.faces[kept..kept + new];
@@ -63,9 +63,9 @@ mod tests {
             p(9.0, 9.0, 9.0),
         ];
         let mesh = Mesh::new(positions, vec![[0, 1, 2], [3, 4, 5], [6, 7, 8]]);
-        assert_eq!(count_crossing(&mesh, 1, &[1, 1]), [0, 1]);
-        assert_eq!(count_crossing(&mesh, 1, &[1, 0, 1]), [0, 0, 1]);
-        assert_eq!(count_crossing(&mesh, 3, &[]), [0; 0]);
+        assert_eq!(count_intersecting_faces(&mesh, 1, &[1, 1]), [0, 1]);
+        assert_eq!(count_intersecting_faces(&mesh, 1, &[1, 0, 1]), [0, 0, 1]);
+        assert_eq!(count_intersecting_faces(&mesh, 3, &[]), [0; 0]);
     }
 
     #[test]
@@ -80,10 +80,10 @@ mod tests {
             .concat(),
             vec![[0, 1, 2], [3, 4, 5]],
         );
-        assert_eq!(count_crossing(&mesh, 1, &[1]), [0]);
+        assert_eq!(count_intersecting_faces(&mesh, 1, &[1]), [0]);
         for q in &mut mesh.positions {
             *q = q.as_vec3().as_dvec3();
         }
-        assert_eq!(count_crossing(&mesh, 1, &[1]), [1]);
+        assert_eq!(count_intersecting_faces(&mesh, 1, &[1]), [1]);
     }
 }

@@ -31,7 +31,7 @@ impl PlaneRun {
             self.energies.push(step.energy);
             self.iterations += step.iterations;
             self.unsolved += usize::from(!step.solved);
-            if !step.energy.is_finite() || !step.movement.is_finite() {
+            if !step.energy.is_finite() || !step.update.is_finite() {
                 return Err(StudyError::BlewUp {
                     step: self.energies.len(),
                 });

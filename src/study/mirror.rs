@@ -79,7 +79,7 @@ mod tests {
                 let energy = PlaneEnergy::natural(grid.clone(), h * h);
                 let tolerance = Tolerance::OfState(1e-10);
                 let mut flow = PlaneFlow::new(energy, Variant::I, 10.0 * h.powi(4), tolerance);
-                let moved: f64 = (0..10).map(|_| flow.step(&mut phi).movement).sum();
+                let moved: f64 = (0..10).map(|_| flow.step(&mut phi).update).sum();
                 (phi, moved)
             };
             let (whole, moved) = end(&square.whole, start.clone());

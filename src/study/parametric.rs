@@ -34,7 +34,7 @@ pub struct ParametricStep {
     /// Energy `½ Σ m_i |y_i|²` before the step.
     pub energy: f64,
     /// Largest displacement of a vertex.
-    pub movement: f64,
+    pub update: f64,
     /// Number of iterations of the linear solver.
     pub iterations: usize,
 }
@@ -136,7 +136,7 @@ impl ParametricFlow {
         }
         ParametricStep {
             energy: energy_of(&y, &geometry.mass),
-            movement: shift.iter().fold(0.0, |m, s| m.max(s.abs())),
+            update: shift.iter().fold(0.0, |m, s| m.max(s.abs())),
             iterations: end.iterations,
         }
     }
@@ -377,6 +377,6 @@ mod tests {
         let outward = |p: DVec3, q: DVec3| (q - p).cross(DVec3::Z).normalize();
         let mut flow = ParametricFlow::new(mesh.clone(), 1.0, outward);
         let step = flow.step();
-        assert!(step.energy < 1e-20 && step.movement < 1e-10, "{step:?}");
+        assert!(step.energy < 1e-20 && step.update < 1e-10, "{step:?}");
     }
 }

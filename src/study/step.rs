@@ -40,7 +40,7 @@ pub struct PlaneStep {
     /// Energy before the step.
     pub energy: f64,
     /// Largest change of φ at a node.
-    pub movement: f64,
+    pub update: f64,
     /// Number of iterations of the linear solver.
     pub iterations: usize,
     /// Whether the residual reached its tolerance.
@@ -125,14 +125,14 @@ impl PlaneFlow {
         };
         // Apply the step, and store it for the next initial guess.
         phi.iter_mut().zip(&d).for_each(|(p, d)| *p += d);
-        let movement = d.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        let update = d.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
         if self.last.len() == 2 {
             self.last.remove(0);
         }
         self.last.push(d);
         PlaneStep {
             energy: at.energy,
-            movement,
+            update,
             iterations: end.iterations,
             solved: end.relative_residual <= tolerance * (1.0 + 1e-9),
         }

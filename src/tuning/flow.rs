@@ -10,7 +10,7 @@ thresholds! {
         diverged: f64 = 2.0,
         /// Voxels, root mean square. After [`Self::long`] steps a surface with a smaller update has converged if its energy
         /// hardly falls.
-        rough_movement: f64 = 0.01,
+        rough_update: f64 = 0.01,
         /// Relative fall of the energy over three steps. Below this the energy hardly falls.
         rough_fall: f64 = 5e-3,
         /// Fraction of the energy. The flow ends if more than this remains after five steps of more than a voxel each.
@@ -32,14 +32,14 @@ thresholds! {
         /// Steps. After this many, the flow may end on a plateau of the energy.
         plateau_steps: usize = 12,
         /// Voxels. A surface with a smaller update is left to converge and does not end on a plateau.
-        plateau_movement: f64 = 0.02,
+        plateau_update: f64 = 0.02,
         /// Relative change of the energy over five steps. Below this the energy is on a plateau.
         plateau_change: f64 = 2e-3,
         /// Fraction of a step that has to be taken for the flow to count as converged. Steps are halved, so any value between ½
         /// and 1 asks for whole steps; with 1 and more no flow would converge.
         whole_step: f64 = 0.9,
         /// Voxels. κ is raised where steps are longer than this and do not shrink.
-        kappa_movement: f64 = 0.05,
+        kappa_update: f64 = 0.05,
         /// Ratio of a step to the step four before it. Below this the steps shrink.
         kappa_shrinking: f64 = 0.7,
         /// Voxels across a hole. Finer grids get a κ larger than the given one. On 12 holes of scans 14 left patches 10 % farther
@@ -56,7 +56,7 @@ thresholds! {
         memory: usize = 2,
         /// Voxels. Steps are combined as long as they move no node near the surface farther than this: longer steps are far from
         /// the linear regime.
-        combined_movement: f64 = 0.3,
+        combined_update: f64 = 0.3,
         /// Ratio of a step's update to the update before it. Steps are combined as long as the ratio is below this.
         shrinking: f64 = 0.9,
         /// Voxels⁴. Up to this time step conjugate gradients need no coarse levels: the mass term dominates the smooth modes.
@@ -64,7 +64,7 @@ thresholds! {
         /// Powers of two. The coarse levels are rebuilt when the time step has changed by more than this.
         time_step_change: f64 = 2.5,
         /// Voxels. Upper bound of the update of a node within a voxel of the surface in a time step.
-        most_movement: f64 = 0.25,
+        most_update: f64 = 0.25,
         /// Upper bound of the ratio of a time step to the one before.
         step_growth: f64 = 2.0,
         /// Ratio of a time step to the refused one before it.

@@ -13,7 +13,7 @@ use super::session::{Busy, Session};
 use super::state::State;
 use super::step::Order;
 use super::store::{Store, StoredStep};
-use super::words::Words;
+use super::words::CommandRenderer;
 use crate::mend::Control;
 
 /// Kind of the job that repeats the steps of an earlier session.
@@ -46,7 +46,7 @@ pub struct App {
     /// The thread pool for long requests, so that they need not wait for a step.
     pub aside: Arc<rayon::ThreadPool>,
     /// Writes steps as commands of the command line.
-    pub renderer: Arc<dyn Words>,
+    pub renderer: Arc<dyn CommandRenderer>,
     /// Opens another file on its own page; returns the path of that page on this server.
     pub open: Box<dyn Fn(PathBuf) -> Result<String, String> + Send + Sync>,
     /// Whether a path is the input of any page of this server.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::delta::Numbers;
 use crate::io::Loaded;
 use crate::job::Mended;
-use crate::mesh::attributes::SIGMA_NAME;
+use crate::mesh::attributes::EXPECTED_ERROR_NAME;
 
 /// The expected errors of the vertices of a mesh, in its units: 0 for original vertices, NaN where unknown. Empty if all are unknown.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,7 +17,7 @@ impl Errors {
     /// The expected errors stored in a file; empty if it has none.
     pub fn read(loaded: &Loaded) -> Self {
         let attributes = &loaded.attributes.vertex;
-        let Some(own) = attributes.iter().find(|a| a.name == SIGMA_NAME) else {
+        let Some(own) = attributes.iter().find(|a| a.name == EXPECTED_ERROR_NAME) else {
             return Self::default();
         };
         let error = |v: usize| match own.get(v).map(|x| x[0]) {

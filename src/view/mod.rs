@@ -31,4 +31,4 @@ mod words;
 
 pub use server::{Address, Settings, ViewError, serve};
 pub use store::ResumeError;
-pub use words::{Command, Words};
+pub use words::{Command, CommandRenderer};

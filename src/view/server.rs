@@ -18,7 +18,7 @@ use super::state::State;
 use super::step::format_between;
 use super::store::{Fingerprint, ResumeError, Store, StoredStep};
 use super::token::Token;
-use super::words::Words;
+use super::words::CommandRenderer;
 use crate::io::{Format, IoError};
 use crate::job::{JobError, Source};
 
@@ -42,7 +42,7 @@ pub struct Settings {
     /// Number of threads for the work; 0 for one per core.
     pub threads: usize,
     /// Writes steps as commands of the command line.
-    pub words: Box<dyn Words>,
+    pub words: Box<dyn CommandRenderer>,
     /// Whether to resume an earlier session, and its recovery file if it is not the default one.
     pub resume: Option<Option<PathBuf>>,
 }
@@ -106,7 +106,7 @@ pub fn serve(settings: Settings, ready: impl FnOnce(Address)) -> Result<(), View
     let wanted = SocketAddr::new(settings.listen, settings.port);
     let resume = settings.resume.as_ref().map(Option::as_deref);
     let read = Read::new(&pool, &root, settings.input, settings.from, resume)?;
-    let words: Arc<dyn Words> = Arc::from(settings.words);
+    let words: Arc<dyn CommandRenderer> = Arc::from(settings.words);
     let runtime = tokio::runtime::Builder::new_multi_thread()
         .worker_threads(LISTENERS)
         .enable_io()
@@ -191,7 +191,7 @@ struct Shared {
     root: PathBuf,
     pool: Arc<rayon::ThreadPool>,
     aside: Arc<rayon::ThreadPool>,
-    words: Arc<dyn Words>,
+    words: Arc<dyn CommandRenderer>,
     pages: Arc<Pages>,
     /// The state of each page, with its token.
     apps: Mutex<Vec<(Token, Arc<App>)>>,

@@ -9,10 +9,10 @@ use serde_json::Value;
 
 use super::runs::Runs;
 use super::state::{State, StepDone, place_after};
-use super::words::Words;
+use super::words::CommandRenderer;
 use crate::fill::FillParams;
 use crate::io::Format;
-use crate::job::{Extent, JobError, JobResult, JobSpec, MaskSpec, Output, Source, Work};
+use crate::job::{JobError, JobResult, JobSpec, MaskSpec, OperationReport, Output, Source, Work};
 use crate::mend::{Control, FairParams, RestoreParams};
 use crate::mesh::length_beside;
 use crate::repair::RepairParams;
@@ -74,7 +74,7 @@ impl Request {
     ///
     /// # Errors
     /// When a parameter or the mask is invalid, or no command does the work.
-    pub fn order(self, faces: usize, words: &dyn Words) -> Result<Order, Wrong> {
+    pub fn order(self, faces: usize, words: &dyn CommandRenderer) -> Result<Order, Wrong> {
         let params = match self.params {
             Value::Null => Value::Object(serde_json::Map::new()),
             params => params,
@@ -110,7 +110,7 @@ impl Order {
         work: Work,
         mask: Option<Runs>,
         faces: usize,
-        words: &dyn Words,
+        words: &dyn CommandRenderer,
     ) -> Result<Self, Wrong> {
         let in_mask = |error| Wrong {
             error,
@@ -211,20 +211,20 @@ pub fn format_between(file: Format) -> Format {
 fn summary(done: &JobResult) -> String {
     let fill = || tally_line(&done.report);
     match &done.extent {
-        Extent::Region(cut) => {
+        OperationReport::Region(cut) => {
             format!("{} cut out; {}", counted(cut.removed_faces, "face"), fill())
         }
-        Extent::Faired(report) => format!(
+        OperationReport::Faired(report) => format!(
             "moved by {} at most, {} root mean square",
             length_beside(report.moved_max, report.strength),
             length_beside(report.moved_rms, report.strength)
         ),
-        Extent::Repaired(report) => {
+        OperationReport::Repaired(report) => {
             let mut lines = crate::report::repair_lines(report);
             lines.extend(report.after.as_ref().map(|verdict| verdict.line()));
             lines.join("; ")
         }
-        Extent::Holes => fill(),
-        Extent::Copied => "nothing changed".to_owned(),
+        OperationReport::Holes => fill(),
+        OperationReport::Copied => "nothing changed".to_owned(),
     }
 }

@@ -55,7 +55,7 @@ impl Command {
 }
 
 /// Writes steps as commands. The command line, which defines the names of commands and options, implements it.
-pub trait Words: Send + Sync {
+pub trait CommandRenderer: Send + Sync {
     /// The command that does `work`; `faces` is the file of face numbers of its mask.
     ///
     /// # Errors

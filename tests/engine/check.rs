@@ -40,7 +40,7 @@ fn each_defect_is_told_with_its_number_and_place() {
     let open = cut(&ball, top);
     let found = verdict(&open);
     assert_eq!((found.holes, found.is_watertight()), (1, false));
-    assert_eq!(found.defects[0].kind, DefectKind::Border);
+    assert_eq!(found.defects[0].kind, DefectKind::BoundaryEdge);
     assert!(polar(found.defects[0].places[0]) < 10.0);
 
     let mut one_turned = ball.clone();
@@ -63,9 +63,14 @@ fn each_defect_is_told_with_its_number_and_place() {
     let found = verdict(&crossing);
     assert_eq!(found.defects.len(), 1);
     let crossing = &found.defects[0];
-    assert_eq!(crossing.kind, DefectKind::Crossing);
+    assert_eq!(crossing.kind, DefectKind::SelfIntersection);
     assert!(crossing.places[0].distance(DVec3::X) < 0.3);
-    assert!(found.marks().values().all(|k| *k == DefectKind::Crossing));
+    assert!(
+        found
+            .marks()
+            .values()
+            .all(|k| *k == DefectKind::SelfIntersection)
+    );
 }
 
 #[test]

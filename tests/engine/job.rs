@@ -5,8 +5,8 @@ use std::sync::Arc;
 use isomend::glam::DVec3;
 use isomend::io::{Format, Loaded, WriteOptions, read_path, to_bytes};
 use isomend::job::{
-    Batch, BatchObserver, Extent, JobError, JobResult, JobSpec, MaskSpec, Output, Place, Source,
-    Work, WorkPlan, run,
+    Batch, BatchObserver, JobError, JobResult, JobSpec, MaskSpec, OperationReport, Output, Place,
+    Source, Work, WorkPlan, run,
 };
 use isomend::{Control, FairParams, FillParams, RestoreParams, VoxelSize};
 use serde_json::Value;
@@ -105,7 +105,7 @@ fn regions_are_marked_in_words() {
     let work = Work::Restore(mask.clone(), restore.clone());
     let spec = JobSpec::new(desk.path("ball.ply"), desk.path("out.ply"), work).unwrap();
     let result = run(&spec, &Control::new()).unwrap();
-    let Extent::Region(cut) = &result.extent else {
+    let OperationReport::Region(cut) = &result.extent else {
         panic!("{:?}", result.extent);
     };
     assert!(cut.removed_faces >= cut.marked_faces && cut.marked_faces > 0);

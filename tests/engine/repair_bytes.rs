@@ -6,7 +6,7 @@ use crate::shapes::{cut, joined, moved, polar, sheet, sphere, turned};
 use glam::DVec3;
 use isomend::check::{CheckParams, Verdict};
 use isomend::io::{Format, no_side_files, read_bytes, to_bytes};
-use isomend::job::{Extent, JobSpec, Output, Place, Source, Work, run};
+use isomend::job::{JobSpec, OperationReport, Output, Place, Source, Work, run};
 use isomend::{Control, Mesh, RepairParams, inspect};
 
 /// A format, and whether it is written as text.
@@ -60,7 +60,7 @@ fn assert_sound_in(name: &str, source: &Source, formats: &[Form]) {
     let mended = spec.read().unwrap().mend(&Control::new()).unwrap();
     for form in formats {
         let done = mended.clone().to(output(*form)).write().unwrap();
-        let Extent::Repaired(report) = &done.extent else {
+        let OperationReport::Repaired(report) = &done.extent else {
             panic!("{:?}", done.extent)
         };
         let after = report.after.as_ref().unwrap();

@@ -238,7 +238,7 @@ fn faces_that_intersect_no_other_body_stay_bit_for_bit_and_in_order() {
     let crossing: HashSet<u32> = before
         .defects
         .iter()
-        .filter(|d| d.kind == DefectKind::Crossing)
+        .filter(|d| d.kind == DefectKind::SelfIntersection)
         .flat_map(|d| d.faces.iter().copied())
         .collect();
     let done = assert_united(
@@ -319,7 +319,7 @@ fn a_body_that_crosses_itself_is_united_with_itself_and_cavities_stay() {
     for p in dented.positions.iter_mut().filter(|p| p.z > 0.8) {
         *p = pushed(p);
     }
-    assert!(verdict(&dented).count(DefectKind::Crossing) > 0);
+    assert!(verdict(&dented).count(DefectKind::SelfIntersection) > 0);
     let done = repaired(&dented);
     assert!(verdict(&done.mesh).is_sound());
     assert_eq!(done.report.united_bodies, 1);

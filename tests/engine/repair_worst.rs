@@ -21,7 +21,7 @@ fn verdict(mesh: &Mesh) -> Verdict {
 #[track_caller]
 fn assert_not_worse(bad: &Mesh, done: &Repaired) {
     let (before, after) = (verdict(bad), verdict(&done.mesh));
-    let crossing = |v: &Verdict| v.count(DefectKind::Crossing);
+    let crossing = |v: &Verdict| v.count(DefectKind::SelfIntersection);
     assert!(crossing(&after) <= crossing(&before), "{}", after.line());
     let found = inspect(bad).unwrap();
     let kept = done.origins.faces.iter();
@@ -60,7 +60,7 @@ fn shells_in_each_other_are_left_open_rather_than_crossed() {
         params.borders = borders;
         let done = repaired(&bad, &params);
         assert_not_worse(&bad, &done);
-        assert_eq!(verdict(&done.mesh).count(DefectKind::Crossing), 0);
+        assert_eq!(verdict(&done.mesh).count(DefectKind::SelfIntersection), 0);
     }
 }
 
@@ -115,7 +115,7 @@ fn faces_that_block_an_offset_shell_are_cut_out_first() {
         vec![[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]],
     );
     bad = joined(&bad, &spike);
-    assert_eq!(verdict(&bad).count(DefectKind::Crossing), 0);
+    assert_eq!(verdict(&bad).count(DefectKind::SelfIntersection), 0);
     let mut params = RepairParams::default();
     params.borders = true;
     // Thicker ones would hold all of it.
@@ -184,7 +184,7 @@ fn a_spike_of_which_a_cut_would_leave_nothing_is_enclosed_by_an_offset_shell() {
     );
     // The ball has a hole; a closed one would be united with the spike.
     let bad = joined(&cut(&ball, |p| p.x < -0.95), &needle);
-    assert!(verdict(&bad).count(DefectKind::Crossing) > 0);
+    assert!(verdict(&bad).count(DefectKind::SelfIntersection) > 0);
     let done = repaired(&bad, &RepairParams::default());
     assert_not_worse(&bad, &done);
     let after = verdict(&done.mesh);
@@ -253,11 +253,11 @@ fn scraps_that_cross_what_they_hang_on_go() {
     let mesh = turned(sphere(8));
     for faces in [4, 6] {
         let bad = with_scrap(&mesh, 40, faces, [1.08, 0.92]);
-        assert!(verdict(&bad).count(DefectKind::Crossing) > 0);
+        assert!(verdict(&bad).count(DefectKind::SelfIntersection) > 0);
         let done = repaired(&bad, &RepairParams::default());
         let after = verdict(&done.mesh);
         assert!(after.is_sound(), "{}", after.line());
-        assert_eq!(done.report.left_crossing, 0);
+        assert_eq!(done.report.left_self_intersecting, 0);
         assert!(done.report.lost_faces < 100, "{}", done.report.lost_faces);
     }
 }

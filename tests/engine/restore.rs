@@ -280,7 +280,7 @@ fn what_cannot_be_restored_is_refused() {
     assert!(matches!(none, RestoreError::NothingMarked), "{none}");
     let all = refused(&mesh, &vec![true; count]);
     assert!(
-        matches!(all, RestoreError::WholePiece { faces } if faces == count),
+        matches!(all, RestoreError::WholeComponent { faces } if faces == count),
         "{all}"
     );
     assert!(matches!(

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use isomend::check::CheckParams;
 use isomend::internals::parameters as solve;
-use isomend::parameters::{Kind, Table, Usual};
+use isomend::parameters::{DefaultValue, Kind, Table};
 use isomend::volume::VolumeParams;
 use isomend::{FairParams, FillParams, RepairParams, RestoreParams};
 use serde::Serialize;
@@ -113,9 +113,11 @@ fn every_field_is_in_a_table_and_every_default_is_that_of_the_table() {
             let value = at(&usual, &path);
             let expected = match (parameter.kind, parameter.default) {
                 (Kind::Flag(set), _) => json!(!set),
-                (_, Usual::Value("all" | "full")) => Value::Null,
-                (Kind::Number(..), Usual::Value(text)) => json!(text.parse::<f64>().unwrap()),
-                (_, Usual::Value(text)) => json!(text),
+                (_, DefaultValue::Value("all" | "full")) => Value::Null,
+                (Kind::Number(..), DefaultValue::Value(text)) => {
+                    json!(text.parse::<f64>().unwrap())
+                }
+                (_, DefaultValue::Value(text)) => json!(text),
                 (Kind::Holes(_) | Kind::Groups | Kind::Pairs, _) => json!([]),
                 _ => Value::Null,
             };
@@ -181,7 +183,7 @@ fn words_and_defaults_that_depend_on_others_are_the_librarys() {
             assert!(excluded.is_empty() || table.get(excluded).is_some());
         }
     }
-    let Usual::Cases(cases) = solve::EDGE_RATIO.default else {
+    let DefaultValue::Cases(cases) = solve::EDGE_RATIO.default else {
         panic!("the default depends on the energy");
     };
     for case in cases {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use isomend::internals::parameters as solve;
-use isomend::parameters::{Kind, Parameter, Table, Usual};
+use isomend::parameters::{DefaultValue, Kind, Parameter, Table};
 
 /// Puts what is made of the tables in the place of what stands there, or says that it is not the same.
 fn renewed(file: &str, made: impl Fn(&str) -> String) {
@@ -43,7 +43,7 @@ fn row(parameter: &Parameter, table: &Table) -> String {
     );
     let what = table.as_options(what.replace(".  ", ". ").trim_end_matches(['.', ' ']));
     let default = match parameter.default {
-        Usual::Value(text) => format!("`{text}`"),
+        DefaultValue::Value(text) => format!("`{text}`"),
         usual => table.as_options(&usual.text()),
     };
     format!("| `{}` | {what} | {default} |\n", option.trim_end())
@@ -81,7 +81,7 @@ fn the_page_of_options_has_the_tables() {
 
 /// The type of a keyword of Python.
 fn annotation(parameter: &Parameter) -> String {
-    let is_set = matches!(parameter.default, Usual::Value(_));
+    let is_set = matches!(parameter.default, DefaultValue::Value(_));
     let optional = |name: &str| match is_set {
         true => name.to_owned(),
         false => format!("{name} | None"),
@@ -146,8 +146,8 @@ fn keyword_default(parameter: &Parameter) -> String {
     let text = match (parameter.kind, parameter.default) {
         (Kind::Flag(_), _) => "False",
         (Kind::Holes(false) | Kind::Groups | Kind::Pairs, _) => "()",
-        (Kind::Number(..) | Kind::Whole(_), Usual::Value(text)) => text,
-        (Kind::Voxel | Kind::Band | Kind::Choice(_), Usual::Value(text)) => {
+        (Kind::Number(..) | Kind::Whole(_), DefaultValue::Value(text)) => text,
+        (Kind::Voxel | Kind::Band | Kind::Choice(_), DefaultValue::Value(text)) => {
             return format!("\"{text}\"");
         }
         _ => "None",
@@ -177,7 +177,7 @@ fn wrapped(words: &str, first: usize, later: usize) -> String {
 /// What the documentation of a function says of a keyword.
 fn documented(parameter: &Parameter) -> String {
     let usual = match parameter.default {
-        Usual::Unset | Usual::Value(_) => String::new(),
+        DefaultValue::Unset | DefaultValue::Value(_) => String::new(),
         usual => format!(" By default {}.", usual.text()),
     };
     let (name, sentence, not) = (parameter.name, parameter.sentence, excluded(parameter));

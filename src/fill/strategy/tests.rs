@@ -32,7 +32,7 @@ fn region() -> RetryContext {
 fn searched(
     plan: RegionPlan,
     region: &RetryContext,
-    end: impl Fn(Candidate, usize) -> (Option<Quality>, Option<TryFailure>, bool),
+    end: impl Fn(Candidate, usize) -> (Option<Quality>, Option<AttemptFailure>, bool),
 ) -> (Candidate, usize) {
     let first = Attempt::first(Energy::Willmore);
     let mut made: Vec<Ending> = Vec::new();
@@ -138,7 +138,7 @@ fn a_bent_patch_gives_way_to_a_sound_one_of_much_lower_energy_only() {
 
 #[test]
 fn a_faired_triangulation_at_its_minimum_saves_further_level_sets() {
-    let taken = |is_at_minimum: bool, failure: TryFailure, is_wide: bool| {
+    let taken = |is_at_minimum: bool, failure: AttemptFailure, is_wide: bool| {
         let end = |candidate: Candidate, made: usize| match candidate {
             Candidate::LevelSet(_) if made == 0 => (None, Some(failure.clone()), false),
             Candidate::Faired => (Some(SOUND), None, is_at_minimum),
@@ -150,10 +150,10 @@ fn a_faired_triangulation_at_its_minimum_saves_further_level_sets() {
         };
         searched(RegionPlan::Solve, &region, end)
     };
-    let lost = TryFailure::NotSteady;
+    let lost = AttemptFailure::NotConverged;
     assert_eq!(taken(true, lost.clone(), false), (Candidate::Faired, 2));
     assert_eq!(taken(false, lost, false), (Candidate::Finished, 4));
-    let reached = TryFailure::ReachedBox;
+    let reached = AttemptFailure::ReachedBox;
     assert_eq!(taken(true, reached.clone(), true), (Candidate::Finished, 3));
     assert_eq!(taken(true, reached, false), (Candidate::Faired, 2));
 }
@@ -164,7 +164,7 @@ fn without_a_level_set_the_better_of_what_needs_none_is_taken() {
         let end = |candidate: Candidate, _: usize| match candidate {
             Candidate::EachFaired => (faired, None, false),
             Candidate::RimTriangles => (Some(plain), None, false),
-            _ => (None, Some(TryFailure::Contradiction), false),
+            _ => (None, Some(AttemptFailure::Diverged), false),
         };
         searched(RegionPlan::Solve, &region(), end).0
     };
@@ -186,10 +186,10 @@ fn without_a_level_set_the_better_of_what_needs_none_is_taken() {
 #[test]
 fn it_always_ends_with_a_patch() {
     let failures = [
-        TryFailure::NotSteady,
-        TryFailure::ReachedBox,
-        TryFailure::Contradiction,
-        TryFailure::Crossing(3),
+        AttemptFailure::NotConverged,
+        AttemptFailure::ReachedBox,
+        AttemptFailure::Diverged,
+        AttemptFailure::Intersects(3),
     ];
     for code in 0..6usize.pow(5) {
         let end = |candidate: Candidate, made: usize| {
@@ -199,9 +199,11 @@ fn it_always_ends_with_a_patch() {
                 // These always have a patch, possibly with open rims.
                 Candidate::RimTriangles | Candidate::Seam => (Some(INTERSECTING), None, false),
                 Candidate::LevelSet(_) => match failures.get(digit) {
-                    Some(TryFailure::Crossing(n)) => {
-                        (Some(INTERSECTING), Some(TryFailure::Crossing(*n)), false)
-                    }
+                    Some(AttemptFailure::Intersects(n)) => (
+                        Some(INTERSECTING),
+                        Some(AttemptFailure::Intersects(*n)),
+                        false,
+                    ),
                     Some(failure) => (None, Some(failure.clone()), false),
                     None => (Some(SOUND), None, false),
                 },
@@ -232,14 +234,16 @@ fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
         faired_cost: 2.0 * tuning().fill.cheap,
         ..region()
     };
-    let ending =
-        |own: Attempt, quality: Option<Quality>, failure: Option<TryFailure>, energy: f64| Ending {
-            candidate: Candidate::LevelSet(own),
-            quality,
-            failure,
-            level_energy: Some(energy),
-            is_at_minimum: false,
-        };
+    let ending = |own: Attempt,
+                  quality: Option<Quality>,
+                  failure: Option<AttemptFailure>,
+                  energy: f64| Ending {
+        candidate: Candidate::LevelSet(own),
+        quality,
+        failure,
+        level_energy: Some(energy),
+        is_at_minimum: false,
+    };
     let next =
         |made: &[Ending], region: &RetryContext| next_step(RegionPlan::Solve, &first, made, region);
     let second = first.with_triangulation();
@@ -254,7 +258,7 @@ fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
     assert_eq!(next(made, &region()), finish);
     assert_eq!(next(&[calm], &long_rim), finish);
     // The failure of the worse attempt leads to no retry.
-    let lost = || Some(TryFailure::NotSteady);
+    let lost = || Some(AttemptFailure::NotConverged);
     let made = [bent.clone(), ending(second, None, lost(), 9.0)];
     assert_eq!(next(&made, &long_rim), finish);
     let made = [
@@ -264,7 +268,7 @@ fn of_two_level_sets_of_a_bent_surface_the_better_one_counts() {
     assert_eq!(next(&made, &long_rim), finish);
     assert_eq!(history(&made), [(first, None)]);
     // If neither has a patch, the failure of the attempt with lower energy counts for both.
-    let reached = || Some(TryFailure::ReachedBox);
+    let reached = || Some(AttemptFailure::ReachedBox);
     let made = [
         ending(first, None, lost(), 21.0),
         ending(second, None, reached(), 20.5),

@@ -6,7 +6,7 @@ use super::components::Component;
 use super::mark::has_face_colours;
 use crate::io::Format;
 use crate::mesh::attributes::{
-    Attribute, HOLE_NAME, LabelKind, Labels, PATCH_NAME, Role, SIGMA_NAME, Scalar,
+    Attribute, EXPECTED_ERROR_NAME, HOLE_NAME, LabelKind, Labels, PATCH_NAME, Role, Scalar,
 };
 use crate::mesh::{Attributes, FaceOrigin, Mesh, Model, Origins};
 
@@ -52,7 +52,7 @@ impl Whole<'_> {
         attributes.copies = Vec::new();
         // All faces belong to patches, so the column that marks patches is useless; expected errors are added below.
         attributes.face.retain(|a| a.name != PATCH_NAME);
-        attributes.vertex.retain(|a| a.name != SIGMA_NAME);
+        attributes.vertex.retain(|a| a.name != EXPECTED_ERROR_NAME);
         if !has_face_colours(format) {
             attributes.face.retain(|a| a.role != Role::Colour);
         }
@@ -88,7 +88,7 @@ impl Whole<'_> {
 
     /// The expected errors of the vertices: 0 at rims, negative where unknown.
     fn errors(&self, origins: &Origins) -> Attribute {
-        let mut errors = Attribute::new(SIGMA_NAME, Role::Other, Scalar::F32, 1);
+        let mut errors = Attribute::new(EXPECTED_ERROR_NAME, Role::Other, Scalar::F32, 1);
         for &v in &origins.vertices {
             let own = (v as usize).checked_sub(self.kept);
             let error = match own.and_then(|i| self.expected_error.get(i)) {

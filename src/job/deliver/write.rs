@@ -165,7 +165,7 @@ impl Mended<'_> {
 
     /// Measures of the invented surface; `None` for a copied mesh and for whole level sets.
     pub(in crate::job) fn invented(&self, components: &[Component]) -> Option<Invented> {
-        let is_made = !self.whole && !matches!(self.extent, crate::job::Extent::Copied);
+        let is_made = !self.whole && !matches!(self.extent, crate::job::OperationReport::Copied);
         let measured = Measured {
             mesh: self.mesh(),
             kept: self.kept_size()[0],
@@ -210,7 +210,7 @@ impl Mended<'_> {
         stored: Option<glam::DMat4>,
         control: &Control,
     ) -> Result<Piece, String> {
-        let is_restored = matches!(self.extent, crate::job::Extent::Region(_));
+        let is_restored = matches!(self.extent, crate::job::OperationReport::Region(_));
         let Some(before) = self.before.as_ref().filter(|_| is_restored) else {
             return Err(ONLY_RESTORED.to_owned());
         };

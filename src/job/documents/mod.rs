@@ -10,7 +10,7 @@ mod rows;
 use serde::Serialize;
 
 use super::deliver::Delivered;
-use super::result::Extent;
+use super::result::OperationReport;
 use super::{JobResult, JobSpec, Mended, Place};
 use crate::fill::Tally;
 use crate::io::Format;
@@ -140,31 +140,31 @@ impl<'a> Files<'a> {
     fn document(
         self,
         spec: &JobSpec,
-        extent: &'a Extent,
+        extent: &'a OperationReport,
         report: &'a FillReport,
     ) -> Document<Body<'a>> {
         let body = match extent {
-            Extent::Copied => Body::Copy(self),
-            Extent::Faired(faired) => Body::Fair(FairBody {
+            OperationReport::Copied => Body::Copy(self),
+            OperationReport::Faired(faired) => Body::Fair(FairBody {
                 files: self,
                 complete: true,
                 volume_drift: faired.volume_drift(),
                 fair: FairRow::new(faired),
                 fill: FillRow::new(report),
             }),
-            Extent::Repaired(repair) => Body::Repair(Box::new(RepairBody {
+            OperationReport::Repaired(repair) => Body::Repair(Box::new(RepairBody {
                 files: self,
                 complete: extent.is_complete(report),
                 repair: RepairRow::new(repair),
                 fill: FillRow::new(report),
             })),
-            Extent::Holes | Extent::Region(_) => Body::Fill(FillBody {
+            OperationReport::Holes | OperationReport::Region(_) => Body::Fill(FillBody {
                 files: self,
                 flawless: report.flawless(),
                 outcomes: report.tally(),
                 complete: extent.is_complete(report),
                 cut: match extent {
-                    Extent::Region(report) => Some(CutRow::new(report)),
+                    OperationReport::Region(report) => Some(CutRow::new(report)),
                     _ => None,
                 },
                 fill: FillRow::new(report),

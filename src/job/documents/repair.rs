@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::VerdictRow;
 use crate::check::Component;
-use crate::repair::{CrossingPass, RepairReport};
+use crate::repair::{RepairReport, SelfIntersectionPass};
 
 /// The repair section of a report.
 #[derive(Serialize)]
@@ -64,7 +64,7 @@ struct Steps<'a> {
     inner_faces: usize,
     moved_vertices: usize,
     largest_move: f64,
-    crossing_passes: &'a [CrossingPass],
+    crossing_passes: &'a [SelfIntersectionPass],
     covered_faces: usize,
     components_left_crossing: usize,
 }
@@ -93,7 +93,7 @@ impl<'a> RepairRow<'a> {
                 largest_move: r.largest_move,
                 crossing_passes: &r.passes,
                 covered_faces: r.covered_faces,
-                components_left_crossing: r.left_crossing,
+                components_left_crossing: r.left_self_intersecting,
             },
             lost_faces: r.lost_faces,
             lost_vertices: r.lost_vertices,

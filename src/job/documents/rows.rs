@@ -4,8 +4,8 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::fill::{
-    ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason, NotContinued,
-    Quality, RegionReport, TriangulatedReason, TryFailure,
+    AttemptFailure, ClosedBy, CreaseReport, FailedReason, FinishReport, HoleOutcome, LeftReason,
+    NotContinued, Quality, RegionReport, TriangulatedReason,
 };
 use crate::mend::{CreaseEnd, HoleReport};
 use crate::mesh::{Hole, HoleId};
@@ -98,9 +98,9 @@ impl OutcomeRow<'_> {
             HoleOutcome::Failed(FailedReason::NoTriangulation { .. }) => {
                 ("failed", Some("no_triangulation"))
             }
-            HoleOutcome::Failed(FailedReason::Crossing(_) | FailedReason::NothingFits) => {
-                ("failed", Some("crossing"))
-            }
+            HoleOutcome::Failed(
+                FailedReason::Intersects(_) | FailedReason::EveryTriangulationIntersects,
+            ) => ("failed", Some("crossing")),
         };
         Self {
             hole: HoleRow::new(&report.hole),
@@ -122,14 +122,14 @@ pub(super) fn triangulated(why: &TriangulatedReason) -> &'static str {
     }
 }
 
-fn failure(why: &TryFailure) -> &'static str {
+fn failure(why: &AttemptFailure) -> &'static str {
     match why {
-        TryFailure::Stopped => "stopped",
-        TryFailure::Contradiction => "contradiction",
-        TryFailure::NotSteady => "not_steady",
-        TryFailure::ReachedBox => "reached_box",
-        TryFailure::NotJoined(_) => "not_joined",
-        TryFailure::Crossing(_) => "crossing",
+        AttemptFailure::Stopped => "stopped",
+        AttemptFailure::Diverged => "contradiction",
+        AttemptFailure::NotConverged => "not_steady",
+        AttemptFailure::ReachedBox => "reached_box",
+        AttemptFailure::NotJoined(_) => "not_joined",
+        AttemptFailure::Intersects(_) => "crossing",
     }
 }
 

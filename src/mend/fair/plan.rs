@@ -225,7 +225,7 @@ impl Plan {
             lattice,
             dims,
             refinements,
-            give_up_early: false,
+            stop_if_unconverged: false,
             from: None,
             start: Start::Triangulation,
             flow: FlowSettings {

@@ -21,7 +21,7 @@ pub const NONE: u32 = u32::MAX;
 /// Name that marks new faces: as a face attribute, a group, a material, or a node of a scene.
 pub const PATCH_NAME: &str = "isomend_patch";
 /// Name of the vertex attribute with expected errors: 0 for vertices of the input, negative if unknown.
-pub const SIGMA_NAME: &str = "isomend_sigma";
+pub const EXPECTED_ERROR_NAME: &str = "isomend_sigma";
 /// Name of the hole numbers in files that contain only patches.
 pub(crate) const HOLE_NAME: &str = "isomend_hole";
 
@@ -412,7 +412,7 @@ impl Attributes {
         let corner = self.corner.iter().map(|c| &c.pool);
         let all = self.vertex.iter().chain(corner).chain(&self.face);
         let mut words: Vec<String> = all
-            .filter(|a| a.name != PATCH_NAME && a.name != SIGMA_NAME && attribute(a))
+            .filter(|a| a.name != PATCH_NAME && a.name != EXPECTED_ERROR_NAME && attribute(a))
             .map(|a| match a.role {
                 Role::Normal => "normals".to_owned(),
                 Role::Colour => "colours".to_owned(),

@@ -54,12 +54,12 @@ pub(crate) struct Polygon<'a> {
 /// area (Liepa 2003, section 3). No diagonal repeats an edge of the mesh. The time is cubic in the number of edges up to 300;
 /// longer loops are triangulated in their plane if they are planar, otherwise first reduced by cutting ears.
 pub fn triangulate_loop(mesh: &Mesh, rim: &[u32]) -> Result<Vec<[u32; 3]>, TriangulationError> {
-    triangulate_loop_beside(mesh, rim, &[])
+    triangulate_loop_with_neighbours(mesh, rim, &[])
 }
 
 /// [`triangulate_loop`] next to other new faces, whose edges no diagonal repeats. Otherwise two loops that touch at two vertices
 /// might both get the diagonal between them, which would then have four faces.
-pub(crate) fn triangulate_loop_beside(
+pub(crate) fn triangulate_loop_with_neighbours(
     mesh: &Mesh,
     rim: &[u32],
     others: &[[u32; 3]],
@@ -338,7 +338,8 @@ mod tests {
         let first = triangulate_loop(&mesh, &[0, 1, 2, 3]).expect("a triangulation");
         let alone = triangulate_loop(&mesh, &[0, 4, 2, 5]).expect("a triangulation");
         assert!(has(&first) && has(&alone));
-        let second = triangulate_loop_beside(&mesh, &[0, 4, 2, 5], &first).expect("another");
+        let second =
+            triangulate_loop_with_neighbours(&mesh, &[0, 4, 2, 5], &first).expect("another");
         assert!(!has(&second));
     }
 }

@@ -7,6 +7,6 @@ mod planar;
 
 pub(crate) use constrained::constrained_delaunay;
 pub(crate) use ears::{Ground, cut_ears};
-pub(crate) use loops::{Polygon, triangulate, triangulate_loop_beside};
+pub(crate) use loops::{Polygon, triangulate, triangulate_loop_with_neighbours};
 pub use loops::{TriangulationError, triangulate_loop};
 pub(crate) use planar::Triangulator;

@@ -66,7 +66,7 @@ fn long_rims_are_closed_and_new_faces_cross_no_earlier_ones() {
         Inspection::new(&unlike)
             .unwrap()
             .topology
-            .crowded_edges(&unlike)
+            .non_manifold_edges(&unlike)
             .len(),
         0
     );

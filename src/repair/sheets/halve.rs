@@ -12,7 +12,7 @@ use crate::repair::draft::Draft;
 pub(super) fn halve(draft: &mut Draft) -> Result<usize, FillError> {
     let halves = {
         let found = draft.inspect()?;
-        let (mesh, crowded) = (&found.mesh, found.topology.crowded_edges(&found.mesh));
+        let (mesh, crowded) = (&found.mesh, found.topology.non_manifold_edges(&found.mesh));
         let (_, unclear) = paired(&found, &crowded);
         let unclear: HashSet<u32> = unclear.into_iter().flatten().collect();
         let mut touched: HashSet<u32> = HashSet::new();

@@ -34,7 +34,7 @@ impl Bodies {
         let (mesh, topology) = (&found.mesh, &found.topology);
         let count = topology.component_faces.len();
         let component = |h: u32| topology.component[h as usize / 3];
-        let crowded = topology.crowded_edges(mesh);
+        let crowded = topology.non_manifold_edges(mesh);
         let mut sets = DisjointSets::new(count);
         for edge in &crowded {
             edge.iter()
@@ -113,7 +113,7 @@ pub(super) fn clusters(
 /// own body.
 pub(super) fn paired_components(mesh: &Mesh, topology: &Topology) -> DisjointSets {
     let mut sets = DisjointSets::new(topology.component_faces.len());
-    for edge in topology.crowded_edges(mesh) {
+    for edge in topology.non_manifold_edges(mesh) {
         let a = start(mesh, edge[0]);
         let at = |v: u32| mesh.positions[v as usize];
         let along = (at(end(mesh, edge[0])) - at(a)).normalize_or_zero();

@@ -39,8 +39,8 @@ pub fn plots(regions: &[RegionReport]) -> String {
         );
         let energy: Curve = ("energy", "line", |s: &StepRecord| s.energy);
         plot(&mut out, region, "Energy before each step", &[energy]);
-        let largest: Curve = ("largest", "line", |s: &StepRecord| s.movement);
-        let mean: Curve = ("rms", "line second", |s: &StepRecord| s.mean_movement);
+        let largest: Curve = ("largest", "line", |s: &StepRecord| s.update);
+        let mean: Curve = ("rms", "line second", |s: &StepRecord| s.rms_update);
         plot(
             &mut out,
             region,

@@ -69,7 +69,7 @@ fn wrong_indices_and_numbers_are_errors() {
     reversed[0].reverse();
     assert!(matches!(
         run(&reversed, 0.05),
-        Err(StitchError::NotOnBorder { rim: 0, .. })
+        Err(StitchError::NotOnBoundary { rim: 0, .. })
     ));
     assert_eq!(
         run(&loops, 0.05),

@@ -156,7 +156,7 @@ impl Pair {
             let taken = self.surface.step();
             self.energies
                 .push((step as f64 * self.surface.tau, taken.energy));
-            if !taken.movement.is_finite() {
+            if !taken.update.is_finite() {
                 return Err(StudyError::BlewUp { step });
             }
         }

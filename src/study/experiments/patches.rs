@@ -105,7 +105,7 @@ pub fn fill_shape(
         },
         dims: [nodes; 3],
         refinements,
-        give_up_early: false,
+        stop_if_unconverged: false,
         from: None,
         start: Start::Biharmonic,
         time: None,

@@ -103,8 +103,8 @@ fn run_one(
         let step = flow.step(&mut phi);
         steps += 1;
         iterations += step.iterations;
-        converged = step.movement < CONVERGED;
-        if !step.movement.is_finite() {
+        converged = step.update < CONVERGED;
+        if !step.update.is_finite() {
             return Err(StudyError::BlewUp { step: steps });
         }
     }

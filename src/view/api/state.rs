@@ -23,7 +23,7 @@ use crate::fill::FillParams;
 use crate::io::Format;
 use crate::mend::{FairParams, RestoreParams};
 use crate::mesh::Attributes;
-use crate::mesh::attributes::{Attribute, Role, SIGMA_NAME};
+use crate::mesh::attributes::{Attribute, EXPECTED_ERROR_NAME, Role};
 use crate::parameters;
 use crate::repair::RepairParams;
 
@@ -165,7 +165,8 @@ fn attribute_rows(attributes: &Attributes) -> Vec<Value> {
     let face = attributes.face.iter().map(row("face"));
     let rows = vertex.chain(face).chain(corner.map(row("corner")));
     // Expected errors have their own colouring, which also shows unknown values.
-    rows.filter(|row| row["name"] != SIGMA_NAME).collect()
+    rows.filter(|row| row["name"] != EXPECTED_ERROR_NAME)
+        .collect()
 }
 
 /// The initial view: facing the first hole of the input file that is no outer border, or from a corner if there is none.
