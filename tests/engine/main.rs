@@ -1,4 +1,4 @@
-//! What the library does: what must hold of every mesh that is filled, restored, faired, repaired or measured.
+//! Tests of the library: filling, restoring, fairing, repairing, checking and measuring meshes.
 #![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
 
 #[cfg(target_os = "linux")]
