@@ -1,4 +1,4 @@
-//! The page of `isomend view`: its server, its sessions, its recipes.
+//! Tests of the page of `isomend view`: its server, sessions, recipes and texts.
 #![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
 
 #[path = "../common/desk.rs"]

@@ -1,4 +1,4 @@
-//! What the program says and writes: options, exit codes, streams, reports, signals.
+//! Tests of the command line: options, exit codes, streams, reports, signals.
 #![allow(clippy::unwrap_used, clippy::too_many_lines)] // A test that cannot go on fails; long ones tell one story.
 
 #[path = "../common/desk.rs"]
